@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+
+#include "protocol/messages.hpp"
+
+namespace splid {
+
+// Why the refinement stopped.
+enum class Stop {
+  not_run,
+  step_small,    // |d tau| < 1e-6 sigma and |d v| < 1e-6 sigma c / t_a
+  gain_small,    // l(k+1) - l(k) < 1e-10
+  rounds_spent,  // k == 40; the estimate may be improved
+};
+
+// What the estimator found in a frame. status is one of ok, no_target, ambiguous, no_sync and, for
+// the caller's use, not_run. Values are finite whenever has_values.
+struct Estimate {
+  FrameStatus status = FrameStatus::not_run;
+  bool has_values = false;    // a fit was made; false: only background_per_ns holds
+  double delay_ns = 0;        // round trip at mid-frame, in [0, unambiguous delay)
+  double delay_start_ns = 0;  // round trip at the frame's start, as [P] gives it
+  double velocity_mps = 0;
+  double signal_per_pulse = 0;   // S, counts
+  double background_per_ns = 0;  // b, counts
+  double std_delay_ns = 0;       // one standard deviation each, from the observed information
+  double std_velocity_mps = 0;
+  double std_signal_per_pulse = 0;
+  double std_background_per_ns = 0;
+  double significance_nats = 0;  // log-likelihood gained over no target
+  double threshold_nats = 0;     // what false_alarm_rate asks of it
+  Stop stop = Stop::not_run;
+  std::size_t photons = 0;
+};
+
+}  // namespace splid

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "estimator/estimate.hpp"
+#include "estimator/frame.hpp"
+#include "estimator/options.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid {
+
+// Estimates a target's delay, velocity, signal and background from one frame of photons, by a
+// global search over (delay, velocity) and refinement by maximum likelihood. A function of its
+// input: the same frame gives the same bits, whatever came before and on whichever machine's vector
+// width.
+//
+// Threads: one an object; objects share nothing. Errors: none after construction; a frame that
+// cannot be estimated has a status that says why. No allocation in estimate() for frames of up to
+// max_photons; of more photons an even subset is used.
+class FrameEstimator {
+ public:
+  // Errors: Error(Fault::usage) where the pattern and the options do not fit together.
+  FrameEstimator(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
+                 const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons);
+  ~FrameEstimator();
+  FrameEstimator(FrameEstimator&&) noexcept;
+
+  Estimate estimate(const FrameView& frame);
+
+ private:
+  struct Workspace;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace splid
