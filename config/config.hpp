@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/daemon_options.hpp"
+#include "drivers/source.hpp"
+#include "estimator/options.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid {
+
+// Everything that a configuration file says, with defaults where it is silent, valid as a whole.
+struct Config {
+  std::string file;           // as given
+  std::string source_driver;  // name of the driver
+  std::unique_ptr<SourceOptions> source;
+  std::string pattern_file;  // resolved path
+  Pattern pattern;           // read from pattern_file and valid
+  ChannelOptions channels;
+  PulseOptions pulse;
+  FrameOptions frame;
+  DriftOptions drift;
+  SceneOptions scene;
+  EstimatorOptions estimator;
+  DetectorOptions detector;
+  PipelineOptions pipeline;
+  PublishOptions publish;
+};
+
+// Errors: Error(Fault::usage) with the file, the JSON pointer, the value and the bound; for text
+// that is not JSON the line and column; for an unknown key the nearest known one.
+Config load_config(const std::string& file);
+
+// The effective configuration, defaults included, as it goes into recordings.
+std::string config_to_json(const Config& config);
+
+// JSON Schema (draft 2020-12) of the configuration file, made from the same descriptions that read
+// it.
+std::string config_schema();
+
+}  // namespace splid

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocol/options.hpp"
+
+namespace splid {
+
+// Which of the instrument's channels mean what. A name is `sync` (the sync input), `marker:N`
+// (N: marker bits, 1 to 15) or an input number. JSON: `channels`.
+struct ChannelOptions {
+  std::vector<std::string> photon = {"1"};  // several are one detector split over inputs
+  std::string sync = "sync";
+  std::string encoder = "marker:1";
+  void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
+};
+
+// JSON: `frame`.
+struct FrameOptions {
+  double length_ms = 50;           // rounded to a whole number of pattern periods
+  double min_seen_fraction = 0.9;  // a frame that saw less is `incomplete`
+  void describe(OptionVisitor& visitor);
+};
+
+// JSON: `detector`.
+struct DetectorOptions {
+  // Zero: not known, so no frame is ever called saturated.
+  double dead_time_ns = 0;
+  void describe(OptionVisitor& visitor);
+};
+
+// JSON: `publish`.
+struct PublishOptions {
+  std::string endpoint = "tcp://127.0.0.1:9872";
+  void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
+};
+
+// JSON: `pipeline`.
+struct PipelineOptions {
+  std::int64_t ring_capacity_tags = 4'194'304;  // 64 MiB; a frame's tags must fit
+  std::int64_t estimation_threads = 1;
+  void describe(OptionVisitor& visitor);
+};
+
+}  // namespace splid
