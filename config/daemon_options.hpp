@@ -10,11 +10,11 @@
 namespace splid {
 
 // Which of the instrument's channels mean what. A name is `sync` (the sync input), `marker:N`
-// (N: marker bits, 1 to 15) or an input number. JSON: `channels`.
+// (N: marker bits, 1 to 15) or an input number; parse_channel() reads it. JSON: `channels`.
 struct ChannelOptions {
   std::vector<std::string> photon = {"1"};  // several are one detector split over inputs
   std::string sync = "sync";
-  std::string encoder = "marker:1";
+  std::string encoder = "marker:1";  // empty: none
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

@@ -38,7 +38,11 @@ class OptionVisitor {
                       const char* doc) = 0;
   virtual void numbers(const char* key, std::vector<double>& values, Bounds bounds,
                        const char* doc) = 0;
-  // An array of channel names (`sync`, `marker:N`, or an input number) or a single one.
+  // A channel name: `sync`, `marker:N`, or an input number; empty for none.
+  virtual void channel(const char* key, std::string& value, const char* doc) {
+    text(key, value, doc);
+  }
+  // An array of channel names or a single one.
   virtual void channels(const char* key, std::vector<std::string>& values, const char* doc) = 0;
   virtual void object(const char* key, const std::function<void(OptionVisitor&)>& members,
                       const char* doc) = 0;

@@ -1,0 +1,145 @@
+#include "config/daemon_options.hpp"
+
+#include <charconv>
+#include <string_view>
+
+#include "config/channel_name.hpp"
+
+namespace splid {
+namespace {
+
+struct NamedChannel {
+  std::string pointer;
+  std::string name;
+};
+
+std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
+  std::vector<NamedChannel> channels;
+  for (std::size_t i = 0; i < options.photon.size(); ++i) {
+    channels.push_back({"/photon/" + std::to_string(i), options.photon[i]});
+  }
+  channels.push_back({"/sync", options.sync});
+  if (!options.encoder.empty()) channels.push_back({"/encoder", options.encoder});
+  return channels;
+}
+
+bool is_port(std::string_view text) {
+  if (text == "*") return true;  // the system's choice
+  unsigned port = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, port);
+  return error == std::errc{} && stop == end && port >= 1 && port <= 65535;
+}
+
+bool is_ipv4(std::string_view host) {
+  int parts = 0;
+  while (parts < 4) {
+    unsigned part = 0;
+    const char* end = host.data() + host.size();
+    const auto [stop, error] = std::from_chars(host.data(), end, part);
+    if (error != std::errc{} || part > 255) return false;
+    host.remove_prefix(static_cast<std::size_t>(stop - host.data()));
+    if (++parts == 4) return host.empty();
+    if (!host.starts_with('.')) return false;
+    host.remove_prefix(1);
+  }
+  return false;
+}
+
+// Design note: 127.0.0.0/8 as a whole is loopback, but "127.evil.example" is a name like any other.
+bool is_loopback(std::string_view host) {
+  return host == "localhost" || host == "[::1]" || host == "lo" ||
+         (host.starts_with("127.") && is_ipv4(host));
+}
+
+std::optional<std::string> tcp_fault(std::string_view address) {
+  const std::size_t colon = address.rfind(':');
+  if (colon == std::string_view::npos || colon == 0) {
+    return "has no port; write tcp://HOST:PORT, such as tcp://127.0.0.1:9872";
+  }
+  if (!is_port(address.substr(colon + 1))) return "must end in a port from 1 to 65535, or *";
+  if (!is_loopback(address.substr(0, colon))) {
+    return "would offer the results to the network without encryption or a check of who listens, "
+           "which splid does not do; bind to 127.0.0.1 and forward it by SSH, or use ipc://";
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> endpoint_fault(std::string_view endpoint) {
+  constexpr std::string_view tcp = "tcp://";
+  constexpr std::string_view ipc = "ipc://";
+  // Linux holds a socket's path in 108 bytes, the NUL included.
+  constexpr std::size_t max_ipc_bytes = 107;
+  if (endpoint.starts_with(tcp)) return tcp_fault(endpoint.substr(tcp.size()));
+  if (!endpoint.starts_with(ipc)) return "must begin with tcp:// or ipc://";
+  const std::size_t bytes = endpoint.size() - ipc.size();
+  if (bytes == 0) return "names no file; write ipc:///run/splid/frames";
+  if (bytes > max_ipc_bytes) {
+    return "has a path of " + std::to_string(bytes) + " bytes; a socket's may have 107";
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void ChannelOptions::describe(OptionVisitor& visitor) {
+  visitor.channels("photon", photon,
+                   "the detector's inputs; several are one detector split over inputs");
+  visitor.channel("sync", sync,
+                  "where the pattern generator's sync comes in, one a pattern period");
+  visitor.channel("encoder", encoder,
+                  "where the encoder's sample clock comes in; \"\" where there is none");
+}
+
+std::optional<OptionFault> ChannelOptions::validate() const {
+  if (photon.empty()) return OptionFault{"/photon", "[] names no input; at least 1 is needed"};
+  const std::vector<NamedChannel> all = all_channels(*this);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::optional<ChannelName> channel = parse_channel(all[i].name);
+    if (!channel) {
+      return OptionFault{all[i].pointer, "\"" + all[i].name +
+                                             "\" is no channel; it is sync, marker:1 to marker:15, "
+                                             "or an input number"};
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!overlap(*channel, *parse_channel(all[k].name))) continue;
+      return OptionFault{all[i].pointer, "\"" + all[i].name + "\" takes tags of \"" + all[k].name +
+                                             "\", which is given at " + all[k].pointer +
+                                             "; a tag can have one meaning only"};
+    }
+  }
+  return std::nullopt;
+}
+
+void FrameOptions::describe(OptionVisitor& visitor) {
+  visitor.number("length_ms", length_ms, {0.1, 60000},
+                 "length of a frame, rounded to a whole number of pattern periods, ms");
+  visitor.number("min_seen_fraction", min_seen_fraction, {0, 1},
+                 "a frame of which less was seen, because tags were lost, is incomplete");
+}
+
+void DetectorOptions::describe(OptionVisitor& visitor) {
+  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
+                 "the detector's dead time, ns; frames in which it would bias the result are "
+                 "called saturated; 0: not known, no frame is");
+}
+
+void PipelineOptions::describe(OptionVisitor& visitor) {
+  visitor.integer("ring_capacity_tags", ring_capacity_tags, 1024, 268'435'456,
+                  "tags of 16 bytes that fit between source and framer");
+  visitor.integer("estimation_threads", estimation_threads, 1, 64,
+                  "frames that are estimated at the same time");
+}
+
+void PublishOptions::describe(OptionVisitor& visitor) {
+  visitor.text("endpoint", endpoint,
+               "where subscribers connect: tcp://127.0.0.1:PORT or ipc://PATH");
+}
+
+std::optional<OptionFault> PublishOptions::validate() const {
+  const std::optional<std::string> fault = endpoint_fault(endpoint);
+  if (!fault) return std::nullopt;
+  return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+}
+
+}  // namespace splid
