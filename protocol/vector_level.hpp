@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+namespace splid {
+
+// The vector widths that the loops in *_kernels.cpp are compiled for. All levels of a kernel give the
+// same bits; wider ones are faster.
+enum class VectorLevel {
+  generic,    // any processor of the architecture
+  x86_64_v3,  // AVX2
+  x86_64_v4,  // AVX-512
+};
+
+// Widest level that this processor runs and this build holds.
+VectorLevel best_vector_level();
+
+// All levels that this processor runs, generic first.
+std::vector<VectorLevel> runnable_vector_levels();
+
+}  // namespace splid
