@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "protocol/ptu_header.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// Turns the records of a PTU recording in T2 mode into tags: photon (value: the record's channel),
+// sync (special, channel 0) and marker (special, channel 1 to 15). Overflow records move the clock
+// and give no tag; special records of any other channel are counted and left out.
+//
+// Times are origin_ps plus the record's time, exact where the resolution is a whole number of
+// picoseconds, else rounded to the nearest from an exact fraction, so that no error adds up.
+//
+// Threads: one. No allocation.
+class PtuDecoder {
+ public:
+  static constexpr std::size_t record_bytes = 4;
+
+  // resolution_s: seconds a time unit, 1e-15 to 1e-3.
+  // Errors: Error(Fault::data) for a resolution outside that range.
+  PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t origin_ps = 0);
+
+  struct Progress {
+    std::size_t bytes = 0;  // used, a whole number of records; a cut record is left for the caller
+    std::size_t tags = 0;   // written
+  };
+
+  // Decodes until either side is used up. `records` may start at any alignment; the clock goes on
+  // from the call before. Elements of `out` past the tags written hold nothing of use.
+  Progress decode(std::span<const std::byte> records, std::span<Tag> out);
+
+  // Records so far that are no photon, sync, marker or overflow.
+  [[nodiscard]] std::uint64_t unknown_records() const { return unknown_records_; }
+  [[nodiscard]] std::uint64_t overflow_records() const { return overflow_records_; }
+  // What later tags do not precede: the clock at the last overflow, in the tags' time.
+  [[nodiscard]] std::int64_t reached_ps() const { return to_ps(base_ticks_); }
+
+ private:
+  [[nodiscard]] std::int64_t to_ps(std::int64_t ticks) const;
+  void scale(std::span<Tag> tags) const;
+
+  PtuRecordType type_;
+  std::int64_t numerator_;  // ps a tick is numerator / denominator
+  std::int64_t denominator_;
+  std::int64_t origin_ps_;
+  std::int64_t base_ticks_ = 0;
+  std::uint64_t unknown_records_ = 0;
+  std::uint64_t overflow_records_ = 0;
+};
+
+}  // namespace splid

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/loss_collector.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
+// Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
+//
+// Takes photons of inputs 1 to 62, syncs and markers 1 to 15. Heartbeats only move the clock.
+// Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold:
+// one that comes more than 1 us too late, one before origin_ps, one of another input. A tag whose
+// clock was set anew (clock_break) is written 1 s after the last record, the gap being a loss of
+// unknown count, so that a recording's time never runs backwards; tags in it then no longer show
+// the tagger's clock.
+//
+// Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
+class PtuEncoder {
+ public:
+  // origin_ps: tagger's clock at time 0 of the recording.
+  explicit PtuEncoder(std::int64_t origin_ps);
+
+  // Appends the records of all tags that none in the order of time can precede any more.
+  void encode(std::span<const Tag> tags, std::vector<std::byte>& out);
+  // Appends the records that still wait. Tags that come before them afterwards are late.
+  void flush(std::vector<std::byte>& out);
+
+  [[nodiscard]] std::uint64_t records() const { return records_; }    // written, overflows included
+  [[nodiscard]] std::uint64_t rejected() const { return rejected_; }  // tags that got no record
+  [[nodiscard]] const LossCollector& losses() const { return losses_; }
+  // Newest time seen, in the recording's clock (that of the tags but for clock breaks).
+  [[nodiscard]] std::int64_t now_ps() const { return now_ps_; }
+
+ private:
+  struct Waiting {
+    std::int64_t time_ps;
+    std::uint32_t record;  // without its time
+  };
+
+  void take(Tag tag, std::vector<std::byte>& out);
+  void restart(std::int64_t time_ps, std::vector<std::byte>& out);
+  void reject(std::int64_t time_ps);
+  void insert(Waiting waiting, std::vector<std::byte>& out);
+  void write_until(std::int64_t time_ps, std::vector<std::byte>& out);
+  void write(const Waiting& waiting, std::vector<std::byte>& out);
+  void append(std::uint32_t record, std::vector<std::byte>& out);
+
+  std::int64_t origin_ps_;
+  std::int64_t shift_ps_ = 0;  // added to the tags' times since the last clock break
+  std::int64_t now_ps_;
+  std::int64_t written_ps_;  // time of the last record
+  std::int64_t base_ps_;     // recording's clock at the last overflow
+  std::uint64_t records_ = 0;
+  std::uint64_t rejected_ = 0;
+  bool clock_broke_ = false;
+  std::vector<Waiting> waiting_;  // sorted by time
+  std::size_t first_waiting_ = 0;
+  LossCollector losses_;
+};
+
+}  // namespace splid
