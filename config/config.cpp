@@ -1,1 +1,109 @@
-namespace splid {}
+#include "config/config.hpp"
+
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "config/json_text.hpp"
+#include "config/option_reader.hpp"
+#include "config/option_writer.hpp"
+#include "config/sections.hpp"
+#include "protocol/error.hpp"
+#include "protocol/pattern_json.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+
+[[noreturn]] void fail(const std::string& place, const std::string& what) {
+  throw Error(Fault::usage, place + ": " + what);
+}
+
+// asked_by: who names the file, for the error.
+std::string read_text(const std::string& file, const std::string& asked_by) {
+  errno = 0;
+  std::ifstream in(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  // A folder opens like a file and fails when it is read.
+  if (!in.is_open() || in.bad() || (text.empty() && errno != 0)) {
+    fail(asked_by + file, "cannot be read: " + std::generic_category().message(errno));
+  }
+  return text;
+}
+
+void read_header(OptionReader& reader, const std::string& file) {
+  reader.require("schema");
+  const json* schema = reader.take("schema");
+  if (*schema != config_schema_name) {
+    fail(file, "/schema: " + shown(*schema) + " is not \"" + config_schema_name +
+                   "\"; is this a configuration?");
+  }
+  const json* version = reader.take("v");
+  if (version == nullptr) return;
+  const bool is_pair = version->is_array() && version->size() == 2 &&
+                       (*version)[0].is_number_unsigned() && (*version)[1].is_number_unsigned();
+  if (!is_pair || (*version)[0] != config_major_version) {
+    fail(file, "/v: " + shown(*version) + " is not [1, x], the version that this splid reads");
+  }
+}
+
+void check(const std::string& file, const std::string& section,
+           const std::optional<OptionFault>& fault) {
+  if (fault) fail(file, section + fault->pointer + ": " + fault->what);
+}
+
+std::optional<OptionFault> frame_fault(const Config& config) {
+  // Fewer syncs than three do not tell the pattern's clock; see SyncClock.
+  constexpr double min_periods = 3;
+  const double period_ms = pattern_period_ps(config.pattern) * 1e-9;
+  if (config.frame.length_ms >= min_periods * period_ms) return std::nullopt;
+  return OptionFault{"/length_ms", shown(config.frame.length_ms) + " is below " +
+                                       shown(min_periods * period_ms) +
+                                       ", three periods of the pattern " + config.pattern_file};
+}
+
+std::optional<OptionFault> pulse_fault(const Config& config) {
+  if (config.pulse.shape != Shape::tabulated || config.pattern.pulse) return std::nullopt;
+  return OptionFault{"/shape", "\"tabulated\" takes the shape from the pattern, but " +
+                                   config.pattern_file +
+                                   " has no \"pulse\" block; make one with splid calibrate, or "
+                                   "write \"gaussian\""};
+}
+
+void check_all(const Config& config) {
+  check(config.file, "/source", config.source->validate());
+  check(config.file, "/channels", config.channels.validate());
+  check(config.file, "/publish", config.publish.validate());
+  check(config.file, "/frame", frame_fault(config));
+  check(config.file, "/pulse", pulse_fault(config));
+}
+
+}  // namespace
+
+Config load_config(const std::string& file) {
+  const json document = parse_json_text(read_text(file, ""), file);
+  Config config;
+  config.file = file;
+  OptionReader reader(document, file, "");
+  read_header(reader, file);
+  describe_sections(config, reader);
+  reader.finish();
+  const std::string asked_by = file + ": /pattern/file: ";
+  config.pattern = pattern_from_json(read_text(config.pattern_file, asked_by), config.pattern_file);
+  check_all(config);
+  return config;
+}
+
+std::string config_to_json(const Config& config) {
+  nlohmann::ordered_json document;
+  document["schema"] = config_schema_name;
+  document["v"] = {config_major_version, config_minor_version};
+  OptionWriter writer(document);
+  // Descriptions serve readers too and so take what they may change; a writer changes nothing.
+  describe_sections(const_cast<Config&>(config), writer);
+  return document.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace splid

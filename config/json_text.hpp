@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace splid {
+
+// Parses JSON as people write it by hand. file: named in errors only.
+// Errors: Error(Fault::usage) with file, line and column where the text is no JSON, and with the
+// JSON pointer where an object has a key twice, since one of the two would be ignored.
+nlohmann::json parse_json_text(const std::string& text, const std::string& file);
+
+// A member's JSON pointer (RFC 6901).
+std::string pointer_to(const std::string& object_pointer, const std::string& key);
+
+// A value for an error message: its JSON, cut to 60 bytes.
+std::string shown(const nlohmann::json& value);
+
+// A whole number prints without its ".0": 50, not 50.0.
+nlohmann::ordered_json plain_number(double value);
+
+}  // namespace splid

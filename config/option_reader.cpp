@@ -1,0 +1,209 @@
+#include "config/option_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "config/channel_name.hpp"
+#include "config/json_text.hpp"
+#include "protocol/error.hpp"
+#include "protocol/nearest_name.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+
+std::string listed(std::span<const char* const> names) {
+  std::string list;
+  for (const char* name : names) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+std::string number_text(double value) { return plain_number(value).dump(); }
+
+}  // namespace
+
+OptionReader::OptionReader(const json& object, std::string file, std::string pointer)
+    : object_(object), file_(std::move(file)), pointer_(std::move(pointer)) {
+  if (!object_.is_object()) fail(pointer_, shown(object_) + " is no object; write { ... }");
+}
+
+void OptionReader::number(const char* key, double& value, Bounds bounds, const char*) {
+  if (const json* given = take(key)) value = read_number(*given, pointer_to(pointer_, key), bounds);
+}
+
+void OptionReader::number(const char* key, std::optional<double>& value, Bounds bounds,
+                          const char*) {
+  if (const json* given = take(key)) value = read_number(*given, pointer_to(pointer_, key), bounds);
+}
+
+void OptionReader::integer(const char* key, std::int64_t& value, std::int64_t min, std::int64_t max,
+                           const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string pointer = pointer_to(pointer_, key);
+  // Design note: 2^53, as JSON's numbers are doubles for most writers: 4e6 is an integer too.
+  constexpr double max_exact = 9007199254740992.0;
+  const bool is_whole = given->is_number() && std::abs(given->get<double>()) <= max_exact &&
+                        std::trunc(given->get<double>()) == given->get<double>();
+  if (!is_whole) fail(pointer, shown(*given) + " is no whole number");
+  const auto whole = given->get<std::int64_t>();
+  if (whole < min) {
+    fail(pointer, shown(*given) + " is below " + std::to_string(min) + ", the least allowed");
+  }
+  if (whole > max) {
+    fail(pointer, shown(*given) + " is above " + std::to_string(max) + ", the most allowed");
+  }
+  value = whole;
+}
+
+void OptionReader::flag(const char* key, bool& value, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  if (!given->is_boolean()) {
+    fail(pointer_to(pointer_, key), shown(*given) + " is neither true nor false");
+  }
+  value = given->get<bool>();
+}
+
+void OptionReader::text(const char* key, std::string& value, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  if (!given->is_string()) {
+    fail(pointer_to(pointer_, key), shown(*given) + " is no text; put it in quotes");
+  }
+  value = given->get<std::string>();
+}
+
+void OptionReader::path(const char* key, std::string& value, const char* doc) {
+  if (!object_.contains(key)) {
+    take(key);
+    return;
+  }
+  text(key, value, doc);
+  const std::filesystem::path given = value;
+  if (given.empty()) fail(pointer_to(pointer_, key), "\"\" names no file");
+  const std::filesystem::path folder = std::filesystem::path(file_).parent_path();
+  value = (folder / given).lexically_normal().string();
+}
+
+void OptionReader::choice(const char* key, std::size_t& index, std::span<const char* const> names,
+                          const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string name = given->is_string() ? given->get<std::string>() : "";
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    const char* nearest = nearest_name(name, names);
+    fail(pointer_to(pointer_, key), shown(*given) + " is none of " + listed(names) +
+                                        (nearest == nullptr ? "" : "; did you mean ") +
+                                        (nearest == nullptr ? "" : nearest + std::string("?")));
+  }
+  index = static_cast<std::size_t>(found - names.begin());
+}
+
+void OptionReader::numbers(const char* key, std::vector<double>& values, Bounds bounds,
+                           const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string pointer = pointer_to(pointer_, key);
+  if (!given->is_array()) fail(pointer, shown(*given) + " is no array of numbers");
+  values.clear();
+  for (std::size_t i = 0; i < given->size(); ++i) {
+    values.push_back(read_number((*given)[i], pointer_to(pointer, std::to_string(i)), bounds));
+  }
+}
+
+void OptionReader::channel(const char* key, std::string& value, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  value = *given == "" ? "" : read_channel(*given, pointer_to(pointer_, key));
+}
+
+void OptionReader::channels(const char* key, std::vector<std::string>& values, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string pointer = pointer_to(pointer_, key);
+  values.clear();
+  if (!given->is_array()) {
+    values.push_back(read_channel(*given, pointer));
+    return;
+  }
+  for (std::size_t i = 0; i < given->size(); ++i) {
+    values.push_back(read_channel((*given)[i], pointer_to(pointer, std::to_string(i))));
+  }
+}
+
+void OptionReader::object(const char* key, const std::function<void(OptionVisitor&)>& members,
+                          const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  OptionReader reader(*given, file_, pointer_to(pointer_, key));
+  members(reader);
+  reader.finish();
+}
+
+void OptionReader::objects(const char* key, const std::function<void(std::size_t)>& resize,
+                           const std::function<void(OptionVisitor&, std::size_t)>& member,
+                           std::size_t, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string pointer = pointer_to(pointer_, key);
+  if (!given->is_array()) fail(pointer, shown(*given) + " is no array; write [ { ... }, ... ]");
+  resize(given->size());
+  for (std::size_t i = 0; i < given->size(); ++i) {
+    OptionReader reader((*given)[i], file_, pointer_to(pointer, std::to_string(i)));
+    member(reader, i);
+    reader.finish();
+  }
+}
+
+void OptionReader::require(const char* key) {
+  if (object_.contains(key)) return;
+  fail(pointer_to(pointer_, key), "is missing and has no default; add it");
+}
+
+const json* OptionReader::take(const char* key) {
+  known_.push_back(key);
+  const auto found = object_.find(key);
+  return found == object_.end() ? nullptr : &*found;
+}
+
+void OptionReader::finish() const {
+  for (const auto& [key, value] : object_.items()) {
+    const auto is_this = [&](const char* name) { return key == name; };
+    if (std::any_of(known_.begin(), known_.end(), is_this)) continue;
+    fail(pointer_to(pointer_, key), "is no key that splid knows" + suggest_name(key, known_));
+  }
+}
+
+double OptionReader::read_number(const json& value, const std::string& pointer,
+                                 Bounds bounds) const {
+  if (!value.is_number()) fail(pointer, shown(value) + " is no number");
+  const auto number = value.get<double>();
+  if (number < bounds.min) {
+    fail(pointer, shown(value) + " is below " + number_text(bounds.min) + ", the least allowed");
+  }
+  if (number > bounds.max) {
+    fail(pointer, shown(value) + " is above " + number_text(bounds.max) + ", the most allowed");
+  }
+  return number;
+}
+
+std::string OptionReader::read_channel(const json& value, const std::string& pointer) const {
+  const std::string name = value.is_string() ? value.get<std::string>() : value.dump();
+  if (!parse_channel(name) || !(value.is_string() || value.is_number_integer())) {
+    fail(pointer, shown(value) +
+                      " is no channel; it is \"sync\", \"marker:1\" to \"marker:15\", or an input "
+                      "number");
+  }
+  return name;
+}
+
+void OptionReader::fail(const std::string& pointer, const std::string& what) const {
+  throw Error(Fault::usage, file_ + ": " + (pointer.empty() ? "" : pointer + ": ") + what);
+}
+
+}  // namespace splid

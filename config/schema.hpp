@@ -1,0 +1,46 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "protocol/options.hpp"
+
+namespace splid {
+
+// Describes options as a JSON Schema (draft 2020-12) of an object: types, bounds, defaults, and the
+// sentences as descriptions. The options visited must hold their defaults.
+class SchemaWriter final : public OptionVisitor {
+ public:
+  // schema: becomes that of an object without further keys; must outlive the writer.
+  explicit SchemaWriter(nlohmann::ordered_json& schema);
+
+  void number(const char* key, double& value, Bounds bounds, const char* doc) override;
+  void number(const char* key, std::optional<double>& value, Bounds bounds,
+              const char* doc) override;
+  void integer(const char* key, std::int64_t& value, std::int64_t min, std::int64_t max,
+               const char* doc) override;
+  void flag(const char* key, bool& value, const char* doc) override;
+  void text(const char* key, std::string& value, const char* doc) override;
+  void path(const char* key, std::string& value, const char* doc) override;
+  void choice(const char* key, std::size_t& index, std::span<const char* const> names,
+              const char* doc) override;
+  void numbers(const char* key, std::vector<double>& values, Bounds bounds,
+               const char* doc) override;
+  void channel(const char* key, std::string& value, const char* doc) override;
+  void channels(const char* key, std::vector<std::string>& values, const char* doc) override;
+  void object(const char* key, const std::function<void(OptionVisitor&)>& members,
+              const char* doc) override;
+  void objects(const char* key, const std::function<void(std::size_t)>& resize,
+               const std::function<void(OptionVisitor&, std::size_t)>& member, std::size_t count,
+               const char* doc) override;
+  void require(const char* key) override;
+
+  // The schema of one member, with its description, to be filled further.
+  nlohmann::ordered_json& add(const char* key, const char* doc);
+
+ private:
+  nlohmann::ordered_json& schema_;
+};
+
+}  // namespace splid
