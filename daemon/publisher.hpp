@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+namespace splid {
+
+// The ZeroMQ socket that subscribers connect to: XPUB, bound, each message exactly two parts, topic
+// and JSON (protocol/messages.hpp). Subscribers are never waited for: one that does not read loses
+// messages beyond its own queue, and costs the others nothing.
+//
+// Threads: one at a time; a hand-over needs a fence between, such as the start of a thread.
+// Errors: the constructor throws Error, Fault::usage for an endpoint that ZeroMQ cannot read and
+// Fault::device for one that cannot be bound; nothing after that. Timeouts: no call waits but
+// wait_for_subscriber(); the destructor waits up to linger for what is still queued.
+class Publisher {
+ public:
+  static constexpr std::chrono::milliseconds linger{300};
+
+  // queue_messages: how many messages are kept for each subscriber that does not read.
+  Publisher(const std::string& endpoint, int queue_messages);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  // As bound: a wildcard port is resolved.
+  [[nodiscard]] std::string endpoint() const;
+
+  void publish_frame(const std::string& json);
+  // The last of each is kept and sent to every new subscriber.
+  void publish_status(const std::string& json);
+  void publish_version(const std::string& json);
+
+  // Sends what is kept to those who subscribed since the last call. ZeroMQ addresses all
+  // subscribers of a topic or none: the others see the same message, with the same sequence, again.
+  void greet();
+
+  // Greets until somebody has subscribed to frames or the time is over; says whether.
+  bool wait_for_subscriber(std::chrono::milliseconds timeout);
+
+ private:
+  struct Socket;
+  void send(const char* topic, const std::string& json);
+
+  std::unique_ptr<Socket> socket_;
+  std::string version_;
+  std::string status_;
+};
+
+}  // namespace splid
