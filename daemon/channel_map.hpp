@@ -4,47 +4,46 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
+#include "config/channel_name.hpp"
 #include "config/daemon_options.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
 
-// What the framer does with a tag.
-enum class Role : std::uint8_t {
-  ignored,          // an event on a channel that the configuration does not name
-  photon,           //
-  sync,             //
-  marker,           // of the encoder
-  sync_and_marker,  // marker bits that hold both channels
-  control,          // no event: heartbeat, loss, missed, clock_break
-};
+// What the framer does with a tag: a sum of these. Zero for an event on a channel that the
+// configuration does not name. More than one for a marker tag whose bits hold several channels:
+// instruments put markers that come together into one record.
+using Roles = std::uint8_t;
+inline constexpr Roles role_photon = 1;
+inline constexpr Roles role_sync = 2;
+inline constexpr Roles role_marker = 4;   // of the encoder
+inline constexpr Roles role_control = 8;  // no event: heartbeat, loss, missed, clock_break
 
-// From a tag's kind and value to its role, by table: names of the configuration become numbers
+// From a tag's kind and value to its roles, by table: the configuration's names become numbers
 // once, at start.
-//
-// A marker tag belongs to `marker:N` when it has all bits of N: instruments put markers that come
-// together into one record.
 class ChannelMap {
  public:
-  // Errors: Error(Fault::usage) naming the JSON pointer, the value and the bound, for a name that
-  // is none, for an input outside -128 ... 126 and for a channel with two roles.
+  // Errors: Error(Fault::usage) naming the JSON pointer, the value and the bound where
+  // options.validate() finds a fault.
   explicit ChannelMap(const ChannelOptions& options);
 
   // Threads: any; the map is constant.
-  [[nodiscard]] Role role(const Tag& tag) const {
-    // Design note: values are shifted by 128 so that falling edges, which some taggers number
-    // negatively, have their places; all beyond share the last one, which stays `ignored`.
-    const auto column = std::min(static_cast<std::uint32_t>(tag.value) + 128U, 255U);
-    return roles_[(static_cast<std::uint32_t>(tag.kind) & 7U) * 256U + column];
+  [[nodiscard]] Roles roles(const Tag& tag) const {
+    // Design note: inputs -128 to 126 have their places (some taggers number falling edges
+    // negatively); all beyond share the last column, which no name can mean.
+    const auto column = std::min(
+        static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input), columns - 1);
+    return table_[(static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column];
   }
 
  private:
-  void assign(const std::string& pointer, const std::string& name, Role role);
-  void set(const std::string& pointer, const std::string& name, TagKind kind, int value, Role role);
+  static constexpr std::uint32_t kinds = 8;
+  static constexpr std::uint32_t columns = 256;
 
-  std::array<Role, std::size_t{8} * 256> roles_{};
+  void add(const ChannelName& channel, Roles role);
+
+  std::array<Roles, std::size_t{kinds} * columns> table_{};
 };
 
 }  // namespace splid

@@ -83,6 +83,12 @@ struct Frame {
   SyncFit sync;
   std::int64_t arrival_ns = 0;  // of its last tag, as passed to Framer::push
 
+  // Notes [begin_ps, end_ps), from start_ps on, as not seen; count as in Loss. Without room the
+  // last loss grows over what lies between, so that less counts as seen than was.
+  void add_loss(std::int64_t loss_begin_ps, std::int64_t loss_end_ps, std::int64_t count);
+  // Sorts the losses, clips them to the frame, joins those that touch, and fills seen_fraction.
+  void settle_losses();
+
   // Valid as long as the frame is.
   [[nodiscard]] FrameView view() const {
     return {start_ps, end_ps, photons_ps.view(), losses.view(), sync};
@@ -95,7 +101,8 @@ struct Frame {
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  // A frame to fill; what it held is overwritten. Never called twice without close() between.
+  // A frame to fill; what it held is overwritten. Never called twice without close() between. One
+  // that is not closed when the stream ends is empty.
   virtual Frame& open() = 0;
   // The frame of the last open() is complete.
   virtual void close() = 0;

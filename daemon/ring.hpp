@@ -34,6 +34,9 @@ class TagRing {
   // capacity: tags, a power of two. Errors: Error(Fault::usage).
   explicit TagRing(std::size_t capacity);
 
+  // Free room in tags, contiguous or not; looks at the consumer's side only if less than wanted was
+  // free when last seen.
+  std::size_t room(std::size_t wanted);
   // Contiguous free room for 1 to max_count tags, empty when the ring is full. Ends at the wrap.
   std::span<Tag> claim(std::size_t max_count);
   // As claim, but waits until there is room; empty only after a stop request.
@@ -71,8 +74,6 @@ class TagRing {
     void post();
   };
 
-  [[nodiscard]] std::size_t room(std::size_t wanted);
-
   std::size_t mask_;
   std::unique_ptr<Tag[]> tags_;
 
@@ -104,7 +105,8 @@ class WaitingSink final : public TagSink {
 // The ring as a live source sees it: claim never waits. When the ring is full it hands out scratch
 // room; tags published there are dropped, the newest, here in the producer. What was dropped goes
 // into the stream as loss_begin (time of the first) and loss_end (time of the last, value: how
-// many) before any later tag. A count above 2^31 - 1 is split over several such pairs.
+// many) before any later tag. A count above 2^31 - 1 is split over up to 14 such pairs,
+// enough for six minutes of 80 M tags/s; what is beyond stands in dropped_tags() alone.
 //
 // What else was in the dropped blocks is kept: counts of the source's own losses are added, a
 // loss_begin without its end is begun again, a clock_break is passed on between the losses before
@@ -114,8 +116,8 @@ class WaitingSink final : public TagSink {
 //
 // Design note: after a drop tags are taken again when a sixteenth of the ring is free, not at the
 // first free tag: a source slightly too fast would otherwise cut its stream into a loss every few
-// tags. 64 tags of room are kept for the losses, so that they fit even when the stream ends with
-// the ring full.
+// tags. Room for 64 tags is never given to the source, so that the losses (at most 60 tags) fit
+// even when the stream ends with the ring full.
 class DroppingSink final : public TagSink {
  public:
   // Errors: Error(Fault::usage) for a ring of fewer than 256 tags.
@@ -143,6 +145,7 @@ class DroppingSink final : public TagSink {
 
   void drop(std::span<const Tag> tags);
   void drop(const Tag& tag);
+  void break_stretch(std::int64_t time_ps);
   void write_losses();
   void write(const Stretch& stretch);
   void put(const Tag& tag);
