@@ -26,9 +26,10 @@ std::optional<ChannelName> parse_channel(const std::string& name) {
       std::string_view(name).substr(is_marker ? marker_prefix.size() : 0);
   const std::optional<int> value = parse_integer(digits);
   if (!value) return std::nullopt;
-  if (!is_marker) return ChannelName{TagKind::photon, *value};
-  if (*value < 1 || *value > max_marker_bits) return std::nullopt;
-  return ChannelName{TagKind::marker, *value};
+  const int least = is_marker ? 1 : min_input;
+  const int most = is_marker ? max_marker_bits : max_input;
+  if (*value < least || *value > most) return std::nullopt;
+  return ChannelName{is_marker ? TagKind::marker : TagKind::photon, *value};
 }
 
 bool overlap(const ChannelName& a, const ChannelName& b) {

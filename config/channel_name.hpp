@@ -20,8 +20,11 @@ struct ChannelName {
   }
 };
 
-// `sync`, `marker:1` to `marker:15`, or an input number, negative where an instrument numbers
-// falling edges so. Null for anything else.
+// Inputs that a name may give; negative where an instrument numbers falling edges so.
+inline constexpr int min_input = -128;
+inline constexpr int max_input = 126;
+
+// `sync`, `marker:1` to `marker:15`, or an input number. Null for anything else.
 std::optional<ChannelName> parse_channel(const std::string& name);
 
 // True if some tag would belong to both.

@@ -99,7 +99,7 @@ std::optional<OptionFault> ChannelOptions::validate() const {
     if (!channel) {
       return OptionFault{all[i].pointer, "\"" + all[i].name +
                                              "\" is no channel; it is sync, marker:1 to marker:15, "
-                                             "or an input number"};
+                                             "or an input, -128 to 126"};
     }
     for (std::size_t k = 0; k < i; ++k) {
       if (!overlap(*channel, *parse_channel(all[k].name))) continue;

@@ -196,8 +196,8 @@ std::string OptionReader::read_channel(const json& value, const std::string& poi
   const std::string name = value.is_string() ? value.get<std::string>() : value.dump();
   if (!parse_channel(name) || !(value.is_string() || value.is_number_integer())) {
     fail(pointer, shown(value) +
-                      " is no channel; it is \"sync\", \"marker:1\" to \"marker:15\", or an input "
-                      "number");
+                      " is no channel; it is \"sync\", \"marker:1\" to \"marker:15\", or an input, "
+                      "-128 to 126");
   }
   return name;
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "config/channel_name.hpp"
 #include "config/json_text.hpp"
 #include "config/option_writer.hpp"
 
@@ -19,7 +20,7 @@ void add_bounds(ordered_json& schema, Bounds bounds) {
 ordered_json channel_schema(bool may_be_empty) {
   const char* names = "^(sync|marker:([1-9]|1[0-5])|-?[0-9]+)$";
   const char* names_or_none = "^(sync|marker:([1-9]|1[0-5])|-?[0-9]+)?$";
-  return {{{"type", "integer"}},
+  return {{{"type", "integer"}, {"minimum", min_input}, {"maximum", max_input}},
           {{"type", "string"}, {"pattern", may_be_empty ? names_or_none : names}}};
 }
 

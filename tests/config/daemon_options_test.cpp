@@ -1,0 +1,73 @@
+#include "config/daemon_options.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string fault_of(const ChannelOptions& options) {
+  const auto fault = options.validate();
+  return fault ? fault->pointer + ": " + fault->what : "";
+}
+
+std::string fault_of_endpoint(const std::string& endpoint) {
+  const auto fault = PublishOptions{.endpoint = endpoint}.validate();
+  return fault ? fault->pointer + ": " + fault->what : "";
+}
+
+TEST(ChannelOptions, DefaultsAreValid) { EXPECT_EQ(fault_of(ChannelOptions{}), ""); }
+
+TEST(ChannelOptions, ATagMayHaveOneMeaning) {
+  EXPECT_THAT(fault_of({.photon = {"1", "2"}, .sync = "2"}),
+              HasSubstr("/sync: \"2\" takes tags of \"2\", which is given at /photon/1"));
+  EXPECT_THAT(fault_of({.photon = {"1", "1"}}), HasSubstr("/photon/1"));
+  EXPECT_THAT(fault_of({.photon = {"1"}, .sync = "sync", .encoder = "1"}), HasSubstr("/encoder"));
+  EXPECT_THAT(fault_of({.sync = "marker:3", .encoder = "marker:1"}), HasSubstr("/encoder"));
+  EXPECT_EQ(fault_of({.sync = "marker:2", .encoder = "marker:1"}), "");
+}
+
+TEST(ChannelOptions, EncoderMayBeAbsentAndTheOthersNot) {
+  EXPECT_EQ(fault_of({.sync = "marker:1", .encoder = ""}), "");
+  EXPECT_THAT(fault_of({.sync = ""}), HasSubstr("/sync: \"\" is no channel"));
+  EXPECT_THAT(fault_of({.photon = {}}), HasSubstr("/photon: [] names no input"));
+  EXPECT_THAT(fault_of({.photon = {"0", "laser"}}), HasSubstr("/photon/1: \"laser\""));
+}
+
+TEST(PublishOptions, TakesLoopbackAndLocalSockets) {
+  for (const char* endpoint :
+       {"tcp://127.0.0.1:9872", "tcp://127.3.2.1:1", "tcp://localhost:65535", "tcp://[::1]:9872",
+        "tcp://lo:9872", "tcp://127.0.0.1:*", "ipc:///run/splid/frames", "ipc://@splid"}) {
+    EXPECT_EQ(fault_of_endpoint(endpoint), "") << endpoint;
+  }
+}
+
+TEST(PublishOptions, RefusesWhatTheNetworkCouldReach) {
+  for (const char* endpoint :
+       {"tcp://*:9872", "tcp://0.0.0.0:9872", "tcp://192.168.1.2:9872", "tcp://eth0:9872",
+        "tcp://[::]:9872", "tcp://127.example.org:9872", "tcp://127.0.0.1.example.org:9872",
+        "tcp://127.0.0.256:9872", "tcp://127.0.0.:1"}) {
+    EXPECT_THAT(fault_of_endpoint(endpoint), HasSubstr("without encryption")) << endpoint;
+  }
+}
+
+TEST(PublishOptions, RefusesWhatIsNoEndpoint) {
+  EXPECT_THAT(fault_of_endpoint(""), HasSubstr("/endpoint: \"\" must begin with tcp://"));
+  EXPECT_THAT(fault_of_endpoint("udp://127.0.0.1:1"), HasSubstr("must begin with"));
+  EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1"), HasSubstr("has no port"));
+  EXPECT_THAT(fault_of_endpoint("tcp://:9872"), HasSubstr("has no port"));
+  EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1:0"), HasSubstr("port from 1 to 65535"));
+  EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1:65536"), HasSubstr("port from 1 to 65535"));
+  EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1:98x"), HasSubstr("port from 1 to 65535"));
+  EXPECT_THAT(fault_of_endpoint("ipc://"), HasSubstr("names no file"));
+}
+
+TEST(PublishOptions, AnIpcPathHasToFitASocketAddress) {
+  EXPECT_EQ(fault_of_endpoint("ipc://" + std::string(107, 'a')), "");
+  EXPECT_THAT(fault_of_endpoint("ipc://" + std::string(108, 'a')), HasSubstr("108 bytes"));
+}
+
+}  // namespace
+}  // namespace splid

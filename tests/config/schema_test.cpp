@@ -1,0 +1,71 @@
+#include "config/schema.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/every_option.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json schema_of_every_option() {
+  ordered_json schema;
+  SchemaWriter writer(schema);
+  testing::EveryOption options;
+  options.describe(writer);
+  return schema;
+}
+
+ordered_json member(const std::string& key) { return schema_of_every_option()["properties"][key]; }
+
+TEST(Schema, IsOfAnObjectWithoutFurtherKeys) {
+  const ordered_json schema = schema_of_every_option();
+  EXPECT_EQ(schema["type"], "object");
+  EXPECT_EQ(schema["additionalProperties"], false);
+  EXPECT_EQ(schema["required"], ordered_json::array());
+  EXPECT_EQ(schema["properties"].size(), 12U);
+}
+
+TEST(Schema, NumbersHaveBoundsAndDefaults) {
+  EXPECT_EQ(member("length_ms").dump(),
+            R"({"description":"a length, ms","type":"number","minimum":0.5,"maximum":60000,)"
+            R"("default":50})");
+  EXPECT_EQ(member("count").dump(),
+            R"({"description":"a count","type":"integer","minimum":-3,"maximum":8,"default":4})");
+  EXPECT_FALSE(member("start_s").contains("default"));
+}
+
+TEST(Schema, TextsFlagsAndChoices) {
+  EXPECT_EQ(member("live").dump(), R"({"description":"a flag","type":"boolean","default":true})");
+  EXPECT_EQ(member("name").dump(),
+            R"({"description":"a name","type":"string","default":"default"})");
+  EXPECT_EQ(member("recording").dump(),
+            R"({"description":"a file","type":"string","minLength":1,"format":"path"})");
+  EXPECT_EQ(member("colour").dump(),
+            R"({"description":"a choice","enum":["red","green"],"default":"red"})");
+}
+
+TEST(Schema, ArraysDescribeTheirItems) {
+  EXPECT_EQ(member("times_s").dump(),
+            R"({"description":"some times, s","type":"array",)"
+            R"("items":{"type":"number","minimum":0,"maximum":9},"default":[1,2.5]})");
+  const ordered_json targets = member("targets");
+  EXPECT_EQ(targets["items"]["required"], ordered_json::parse(R"(["distance_m"])"));
+  EXPECT_EQ(targets["items"]["properties"]["distance_m"]["maximum"], 100);
+  EXPECT_EQ(targets["default"], ordered_json::array());
+}
+
+TEST(Schema, ChannelsAreNumbersOrNames) {
+  const ordered_json sync = member("sync");
+  EXPECT_EQ(sync["default"], "sync");
+  ASSERT_EQ(sync["anyOf"].size(), 2U);
+  EXPECT_EQ(sync["anyOf"][0]["type"], "integer");
+  const ordered_json photon = member("photon");
+  EXPECT_EQ(photon["default"], ordered_json::parse("[1]"));
+  ASSERT_EQ(photon["anyOf"].size(), 3U);
+  EXPECT_EQ(photon["anyOf"][2]["type"], "array");
+}
+
+}  // namespace
+}  // namespace splid
