@@ -1,0 +1,55 @@
+#include "estimator/comb.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "estimator/units.hpp"
+
+namespace splid {
+
+Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per_ps) {
+  for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
+    if (segment.amplitudes[p] <= 0) continue;
+    times_ns.push_back(segment.pulse_times_ps[p] * ns_per_ps);
+    amplitudes.push_back(segment.amplitudes[p]);
+    total_amplitude += segment.amplitudes[p];
+    uniform = uniform && segment.amplitudes[p] == amplitudes.front();
+  }
+  closest_ns = period_ns;
+  for (std::size_t p = 0; p < times_ns.size(); ++p) {
+    const double next =
+        p + 1 < times_ns.size() ? times_ns[p + 1] : times_ns.front() + period_ns;
+    closest_ns = std::min(closest_ns, next - times_ns[p]);
+  }
+}
+
+CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
+    : first_ns_(first_ns), last_ns_(last_ns) {
+  const auto before = static_cast<int>(std::ceil(std::max(0.0, last_ns) / comb.period_ns)) + 1;
+  const auto after = static_cast<int>(std::ceil(std::max(0.0, -first_ns) / comb.period_ns)) + 1;
+  for (int turn = -before; turn <= after; ++turn) {
+    for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+      pulses_.push_back({comb.times_ns[p] + turn * comb.period_ns, comb.amplitudes[p]});
+    }
+  }
+  // Design note: eight buckets a pulse leave most of them empty where windows are narrow, so most
+  // background photons cost one look-up; 2^15 buckets of 8 bytes still fit the second cache.
+  const std::size_t buckets =
+      std::min<std::size_t>(std::size_t{1} << 15, std::bit_ceil(comb.times_ns.size() * 64));
+  buckets_per_ns_ = static_cast<double>(buckets) / comb.period_ns;
+  buckets_.resize(buckets);
+  for (std::size_t k = 0; k < buckets; ++k) {
+    // A hair wider than the bucket, against rounding of phase times buckets_per_ns.
+    const double lo = (static_cast<double>(k) - 1e-6) / buckets_per_ns_ - last_ns;
+    const double hi = (static_cast<double>(k) + 1 + 1e-6) / buckets_per_ns_ - first_ns;
+    const auto earlier = [](const Pulse& pulse, double time) { return pulse.time_ns < time; };
+    const auto begin = std::lower_bound(pulses_.begin(), pulses_.end(), lo, earlier);
+    const auto end = std::lower_bound(begin, pulses_.end(), hi, earlier);
+    buckets_[k] = {static_cast<std::uint32_t>(begin - pulses_.begin()),
+                   static_cast<std::uint32_t>(end - begin)};
+    max_overlap_ = std::max(max_overlap_, static_cast<std::size_t>(end - begin));
+  }
+}
+
+}  // namespace splid

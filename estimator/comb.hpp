@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "protocol/pattern.hpp"
+
+namespace splid {
+
+// The pulses of one pattern period as the estimator uses them: times in ns of the pattern's own
+// (calibrated) clock, in [0, period_ns), ascending; amplitudes relative.
+struct Comb {
+  double period_ns = 0;
+  std::vector<double> times_ns;
+  std::vector<double> amplitudes;
+  double total_amplitude = 0;
+  double closest_ns = 0;  // smallest distance between two pulses, around the period's end too
+  bool uniform = true;    // all amplitudes alike
+
+  // Pulses of amplitude zero are left out: they are not there.
+  explicit Comb(const PatternSegment& segment);
+};
+
+// For a phase in [0, period) the pulses whose windows [t_p + first, t_p + last] it may lie in, found
+// by one table look-up. Pulses beyond the period's ends are there too, at t_p + m period.
+//
+// Threads: const, any. Memory: 8 bytes a bucket, at most 256 KiB.
+class CombWindow {
+ public:
+  // first_ns < last_ns.
+  CombWindow(const Comb& comb, double first_ns, double last_ns);
+
+  struct Pulse {
+    double time_ns;
+    double amplitude;
+  };
+  [[nodiscard]] std::span<const Pulse> candidates(double phase_ns) const {
+    const auto bucket = static_cast<std::size_t>(phase_ns * buckets_per_ns_);
+    const Range range = buckets_[bucket < buckets_.size() ? bucket : buckets_.size() - 1];
+    return {pulses_.data() + range.begin, range.count};
+  }
+  [[nodiscard]] double first_ns() const { return first_ns_; }
+  [[nodiscard]] double last_ns() const { return last_ns_; }
+  // The most pulses that any phase has.
+  [[nodiscard]] std::size_t max_overlap() const { return max_overlap_; }
+
+ private:
+  struct Range {
+    std::uint32_t begin;
+    std::uint32_t count;
+  };
+  double first_ns_;
+  double last_ns_;
+  double buckets_per_ns_;
+  std::size_t max_overlap_ = 0;
+  std::vector<Pulse> pulses_;  // ascending in time, with copies at whole periods around
+  std::vector<Range> buckets_;
+};
+
+}  // namespace splid

@@ -1,0 +1,306 @@
+#include "estimator/frame_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/comb.hpp"
+#include "estimator/folded_frame.hpp"
+#include "estimator/likelihood.hpp"
+#include "estimator/line_search.hpp"
+#include "estimator/pulse_shape.hpp"
+#include "estimator/refinement.hpp"
+#include "estimator/significance.hpp"
+#include "estimator/units.hpp"
+#include "estimator/zoom.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// Design note: measured in the trial of the search: bins of 10, 5 and 2.5 pulse widths find a target
+// of 1/7, 1/9 and less of [P]'s signal in [P]'s background without a wrong peak. A level is only
+// looked at when the one before it found nothing significant.
+constexpr double level_widths[] = {10, 5, 2.5};
+constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20,
+                                       std::size_t{1} << 22};
+
+// A gain this far above the threshold ends the search: e^-6 of the false-alarm rate.
+constexpr double settled_margin_nats = 6;
+
+std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
+
+std::unique_ptr<PulseShape> make_shape(const Pattern& pattern, const PulseOptions& options) {
+  if (options.shape == Shape::gaussian) return make_gaussian(options.sigma_ps * ns_per_ps);
+  if (!pattern.pulse) {
+    throw Error(Fault::usage,
+                "pulse.shape is tabulated, but the pattern file has no pulse block; calibrate the "
+                "pattern or use pulse.shape gaussian");
+  }
+  return make_tabulated(*pattern.pulse);
+}
+
+const PatternSegment& only_segment(const Pattern& pattern) {
+  if (pattern.segments.size() != 1) {
+    throw Error(Fault::usage,
+                "pattern has " + std::to_string(pattern.segments.size()) +
+                    " segments; this release estimates patterns of one segment (baseline, "
+                    "ambiguous, interleaved, random)");
+  }
+  return pattern.segments.front();
+}
+
+// g t_a, the drift of the delay over a frame of a target at this speed.
+double drift_of(double velocity_mps, double length_ns) {
+  const double beta = velocity_mps / speed_of_light_mps;
+  return 2 * beta / (1 + beta) * length_ns;
+}
+
+SearchGrid level_grid(const Comb& comb, double width_ns, std::size_t level, double max_drift_ns) {
+  // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse.
+  const double widest_ns = comb.closest_ns / 2;
+  double bin_ns = std::min(widest_ns, level_widths[level] * width_ns);
+  while (true) {
+    const SearchGrid grid = SearchGrid::cover(comb.period_ns, bin_ns, max_drift_ns);
+    if (grid.cells() <= level_cells[level] || bin_ns >= widest_ns) return grid;
+    bin_ns = std::min(widest_ns, bin_ns * 1.25);
+  }
+}
+
+}  // namespace
+
+// One way of looking: its grid, and the window that a zoom into one of its cells needs.
+struct SearchLevel {
+  SearchGrid grid;
+  double reach_ns;
+  CombWindow window;
+
+  SearchLevel(const Comb& comb, const SearchGrid& grid_in, double width_ns, double peak_ns)
+      : grid(grid_in),
+        reach_ns(1.5 * grid_in.bin_ns),
+        window(comb, peak_ns - 2 * reach_ns - 4 * width_ns, peak_ns + 2 * reach_ns + 4 * width_ns) {
+  }
+};
+
+struct FrameEstimator::Workspace {
+  Comb comb;
+  Mode mode;
+  double unambiguous_ns;
+  std::unique_ptr<PulseShape> shape;
+  SceneOptions scene;
+  double max_drift_ns;  // over a frame of nominal length
+  double threshold_nats;
+  std::vector<SearchLevel> levels;
+  FoldedFrame frame;
+  LineSearch search;
+  NearSet near;
+  Zoom zoom;
+  Refinement refinement;
+
+  Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
+            const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons)
+      : comb(only_segment(pattern)),
+        mode(pattern.mode),
+        unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
+        shape(make_shape(pattern, pulse)),
+        scene(scene_options),
+        max_drift_ns(moving() ? drift_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
+        threshold_nats(significance_threshold_nats(
+            {comb.period_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
+        levels(make_levels(options.effort)),
+        frame(max_photons),
+        search(comb, largest_grid()),
+        near(max_photons * widest_overlap()),
+        zoom(shape->width_ns(), shape->peak_offset_ns()),
+        refinement(*shape, comb, max_photons) {}
+
+  [[nodiscard]] bool moving() const {
+    return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
+  }
+
+  [[nodiscard]] std::vector<SearchLevel> make_levels(Effort effort) const {
+    std::vector<SearchLevel> made;
+    // At rest the finest level is a single row of bins: nothing is gained by a coarser one.
+    const std::size_t first = moving() ? 0 : std::size(level_widths) - 1;
+    const std::size_t end = moving() ? levels_of(effort) : std::size(level_widths);
+    for (std::size_t level = first; level < end; ++level) {
+      const SearchGrid grid = level_grid(comb, shape->width_ns(), level, max_drift_ns);
+      if (!made.empty() && grid.cells() == made.back().grid.cells()) continue;
+      made.emplace_back(comb, grid, shape->width_ns(), shape->peak_offset_ns());
+    }
+    return made;
+  }
+
+  [[nodiscard]] std::uint32_t recheck_bins() const {
+    // Three widths: a pulse fills one or two bins.
+    const double bins = std::ceil(comb.period_ns / (3 * shape->width_ns()));
+    return static_cast<std::uint32_t>(std::clamp(bins, 1.0, 262144.0));
+  }
+  [[nodiscard]] std::size_t largest_grid() const {
+    std::size_t cells = recheck_bins();
+    for (const SearchLevel& level : levels) cells = std::max(cells, level.grid.cells());
+    return cells;
+  }
+  [[nodiscard]] std::size_t widest_overlap() const {
+    std::size_t overlap = 1;
+    for (const SearchLevel& level : levels) {
+      overlap = std::max(overlap, level.window.max_overlap());
+    }
+    return overlap;
+  }
+
+  std::optional<Fit> find_target();
+  std::optional<Fit> find_at_level(const SearchLevel& level);
+  Fit fit_cell(const SearchLevel& level, const Exposure& exposure, DelayLine line);
+  void recheck_delay(const SearchLevel& level, const Exposure& exposure, Fit& best);
+  [[nodiscard]] double best_possible_gain(const SearchCell& cell, const SearchGrid& grid,
+                                          const Exposure& exposure) const;
+  Fit drop_motion_unless_seen(const Fit& moving_fit);
+  void fill(Estimate& estimate, const Fit& fit) const;
+};
+
+std::optional<Fit> FrameEstimator::Workspace::find_target() {
+  std::optional<Fit> best;
+  for (const SearchLevel& level : levels) {
+    const std::optional<Fit> found = find_at_level(level);
+    if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
+    if (best && best->gain_nats > threshold_nats + settled_margin_nats) break;
+  }
+  return best;
+}
+
+std::optional<Fit> FrameEstimator::Workspace::find_at_level(const SearchLevel& level) {
+  const Exposure exposure(frame, comb);
+  const double limit_ns = moving() ? drift_of(scene.max_speed_mps, frame.length_ns) : 0;
+  std::optional<Fit> best;
+  for (const SearchCell& cell : search.run(frame, level.grid, limit_ns)) {
+    if (best && best->gain_nats > best_possible_gain(cell, level.grid, exposure)) break;
+    const Fit fit = fit_cell(level, exposure, cell.line);
+    if (!best || fit.gain_nats > best->gain_nats) best = fit;
+  }
+  if (best && comb.times_ns.size() > 1) recheck_delay(level, exposure, *best);
+  return best;
+}
+
+Fit FrameEstimator::Workspace::fit_cell(const SearchLevel& level, const Exposure& exposure,
+                                        DelayLine line) {
+  // The search sees where the photons are; a pulse may have its peak beside its time.
+  line.delay_ns -= shape->peak_offset_ns();
+  near.collect(frame, level.window, comb.period_ns, line);
+  return refinement.climb(frame, exposure, zoom.find(near, level.reach_ns, moving()), moving());
+}
+
+// A comb fits itself in part at other delays: an interleaved one by half of its pulses. Where the
+// best cell was such a shoulder, the peak has the same drift.
+void FrameEstimator::Workspace::recheck_delay(const SearchLevel& level, const Exposure& exposure,
+                                              Fit& best) {
+  const std::uint32_t bins = recheck_bins();
+  const SearchCell cell = search.best_delay(frame, best.parameters.line.drift_ns, bins);
+  const double apart = std::remainder(
+      cell.line.delay_ns - best.parameters.line.delay_ns - shape->peak_offset_ns(),
+      comb.period_ns);
+  if (std::abs(apart) < 3 * comb.period_ns / bins) return;
+  const Fit fit = fit_cell(level, exposure, cell.line);
+  if (fit.gain_nats > best.gain_nats) best = fit;
+}
+
+// No fit in a cell of so many photons gains more, even if all those beyond the background's mean
+// (and three deviations) are signal, in this cell and in three neighbours that share it.
+double FrameEstimator::Workspace::best_possible_gain(const SearchCell& cell,
+                                                     const SearchGrid& grid,
+                                                     const Exposure& exposure) const {
+  const double photons = static_cast<double>(frame.size());
+  const double mean = photons * static_cast<double>(comb.times_ns.size()) / grid.bins;
+  const double signal = 4 * (std::max(0.0, cell.count - mean) + 3 * std::sqrt(mean));
+  const double peak_density = std::exp(shape->log_h(shape->peak_offset_ns()));
+  const double background = photons / exposure.seen_ns;
+  return signal * std::log1p(signal / exposure.amplitude * peak_density / background);
+}
+
+// The target is at rest unless the photons say otherwise at 3 standard deviations: 4.5 nats.
+Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
+  constexpr double nats_for_motion = 4.5;
+  const DelayLine still = {moving_fit.parameters.line.delay_ns, 0};
+  const double off_ns = std::abs(moving_fit.parameters.line.drift_ns);
+  if (off_ns > 20 * shape->width_ns()) return moving_fit;
+  const Fit fit = refinement.climb(frame, Exposure(frame, comb), still, false);
+  return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
+}
+
+void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit) const {
+  const FrameParameters& p = fit.parameters;
+  const double g = p.line.drift_ns / frame.length_ns;
+  const double beta = g / (2 - g);
+  // tau = D (1 + beta); the clock of the pattern becomes the tagger's by `scale`.
+  const double circle_ns = (mode == Mode::ambiguous ? unambiguous_ns : comb.period_ns);
+  const auto wrap = [](double delay, double circle) {
+    const double turned = delay - circle * std::floor(delay / circle);
+    return turned < circle ? turned : 0.0;
+  };
+  estimate.has_values = true;
+  estimate.velocity_mps = beta * speed_of_light_mps;
+  estimate.delay_ns = wrap(p.line.delay_ns * (1 + beta), circle_ns) * frame.scale;
+  estimate.delay_start_ns =
+      wrap(p.line.delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * frame.scale;
+  estimate.signal_per_pulse = p.signal_per_pulse;
+  estimate.background_per_ns = p.background_per_ns;
+  estimate.significance_nats = fit.gain_nats;
+  estimate.stop = fit.stop;
+  if (!fit.has_covariance) return;
+  // d beta / d drift = 2 / ((2 - g)^2 t_a).
+  const double per_drift = 2 / ((2 - g) * (2 - g) * frame.length_ns);
+  const auto& C = fit.covariance;
+  const double a = 1 + beta;
+  const double c = p.line.delay_ns * per_drift;
+  const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
+  estimate.std_delay_ns = std::sqrt(std::max(0.0, variance)) * frame.scale;
+  estimate.std_velocity_mps = std::sqrt(C(1, 1)) * per_drift * speed_of_light_mps;
+  estimate.std_signal_per_pulse = std::sqrt(C(2, 2));
+  estimate.std_background_per_ns = std::sqrt(C(3, 3));
+}
+
+FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
+                               const SceneOptions& scene, const EstimatorOptions& options,
+                               double frame_length_ms, std::size_t max_photons)
+    : workspace_(std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
+                                             max_photons)) {}
+
+FrameEstimator::~FrameEstimator() = default;
+FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
+
+Estimate FrameEstimator::estimate(const FrameView& view) {
+  Workspace& w = *workspace_;
+  Estimate estimate;
+  estimate.photons = view.photons_ps.size();
+  estimate.threshold_nats = w.threshold_nats;
+  double seen_ns = static_cast<double>(view.end_ps - view.start_ps) * ns_per_ps;
+  for (const Loss& loss : view.losses) {
+    seen_ns -= static_cast<double>(loss.end_ps - loss.begin_ps) * ns_per_ps;
+  }
+  if (seen_ns > 0) {
+    estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
+  }
+  if (!view.sync.locked) {
+    estimate.status = FrameStatus::no_sync;
+    return estimate;
+  }
+  estimate.status = FrameStatus::no_target;
+  if (estimate.photons == 0 || seen_ns <= 0) return estimate;
+
+  w.frame.fold(view, w.comb.period_ns);
+  std::optional<Fit> fit = w.find_target();
+  if (!fit) return estimate;
+  estimate.significance_nats = fit->gain_nats;
+  if (fit->gain_nats < w.threshold_nats || !fit->has_covariance) return estimate;
+  if (w.moving() && w.scene.motion == Motion::automatic) {
+    fit = w.drop_motion_unless_seen(*fit);
+    if (!fit->has_covariance) return estimate;
+  }
+  w.fill(estimate, *fit);
+  estimate.status = w.mode == Mode::ambiguous ? FrameStatus::ambiguous : FrameStatus::ok;
+  return estimate;
+}
+
+}  // namespace splid

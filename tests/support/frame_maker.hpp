@@ -1,0 +1,137 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "estimator/frame.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid::test {
+
+// A frame as a target would make it, from first principles and apart from the product's code: every
+// pulse leaves, meets the target on its way and comes back, in long double.
+struct FrameMaker {
+  Pattern pattern;
+  double length_ms = 50;
+  double distance_m = 284.5;  // at mid-frame
+  double velocity_mps = 0;
+  double signal_per_pulse = 13.5e-4;
+  double background_per_ns = 1.75e-4;
+  double sigma_ns = 0.1;
+  double drift_ppm = 0;  // of the pattern's clock
+  std::int64_t start_ps = 0;
+
+  struct Frame {
+    std::vector<std::int64_t> photons_ps;
+    std::vector<Loss> losses;
+    std::int64_t start_ps, end_ps;
+    SyncFit sync;
+    [[nodiscard]] FrameView view() const { return {start_ps, end_ps, photons_ps, losses, sync}; }
+  };
+
+  [[nodiscard]] Frame make(std::uint64_t seed) const {
+    std::mt19937_64 random(seed);
+    Frame frame;
+    const PatternSegment& segment = pattern.segments.front();
+    const long double scale = 1 + drift_ppm * 1e-6L;
+    const long double period_ps = segment.period_ps * scale;
+    const auto periods = std::llround(length_ms * 1e9L / period_ps);
+    frame.start_ps = start_ps;
+    frame.end_ps = start_ps + std::llround(periods * period_ps);
+    const std::int64_t mid = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
+    const long double length_ps = frame.end_ps - frame.start_ps;
+    const long double c = 299792458.0L * 1e-12L;  // m/ps
+    const long double v = velocity_mps * 1e-12L;  // m/ps
+    // Pulse p of period k leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
+    const auto arrival = [&](std::int64_t k, std::size_t p) {
+      const long double e = k * period_ps + segment.pulse_times_ps[p] * scale - length_ps / 2;
+      const long double hit = (c * e + distance_m) / (c - v);
+      return 2 * hit - e;
+    };
+    std::normal_distribution<double> jitter(0, sigma_ns * 1e3);
+    const std::int64_t reach = static_cast<std::int64_t>(2 * distance_m / c / period_ps) + 3;
+    for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
+      const double mean = signal_per_pulse * segment.amplitudes[p];
+      if (mean <= 0) continue;
+      // Gaps between detections are exponential in accumulated amplitude.
+      std::exponential_distribution<double> gap(mean);
+      for (double at = gap(random); at < static_cast<double>(periods + 2 * reach);
+           at += gap(random)) {
+        const auto k = static_cast<std::int64_t>(at) - reach;
+        const auto t = mid + std::llround(arrival(k, p) + jitter(random));
+        if (t >= frame.start_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
+      }
+    }
+    std::poisson_distribution<std::int64_t> background(
+        std::max(1e-300, background_per_ns * static_cast<double>(length_ps) * 1e-3));
+    std::uniform_int_distribution<std::int64_t> anywhere(frame.start_ps, frame.end_ps - 1);
+    if (background_per_ns > 0) {
+      for (std::int64_t n = background(random); n > 0; --n) {
+        frame.photons_ps.push_back(anywhere(random));
+      }
+    }
+    std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+    frame.sync.locked = true;
+    frame.sync.origin_ps = frame.start_ps;
+    frame.sync.phase_ps = 0;
+    frame.sync.period_ps = static_cast<double>(period_ps);
+    frame.sync.drift_ppm = drift_ppm;
+    return frame;
+  }
+};
+
+// One pulse at the times n t_k of each sub-period, every instant once.
+inline Pattern interleaved_pattern(const std::vector<std::int64_t>& subperiods_ps,
+                                   std::int64_t period_ps) {
+  std::vector<std::int64_t> times;
+  Pattern pattern;
+  for (const std::int64_t step : subperiods_ps) {
+    pattern.subperiods_ps.push_back(static_cast<double>(step));
+    for (std::int64_t t = 0; t < period_ps; t += step) times.push_back(t);
+  }
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  pattern.mode = Mode::interleaved;
+  pattern.unambiguous_delay_ps = static_cast<double>(period_ps);
+  PatternSegment segment;
+  segment.period_ps = static_cast<double>(period_ps);
+  segment.pulse_times_ps.assign(times.begin(), times.end());
+  segment.amplitudes.assign(times.size(), 1.0);
+  pattern.segments = {segment};
+  return pattern;
+}
+
+inline Pattern periodic_pattern(double period_ps) {
+  Pattern pattern;
+  pattern.mode = Mode::baseline;
+  pattern.unambiguous_delay_ps = period_ps;
+  pattern.segments = {{period_ps, {0.0}, {1.0}, 0}};
+  return pattern;
+}
+
+// Pulses at least min_spacing_ps apart, around the end too, drawn until they fit.
+inline Pattern random_pattern(double period_ps, std::size_t pulses, double min_spacing_ps,
+                              std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const double slack_ps = period_ps - static_cast<double>(pulses) * min_spacing_ps;
+  std::uniform_real_distribution<double> uniform(0, slack_ps);
+  std::vector<double> free_ps(pulses);
+  for (double& at : free_ps) at = uniform(random);
+  std::sort(free_ps.begin(), free_ps.end());
+  Pattern pattern;
+  pattern.mode = Mode::random;
+  pattern.unambiguous_delay_ps = period_ps;
+  PatternSegment segment;
+  segment.period_ps = period_ps;
+  for (std::size_t p = 0; p < pulses; ++p) {
+    segment.pulse_times_ps.push_back(free_ps[p] + static_cast<double>(p) * min_spacing_ps);
+  }
+  segment.amplitudes.assign(pulses, 1.0);
+  pattern.segments = {segment};
+  return pattern;
+}
+
+}  // namespace splid::test
