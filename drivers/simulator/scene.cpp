@@ -1,0 +1,88 @@
+#include "drivers/simulator/scene.hpp"
+
+#include <algorithm>
+
+namespace splid::simulator {
+namespace {
+
+DriftRate drift_of(const SimulatorOptions& options) {
+  return {options.drift_ppm, options.drift_ramp_ppm_per_s};
+}
+
+std::uint64_t seed_of(const SimulatorOptions& options) {
+  return static_cast<std::uint64_t>(options.seed);
+}
+
+double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
+
+constexpr FineTime never = {PendingTimes::none, 0};
+
+}  // namespace
+
+Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
+    : signal_(pattern, options.detection, drift_of(options), Motion(options.target),
+              seed_of(options)),
+      sync_(pattern, options.sync, drift_of(options), seed_of(options)),
+      random_(seed_of(options), 3),
+      start_ps_(options.start_ps),
+      photon_input_(static_cast<int>(options.photon_input)),
+      near_photons_only_(options.sync.near_photons_only),
+      background_gap_ps_(gap_ps(options.background_per_s())),
+      background_(background_gap_ps_ > 0 ? FineTime{} : never),
+      marker_gap_ps_(gap_ps(options.encoder_rate_hz)),
+      marker_(marker_gap_ps_ > 0 ? FineTime{} : never) {
+  if (background_gap_ps_ > 0) next_background();
+}
+
+bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
+  signal_.fill(until_ps);
+  sync_.fill(until_ps);
+  for (;;) {
+    const std::int64_t first_ps =
+        std::min({signal_.pending().front(), sync_.pending().front(), marker_.ps, until_ps});
+    if (!write_background(first_ps, out)) return false;
+    if (first_ps >= until_ps) return true;
+    if (!write_first(out)) return false;
+  }
+}
+
+// The hot loop of a scene with much background.
+bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
+  while (background_.ps < until_ps) {
+    if (!put_photon(background_.ps, out)) return false;
+    next_background();
+  }
+  return true;
+}
+
+// The earliest of signal, syncs and markers.
+bool Scene::write_first(TagWriter& out) {
+  const std::int64_t signal_ps = signal_.pending().front();
+  const std::int64_t sync_ps = sync_.pending().front();
+  if (signal_ps <= std::min(sync_ps, marker_.ps)) {
+    signal_.pending().pop();
+    return put_photon(signal_ps, out);
+  }
+  if (sync_ps <= marker_.ps) {
+    sync_.pending().pop();
+    return put_sync(sync_ps, out);
+  }
+  const std::int64_t marker_ps = marker_.ps;
+  marker_.advance(marker_gap_ps_);
+  return out.put(marker_tag(start_ps_ + marker_ps, 1));
+}
+
+bool Scene::put_photon(std::int64_t time_ps, TagWriter& out) {
+  photon_since_sync_ = true;
+  return out.put(photon_tag(start_ps_ + time_ps, photon_input_));
+}
+
+bool Scene::put_sync(std::int64_t time_ps, TagWriter& out) {
+  const bool passed = photon_since_sync_ || !near_photons_only_;
+  photon_since_sync_ = false;
+  return !passed || out.put(sync_tag(start_ps_ + time_ps));
+}
+
+void Scene::next_background() { background_.advance(background_gap_ps_ * random_.exponential()); }
+
+}  // namespace splid::simulator

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/simulator/fine_time.hpp"
+#include "drivers/simulator/random.hpp"
+#include "drivers/simulator/signal_stream.hpp"
+#include "drivers/simulator/simulator_options.hpp"
+#include "drivers/simulator/sync_stream.hpp"
+#include "drivers/simulator/tag_writer.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid::simulator {
+
+// What a tagger records of a scene, in the order of time.
+//
+// Threads: one. No allocation once the fullest stretch has passed.
+class Scene {
+ public:
+  // Pattern and options are valid.
+  Scene(const Pattern& pattern, const SimulatorOptions& options);
+
+  // Writes the events before until_ps (since the stream's start) that were not written yet. False
+  // once a stop was requested: the rest of the stream is then lost.
+  bool write_until(std::int64_t until_ps, TagWriter& out);
+
+ private:
+  bool write_background(std::int64_t until_ps, TagWriter& out);
+  bool write_first(TagWriter& out);
+  bool put_photon(std::int64_t time_ps, TagWriter& out);
+  bool put_sync(std::int64_t time_ps, TagWriter& out);
+  void next_background();
+
+  SignalStream signal_;
+  SyncStream sync_;
+  Random random_;
+  std::int64_t start_ps_;
+  int photon_input_;
+  bool near_photons_only_;
+  bool photon_since_sync_ = false;
+  double background_gap_ps_;  // mean; 0: no background
+  FineTime background_;       // next; far away where there is none
+  double marker_gap_ps_;      // 0: no markers
+  FineTime marker_;           // next
+};
+
+}  // namespace splid::simulator

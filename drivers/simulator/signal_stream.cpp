@@ -1,0 +1,84 @@
+#include "drivers/simulator/signal_stream.hpp"
+
+#include <utility>
+
+#include "drivers/simulator/echo.hpp"
+
+namespace splid::simulator {
+
+SignalStream::SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
+                           Motion motion, std::uint64_t seed)
+    : schedule_(pattern),
+      options_(options),
+      clock_(pattern, drift),
+      motion_(std::move(motion)),
+      random_(seed, 1) {
+  if (dark()) return;
+  start_in_steady_state();
+  next_photon();
+}
+
+// Goes back until light of the first period is in before the stream starts, tail and jitter
+// included.
+void SignalStream::start_in_steady_state() {
+  const double latest_ps =
+      Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) +
+      Random::largest_exponential * options_.tail_ps;
+  for (std::int64_t back = 1; back < (std::int64_t{1} << 40); back *= 2) {
+    GeneratorClock earlier = clock_;
+    earlier.back_periods(back);
+    const std::optional<FineTime> last = arrival(earlier.at(0));
+    if (last && static_cast<double>(last->ps) + latest_ps >= 0) continue;
+    clock_ = earlier;
+    return;
+  }
+}
+
+std::optional<FineTime> SignalStream::arrival(const FineTime& emitted) const {
+  const std::optional<double> flight_ps = round_trip_ps(motion_, emitted);
+  if (!flight_ps) return std::nullopt;
+  return emitted.after(*flight_ps + options_.electronic_delay_ns * 1e3);
+}
+
+// Design note: detections are a Poisson process in the accumulated amplitude, so the step to the
+// next one is exponential and pulses without a detection cost nothing. Several may be of one pulse.
+void SignalStream::next_photon() {
+  accumulated_ += random_.exponential() / options_.signal_per_pulse;
+  while (accumulated_ >= schedule_.amplitude()) {
+    accumulated_ -= schedule_.amplitude();
+    clock_.next_period();
+    pulse_time_ps_ = -1;
+  }
+  const double pulse_time_ps = schedule_.pulse_time_ps(accumulated_);
+  if (pulse_time_ps != pulse_time_ps_ && options_.emission_jitter_ps > 0) {
+    pulse_jitter_ps_ = options_.emission_jitter_ps * random_.normal();
+  }
+  pulse_time_ps_ = pulse_time_ps;
+  emitted_ = clock_.at(pulse_time_ps).after(pulse_jitter_ps_);
+  arrival_ = arrival(emitted_);
+}
+
+void SignalStream::detect() {
+  if (!arrival_) return;
+  double late_ps = options_.sigma_ps > 0 ? options_.sigma_ps * random_.normal() : 0;
+  if (options_.tail_fraction > 0 && random_.uniform() < options_.tail_fraction) {
+    late_ps += options_.tail_ps * random_.exponential();
+  }
+  const std::int64_t time_ps = arrival_->after(late_ps).rounded_ps();
+  if (time_ps >= 0) pending_.insert(time_ps);
+}
+
+void SignalStream::fill(std::int64_t until_ps) {
+  pending_.compact();
+  if (dark()) return;
+  const double early_ps =
+      Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) + 1;
+  const FineTime settled = FineTime{until_ps, 0}.after(early_ps);
+  // Photons that meet no target still have to be passed by, in the order of their emission.
+  while ((arrival_ ? arrival_->ps : emitted_.ps) < settled.ps) {
+    detect();
+    next_photon();
+  }
+}
+
+}  // namespace splid::simulator

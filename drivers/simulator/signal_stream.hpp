@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "drivers/simulator/emission.hpp"
+#include "drivers/simulator/fine_time.hpp"
+#include "drivers/simulator/motion.hpp"
+#include "drivers/simulator/pending_times.hpp"
+#include "drivers/simulator/random.hpp"
+
+namespace splid::simulator {
+
+// How a laser photon becomes a detection.
+struct DetectionOptions {
+  double signal_per_pulse = 13.5e-4;  // mean detections of a pulse of amplitude 1
+  double sigma_ps = 100;              // gaussian, pulse and detector together
+  double tail_fraction = 0;           // of the detections, with an exponential delay on top
+  double tail_ps = 0;                 // its mean
+  double emission_jitter_ps = 0;      // gaussian, the same for all photons of a pulse
+  double electronic_delay_ns = 0;     // between sync and detector channels
+};
+
+// Detections of laser light, among them those of pulses that left before the stream's start.
+//
+// Threads: one. No allocation once the fullest stretch has passed.
+class SignalStream {
+ public:
+  SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
+               Motion motion, std::uint64_t seed);
+
+  // Makes all detections before until_ps available in pending(), and some later ones.
+  void fill(std::int64_t until_ps);
+  PendingTimes& pending() { return pending_; }
+
+ private:
+  [[nodiscard]] bool dark() const {
+    return !(options_.signal_per_pulse * schedule_.amplitude() > 0);
+  }
+  void start_in_steady_state();
+  void next_photon();
+  void detect();
+  [[nodiscard]] std::optional<FineTime> arrival(const FineTime& emitted) const;
+
+  EmissionSchedule schedule_;
+  DetectionOptions options_;
+  GeneratorClock clock_;
+  Motion motion_;
+  Random random_;
+  PendingTimes pending_;
+  double accumulated_ = 0;     // amplitude since the period's start, at the next photon
+  double pulse_time_ps_ = -1;  // of the next photon's pulse, since the period's start
+  double pulse_jitter_ps_ = 0;
+  FineTime emitted_;
+  std::optional<FineTime> arrival_;  // of the next photon, before the detector's jitter
+};
+
+}  // namespace splid::simulator

@@ -1,0 +1,63 @@
+#include "drivers/simulator/simulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+
+#include "drivers/pace.hpp"
+#include "drivers/simulator/scene_truth.hpp"
+#include "drivers/simulator/tag_writer.hpp"
+
+namespace splid {
+namespace {
+
+// Design note: 1 ms a slice keeps a live stream's latency and the number of waiting tags small; a
+// slice costs some 100 ns beside its tags.
+constexpr std::int64_t slice_ps = 1'000'000'000;
+constexpr std::int64_t heartbeat_ps = 5 * slice_ps;
+
+// Since the stream's start. For ever is until the tagger's clock would overflow, some 50 days or
+// more.
+std::int64_t end_ps_of(const SimulatorOptions& options) {
+  if (options.seconds > 0) {
+    return static_cast<std::int64_t>(std::llround(options.seconds * simulator::ps_per_s));
+  }
+  constexpr std::int64_t spare_ps = 1'000'000'000'000'000;
+  const std::int64_t last_ps = std::numeric_limits<std::int64_t>::max() - spare_ps;
+  return last_ps - std::max<std::int64_t>(0, options.start_ps);
+}
+
+const bool registered = register_source("simulator", std::make_unique<SimulatorOptions>);
+
+}  // namespace
+
+std::unique_ptr<TagSource> SimulatorOptions::open(const SourceContext& context) const {
+  return std::make_unique<SimulatorSource>(*this, *context.pattern);
+}
+
+SimulatorSource::SimulatorSource(const SimulatorOptions& options, const Pattern& pattern)
+    : options_(options), pattern_(pattern) {}
+
+SourceInfo SimulatorSource::info() const {
+  return {"simulator", options_.pace == SimulatorPace::live, std::nullopt};
+}
+
+void SimulatorSource::run(TagSink& sink, std::stop_token stop) {
+  if (!options_.truth.empty()) simulator::write_truth_file(options_);
+  simulator::Scene scene(pattern_, options_);
+  simulator::TagWriter writer(sink);
+  Pace pace(options_.pace == SimulatorPace::live ? 1 : 0);
+  const std::int64_t end_ps = end_ps_of(options_);
+  for (std::int64_t from_ps = 0; from_ps < end_ps; from_ps += slice_ps) {
+    const std::int64_t until_ps = std::min(from_ps + slice_ps, end_ps);
+    if (!pace.wait_until(until_ps, stop)) return;
+    if (!scene.write_until(until_ps, writer)) return;
+    const bool beat = until_ps % heartbeat_ps == 0 || until_ps == end_ps;
+    if (beat && !writer.put(heartbeat_tag(options_.start_ps + until_ps))) return;
+    writer.publish();
+  }
+}
+
+}  // namespace splid

@@ -1,0 +1,68 @@
+#include "drivers/simulator/simulator_options.hpp"
+
+#include <array>
+#include <limits>
+#include <string>
+
+namespace splid {
+namespace {
+
+constexpr std::array<const char*, 2> pace_names = {"live", "max"};
+
+void describe_light(SimulatorOptions& options, OptionVisitor& visitor) {
+  simulator::DetectionOptions& detection = options.detection;
+  visitor.number("signal_per_pulse", detection.signal_per_pulse, {0, 1e3},
+                 "mean detections of a pulse of amplitude 1; 0: no target");
+  visitor.number("ambient_per_s", options.ambient_per_s, {0, 1e9},
+                 "detections of daylight a second");
+  visitor.number("dark_per_s", options.dark_per_s, {0, 1e9},
+                 "dark counts of the detector a second");
+  visitor.number("sigma_ps", detection.sigma_ps, {0, 1e6},
+                 "standard deviation of a detection's time, pulse and detector together, ps");
+  visitor.number("tail_fraction", detection.tail_fraction, {0, 1},
+                 "laser detections that an exponential delay is added to");
+  visitor.number("tail_ps", detection.tail_ps, {0, 1e7}, "mean of that delay, ps");
+  visitor.number("emission_jitter_ps", detection.emission_jitter_ps, {0, 1e6},
+                 "standard deviation of a pulse's emission time, ps");
+  visitor.number("electronic_delay_ns", detection.electronic_delay_ns, {-1e9, 1e9},
+                 "between the sync and the detector channel, ns");
+}
+
+void describe_clocks(SimulatorOptions& options, OptionVisitor& visitor) {
+  const double max_ppm = simulator::max_drift_ppm;
+  visitor.number("drift_ppm", options.drift_ppm, {-max_ppm, max_ppm},
+                 "pattern period in the tagger's clock against the calibrated one, ppm");
+  visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
+                 "change of the drift, ppm a second, until it is 1000 ppm either way");
+  visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
+                 "sample clock of an encoder on marker 1, Hz; 0: none");
+  visitor.integer("start_ps", options.start_ps, -4'000'000'000'000'000'000,
+                  4'000'000'000'000'000'000, "tagger's clock at the stream's start, ps");
+  visitor.integer("seed", options.seed, 0, std::numeric_limits<std::int64_t>::max(),
+                  "of the random numbers; one seed gives one stream");
+}
+
+}  // namespace
+
+void SimulatorOptions::describe(OptionVisitor& visitor) {
+  visitor.object(
+      "target", [this](OptionVisitor& members) { target.describe(members); },
+      "where the target is");
+  describe_light(*this, visitor);
+  visitor.object(
+      "sync", [this](OptionVisitor& members) { sync.describe(members); },
+      "the pattern's syncs as the tagger sees them");
+  describe_clocks(*this, visitor);
+  visitor.number("seconds", seconds, {0, 4e6}, "length of the stream, s; 0: for ever");
+  choose(visitor, "pace", pace, pace_names, "live: as time goes by; max: as fast as possible");
+  visitor.path("truth", truth, "file that the true distances and velocities are written to");
+  visitor.integer("photon_input", photon_input, 0, 62, "input number of the photons");
+}
+
+std::optional<OptionFault> SimulatorOptions::validate() const {
+  std::optional<OptionFault> fault = target.validate();
+  if (fault) fault->pointer = "/target" + fault->pointer;
+  return fault;
+}
+
+}  // namespace splid

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/simulator/motion.hpp"
+#include "drivers/simulator/signal_stream.hpp"
+#include "drivers/simulator/sync_stream.hpp"
+#include "drivers/source.hpp"
+
+namespace splid {
+
+enum class SimulatorPace {
+  live,  // device time follows the steady clock
+  max,   // as fast as the sink takes it
+};
+
+// A simulated scene; the defaults are [P]'s set-up. JSON: `source` with the driver "simulator".
+//
+// Design note: [P] stood 1855 ns of electronics for most of its range. The default scene has the
+// whole 1898 ns as distance, so that a configuration without range offset reads the truth.
+struct SimulatorOptions : SourceOptions {
+  simulator::TargetOptions target;
+  simulator::DetectionOptions detection;  // its keys stand beside the others, in no block
+  simulator::SyncOptions sync;
+  double ambient_per_s = 174'500;   // with the dark counts 1.75e-4 a ns
+  double dark_per_s = 500;          // detector
+  double drift_ppm = 2;             // pattern period as the tagger sees it, against the calibrated
+  double drift_ramp_ppm_per_s = 0;  // its change
+  double encoder_rate_hz = 0;       // DAQ sample clock on marker 1; 0: none
+  std::int64_t start_ps = 0;        // tagger's clock at the stream's start
+  std::int64_t seed = 1;
+  double seconds = 0;  // of the tagger's time; 0: for ever
+  SimulatorPace pace = SimulatorPace::live;
+  std::string truth;  // file to write; empty: none
+  std::int64_t photon_input = 1;
+
+  [[nodiscard]] double background_per_s() const { return ambient_per_s + dark_per_s; }
+
+  void describe(OptionVisitor& visitor) override;
+  [[nodiscard]] std::optional<OptionFault> validate() const override;
+  [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
+};
+
+}  // namespace splid

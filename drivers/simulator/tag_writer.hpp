@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "drivers/source.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid::simulator {
+
+// Writes tags one by one into the room that a sink hands out.
+//
+// Threads: the source's only. Errors: none.
+class TagWriter {
+ public:
+  explicit TagWriter(TagSink& sink) : sink_(sink) {}
+
+  // False, and nothing written, once a stop was requested.
+  bool put(const Tag& tag) {
+    if (used_ == room_.size() && !claim_more()) return false;
+    room_[used_++] = tag;
+    return true;
+  }
+
+  // Hands on what was written.
+  void publish() {
+    if (!room_.empty()) sink_.publish(used_);
+    room_ = {};
+    used_ = 0;
+  }
+
+ private:
+  bool claim_more() {
+    publish();
+    room_ = sink_.claim(block_tags);
+    return !room_.empty();
+  }
+
+  // 64 KiB: fits the first caches, and a block takes longer to fill than to hand on.
+  static constexpr std::size_t block_tags = 4096;
+
+  TagSink& sink_;
+  std::span<Tag> room_;
+  std::size_t used_ = 0;
+};
+
+}  // namespace splid::simulator

@@ -1,0 +1,162 @@
+#include "protocol/truth.hpp"
+
+#include <charconv>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+
+Error bad_member(const std::string& key, const std::string& problem) {
+  return {Fault::data, "truth: /" + key + " " + problem};
+}
+
+const json& member(const json& object, const std::string& key) {
+  const auto found = object.find(key);
+  if (found == object.end()) throw bad_member(key, "is missing");
+  return *found;
+}
+
+double number(const json& object, const std::string& key) {
+  const json& value = member(object, key);
+  if (!value.is_number()) throw bad_member(key, "is " + value.dump() + "; must be a number");
+  return value.get<double>();
+}
+
+std::int64_t whole_number(const json& object, const std::string& key) {
+  const json& value = member(object, key);
+  if (!value.is_number_integer()) {
+    throw bad_member(key, "is " + value.dump() + "; must be a whole number");
+  }
+  return value.get<std::int64_t>();
+}
+
+std::int64_t whole_number_text(const json& object, const std::string& key) {
+  const json& value = member(object, key);
+  if (value.is_string()) {
+    const auto& text = value.get_ref<const std::string&>();
+    std::int64_t whole = 0;
+    const char* end = text.data() + text.size();
+    const auto [stopped, failure] = std::from_chars(text.data(), end, whole);
+    if (failure == std::errc() && stopped == end) return whole;
+  }
+  throw bad_member(key, "is " + value.dump() + "; must be a string that holds a whole number");
+}
+
+std::vector<double> numbers(const json& object, const std::string& key) {
+  const json& values = member(object, key);
+  if (!values.is_array()) throw bad_member(key, "must be an array of numbers");
+  std::vector<double> result;
+  result.reserve(values.size());
+  for (const json& value : values) {
+    if (!value.is_number()) {
+      throw bad_member(key + "/" + std::to_string(result.size()),
+                       "is " + value.dump() + "; must be a number");
+    }
+    result.push_back(value.get<double>());
+  }
+  return result;
+}
+
+json parse(const std::string& text) {
+  try {
+    json object = json::parse(text);
+    if (object.is_object()) return object;
+  } catch (const json::parse_error& error) {
+    throw Error(Fault::data, "truth: no JSON at byte " + std::to_string(error.byte) +
+                                 "; write the file anew with the simulator");
+  }
+  throw Error(Fault::data, "truth: must be a JSON object");
+}
+
+void check_schema(const json& object) {
+  const json& schema = member(object, "schema");
+  if (schema != "splid.truth") {
+    throw bad_member("schema", "is " + schema.dump() + "; must be \"splid.truth\"");
+  }
+  const json& version = member(object, "v");
+  if (!version.is_array() || version.empty() || version[0] != 1) {
+    throw bad_member("v", "is " + version.dump() + "; this program reads [1,0]");
+  }
+}
+
+void check_samples(const SceneTruth& truth) {
+  if (truth.step_ps <= 0) {
+    throw bad_member("step_ps", "is " + std::to_string(truth.step_ps) + "; must be above 0");
+  }
+  if (truth.distance_m.empty()) throw bad_member("distance_m", "is empty; must have a sample");
+  if (truth.velocity_mps.size() != truth.distance_m.size()) {
+    throw bad_member("velocity_mps", "has " + std::to_string(truth.velocity_mps.size()) +
+                                         " samples; distance_m has " +
+                                         std::to_string(truth.distance_m.size()));
+  }
+}
+
+}  // namespace
+
+std::string to_json(const SceneTruth& truth) {
+  nlohmann::ordered_json object = {{"schema", "splid.truth"}, {"v", {1, 0}}};
+  object["start_ps"] = std::to_string(truth.start_ps);
+  object["step_ps"] = truth.step_ps;
+  object["signal_per_pulse"] = truth.signal_per_pulse;
+  object["background_per_s"] = truth.background_per_s;
+  object["sigma_ps"] = truth.sigma_ps;
+  object["electronic_delay_ns"] = truth.electronic_delay_ns;
+  object["drift_ppm"] = truth.drift_ppm;
+  object["drift_ramp_ppm_per_s"] = truth.drift_ramp_ppm_per_s;
+  object["distance_m"] = truth.distance_m;
+  object["velocity_mps"] = truth.velocity_mps;
+  return object.dump();
+}
+
+SceneTruth truth_from_json(const std::string& text) {
+  const json object = parse(text);
+  check_schema(object);
+  SceneTruth truth;
+  truth.start_ps = whole_number_text(object, "start_ps");
+  truth.step_ps = whole_number(object, "step_ps");
+  truth.signal_per_pulse = number(object, "signal_per_pulse");
+  truth.background_per_s = number(object, "background_per_s");
+  truth.sigma_ps = number(object, "sigma_ps");
+  truth.electronic_delay_ns = number(object, "electronic_delay_ns");
+  truth.drift_ppm = number(object, "drift_ppm");
+  truth.drift_ramp_ppm_per_s = number(object, "drift_ramp_ppm_per_s");
+  truth.distance_m = numbers(object, "distance_m");
+  truth.velocity_mps = numbers(object, "velocity_mps");
+  check_samples(truth);
+  return truth;
+}
+
+std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps) const {
+  if (distance_m.empty() || time_ps < start_ps) return std::nullopt;
+  // Unsigned: the difference of two times may pass the largest signed one.
+  const std::uint64_t since_ps =
+      static_cast<std::uint64_t>(time_ps) - static_cast<std::uint64_t>(start_ps);
+  const auto step = static_cast<std::uint64_t>(step_ps);
+  const auto before = static_cast<std::size_t>(since_ps / step);
+  const std::uint64_t rest_ps = since_ps % step;
+  if (before >= distance_m.size()) return std::nullopt;
+  if (rest_ps == 0) return State{distance_m[before], velocity_mps[before]};
+  if (before + 1 == distance_m.size()) return std::nullopt;
+  const double step_s = static_cast<double>(step_ps) * 1e-12;
+  const double x = static_cast<double>(rest_ps) / static_cast<double>(step_ps);
+  const double from_m = distance_m[before];
+  const double to_m = distance_m[before + 1];
+  const double from_slope_m = velocity_mps[before] * step_s;
+  const double to_slope_m = velocity_mps[before + 1] * step_s;
+  // Hermite's cubic as the straight line plus a correction, which keeps the digits.
+  const double line_m = to_m - from_m;
+  const double bend = x * (1 - x);
+  const double distance =
+      from_m + x * line_m + bend * ((1 - x) * (from_slope_m - line_m) - x * (to_slope_m - line_m));
+  const double velocity =
+      velocity_mps[before] + x * (velocity_mps[before + 1] - velocity_mps[before]);
+  return State{distance, velocity};
+}
+
+}  // namespace splid
