@@ -15,10 +15,10 @@ namespace splid {
 //
 // Takes photons of inputs 1 to 62, syncs and markers 1 to 15. Heartbeats only move the clock.
 // Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold:
-// one that comes more than 1 us too late, one before origin_ps, one of another input. A tag whose
-// clock was set anew (clock_break) is written 1 s after the last record, the gap being a loss of
-// unknown count, so that a recording's time never runs backwards; tags in it then no longer show
-// the tagger's clock.
+// one that comes after a later one was written (more than 1 us too late), one before origin_ps, one
+// of another input. A tag whose clock was set anew (clock_break) is written 1 s after the last
+// record, the gap being a loss of unknown count, so that a recording's time never runs backwards;
+// tags in it then no longer show the tagger's clock.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuEncoder {
@@ -33,6 +33,7 @@ class PtuEncoder {
 
   [[nodiscard]] std::uint64_t records() const { return records_; }    // written, overflows included
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }  // tags that got no record
+  // In the recording's clock: see now_ps().
   [[nodiscard]] const LossCollector& losses() const { return losses_; }
   // Newest time seen, in the recording's clock (that of the tags but for clock breaks).
   [[nodiscard]] std::int64_t now_ps() const { return now_ps_; }
@@ -44,7 +45,7 @@ class PtuEncoder {
   };
 
   void take(Tag tag, std::vector<std::byte>& out);
-  void restart(std::int64_t time_ps, std::vector<std::byte>& out);
+  void restart(std::int64_t time_ps);
   void reject(std::int64_t time_ps);
   void insert(Waiting waiting, std::vector<std::byte>& out);
   void write_until(std::int64_t time_ps, std::vector<std::byte>& out);

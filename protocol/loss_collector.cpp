@@ -1,0 +1,95 @@
+#include "protocol/loss_collector.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace splid {
+namespace {
+
+// Design note: an input that no record can hold loses up to millions of tags a second, each known
+// only by its time. Told apart to 1 ms they cost a thousand entries a second at most, and 1 ms is
+// a fiftieth of a frame.
+constexpr std::int64_t missed_together_ps = 1'000'000'000;
+
+Loss joined(const Loss& a, const Loss& b) {
+  return {std::min(a.begin_ps, b.begin_ps), std::max(a.end_ps, b.end_ps),
+          a.count < 0 || b.count < 0 ? -1 : a.count + b.count};
+}
+
+void join_narrowest_gap(std::vector<Loss>& losses) {
+  std::size_t narrowest = 1;
+  for (std::size_t i = 2; i < losses.size(); ++i) {
+    if (losses[i].begin_ps - losses[i - 1].end_ps <
+        losses[narrowest].begin_ps - losses[narrowest - 1].end_ps) {
+      narrowest = i;
+    }
+  }
+  losses[narrowest - 1] = joined(losses[narrowest - 1], losses[narrowest]);
+  losses.erase(losses.begin() + static_cast<std::ptrdiff_t>(narrowest));
+}
+
+}  // namespace
+
+void join_losses(std::vector<Loss>& losses, std::size_t max_count) {
+  while (losses.size() > std::max<std::size_t>(max_count, 1)) join_narrowest_gap(losses);
+}
+
+LossCollector::LossCollector(std::size_t capacity) : capacity_(std::max<std::size_t>(capacity, 1)) {
+  losses_.reserve(capacity_ + 1);
+}
+
+void LossCollector::take(const Tag& tag) {
+  switch (tag.kind) {
+    case TagKind::loss_begin:
+      if (!open_since_ps_) open_since_ps_ = tag.time_ps;
+      break;
+    case TagKind::loss_end:
+      // An end without its begin still says how many; the interval is then not known.
+      add({open_since_ps_.value_or(tag.time_ps), tag.time_ps, tag.value});
+      open_since_ps_.reset();
+      break;
+    case TagKind::missed:
+      add_missed(tag.time_ps, tag.value);
+      break;
+    case TagKind::photon:
+    case TagKind::sync:
+    case TagKind::marker:
+    case TagKind::heartbeat:
+    case TagKind::clock_break:
+      break;
+  }
+}
+
+void LossCollector::add_missed(std::int64_t time_ps, std::int64_t count) {
+  if (!losses_.empty()) {
+    Loss& last = losses_.back();
+    const std::int64_t since_ps = time_ps - last.begin_ps;
+    const bool no_interval = last.begin_ps == last.end_ps && last.count >= 0 && count >= 0;
+    if (no_interval && since_ps >= 0 && since_ps < missed_together_ps) {
+      last.count += count;
+      lost_tags_ += static_cast<std::uint64_t>(count);
+      return;
+    }
+  }
+  add({time_ps, time_ps, count});
+}
+
+void LossCollector::add(const Loss& loss) {
+  if (loss.count > 0) lost_tags_ += static_cast<std::uint64_t>(loss.count);
+  const auto place =
+      std::upper_bound(losses_.begin(), losses_.end(), loss,
+                       [](const Loss& a, const Loss& b) { return a.begin_ps < b.begin_ps; });
+  losses_.insert(place, loss);
+  join_losses(losses_, capacity_);
+}
+
+std::vector<Loss> LossCollector::losses(std::int64_t now_ps) const {
+  std::vector<Loss> all = losses_;
+  if (open_since_ps_) {
+    all.push_back({*open_since_ps_, std::max(now_ps, *open_since_ps_), -1});
+    join_losses(all, capacity_);
+  }
+  return all;
+}
+
+}  // namespace splid

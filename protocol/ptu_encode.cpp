@@ -1,0 +1,125 @@
+#include "protocol/ptu_encode.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace splid {
+namespace {
+
+constexpr std::int64_t wrap_ps = 1 << 25;
+// Design note: the format has 25 bits for it, but readers in wide use keep the count in 7.
+constexpr std::int64_t max_wraps_a_record = 127;
+constexpr std::uint32_t special = 1U << 31U;
+constexpr std::uint32_t overflow_record = special | (63U << 25U);
+
+constexpr std::int64_t disorder_ps = 1'000'000;                 // what a stream may be unsorted by
+constexpr std::int64_t clock_break_gap_ps = 1'000'000'000'000;  // 1 s
+
+// Design note: 1 us of the fastest tagger's bursts (90 M tags/s) holds 90 tags. A burst past this
+// is written early instead of growing the buffer.
+constexpr std::size_t max_waiting = 4096;
+
+// Zero: no record can hold the tag. No tag that one can hold has a zero record, as raw input 0
+// stays unused.
+std::uint32_t record_of(const Tag& tag) {
+  const bool input = tag.kind == TagKind::photon && tag.value >= 1 && tag.value <= 62;
+  const bool marker = tag.kind == TagKind::marker && tag.value >= 1 && tag.value <= 15;
+  if (tag.kind == TagKind::sync) return special;
+  if (input) return static_cast<std::uint32_t>(tag.value) << 25U;
+  if (marker) return special | (static_cast<std::uint32_t>(tag.value) << 25U);
+  return 0;
+}
+
+}  // namespace
+
+PtuEncoder::PtuEncoder(std::int64_t origin_ps)
+    : origin_ps_(origin_ps), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
+  waiting_.reserve(2 * max_waiting);
+}
+
+void PtuEncoder::encode(std::span<const Tag> tags, std::vector<std::byte>& out) {
+  for (const Tag& tag : tags) take(tag, out);
+}
+
+void PtuEncoder::flush(std::vector<std::byte>& out) { write_until(now_ps_, out); }
+
+void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
+  if (tag.kind == TagKind::clock_break) {
+    flush(out);
+    clock_broke_ = true;
+    return;
+  }
+  if (clock_broke_) restart(tag.time_ps);
+  tag.time_ps += shift_ps_;
+  if (is_event(tag.kind)) {
+    const std::uint32_t record = record_of(tag);
+    if (record == 0 || tag.time_ps < written_ps_) {
+      reject(tag.time_ps);
+    } else {
+      insert({tag.time_ps, record}, out);
+    }
+  } else {
+    losses_.take(tag);
+  }
+  now_ps_ = std::max(now_ps_, tag.time_ps);
+  write_until(now_ps_ - disorder_ps, out);
+}
+
+void PtuEncoder::restart(std::int64_t time_ps) {
+  const std::int64_t from_ps = now_ps_;
+  shift_ps_ = from_ps + clock_break_gap_ps - time_ps;
+  now_ps_ = from_ps + clock_break_gap_ps;
+  // The first tags after the break may be unsorted too.
+  written_ps_ = now_ps_ - disorder_ps;
+  losses_.add({from_ps, now_ps_, -1});
+  clock_broke_ = false;
+}
+
+void PtuEncoder::reject(std::int64_t time_ps) {
+  ++rejected_;
+  losses_.add_missed(time_ps, 1);
+}
+
+void PtuEncoder::insert(Waiting waiting, std::vector<std::byte>& out) {
+  if (waiting_.size() - first_waiting_ == max_waiting) write(waiting_[first_waiting_++], out);
+  if (first_waiting_ >= max_waiting) {
+    waiting_.erase(waiting_.begin(),
+                   waiting_.begin() + static_cast<std::ptrdiff_t>(first_waiting_));
+    first_waiting_ = 0;
+  }
+  auto place = waiting_.end();
+  const auto first = waiting_.begin() + static_cast<std::ptrdiff_t>(first_waiting_);
+  while (place != first && std::prev(place)->time_ps > waiting.time_ps) --place;
+  waiting_.insert(place, waiting);
+}
+
+void PtuEncoder::write_until(std::int64_t time_ps, std::vector<std::byte>& out) {
+  while (first_waiting_ < waiting_.size() && waiting_[first_waiting_].time_ps <= time_ps) {
+    write(waiting_[first_waiting_++], out);
+  }
+  if (first_waiting_ == waiting_.size()) {
+    waiting_.clear();
+    first_waiting_ = 0;
+  }
+}
+
+void PtuEncoder::write(const Waiting& waiting, std::vector<std::byte>& out) {
+  std::int64_t wraps = (waiting.time_ps - base_ps_) / wrap_ps;
+  base_ps_ += wraps * wrap_ps;
+  while (wraps > 0) {
+    const std::int64_t count = std::min(wraps, max_wraps_a_record);
+    append(overflow_record | static_cast<std::uint32_t>(count), out);
+    wraps -= count;
+  }
+  append(waiting.record | static_cast<std::uint32_t>(waiting.time_ps - base_ps_), out);
+  written_ps_ = waiting.time_ps;
+}
+
+void PtuEncoder::append(std::uint32_t record, std::vector<std::byte>& out) {
+  for (unsigned shift = 0; shift < 32; shift += 8) {
+    out.push_back(static_cast<std::byte>((record >> shift) & 0xFFU));
+  }
+  ++records_;
+}
+
+}  // namespace splid

@@ -1,0 +1,129 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdio>
+
+#include "protocol/error.hpp"
+#include "protocol/ptu_header.hpp"
+#include "protocol/ptu_losses.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::string_view magic = "PQTTTR";
+constexpr std::string_view version = "1.0.00";
+constexpr std::string_view end_name = "Header_End";
+constexpr std::size_t origin_room_bytes = 24;  // 20 characters of a 64-bit number and a NUL
+
+class Writer {
+ public:
+  Writer() {
+    padded(magic, 8);
+    padded(version, 8);
+  }
+
+  void integer(std::string_view name, std::int64_t value) {
+    entry(name, PtuTagType::integer, static_cast<std::uint64_t>(value));
+  }
+  void real(std::string_view name, double value) {
+    entry(name, PtuTagType::real, std::bit_cast<std::uint64_t>(value));
+  }
+  void date_time(std::string_view name, double unix_s) {
+    entry(name, PtuTagType::date_time, std::bit_cast<std::uint64_t>(unix_s / 86'400 + 25'569));
+  }
+  // Padded with NULs to a multiple of 8 bytes, at least one NUL and at least room_bytes in all.
+  void string(std::string_view name, std::string_view value, std::size_t room_bytes = 0) {
+    value = value.substr(0, value.find('\0'));
+    if (value.find(end_name) != std::string_view::npos) {
+      throw Error(Fault::data, "PTU header: the text of " + std::string(name) +
+                                   " holds the words Header_End, which readers take for the "
+                                   "header's end; rename what they name");
+    }
+    const std::size_t bytes = (std::max(value.size() + 1, room_bytes) + 7) / 8 * 8;
+    entry(name, PtuTagType::string, bytes);
+    padded(value, bytes);
+  }
+  std::vector<std::byte> finish() {
+    entry(end_name, PtuTagType::empty, 0);
+    return std::move(bytes_);
+  }
+
+ private:
+  void entry(std::string_view name, PtuTagType type, std::uint64_t word) {
+    padded(name, 32);
+    little_endian(0xFFFFFFFF, 4);  // index -1: not one of several
+    little_endian(static_cast<std::uint32_t>(type), 4);
+    little_endian(word, 8);
+  }
+  void padded(std::string_view text, std::size_t bytes) {
+    for (const char c : text) bytes_.push_back(static_cast<std::byte>(c));
+    bytes_.insert(bytes_.end(), bytes - text.size(), std::byte{0});
+  }
+  void little_endian(std::uint64_t value, std::size_t bytes) {
+    for (std::size_t i = 0; i < bytes; ++i) {
+      bytes_.push_back(static_cast<std::byte>((value >> (8 * i)) & 0xFFU));
+    }
+  }
+
+  std::vector<std::byte> bytes_;
+};
+
+// Readers want a GUID and compare nothing with it; made from the facts, the same recording gets
+// the same one, so that a simulated file repeats itself byte for byte. Constants: FNV-1a, 64 bits.
+std::string guid_of(const PtuFacts& facts) {
+  std::uint64_t hash = 0xCBF29CE484222325;
+  const auto mix = [&hash](std::uint64_t value) {
+    for (unsigned shift = 0; shift < 64; shift += 8) {
+      hash = (hash ^ ((value >> shift) & 0xFFU)) * 0x100000001B3;
+    }
+    return hash;
+  };
+  const std::uint64_t high = mix(std::bit_cast<std::uint64_t>(facts.created_unix_s));
+  const std::uint64_t low = mix(static_cast<std::uint64_t>(facts.origin_ps));
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "{%08X-%04X-%04X-%04X-%012llX}",
+                static_cast<unsigned>(high >> 32U), static_cast<unsigned>(high >> 16U & 0xFFFFU),
+                static_cast<unsigned>(0x8000U | (high & 0xFFFU)),  // version 8: made as one likes
+                static_cast<unsigned>(0x8000U | (low >> 48U & 0x3FFFU)),
+                static_cast<unsigned long long>(low & 0xFFFFFFFFFFFF));
+  return text.data();
+}
+
+void write_origin(Writer& writer, const PtuFacts& facts) {
+  writer.string("File_GUID", facts.guid.empty() ? guid_of(facts) : facts.guid);
+  writer.string("CreatorSW_Name", "splid");
+  writer.string("CreatorSW_Version", facts.release);
+  writer.date_time("File_CreatingTime", facts.created_unix_s);
+  writer.string("File_Comment", facts.comment);
+  writer.string("HW_Type", facts.instrument);
+}
+
+void write_measurement(Writer& writer, const PtuFacts& facts) {
+  writer.integer("Measurement_Mode", 2);
+  writer.integer("Measurement_SubMode", 0);
+  writer.integer("TTResultFormat_TTTRRecType",
+                 static_cast<std::int64_t>(PtuRecordType::hydra_harp_v2));
+  writer.integer("TTResultFormat_BitsPerRecord", 32);
+  writer.integer("MeasDesc_BinningFactor", 1);
+  writer.integer("MeasDesc_AcquisitionTime", facts.acquisition_ms);
+  writer.real("MeasDesc_Resolution", 1e-12);
+  writer.real("MeasDesc_GlobalResolution", 1e-12);
+  writer.integer("TTResult_SyncRate", facts.sync_rate_hz);
+}
+
+}  // namespace
+
+std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
+  Writer writer;
+  write_origin(writer, facts);
+  write_measurement(writer, facts);
+  writer.string("Splid_Origin_ps", std::to_string(facts.origin_ps), origin_room_bytes);
+  writer.string("Splid_Pattern", facts.pattern_json);
+  writer.string("Splid_Config", facts.config_json);
+  const std::size_t room_bytes = std::max<std::size_t>(facts.losses_room_bytes, 128);
+  writer.string("Splid_Losses", losses_to_text(facts.losses, room_bytes - 1), room_bytes);
+  writer.integer("TTResult_NumberOfRecords", static_cast<std::int64_t>(facts.record_count));
+  return writer.finish();
+}
+
+}  // namespace splid

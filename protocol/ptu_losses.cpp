@@ -1,0 +1,70 @@
+#include "protocol/ptu_losses.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <system_error>
+
+#include "protocol/loss_collector.hpp"
+
+namespace splid {
+namespace {
+
+std::string to_text(const std::vector<Loss>& losses) {
+  std::string text;
+  for (const Loss& loss : losses) {
+    if (!text.empty()) text += ' ';
+    text += std::to_string(loss.begin_ps) + ':' + std::to_string(loss.end_ps) + ':' +
+            std::to_string(loss.count);
+  }
+  return text;
+}
+
+// Takes what stands before the next `separator`, or all, off the front of `text`.
+std::string_view take_until(std::string_view& text, char separator) {
+  const std::size_t length = std::min(text.find(separator), text.size());
+  const std::string_view taken = text.substr(0, length);
+  text.remove_prefix(std::min(length + 1, text.size()));
+  return taken;
+}
+
+std::optional<Loss> loss_from_text(std::string_view text) {
+  const auto begin_ps = whole_number(take_until(text, ':'));
+  const auto end_ps = whole_number(take_until(text, ':'));
+  const auto count = whole_number(text);
+  if (!begin_ps || !end_ps || !count || *end_ps < *begin_ps || *count < -1) return std::nullopt;
+  return Loss{*begin_ps, *end_ps, *count};
+}
+
+}  // namespace
+
+std::string losses_to_text(std::vector<Loss> losses, std::size_t max_chars) {
+  std::string text = to_text(losses);
+  while (text.size() > max_chars && losses.size() > 1) {
+    // In proportion to what is too long, at least one: a few rounds, whatever the number.
+    const std::size_t fitting = losses.size() * max_chars / text.size();
+    join_losses(losses, std::clamp<std::size_t>(fitting, 1, losses.size() - 1));
+    text = to_text(losses);
+  }
+  return text;
+}
+
+std::optional<std::vector<Loss>> losses_from_text(std::string_view text) {
+  std::vector<Loss> losses;
+  while (!text.empty()) {
+    const auto loss = loss_from_text(take_until(text, ' '));
+    if (!loss) return std::nullopt;
+    losses.push_back(*loss);
+  }
+  return losses;
+}
+
+std::optional<std::int64_t> whole_number(std::string_view text) {
+  std::int64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace splid
