@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/sync_period.hpp"
+
 namespace splid {
 namespace {
 

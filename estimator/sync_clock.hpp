@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,8 +26,8 @@ struct SyncFit {
   double drift_ppm = 0;      // (period_ps / calibrated - 1) * 1e6
   double jitter_ps = 0;      // rms of the accepted syncs about the line
   std::size_t count = 0;     // sync tags given
-  std::size_t missing = 0;   // periods between first and last accepted sync that have none,
-                             // and those before and after it within the frame
+  std::size_t missing = 0;   // periods that start in the frame and have no accepted sync; not
+                             // those so near its ends that jitter may put the sync outside
   std::size_t spurious = 0;  // count less those accepted: outliers and doubles
 };
 
@@ -56,13 +55,8 @@ class SyncClock {
   DriftMethod method_;
   double max_drift_ppm_;
   double period_ps_;
-  std::vector<double> index_;     // scratch
+  std::vector<double> position_;  // scratch: syncs relative to the origin
   std::vector<double> residual_;  // scratch
 };
-
-// The period that best explains the gaps between syncs when the calibrated one does not, for the
-// error message: the largest T of which nearly all gaps are whole multiples. Absent where no T
-// does.
-std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps);
 
 }  // namespace splid
