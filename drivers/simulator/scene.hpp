@@ -7,7 +7,7 @@
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 #include "drivers/simulator/sync_stream.hpp"
-#include "drivers/simulator/tag_writer.hpp"
+#include "drivers/tag_writer.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::simulator {

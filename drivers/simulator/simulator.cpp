@@ -8,7 +8,7 @@
 
 #include "drivers/pace.hpp"
 #include "drivers/simulator/scene_truth.hpp"
-#include "drivers/simulator/tag_writer.hpp"
+#include "drivers/tag_writer.hpp"
 
 namespace splid {
 namespace {
@@ -47,7 +47,7 @@ SourceInfo SimulatorSource::info() const {
 void SimulatorSource::run(TagSink& sink, std::stop_token stop) {
   if (!options_.truth.empty()) simulator::write_truth_file(options_);
   simulator::Scene scene(pattern_, options_);
-  simulator::TagWriter writer(sink);
+  TagWriter writer(sink);
   Pace pace(options_.pace == SimulatorPace::live ? 1 : 0);
   const std::int64_t end_ps = end_ps_of(options_);
   for (std::int64_t from_ps = 0; from_ps < end_ps; from_ps += slice_ps) {

@@ -6,7 +6,7 @@
 #include "drivers/source.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid::simulator {
+namespace splid {
 
 // Writes tags one by one into the room that a sink hands out.
 //
@@ -44,4 +44,4 @@ class TagWriter {
   std::size_t used_ = 0;
 };
 
-}  // namespace splid::simulator
+}  // namespace splid
