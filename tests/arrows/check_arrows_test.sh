@@ -1,0 +1,58 @@
+#!/bin/sh
+# Shows that scripts/check-arrows lets pass what is allowed and finds each kind of forbidden include.
+#
+#   check_arrows_test.sh CHECK_ARROWS
+set -eu
+check=$1
+tree=$(mktemp -d)
+trap 'rm -rf "$tree"' EXIT
+failed=0
+
+# expect EXIT_CODE FILE INCLUDE: the code for a tree with that one line
+expect() {
+  rm -rf "$tree"/*
+  for folder in protocol estimator drivers/replay config daemon; do mkdir -p "$tree/$folder"; done
+  printf '// a comment\n%s\n' "$3" >"$tree/$2"
+  code=0
+  said=$("$check" "$tree") || code=$?
+  if [ "$code" -ne "$1" ]; then
+    echo "FAIL: '$3' in $2: exit code $code, expected $1"
+    failed=1
+  elif [ "$1" -eq 1 ] && [ "${said#"$2":2: }" = "$said" ]; then
+    echo "FAIL: '$3' in $2: the place is missing in: $said"
+    failed=1
+  fi
+}
+
+expect 0 protocol/a.hpp '#include "protocol/tag.hpp"'
+expect 0 protocol/a.cpp '#include <nlohmann/json.hpp>'
+expect 0 estimator/a.cpp '#include <Eigen/Dense>'
+expect 0 estimator/a.cpp '// #include "daemon/ring.hpp"'
+expect 0 drivers/replay/a.cpp '#include <thread>'
+expect 0 config/a.cpp '#include "estimator/options.hpp"'
+expect 0 daemon/a.cpp '#include <zmq.hpp>'
+
+expect 1 protocol/a.hpp '#include "estimator/options.hpp"'
+expect 1 protocol/a.hpp '#  include <fstream>'
+expect 1 protocol/a.cpp '#include <chrono>'
+expect 1 protocol/a.cpp '#include <sys/stat.h>'
+expect 1 protocol/a.cpp '#include <protocol/tag.hpp>'
+expect 1 estimator/a.cpp '#include <nlohmann/json.hpp>'
+expect 1 estimator/a.cpp '#include "drivers/source.hpp"'
+expect 1 estimator/a.cpp '#include <spdlog/spdlog.h>'
+expect 1 estimator/a.cpp '#include <thread>'
+expect 1 drivers/replay/a.cpp '#include "estimator/options.hpp"'
+expect 1 drivers/replay/a.hpp '#include "config/config.hpp"'
+expect 1 drivers/replay/a.cpp '#include <zmq.hpp>'
+expect 1 config/a.cpp '#include "daemon/ring.hpp"'
+expect 1 daemon/a.cpp '#include "tests/support/sink.hpp"'
+expect 1 daemon/a.cpp '#include "ring.hpp"'
+
+rm -rf "$tree"/*
+code=0
+"$check" "$tree" 2>/dev/null || code=$?
+if [ "$code" -ne 2 ]; then
+  echo "FAIL: an empty tree: exit code $code, expected 2"
+  failed=1
+fi
+exit "$failed"
