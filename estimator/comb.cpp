@@ -33,21 +33,24 @@ CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
       pulses_.push_back({comb.times_ns[p] + turn * comb.period_ns, comb.amplitudes[p]});
     }
   }
-  // Design note: eight buckets a pulse leave most of them empty where windows are narrow, so most
-  // background photons cost one look-up; 2^15 buckets of 8 bytes still fit the second cache.
+  // Design note: 64 buckets a pulse leave most of them empty where windows are narrow, so most
+  // background photons cost one look-up; 2^15 buckets of 9 bytes still fit the second cache.
   const std::size_t buckets =
       std::min<std::size_t>(std::size_t{1} << 15, std::bit_ceil(comb.times_ns.size() * 64));
-  buckets_per_ns_ = static_cast<double>(buckets) / comb.period_ns;
+  shift_ = 32 - std::countr_zero(buckets);
+  const double buckets_per_ns = static_cast<double>(buckets) / comb.period_ns;
   buckets_.resize(buckets);
+  flags_.resize(buckets);
   for (std::size_t k = 0; k < buckets; ++k) {
-    // A hair wider than the bucket, against rounding of phase times buckets_per_ns.
-    const double lo = (static_cast<double>(k) - 1e-6) / buckets_per_ns_ - last_ns;
-    const double hi = (static_cast<double>(k) + 1 + 1e-6) / buckets_per_ns_ - first_ns;
+    // A hair wider than the bucket, against the rounding of phases to 2^-32.
+    const double lo = (static_cast<double>(k) - 1e-4) / buckets_per_ns - last_ns;
+    const double hi = (static_cast<double>(k) + 1 + 1e-4) / buckets_per_ns - first_ns;
     const auto earlier = [](const Pulse& pulse, double time) { return pulse.time_ns < time; };
     const auto begin = std::lower_bound(pulses_.begin(), pulses_.end(), lo, earlier);
     const auto end = std::lower_bound(begin, pulses_.end(), hi, earlier);
     buckets_[k] = {static_cast<std::uint32_t>(begin - pulses_.begin()),
                    static_cast<std::uint32_t>(end - begin)};
+    flags_[k] = end > begin ? 1 : 0;
     max_overlap_ = std::max(max_overlap_, static_cast<std::size_t>(end - begin));
   }
 }

@@ -26,7 +26,7 @@ struct Comb {
 // For a phase in [0, period) the pulses whose windows [t_p + first, t_p + last] it may lie in, found
 // by one table look-up. Pulses beyond the period's ends are there too, at t_p + m period.
 //
-// Threads: const, any. Memory: 8 bytes a bucket, at most 256 KiB.
+// Threads: const, any. Memory: 9 bytes a bucket, at most 288 KiB.
 class CombWindow {
  public:
   // first_ns < last_ns.
@@ -36,11 +36,14 @@ class CombWindow {
     double time_ns;
     double amplitude;
   };
-  [[nodiscard]] std::span<const Pulse> candidates(double phase_ns) const {
-    const auto bucket = static_cast<std::size_t>(phase_ns * buckets_per_ns_);
-    const Range range = buckets_[bucket < buckets_.size() ? bucket : buckets_.size() - 1];
+  // phase_32: in 2^-32 of a period.
+  [[nodiscard]] std::span<const Pulse> candidates(std::uint32_t phase_32) const {
+    const Range range = buckets_[phase_32 >> shift_];
     return {pulses_.data() + range.begin, range.count};
   }
+  // flags()[phase_32 >> shift()]: 1 where candidates() has any, else 0.
+  [[nodiscard]] const std::uint8_t* flags() const { return flags_.data(); }
+  [[nodiscard]] int shift() const { return shift_; }
   [[nodiscard]] double first_ns() const { return first_ns_; }
   [[nodiscard]] double last_ns() const { return last_ns_; }
   // The most pulses that any phase has.
@@ -53,10 +56,11 @@ class CombWindow {
   };
   double first_ns_;
   double last_ns_;
-  double buckets_per_ns_;
+  int shift_;
   std::size_t max_overlap_ = 0;
   std::vector<Pulse> pulses_;  // ascending in time, with copies at whole periods around
   std::vector<Range> buckets_;
+  std::vector<std::uint8_t> flags_;
 };
 
 }  // namespace splid

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "estimator/search_dispatch.hpp"
 #include "estimator/units.hpp"
 
 namespace splid {
@@ -47,11 +48,13 @@ void FoldedFrame::fold(const FrameView& frame, double period_ns) {
   }
 }
 
-NearSet::NearSet(std::size_t max_entries) {
+NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
   residual_ns.reserve(max_entries);
   position.reserve(max_entries);
   amplitude.reserve(max_entries);
-  first.reserve(max_entries + 1);
+  first.reserve(max_photons + 1);
+  phase_32_.reserve(max_photons);
+  picked_.reserve(max_photons);
 }
 
 void NearSet::collect(const FoldedFrame& frame, const CombWindow& window, double period_ns,
@@ -61,27 +64,38 @@ void NearSet::collect(const FoldedFrame& frame, const CombWindow& window, double
   position.clear();
   amplitude.clear();
   first.clear();
-  far_photons = 0;
+  phase_32_.resize(frame.size());
+  picked_.resize(frame.size());
+  const SearchKernels& kernels = best_search_kernels();
   const double slope = about.drift_ns / frame.length_ns;
-  const double per_period = 1 / period_ns;
-  const double per_length = 1 / frame.length_ns;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    double phase = frame.phase_ns[i] - about.delay_ns - slope * frame.time_ns[i];
-    phase -= period_ns * std::floor(phase * per_period);
-    const auto pulses = window.candidates(phase);
-    if (pulses.empty()) continue;
-    const std::size_t before = residual_ns.size();
-    for (const CombWindow::Pulse& pulse : pulses) {
-      const double residual = phase - pulse.time_ns;
-      if (residual < window.first_ns() || residual > window.last_ns()) continue;
-      residual_ns.push_back(residual);
-      position.push_back(frame.time_ns[i] * per_length);
-      amplitude.push_back(pulse.amplitude);
-    }
-    if (residual_ns.size() > before) first.push_back(static_cast<std::uint32_t>(before));
+  const double to_32 = 0x1p32 / period_ns;
+  kernels.line_phases(phase_32_.data(), frame.phase_32.data(), frame.time_ns.data(),
+                      std::remainder(about.delay_ns, period_ns) * to_32, slope * to_32,
+                      frame.size());
+  const std::size_t picked = kernels.pick(picked_.data(), phase_32_.data(), window.flags(),
+                                          window.shift(), frame.size());
+  // Whole numbers of 2^-32 of a period say which photons; doubles, exact to 1e-16, where they lie.
+  for (std::size_t n = 0; n < picked; ++n) {
+    const std::size_t i = picked_[n];
+    const double phase = frame.phase_ns[i] - about.delay_ns - slope * frame.time_ns[i];
+    add_photon(frame, i, phase - period_ns * std::floor(phase / period_ns),
+               window.candidates(phase_32_[i]), window);
   }
   far_photons = frame.size() - first.size();
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
+}
+
+void NearSet::add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
+                         std::span<const CombWindow::Pulse> pulses, const CombWindow& window) {
+  const std::size_t before = residual_ns.size();
+  for (const CombWindow::Pulse& pulse : pulses) {
+    const double residual = phase_ns - pulse.time_ns;
+    if (residual < window.first_ns() || residual > window.last_ns()) continue;
+    residual_ns.push_back(residual);
+    position.push_back(frame.time_ns[photon] / frame.length_ns);
+    amplitude.push_back(pulse.amplitude);
+  }
+  if (residual_ns.size() > before) first.push_back(static_cast<std::uint32_t>(before));
 }
 
 }  // namespace splid

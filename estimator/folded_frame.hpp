@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "estimator/comb.hpp"
@@ -49,11 +50,18 @@ struct NearSet {
   std::vector<std::uint32_t> first;      // entries of photon k are [first[k], first[k + 1])
   std::size_t far_photons = 0;           // those with no entry
 
-  explicit NearSet(std::size_t max_entries);
+  // Room for sets of up to max_entries from frames of up to max_photons without allocation.
+  NearSet(std::size_t max_photons, std::size_t max_entries);
   void collect(const FoldedFrame& frame, const CombWindow& window, double period_ns,
                DelayLine about);
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
+
+ private:
+  void add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
+                  std::span<const CombWindow::Pulse> pulses, const CombWindow& window);
+
+  std::vector<std::uint32_t> phase_32_, picked_;  // scratch: one a photon of the frame
 };
 
 }  // namespace splid

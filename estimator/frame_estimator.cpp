@@ -111,8 +111,8 @@ struct FrameEstimator::Workspace {
             {comb.period_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
         levels(make_levels(options.effort)),
         frame(max_photons),
-        search(comb, largest_grid()),
-        near(max_photons * widest_overlap()),
+        search(comb, max_photons, largest_grid()),
+        near(max_photons, max_photons * widest_overlap()),
         zoom(shape->width_ns(), shape->peak_offset_ns()),
         refinement(*shape, comb, max_photons) {}
 
@@ -157,6 +157,8 @@ struct FrameEstimator::Workspace {
   void recheck_delay(const SearchLevel& level, const Exposure& exposure, Fit& best);
   [[nodiscard]] double best_possible_gain(const SearchCell& cell, const SearchGrid& grid,
                                           const Exposure& exposure) const;
+  [[nodiscard]] bool is_shoulder(const SearchCell& cell, const SearchGrid& grid,
+                                 const Fit& best) const;
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   void fill(Estimate& estimate, const Fit& fit) const;
 };
@@ -176,7 +178,10 @@ std::optional<Fit> FrameEstimator::Workspace::find_at_level(const SearchLevel& l
   const double limit_ns = moving() ? drift_of(scene.max_speed_mps, frame.length_ns) : 0;
   std::optional<Fit> best;
   for (const SearchCell& cell : search.run(frame, level.grid, limit_ns)) {
-    if (best && best->gain_nats > best_possible_gain(cell, level.grid, exposure)) break;
+    if (best && (best->gain_nats > best_possible_gain(cell, level.grid, exposure) ||
+                 is_shoulder(cell, level.grid, *best))) {
+      continue;
+    }
     const Fit fit = fit_cell(level, exposure, cell.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   }
@@ -204,6 +209,14 @@ void FrameEstimator::Workspace::recheck_delay(const SearchLevel& level, const Ex
   if (std::abs(apart) < 3 * comb.period_ns / bins) return;
   const Fit fit = fit_cell(level, exposure, cell.line);
   if (fit.gain_nats > best.gain_nats) best = fit;
+}
+
+// A target that is surely there shows at the delays where its comb fits itself in part, with its own
+// drift. recheck_delay() looks at all of those at once.
+bool FrameEstimator::Workspace::is_shoulder(const SearchCell& cell, const SearchGrid& grid,
+                                            const Fit& best) const {
+  return best.gain_nats > threshold_nats + settled_margin_nats &&
+         std::abs(cell.line.drift_ns - best.parameters.line.drift_ns) < 2.2 * grid.bin_ns;
 }
 
 // No fit in a cell of so many photons gains more, even if all those beyond the background's mean

@@ -8,20 +8,10 @@
 #include <type_traits>
 #include <utility>
 
-#include "estimator/search_kernels.hpp"
+#include "estimator/search_dispatch.hpp"
 
 namespace splid {
 namespace {
-
-const SearchKernels& kernels(VectorLevel level) {
-#ifdef SPLID_X86_64_LEVELS
-  if (level == VectorLevel::x86_64_v4) return x86_64_v4::search_kernels;
-  if (level == VectorLevel::x86_64_v3) return x86_64_v3::search_kernels;
-#else
-  (void)level;
-#endif
-  return generic::search_kernels;
-}
 
 // Measured: an increment costs about as much as adding 20 counts of a row to another's.
 constexpr std::size_t adds_per_increment = 20;
@@ -95,7 +85,8 @@ SearchGrid SearchGrid::cover(double period_ns, double bin_ns, double max_drift_n
   return grid;
 }
 
-LineSearch::LineSearch(const Comb& comb, std::size_t max_grid_cells, VectorLevel level)
+LineSearch::LineSearch(const Comb& comb, std::size_t max_photons, std::size_t max_grid_cells,
+                       VectorLevel level)
     : comb_(comb), level_(level), max_grid_cells_(max_grid_cells) {
   for (const double time_ns : comb.times_ns) {
     pulses_32_.push_back(static_cast<std::uint32_t>(
@@ -103,6 +94,7 @@ LineSearch::LineSearch(const Comb& comb, std::size_t max_grid_cells, VectorLevel
   }
   cells_.resize(pulses_32_.size());
   memory_.resize(3 * max_grid_cells);
+  phases_.reserve(max_photons);
   best_.reserve(max_cells + 1);
 }
 
@@ -128,7 +120,7 @@ std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const Sear
 
 template <class Count>
 void LineSearch::search(const FoldedFrame& frame, const SearchGrid& grid, double max_drift_ns) {
-  const SearchKernels& kernel = kernels(level_);
+  const SearchKernels& kernel = search_kernels(level_);
   const auto add = Kernels<Count>::add(kernel);
   const auto largest = Kernels<Count>::largest(kernel);
   Count* slices = buffer<Count>(0);
@@ -155,7 +147,7 @@ void LineSearch::search(const FoldedFrame& frame, const SearchGrid& grid, double
 template <class Count>
 void LineSearch::fill_by_photon(const FoldedFrame& frame, const SearchGrid& grid, Count* rows) {
   std::memset(rows, 0, grid.cells() * sizeof(Count));
-  const auto delay_bins = kernels(level_).delay_bins;
+  const auto delay_bins = search_kernels(level_).delay_bins;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     Count* row = rows + slice_of(frame.time_ns[i], frame.length_ns, grid.slices) * grid.bins;
     delay_bins(cells_.data(), frame.phase_32[i], pulses_32_.data(), pulses_32_.size(), grid.bins);
@@ -168,7 +160,7 @@ void LineSearch::fill_by_photon(const FoldedFrame& frame, const SearchGrid& grid
 // no longer matters.
 template <class Count>
 void LineSearch::fill_by_row(const FoldedFrame& frame, const SearchGrid& grid, Count* rows) {
-  const auto add = Kernels<Count>::add(kernels(level_));
+  const auto add = Kernels<Count>::add(search_kernels(level_));
   const std::size_t bins = grid.bins;
   Count* histograms = buffer<Count>(1);
   std::memset(histograms, 0, grid.cells() * sizeof(Count));
@@ -210,7 +202,10 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   const auto same_target = [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, comb_.period_ns - apart);
-    return apart < 2.2 * bin_ns && std::abs(cell.line.drift_ns - other.line.drift_ns) < 4.2 * bin_ns;
+    // A line through a target's photons at the wrong drift holds some of them in each of its bins: the
+    // target shows as a bow tie, as wide in delay as half the drift's error.
+    const double off = std::abs(cell.line.drift_ns - other.line.drift_ns);
+    return off < 16.2 * bin_ns && apart < 2.2 * bin_ns + off / 2;
   };
   for (const SearchCell& other : best_) {
     if (other.count >= cell.count && same_target(other)) return;
@@ -224,16 +219,17 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
 }
 
 SearchCell LineSearch::best_delay(const FoldedFrame& frame, double drift_ns, std::uint32_t bins) {
-  const auto add = Kernels<std::uint32_t>::add(kernels(level_));
+  const auto add = Kernels<std::uint32_t>::add(search_kernels(level_));
   auto* histogram = buffer<std::uint32_t>(0);
   auto* from = buffer<std::uint32_t>(1);
   auto* to = buffer<std::uint32_t>(2);
   std::memset(histogram, 0, bins * sizeof(std::uint32_t));
   std::memset(from, 0, bins * sizeof(std::uint32_t));
-  const double slope_32 = drift_ns / frame.length_ns / comb_.period_ns * 0x1p32;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const auto moved = static_cast<std::int64_t>(slope_32 * frame.time_ns[i]);
-    const std::uint32_t phase = frame.phase_32[i] - static_cast<std::uint32_t>(moved);
+  const double to_32 = 0x1p32 / comb_.period_ns;
+  phases_.resize(frame.size());
+  search_kernels(level_).line_phases(phases_.data(), frame.phase_32.data(), frame.time_ns.data(), 0,
+                                     drift_ns / frame.length_ns * to_32, frame.size());
+  for (const std::uint32_t phase : phases_) {
     ++histogram[(static_cast<std::uint64_t>(phase) * bins) >> 32];
   }
   for (const std::uint32_t pulse : pulses_32_) {

@@ -40,10 +40,11 @@ class LineSearch {
   static constexpr std::size_t max_cells = 8;
 
   // max_grid_cells: of the finest grid that run() will be given.
-  LineSearch(const Comb& comb, std::size_t max_grid_cells,
+  LineSearch(const Comb& comb, std::size_t max_photons, std::size_t max_grid_cells,
              VectorLevel level = best_vector_level());
 
-  // The best cells, most photons first, none within two bins of a better one. Lines with |drift|
+  // The best cells, most photons first, none in the bow tie that a better one's
+  // photons make. Lines with |drift|
   // above max_drift_ns (and a bin) are left out. Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
                                   double max_drift_ns);
@@ -70,6 +71,7 @@ class LineSearch {
   std::size_t max_grid_cells_;
   std::vector<std::uint32_t> pulses_32_;  // in 2^-32 of a period
   std::vector<std::uint32_t> cells_;      // scratch: one a pulse
+  std::vector<std::uint32_t> phases_;     // scratch: one a photon
   std::vector<std::uint32_t> memory_;     // three buffers of max_grid_cells_
   std::vector<SearchCell> best_;
 };

@@ -63,7 +63,7 @@ Refinement::Refinement(const PulseShape& shape, const Comb& comb, std::size_t ma
       width_ns_(shape.width_ns()),
       margin_ns_(margin_widths * shape.width_ns()),
       window_(comb, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_),
-      near_(max_photons * std::max<std::size_t>(1, window_.max_overlap())),
+      near_(max_photons, max_photons * std::max<std::size_t>(1, window_.max_overlap())),
       likelihood_(shape, max_photons * std::max<std::size_t>(1, window_.max_overlap())) {}
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,

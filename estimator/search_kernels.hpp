@@ -19,6 +19,14 @@ struct SearchKernels {
   // cells[p] = the bin of delay phase - pulses[p], all in 2^-32 of a period, of `bins` in a period.
   void (*delay_bins)(std::uint32_t* cells, std::uint32_t phase, const std::uint32_t* pulses,
                      std::size_t count, std::uint32_t bins);
+  // phases[i] = folded[i] - (delay + slope * times[i]), all phases in 2^-32 of a period, wrapping.
+  // |delay + slope * times[i]| < 2^51.
+  void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
+                      double delay, double slope, std::size_t count);
+  // Indices, ascending, of the phases whose flags[phase >> shift] is not zero; returns their number.
+  // indices has room for count.
+  std::size_t (*pick)(std::uint32_t* indices, const std::uint32_t* phases,
+                      const std::uint8_t* flags, int shift, std::size_t count);
 };
 
 namespace generic {
