@@ -1,1 +1,3 @@
-int main() { return 0; }
+#include "daemon/app.hpp"
+
+int main(int argc, char** argv) { return splid::run_app(argc, argv); }

@@ -1,0 +1,186 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/clock.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/format.hpp"
+#include "daemon/line_writer.hpp"
+#include "daemon/read_file.hpp"
+#include "daemon/stop_signals.hpp"
+#include "daemon/subscriber.hpp"
+#include "daemon/truth_score.hpp"
+#include "protocol/error.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+namespace {
+
+struct ListenCommand {
+  std::string endpoint = "tcp://127.0.0.1:9872";
+  std::vector<std::string> topics;
+  bool json = false;
+  std::uint64_t count = 0;  // 0: no limit
+  double timeout_s = 0;     // 0: none
+  std::string truth;
+  TruthLimits limits;
+};
+
+bool is_among(const std::vector<std::string>& topics, const std::string& topic) {
+  return std::any_of(topics.begin(), topics.end(),
+                     [&](const std::string& prefix) { return topic.rfind(prefix, 0) == 0; });
+}
+
+// "   12.034 m ± 0.6 mm": a value with its standard deviation in a smaller unit.
+std::string column(const char* pattern, const std::optional<double>& value, double factor,
+                   int width) {
+  if (!value) return format("%*s", width, "-");
+  return format(pattern, *value * factor);
+}
+
+constexpr const char* heading =
+    "        time s    distance m  +- mm   velocity m/s +- cm/s   S/pulse     b /s  photons  status";
+
+std::string frame_line(const FrameMessage& frame, const std::optional<FrameError>& error) {
+  std::string line = format("%14.3f", frame.timestamp_s) + "  " +
+                     column("%12.5f", frame.distance_m, 1, 12) + " " +
+                     column("%6.2f", frame.std_distance_m, 1e3, 6) + " " +
+                     column("%14.4f", frame.velocity_mps, 1, 14) + " " +
+                     column("%7.2f", frame.std_velocity_mps, 1e2, 7) + " " +
+                     column("%9.3g", frame.signal_per_pulse, 1, 9) + " " +
+                     column("%8.4g", frame.background_per_s, 1, 8) + " " +
+                     format("%8s", frame.photons ? std::to_string(*frame.photons).c_str() : "-") +
+                     "  " + to_string(frame.status);
+  if (error) {
+    line += format("  error %+8.3f mm %+8.3f cm/s%s", error->distance_m * 1e3,
+                   error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");
+  }
+  return line;
+}
+
+class Listening {
+ public:
+  explicit Listening(const ListenCommand& options)
+      : options_(options), subscriber_(options.endpoint, subscriptions(options)) {
+    if (!options.truth.empty()) score_.emplace(truth_from_json(read_file(options.truth)));
+  }
+
+  int run(const std::stop_token& stop) {
+    heard_ns_ = host_clock().steady_ns();
+    if (!options_.json && is_among(options_.topics, topic_frame)) out_.write(heading);
+    while (!stop.stop_requested() && !done_) {
+      if (const auto message = subscriber_.receive(std::chrono::milliseconds{100})) {
+        heard_ns_ = host_clock().steady_ns();
+        take(*message);
+      } else {
+        check_timeout();
+      }
+    }
+    return finish();
+  }
+
+ private:
+  // Status says when the daemon stops, so it is heard whether it is to be shown or not.
+  static std::vector<std::string> subscriptions(const ListenCommand& options) {
+    std::vector<std::string> topics = options.topics;
+    if (!is_among(topics, topic_status)) topics.emplace_back(topic_status);
+    return topics;
+  }
+
+  void take(const Subscriber::Message& message) {
+    if (message.topic == topic_frame) {
+      take_frame(message);
+    } else if (is_among(options_.topics, message.topic)) {
+      print(options_.json ? message.json : message.topic + " " + message.json);
+    }
+    if (message.topic == topic_status && is_stopping(message.json)) done_ = true;
+  }
+
+  void take_frame(const Subscriber::Message& message) {
+    if (!is_among(options_.topics, message.topic)) return;
+    const FrameMessage frame = frame_from_json(message.json);
+    const auto error = score_ ? score_->take(frame) : std::nullopt;
+    print(options_.json ? message.json : frame_line(frame, error));
+    ++frames_;
+    if (options_.count != 0 && frames_ == options_.count) done_ = true;
+  }
+
+  static bool is_stopping(const std::string& json) {
+    const auto status = nlohmann::json::parse(json, nullptr, false);
+    return status.is_object() && status.value("state", "") == to_string(DaemonState::stopping);
+  }
+
+  void print(const std::string& line) {
+    if (!out_.write(line)) done_ = true;
+  }
+
+  void check_timeout() const {
+    const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
+    if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
+    throw Error(Fault::device,
+                format("nothing came from %s for %g s; does splid run, with that as its "
+                       "publish.endpoint?",
+                       options_.endpoint.c_str(), options_.timeout_s));
+  }
+
+  int finish() const {
+    if (!score_) return 0;
+    std::fprintf(stderr, "%s\n", score_->summary().c_str());
+    if (const auto broken = score_->broken(options_.limits)) throw Error(Fault::data, *broken);
+    return 0;
+  }
+
+  const ListenCommand& options_;
+  Subscriber subscriber_;
+  LineWriter out_{stdout, "standard output"};
+  std::optional<TruthScore> score_;
+  std::int64_t heard_ns_ = 0;
+  std::uint64_t frames_ = 0;
+  bool done_ = false;
+};
+
+int listen(ListenCommand options) {
+  const StopSignals signals;
+  if (options.topics.empty()) options.topics = {topic_frame};
+  if (options.limits.any() && options.truth.empty()) {
+    throw Error(Fault::usage, "--max-distance-rmse-mm and --max-velocity-rmse-cmps need --truth");
+  }
+  return Listening(options).run(signals.token());
+}
+
+void add_truth_options(CLI::App& command, ListenCommand& options) {
+  command.add_option("--truth", options.truth,
+                     "Truth of a simulated scene (FILE.truth.json): show each frame's error, sum up");
+  command
+      .add_option("--max-distance-rmse-mm", options.limits.max_distance_rmse_mm,
+                  "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps, "Likewise")
+      ->check(CLI::PositiveNumber);
+}
+
+}  // namespace
+
+void add_listen(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("listen", "Show what a running splid publishes");
+  const auto options = std::make_shared<ListenCommand>();
+  command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
+      ->capture_default_str();
+  command->add_option("topics", options->topics, "frame (default), status, version")
+      ->check(CLI::IsMember({topic_frame, topic_status, topic_version}));
+  command->add_flag("--json", options->json, "Print the messages as they are");
+  command->add_option("--count,-n", options->count, "End after so many frames");
+  command->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
+      ->check(CLI::PositiveNumber);
+  add_truth_options(*command, *options);
+  command->callback([&action, options] { action = [options] { return listen(*options); }; });
+}
+
+}  // namespace splid

@@ -1,0 +1,115 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/commands/commands.hpp"
+#include "daemon/format.hpp"
+#include "protocol/error.hpp"
+#include "protocol/pattern_json.hpp"
+#include "protocol/pattern_make.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ps_per_ns = 1000;
+
+struct PatternCommand {
+  std::string output;
+  std::vector<double> subperiods_ns;
+  double period_ns = 3780;
+  std::size_t pulses = 40;
+  double min_spacing_ns = 9;
+  std::uint64_t seed = 1;
+  bool stratified = false;
+  bool ambiguous = false;
+  std::vector<std::int64_t> repeats;
+};
+
+std::vector<double> in_ps(std::vector<double> times_ns) {
+  for (double& time : times_ns) time *= ps_per_ns;
+  return times_ns;
+}
+
+int write_pattern(const Pattern& pattern, const std::string& file) {
+  std::ofstream out(file, std::ios::binary);
+  out << to_json_file(pattern) << std::flush;
+  if (!out) throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno));
+  std::fprintf(stderr, "%s: %s\n", file.c_str(), describe_pattern(pattern).c_str());
+  return 0;
+}
+
+CLI::App* add_kind(CLI::App& pattern, const char* name, const char* doc, PatternCommand& options,
+                   Action& action, Pattern (*make)(const PatternCommand&)) {
+  CLI::App* kind = pattern.add_subcommand(name, doc);
+  kind->add_option("--output,-o", options.output, "Pattern file to write")->required();
+  kind->callback([&options, &action, make] {
+    action = [&options, make] { return write_pattern(make(options), options.output); };
+  });
+  return kind;
+}
+
+Pattern interleaved(const PatternCommand& options) {
+  return make_interleaved(in_ps(options.subperiods_ns));
+}
+
+Pattern random(const PatternCommand& options) {
+  const RandomPatternOptions random{options.period_ns * ps_per_ns, options.pulses,
+                                    options.min_spacing_ns * ps_per_ns, options.seed};
+  return options.stratified ? make_stratified(random) : make_random(random);
+}
+
+Pattern periodic(const PatternCommand& options) {
+  return make_periodic(options.ambiguous ? Mode::ambiguous : Mode::baseline,
+                       options.period_ns * ps_per_ns, options.pulses);
+}
+
+Pattern mrr(const PatternCommand& options) {
+  std::vector<std::int64_t> repeats = options.repeats;
+  if (repeats.size() == 1) repeats.resize(options.subperiods_ns.size(), repeats.front());
+  return make_mrr(in_ps(options.subperiods_ns), repeats);
+}
+
+void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
+  CLI::App* kind = add_kind(pattern, "interleaved", "Pulse trains of several periods laid over",
+                            options, action, interleaved);
+  kind->add_option("--subperiods-ns", options.subperiods_ns, "Their periods, such as 180 189")
+      ->required();
+  kind = add_kind(pattern, "random", "Random pulse times that keep a distance", options, action,
+                  random);
+  kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
+  kind->add_option("--pulses", options.pulses, "Pulses a period")->capture_default_str();
+  kind->add_option("--min-spacing-ns", options.min_spacing_ns, "Least distance of pulses")
+      ->capture_default_str();
+  kind->add_option("--seed", options.seed, "Another seed, another pattern")->capture_default_str();
+  kind->add_flag("--stratified", options.stratified, "One pulse in each of equal slots instead");
+  kind = add_kind(pattern, "periodic", "Evenly spaced pulses", options, action, periodic);
+  kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
+  kind->add_option("--pulses", options.pulses, "Pulses a period")->default_val(1);
+  kind->add_flag("--ambiguous", options.ambiguous, "Say that targets may be beyond the range");
+  kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
+  kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180 189")
+      ->required();
+  kind->add_option("--repeats", options.repeats, "Pulses of each, or one number for all")
+      ->required();
+}
+
+}  // namespace
+
+void add_pattern(CLI::App& app, Action& action) {
+  CLI::App* pattern = app.add_subcommand("pattern", "Make a pattern file");
+  pattern->require_subcommand(1);
+  const auto options = std::make_shared<PatternCommand>();
+  // Keeps the options for as long as the command that refers to them.
+  pattern->parse_complete_callback([options] {});
+  add_kinds(*pattern, *options, action);
+}
+
+}  // namespace splid

@@ -1,0 +1,46 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/capture.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/log_level.hpp"
+#include "daemon/session.hpp"
+#include "daemon/stop_signals.hpp"
+
+namespace splid {
+namespace {
+
+struct RecordCommand {
+  std::string config;
+  std::string output;
+  bool force = false;
+};
+
+int record(const RecordCommand& options) {
+  const StopSignals signals;
+  const Config config = load_config(options.config);
+  const std::unique_ptr<TagSource> source = open_source(config);
+  spdlog::info("source {}; recording into {}", source->info().name, options.output);
+  const CaptureSummary summary = capture(config, *source, options.output, options.force,
+                                         host_clock(), signals.token());
+  spdlog::info("{}", describe(summary, options.output));
+  return 0;
+}
+
+}  // namespace
+
+void add_record(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("record", "Write the source's tags to a PTU recording");
+  const auto options = std::make_shared<RecordCommand>();
+  command->add_option("--config,-c", options->config, "Configuration file")->required();
+  command->add_option("--output,-o", options->output, "PTU file to write")->required();
+  command->add_flag("--force", options->force, "Overwrite an existing file");
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return record(*options); }; });
+}
+
+}  // namespace splid

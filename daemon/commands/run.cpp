@@ -1,0 +1,27 @@
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/log_level.hpp"
+#include "daemon/session.hpp"
+#include "daemon/stop_signals.hpp"
+
+namespace splid {
+
+void add_run(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("run", "Measure: from the configured source to ZeroMQ");
+  const auto file = std::make_shared<std::string>();
+  command->add_option("--config,-c", *file, "Configuration file")->required();
+  add_log_options(*command);
+  command->callback([&action, file] {
+    action = [file] {
+      const StopSignals signals;
+      const Config config = load_config(*file);
+      return run_session(config, open_source(config), {}, signals.token());
+    };
+  });
+}
+
+}  // namespace splid

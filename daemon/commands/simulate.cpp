@@ -1,0 +1,72 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/capture.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/log_level.hpp"
+#include "daemon/session.hpp"
+#include "daemon/stop_signals.hpp"
+#include "drivers/simulator/simulator_options.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+struct SimulateCommand {
+  std::string config;
+  std::string output;
+  double seconds = 0;
+  bool force = false;
+};
+
+std::string truth_file(const std::string& recording) {
+  return std::filesystem::path(recording).replace_extension(".truth.json").string();
+}
+
+SimulatorOptions& scene_of(Config& config) {
+  auto* scene = dynamic_cast<SimulatorOptions*>(config.source.get());
+  if (scene != nullptr) return *scene;
+  throw Error(Fault::usage, config.file + ": /source/driver is \"" + config.source_driver +
+                                "\"; simulate needs a scene: the driver \"simulator\"");
+}
+
+int simulate(const SimulateCommand& options) {
+  const StopSignals signals;
+  Config config = load_config(options.config);
+  SimulatorOptions& scene = scene_of(config);
+  scene.pace = SimulatorPace::max;
+  scene.seconds = options.seconds;
+  scene.truth = truth_file(options.output);
+  const std::unique_ptr<TagSource> source = open_source(config);
+  const CaptureSummary summary = capture(config, *source, options.output, options.force,
+                                         host_clock(), signals.token());
+  spdlog::info("{}; the truth is in {}", describe(summary, options.output), scene.truth);
+  return 0;
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Action& action) {
+  CLI::App* command =
+      app.add_subcommand("simulate", "Write the configured scene to a PTU recording, and its truth");
+  const auto options = std::make_shared<SimulateCommand>();
+  command->add_option("--config,-c", options->config, "Configuration file, driver simulator")
+      ->required();
+  command->add_option("--seconds,-s", options->seconds, "Length of the stream")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--output,-o", options->output,
+                   "PTU file to write; the truth goes beside it, ending in .truth.json")
+      ->required();
+  command->add_flag("--force", options->force, "Overwrite an existing file");
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return simulate(*options); }; });
+}
+
+}  // namespace splid

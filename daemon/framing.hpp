@@ -1,0 +1,72 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <vector>
+
+#include "config/config.hpp"
+#include "daemon/channel_map.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/device_clock.hpp"
+#include "daemon/framer.hpp"
+#include "daemon/lane.hpp"
+#include "daemon/ring.hpp"
+
+namespace splid {
+
+using Lanes = std::vector<std::unique_ptr<Lane>>;
+
+// The framer's thread: takes tags from the ring, cuts them into frames and deals these out to the
+// lanes in turn.
+//
+// Threads: run() on one of its own; the atomics may be read from any; totals() and diagnosis() once
+// run() has returned, diagnosis() also once diagnosed is true. Errors: none after construction.
+// No lock and no allocation in run().
+class Framing : private FrameSink {
+ public:
+  Framing(const Config& config, const SourceInfo& source, const Clock& clock, TagRing& ring,
+          Lanes& lanes);
+
+  // Until the ring has ended; patience_ms after a stop request the tags left in it are discarded.
+  void run(const std::stop_token& stop, int patience_ms);
+
+  // The publisher has released a slot.
+  void notify_released() { released_.notify(); }
+
+  std::atomic<std::uint64_t> tags{0};       // events taken from the ring
+  std::atomic<std::size_t> highest_fill{0};  // tags in the ring; whoever reads it sets it to 0
+  std::atomic<std::int64_t> last_arrival_ns{0};
+  std::atomic<bool> diagnosed{false};
+
+  [[nodiscard]] const FramerTotals& totals() const { return framer_.totals(); }
+  [[nodiscard]] const std::optional<SyncDiagnosis>& diagnosis() const {
+    return framer_.diagnosis();
+  }
+  [[nodiscard]] std::uint64_t discarded() const { return discarded_; }
+
+ private:
+  Frame& open() override;
+  void close() override;
+  void take(std::span<const Tag> some);
+  [[nodiscard]] bool out_of_patience(const std::stop_token& stop, int patience_ms);
+
+  const Clock& host_;
+  TagRing& ring_;
+  Lanes& lanes_;
+  ChannelMap channels_;
+  Framer framer_;
+  DeviceClock device_clock_;
+  Wake released_;
+  std::size_t lane_ = 0;  // of the open frame
+  LaneSlot* slot_ = nullptr;
+  bool anchored_ = false;
+  std::int64_t last_end_ps_ = 0;  // of the frame before; valid from the second on
+  std::optional<std::int64_t> stop_seen_ns_;
+  std::uint64_t discarded_ = 0;
+};
+
+}  // namespace splid

@@ -1,0 +1,101 @@
+#include "daemon/session.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+#include "daemon/clock.hpp"
+#include "daemon/format.hpp"
+#include "daemon/line_writer.hpp"
+#include "daemon/progress.hpp"
+#include "daemon/publisher.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// Syncs a frame from which on they are plentiful: a frame locks from three that agree.
+constexpr std::uint64_t plentiful_syncs = 16;
+
+void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_token& stop) {
+  if (seconds <= 0) return;
+  constexpr double slice_s = 0.1;
+  for (double left_s = seconds; left_s > 0 && !stop.stop_requested(); left_s -= slice_s) {
+    if (publisher.wait_for_subscriber(std::chrono::milliseconds{100})) return;
+  }
+  if (!stop.stop_requested()) spdlog::warn("nobody subscribed within {} s; going on", seconds);
+}
+
+std::string describe(const FrameMessage& message) {
+  std::string text = format("frame %s, %s", grouped(message.sequence).c_str(),
+                            to_string(message.status));
+  if (message.distance_m) text += format(", %.4f m", *message.distance_m);
+  if (message.velocity_mps) text += format(", %+.3f m/s", *message.velocity_mps);
+  return text;
+}
+
+std::string describe(const PipelineSummary& summary) {
+  std::string text = grouped(summary.frames) + " frames";
+  const char* separator = ": ";
+  for (std::size_t i = 0; i < summary.frames_by_status.size(); ++i) {
+    if (summary.frames_by_status[i] == 0) continue;
+    text += separator + grouped(summary.frames_by_status[i]) + " " +
+            to_string(static_cast<FrameStatus>(i));
+    separator = ", ";
+  }
+  const FramerTotals& tags = summary.tags;
+  text += "; " + grouped(tags.events) + " tags: " + grouped(tags.photons) + " photons, " +
+          grouped(tags.syncs) + " syncs, " + grouped(tags.ignored) + " on channels not used; " +
+          grouped(summary.lost_tags + summary.discarded_tags) + " lost";
+  return text;
+}
+
+void check_locked(const PipelineSummary& summary) {
+  if (summary.frames == 0 || summary.locked_frames > 0) return;
+  if (summary.diagnosis) throw Error(Fault::data, describe(*summary.diagnosis));
+  if (summary.tags.syncs >= plentiful_syncs * summary.frames) {
+    throw Error(Fault::data, "no frame could lock: there are " + grouped(summary.tags.syncs) +
+                                 " syncs, but they do not come at the pattern's period; give "
+                                 "pattern.file the pattern that was played");
+  }
+  spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync",
+               summary.tags.syncs, summary.frames);
+}
+
+}  // namespace
+
+std::unique_ptr<TagSource> open_source(const Config& config) {
+  SourceContext context;
+  context.pattern = &config.pattern;
+  context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  return config.source->open(context);
+}
+
+int run_session(const Config& config, std::unique_ptr<TagSource> source,
+                const SessionOptions& options, const std::stop_token& stop) {
+  const std::string source_name = source->info().name;
+  Publisher publisher(config.publish.endpoint, options.queue_messages);
+  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  LineWriter out(stdout, "standard output");
+  Progress progress(host_clock());
+  pipeline.observe([&](const FrameMessage& message, const std::string& json) {
+    if (progress.due()) progress.show(describe(message));
+    return !options.json || out.write(json);
+  });
+  spdlog::info("source {}; pattern {} ({}); publishing at {}", source_name, config.pattern_file,
+               describe_pattern(config.pattern), publisher.endpoint());
+  wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
+  const std::int64_t begin_ns = host_clock().steady_ns();
+  const PipelineSummary summary = pipeline.run(stop);
+  progress.clear();
+  const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
+  spdlog::info("{}; took {:.3g} s", describe(summary), took_s);
+  if (summary.fault) std::rethrow_exception(summary.fault);
+  check_locked(summary);
+  return 0;
+}
+
+}  // namespace splid

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/pipeline.hpp"
+#include "drivers/source.hpp"
+
+namespace splid {
+
+// What `run` and `replay` share.
+
+struct SessionOptions {
+  bool json = false;  // each frame on standard output too
+  // Messages kept for a subscriber that does not read: some seconds of them.
+  int queue_messages = 1000;
+  double wait_for_subscriber_s = 0;  // before the stream starts, at most
+};
+
+// Opens the configured source; its warnings go to the log.
+std::unique_ptr<TagSource> open_source(const Config& config);
+
+// Runs the source through the pipeline to the subscribers, says in the log what it does and at the
+// end what came of it; returns the exit code.
+//
+// Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
+// frame could lock although syncs came.
+int run_session(const Config& config, std::unique_ptr<TagSource> source,
+                const SessionOptions& options, const std::stop_token& stop);
+
+}  // namespace splid

@@ -1,0 +1,107 @@
+#include "daemon/status_reporter.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+namespace splid {
+namespace {
+
+constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr double ns_per_ms = 1e6;
+
+// A live source that says nothing for this many frames is silent: it owes a heartbeat every 10 ms.
+constexpr double silent_frames = 4;
+
+const char* reason_of(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::no_sync:
+      return "the last frame had too few pattern syncs: look at channels.sync and its cable";
+    case FrameStatus::incomplete:
+      return "tags are being lost: the last frame saw less than frame.min_seen_fraction";
+    case FrameStatus::saturated:
+      return "so much light that the detector's dead time biases the values: attenuate it";
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+StatusReporter::StatusReporter(const Config& config, const SourceInfo& source,
+                               Publisher& publisher, const Clock& clock)
+    : source_(source),
+      publisher_(publisher),
+      clock_(clock),
+      last_frame_s_(source.start_unix_s.value_or(0)),
+      silence_limit_ns_(std::max(silent_frames * config.frame.length_ms, 100.0) * ns_per_ms) {
+  version_.release = SPLID_VERSION;
+  version_.pattern = std::filesystem::path(config.pattern_file).stem().string();
+  version_.mode = config.pattern.mode;
+  status_.source = config.source_driver;
+}
+
+void StatusReporter::start() {
+  version_.timestamp_s = timestamp_s();
+  publisher_.publish_version(to_json(version_));
+  started_ns_ = clock_.steady_ns();
+  publish({});
+}
+
+void StatusReporter::frame_published(const FrameMessage& message) {
+  ++status_.frames;
+  if (message.valid()) ++status_.valid_frames;
+  status_.lost_tags += message.lost_tags.value_or(0);
+  last_frame_ = message.status;
+  last_frame_s_ = message.timestamp_s;
+}
+
+void StatusReporter::tick(const StreamHealth& health) {
+  highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
+  const DaemonState state = status_.state;
+  const std::string reason = status_.reason;
+  judge(health);
+  const bool changed = state != status_.state || reason != status_.reason;
+  if (changed || clock_.steady_ns() >= next_ns_) publish(health);
+}
+
+void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
+  highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
+  status_.state = DaemonState::stopping;
+  status_.reason = reason;
+  publish(health);
+}
+
+void StatusReporter::judge(const StreamHealth& health) {
+  const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
+  status_.reason.clear();
+  if (source_.live &&
+      static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
+    status_.state = DaemonState::waiting_for_device;
+    status_.reason = source_.name + " sends nothing, not even a heartbeat";
+  } else if (last_frame_ == FrameStatus::not_run) {
+    status_.state = DaemonState::starting;
+  } else if (const char* reason = reason_of(last_frame_)) {
+    status_.state = DaemonState::degraded;
+    status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
+                         ? health.sync_fault
+                         : reason;
+  } else {
+    status_.state = DaemonState::streaming;
+  }
+}
+
+void StatusReporter::publish(const StreamHealth& health) {
+  status_.timestamp_s = timestamp_s();
+  status_.tags = health.tags;
+  status_.ring_fill_ratio = std::exchange(highest_fill_, 0);
+  publisher_.publish_status(to_json(status_));
+  ++status_.sequence;
+  next_ns_ = clock_.steady_ns() + ns_per_s;
+}
+
+double StatusReporter::timestamp_s() const {
+  return source_.live ? clock_.unix_s() : last_frame_s_;
+}
+
+}  // namespace splid

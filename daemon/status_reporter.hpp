@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/publisher.hpp"
+#include "drivers/source.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+
+// What a stream is like at a moment.
+struct StreamHealth {
+  std::uint64_t tags = 0;             // taken from the source
+  std::int64_t last_arrival_ns = 0;   // of a tag or heartbeat; 0: none yet
+  double ring_fill_ratio = 0;         // highest since the last call
+  std::string sync_fault;             // a sentence; empty: none
+};
+
+// Publishes `version` once and `status` once a second and on every change of state or reason.
+//
+// States: starting until the first frame; waiting_for_device while a live source has been silent
+// for four frames; degraded while the last frame was no_sync, incomplete or saturated; stopping
+// from stop() on.
+//
+// Threads: one. Errors: none.
+class StatusReporter {
+ public:
+  // publisher, clock: outlive this.
+  StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
+                 const Clock& clock);
+
+  void start();
+  void frame_published(const FrameMessage& message);
+  // To be called at least every 100 ms.
+  void tick(const StreamHealth& health);
+  // The stream is over. reason: why, empty where nothing is wrong.
+  void stop(const StreamHealth& health, const std::string& reason);
+
+ private:
+  void judge(const StreamHealth& health);
+  void publish(const StreamHealth& health);
+  [[nodiscard]] double timestamp_s() const;
+
+  SourceInfo source_;
+  Publisher& publisher_;
+  const Clock& clock_;
+  VersionMessage version_;
+  StatusMessage status_;
+  FrameStatus last_frame_ = FrameStatus::not_run;
+  double last_frame_s_ = 0;
+  double silence_limit_ns_;
+  std::int64_t started_ns_ = 0;
+  std::int64_t next_ns_ = 0;
+  double highest_fill_ = 0;
+};
+
+}  // namespace splid

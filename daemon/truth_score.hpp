@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "protocol/messages.hpp"
+#include "protocol/truth.hpp"
+
+namespace splid {
+
+struct FrameError {
+  double distance_m = 0;    // measured less true, at mid-frame
+  double velocity_mps = 0;  // likewise
+  bool wrong_peak = false;  // beyond ten standard deviations in either: not noise
+};
+
+// What a measurement must keep to.
+struct TruthLimits {
+  std::optional<double> max_distance_rmse_mm;
+  std::optional<double> max_velocity_rmse_cmps;
+  [[nodiscard]] bool any() const { return max_distance_rmse_mm || max_velocity_rmse_cmps; }
+};
+
+// Compares frames with where the target really was. Frames that are not valid, and those outside
+// the truth, are counted and not compared; those on a wrong peak are counted and left out of the
+// RMSE.
+//
+// Threads: one. Errors: none.
+class TruthScore {
+ public:
+  explicit TruthScore(SceneTruth truth) : truth_(std::move(truth)) {}
+
+  // Null where there is nothing to compare.
+  std::optional<FrameError> take(const FrameMessage& message);
+
+  [[nodiscard]] std::uint64_t frames() const { return frames_; }
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }  // gaps in the sequence
+  [[nodiscard]] std::uint64_t valid() const { return valid_; }
+  [[nodiscard]] std::uint64_t compared() const { return compared_; }
+  [[nodiscard]] std::uint64_t wrong_peaks() const { return wrong_; }
+  // Of the frames compared that are on no wrong peak; absent where there are none.
+  [[nodiscard]] std::optional<double> distance_rmse_mm() const;
+  [[nodiscard]] std::optional<double> velocity_rmse_cmps() const;
+
+  [[nodiscard]] std::string summary() const;
+
+  // Null where all limits hold; otherwise the first that does not, in a sentence. Besides the RMSE
+  // it wants at least one frame compared, none lost, none on a wrong peak and nine of ten valid.
+  [[nodiscard]] std::optional<std::string> broken(const TruthLimits& limits) const;
+
+ private:
+  [[nodiscard]] std::optional<double> rms(double sum_of_squares) const;
+
+  SceneTruth truth_;
+  std::optional<std::uint64_t> last_sequence_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t lost_ = 0;
+  std::uint64_t valid_ = 0;
+  std::uint64_t compared_ = 0;
+  std::uint64_t wrong_ = 0;
+  double distance_squares_ = 0;
+  double velocity_squares_ = 0;
+};
+
+}  // namespace splid
