@@ -37,9 +37,4 @@ std::size_t pulses_per_period(const Pattern& pattern) {
   return pulses;
 }
 
-std::optional<std::string> validate(const Pattern& pattern) {
-  if (pattern.segments.empty()) return "/segments: empty; a pattern has at least one segment";
-  return std::nullopt;
-}
-
 }  // namespace splid

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/error.hpp"
+#include "protocol/json_writer.hpp"
 
 namespace splid {
 namespace {
@@ -19,16 +20,10 @@ constexpr std::int64_t max_period_ps = 1'000'000'000'000;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Fault::usage, "pattern: " + what); }
 
-std::string text(double value) {
-  std::string digits = std::to_string(value);
-  digits.erase(digits.find_last_not_of('0') + 1);
-  if (digits.back() == '.') digits.pop_back();
-  return digits;
-}
-
 void check_period(double period_ps) {
   if (period_ps > 0 && period_ps <= static_cast<double>(max_period_ps)) return;
-  refuse("a period of " + text(period_ps) + " ps; it must be above 0 and at most 1e12 ps (1 s)");
+  refuse("a period of " + number_text(period_ps) +
+         " ps; it must be above 0 and at most 1e12 ps (1 s)");
 }
 
 void check_pulses(std::size_t pulses) {
@@ -39,7 +34,7 @@ void check_pulses(std::size_t pulses) {
 std::int64_t whole_ps(double period_ps) {
   check_period(period_ps);
   if (period_ps == std::floor(period_ps)) return static_cast<std::int64_t>(period_ps);
-  refuse("a period of " + text(period_ps) +
+  refuse("a period of " + number_text(period_ps) +
          " ps; it must be a whole number of picoseconds, so "
          "that the periods have a common multiple");
 }
@@ -134,7 +129,7 @@ Pattern make_random(const RandomPatternOptions& options) {
   const std::int64_t period_ps = whole_ps(options.period_ps);
   check_pulses(options.pulses);
   if (!(options.min_spacing_ps >= 1) || options.min_spacing_ps > options.period_ps) {
-    refuse("a spacing of " + text(options.min_spacing_ps) +
+    refuse("a spacing of " + number_text(options.min_spacing_ps) +
            " ps; it must be at least 1 ps and at most the period");
   }
   const auto spacing_ps = static_cast<std::int64_t>(std::ceil(options.min_spacing_ps));

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "protocol/error.hpp"
+#include "protocol/json_writer.hpp"
 #include "protocol/ptu_losses.hpp"
 
 namespace splid {
@@ -182,7 +183,7 @@ double resolution(const PtuHeader& header) {
   constexpr std::string_view name = "MeasDesc_GlobalResolution";
   const auto value = required<double>(header, name);
   if (!(value >= 1e-15 && value <= 1e-3)) {
-    fail(offset_of(header, name), "MeasDesc_GlobalResolution is " + std::to_string(value) +
+    fail(offset_of(header, name), "MeasDesc_GlobalResolution is " + number_text(value) +
                                       " s; it must be from 1e-15 to 1e-3 s");
   }
   return value;

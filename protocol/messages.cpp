@@ -1,0 +1,251 @@
+#include "protocol/messages.hpp"
+
+#include <array>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "protocol/error.hpp"
+#include "protocol/json_writer.hpp"
+#include "protocol/ptu_losses.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::array<const char*, 7> frame_status_names = {
+    "not_run", "ok", "no_target", "ambiguous", "incomplete", "no_sync", "saturated"};
+constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
+                                                           "streaming", "degraded", "stopping"};
+
+JsonWriter head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
+  JsonWriter json;
+  json.text("schema", schema).raw("v", "[1,0]").number("timestamp", timestamp_s);
+  json.integer("sequence", sequence);
+  return json;
+}
+
+void write_estimates(JsonWriter& json, const FrameMessage& message) {
+  json.number("distance_m", message.distance_m)
+      .number("velocity_mps", message.velocity_mps)
+      .number("signal_per_pulse", message.signal_per_pulse)
+      .number("background_per_s", message.background_per_s)
+      .number("signal_per_period", message.signal_per_period)
+      .number("background_per_period", message.background_per_period)
+      .number("sbr", message.sbr)
+      .number("delay_ns", message.delay_ns)
+      .number("significance", message.significance);
+  JsonWriter std_members;
+  std_members.number("distance_m", message.std_distance_m)
+      .number("velocity_mps", message.std_velocity_mps)
+      .number("signal_per_pulse", message.std_signal_per_pulse)
+      .number("background_per_s", message.std_background_per_s);
+  json.object("std", std_members);
+}
+
+void write_sync(JsonWriter& json, const FrameMessage& message) {
+  if (!message.sync) return;
+  JsonWriter sync;
+  sync.integer("count", message.sync->count)
+      .integer("missing", message.sync->missing)
+      .integer("spurious", message.sync->spurious)
+      .number("period_ps", message.sync->period_ps)
+      .number("drift_ppm", message.sync->drift_ppm)
+      .number("jitter_ps", message.sync->jitter_ps);
+  json.object("sync", sync);
+}
+
+void write_reference(JsonWriter& json, const FrameMessage& message) {
+  if (!message.reference) return;
+  JsonWriter reference;
+  reference.number("distance_m", message.reference->distance_m)
+      .number("velocity_mps", message.reference->velocity_mps);
+  json.object("reference", reference);
+}
+
+// Members of one object of a message; `where` is its JSON pointer.
+class Members {
+ public:
+  Members(const nlohmann::json& json, std::string where) : json_(json), where_(std::move(where)) {
+    if (!json.is_object()) fail("", "is not an object");
+  }
+
+  [[nodiscard]] const nlohmann::json* find(const char* key) const {
+    const auto found = json_.find(key);
+    return found == json_.end() ? nullptr : &*found;
+  }
+  [[nodiscard]] std::optional<double> number(const char* key) const {
+    const nlohmann::json* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_number()) fail(key, "is not a number");
+    return value->get<double>();
+  }
+  [[nodiscard]] std::optional<std::uint64_t> count(const char* key) const {
+    const nlohmann::json* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_number_unsigned()) fail(key, "is not a count");
+    return value->get<std::uint64_t>();
+  }
+  [[nodiscard]] std::optional<std::string> text(const char* key) const {
+    const nlohmann::json* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_string()) fail(key, "is not a string");
+    return value->get<std::string>();
+  }
+  template <class Value>
+  [[nodiscard]] Value required(const char* key, const std::optional<Value>& value) const {
+    if (!value) fail(key, "is missing");
+    return *value;
+  }
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    throw Error(Fault::data, "frame message: " + where_ + "/" + key + " " + what);
+  }
+
+ private:
+  const nlohmann::json& json_;
+  std::string where_;
+};
+
+FrameStatus frame_status(const Members& members) {
+  const std::string name = members.required("status", members.text("status"));
+  for (std::size_t i = 0; i < frame_status_names.size(); ++i) {
+    if (name == frame_status_names.at(i)) return static_cast<FrameStatus>(i);
+  }
+  members.fail("status", "has the unknown value " + name);
+}
+
+Mode frame_mode(const Members& members) {
+  const std::string name = members.required("mode", members.text("mode"));
+  const auto mode = mode_from_string(name);
+  if (!mode) members.fail("mode", "has the unknown value " + name);
+  return *mode;
+}
+
+void check_schema(const Members& members) {
+  const std::string schema = members.required("schema", members.text("schema"));
+  if (schema != "splid.frame") members.fail("schema", "is " + schema + ", not splid.frame");
+  const nlohmann::json* version = members.find("v");
+  if (version == nullptr) members.fail("v", "is missing");
+  if (!version->is_array() || version->empty() || version->front() != 1) {
+    members.fail("v", "is not [1,minor]; this program reads version 1");
+  }
+}
+
+void read_always_present(const Members& members, FrameMessage& message) {
+  message.timestamp_s = members.required("timestamp", members.number("timestamp"));
+  message.sequence = members.required("sequence", members.count("sequence"));
+  message.status = frame_status(members);
+  message.mode = frame_mode(members);
+  const auto start_ps = whole_number(members.required("start_ps", members.text("start_ps")));
+  message.start_ps = members.required("start_ps", start_ps);
+  message.duration_ms = members.required("duration_ms", members.number("duration_ms"));
+}
+
+void read_estimates(const Members& members, FrameMessage& message) {
+  message.distance_m = members.number("distance_m");
+  message.velocity_mps = members.number("velocity_mps");
+  message.signal_per_pulse = members.number("signal_per_pulse");
+  message.background_per_s = members.number("background_per_s");
+  message.signal_per_period = members.number("signal_per_period");
+  message.background_per_period = members.number("background_per_period");
+  message.sbr = members.number("sbr");
+  message.delay_ns = members.number("delay_ns");
+  message.significance = members.number("significance");
+  if (const nlohmann::json* json = members.find("std")) {
+    const Members std_members(*json, "/std");
+    message.std_distance_m = std_members.number("distance_m");
+    message.std_velocity_mps = std_members.number("velocity_mps");
+    message.std_signal_per_pulse = std_members.number("signal_per_pulse");
+    message.std_background_per_s = std_members.number("background_per_s");
+  }
+}
+
+FrameMessage::Sync sync_from(const Members& members) {
+  FrameMessage::Sync sync;
+  sync.count = members.required("count", members.count("count"));
+  sync.missing = members.required("missing", members.count("missing"));
+  sync.spurious = members.required("spurious", members.count("spurious"));
+  sync.period_ps = members.number("period_ps");
+  sync.drift_ppm = members.number("drift_ppm");
+  sync.jitter_ps = members.number("jitter_ps");
+  return sync;
+}
+
+FrameMessage::Reference reference_from(const Members& members) {
+  return {members.number("distance_m"), members.number("velocity_mps")};
+}
+
+void read_circumstances(const Members& members, FrameMessage& message) {
+  message.photons = members.count("photons");
+  message.lost_tags = members.count("lost_tags");
+  message.seen_fraction = members.number("seen_fraction");
+  if (const auto* json = members.find("sync")) message.sync = sync_from({*json, "/sync"});
+  if (const auto* json = members.find("reference")) {
+    message.reference = reference_from({*json, "/reference"});
+  }
+  message.effort = members.text("effort");
+  message.compute_ms = members.number("compute_ms");
+  message.latency_ms = members.number("latency_ms");
+}
+
+}  // namespace
+
+const char* to_string(FrameStatus status) {
+  return frame_status_names.at(static_cast<std::size_t>(status));
+}
+
+const char* to_string(DaemonState state) {
+  return daemon_state_names.at(static_cast<std::size_t>(state));
+}
+
+std::string to_json(const FrameMessage& message) {
+  JsonWriter json = head("splid.frame", message.timestamp_s, message.sequence);
+  json.text("status", to_string(message.status))
+      .flag("valid", message.valid())
+      .text("mode", to_string(message.mode))
+      .text("start_ps", std::to_string(message.start_ps))
+      .number("duration_ms", message.duration_ms);
+  write_estimates(json, message);
+  if (message.photons) json.integer("photons", *message.photons);
+  if (message.lost_tags) json.integer("lost_tags", *message.lost_tags);
+  json.number("seen_fraction", message.seen_fraction);
+  write_sync(json, message);
+  write_reference(json, message);
+  if (message.effort) json.text("effort", *message.effort);
+  json.number("compute_ms", message.compute_ms).number("latency_ms", message.latency_ms);
+  return json.finish();
+}
+
+std::string to_json(const StatusMessage& message) {
+  return head("splid.status", message.timestamp_s, message.sequence)
+      .text("state", to_string(message.state))
+      .text("reason", message.reason)
+      .text("source", message.source)
+      .integer("tags", message.tags)
+      .integer("lost_tags", message.lost_tags)
+      .integer("frames", message.frames)
+      .integer("valid_frames", message.valid_frames)
+      .number("ring_fill_ratio", message.ring_fill_ratio)
+      .finish();
+}
+
+std::string to_json(const VersionMessage& message) {
+  return head("splid.version", message.timestamp_s, message.sequence)
+      .text("release", message.release)
+      .text("pattern", message.pattern)
+      .text("mode", to_string(message.mode))
+      .finish();
+}
+
+FrameMessage frame_from_json(const std::string& json) {
+  const auto parsed = nlohmann::json::parse(json, nullptr, false);
+  if (parsed.is_discarded()) throw Error(Fault::data, "frame message: not JSON");
+  const Members members(parsed, "");
+  check_schema(members);
+  FrameMessage message;
+  read_always_present(members, message);
+  read_estimates(members, message);
+  read_circumstances(members, message);
+  return message;
+}
+
+}  // namespace splid
