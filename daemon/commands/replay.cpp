@@ -1,0 +1,119 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "config/channel_name.hpp"
+#include "config/config.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/log_level.hpp"
+#include "daemon/session.hpp"
+#include "daemon/stop_signals.hpp"
+#include "drivers/replay/recording_info.hpp"
+#include "drivers/replay/replay.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// Tags that are looked through for channels that never occur: a tenth of a second of work.
+constexpr std::uint64_t tags_looked_at = 4'000'000;
+
+// A replay at full speed makes thousands of frames a second: some seconds of them.
+constexpr int queue_messages = 20'000;
+
+struct ReplayCommand {
+  std::string recording;
+  std::string config;
+  std::string speed = "max";
+  bool json = false;
+  double wait_for_subscriber_s = 0;
+};
+
+// "max" or a number above 0, as ReplayOptions has it.
+double speed_of(const std::string& text) {
+  if (text == "max") return 0;
+  std::size_t used = 0;
+  double speed = 0;
+  try {
+    speed = std::stod(text, &used);
+  } catch (const std::logic_error&) {
+    used = 0;
+  }
+  if (used == text.size() && speed > 0 && speed <= 1e6) return speed;
+  throw Error(Fault::usage, "--speed " + text +
+                                ": must be max, or a number above 0 and at most 1000000: how many "
+                                "times the recorded pace");
+}
+
+bool occurs(const RecordingInfo& info, const ChannelName& channel) {
+  if (channel.kind == TagKind::sync) return info.syncs > 0;
+  if (channel.kind == TagKind::photon) {
+    return channel.value >= 0 && channel.value < static_cast<int>(info.photons.size()) &&
+           info.photons[static_cast<std::size_t>(channel.value)] > 0;
+  }
+  for (std::size_t bits = 0; bits < info.markers.size(); ++bits) {
+    if (info.markers[bits] > 0 && channel.matches(marker_tag(0, static_cast<int>(bits)))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, const char* key,
+                           const std::string& name) {
+  const auto channel = parse_channel(name);
+  if (!channel || occurs(info, *channel)) return;
+  spdlog::warn("{} {} never occurs{}; {} has {}", key, name,
+               info.whole ? "" : " in its first 4 million tags", file, channels_in_words(info));
+}
+
+// Not the encoder: most recordings have none, and frames do without.
+void warn_of_absent_channels(const Config& config, const std::string& file) {
+  const RecordingInfo info = scan_recording(file, tags_looked_at);
+  for (const std::string& name : config.channels.photon) {
+    warn_unless_it_occurs(info, file, "channels.photon", name);
+  }
+  warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
+}
+
+int replay(const ReplayCommand& options) {
+  const StopSignals signals;
+  const double speed = speed_of(options.speed);
+  Config config = load_config(options.config);
+  auto source = std::make_unique<ReplayOptions>();
+  source->recording = options.recording;
+  source->speed = speed;
+  config.source = std::move(source);
+  config.source_driver = "replay";
+  std::unique_ptr<TagSource> recording = open_source(config);
+  warn_of_absent_channels(config, options.recording);
+  SessionOptions session;
+  session.json = options.json;
+  session.queue_messages = queue_messages;
+  session.wait_for_subscriber_s = options.wait_for_subscriber_s;
+  return run_session(config, std::move(recording), session, signals.token());
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("replay", "Measure again from a PTU recording");
+  const auto options = std::make_shared<ReplayCommand>();
+  command->add_option("recording", options->recording, "PTU file, T2 mode")->required();
+  command->add_option("--config,-c", options->config, "Configuration; its source is not used")
+      ->required();
+  command->add_option("--speed", options->speed, "max, or how many times the recorded pace")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Each frame as a line of JSON on standard output");
+  command
+      ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
+                   "Seconds to wait at most until somebody subscribes to frames")
+      ->check(CLI::NonNegativeNumber);
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return replay(*options); }; });
+}
+
+}  // namespace splid
