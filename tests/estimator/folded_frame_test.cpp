@@ -1,0 +1,88 @@
+#include "estimator/folded_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+test::FrameMaker maker() {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.length_ms = 5;
+  made.velocity_mps = 42;
+  made.drift_ppm = 17;
+  return made;
+}
+
+TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
+  for (const std::int64_t epoch_ps : {std::int64_t{0}, std::int64_t{340000000000000000}}) {
+    test::FrameMaker made = maker();
+    made.start_ps = epoch_ps;
+    const auto frame = made.make(1);
+    FoldedFrame folded(frame.photons_ps.size());
+    folded.fold(frame.view(), 3780);
+    ASSERT_EQ(folded.size(), frame.photons_ps.size());
+    for (std::size_t i = 0; i < folded.size(); ++i) {
+      const long double since = frame.photons_ps[i] - frame.start_ps;
+      const long double turns = since / frame.sync.period_ps;
+      const auto phase = static_cast<double>((turns - std::floor(turns)) * 3780);
+      ASSERT_NEAR(std::remainder(folded.phase_ns[i] - phase, 3780), 0, 1e-7);
+      ASSERT_NEAR(std::remainder(folded.phase_32[i] * 3780 * 0x1p-32 - phase, 3780), 0, 2e-6);
+      const long double mid = (frame.end_ps - frame.start_ps) / 2;
+      ASSERT_NEAR(folded.time_ns[i], static_cast<double>((since - mid) * 1e-3L / (1 + 17e-6L)),
+                  1e-8);
+    }
+    EXPECT_NEAR(folded.scale, 1 + 17e-6, 1e-15);
+  }
+}
+
+TEST(FoldedFrame, LossesAreNotSeen) {
+  auto frame = maker().make(1);
+  frame.losses = {{frame.start_ps + 1000000, frame.start_ps + 3000000, -1}};
+  FoldedFrame folded(frame.photons_ps.size());
+  folded.fold(frame.view(), 3780);
+  EXPECT_NEAR(folded.seen_ns, static_cast<double>(frame.end_ps - frame.start_ps) * 1e-3 - 2000,
+              1e-6);
+}
+
+// Photon by photon, pulse by pulse.
+TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
+  const auto frame = maker().make(3);
+  const Comb comb(maker().pattern.segments.front());
+  FoldedFrame folded(frame.photons_ps.size());
+  folded.fold(frame.view(), comb.period_ns);
+  for (const DelayLine line : {DelayLine{1898, 1.4}, DelayLine{0.1, -5}, DelayLine{3779.95, 50}}) {
+    const CombWindow window(comb, -1.5, 2.5);
+    NearSet near(folded.size(), folded.size());
+    near.collect(folded, window, comb.period_ns, line);
+    std::vector<double> expected;
+    std::size_t far = 0;
+    for (std::size_t i = 0; i < folded.size(); ++i) {
+      bool any = false;
+      for (const double time : comb.times_ns) {
+        const double residual =
+            std::remainder(folded.phase_ns[i] - line.delay_ns -
+                               line.drift_ns * folded.time_ns[i] / folded.length_ns - time,
+                           comb.period_ns);
+        if (residual < -1.5 || residual > 2.5) continue;
+        expected.push_back(residual);
+        any = true;
+      }
+      far += any ? 0 : 1;
+    }
+    ASSERT_EQ(near.entries(), expected.size());
+    EXPECT_GT(near.entries(), 10U);
+    for (std::size_t j = 0; j < expected.size(); ++j) {
+      ASSERT_NEAR(near.residual_ns[j], expected[j], 1e-9);
+    }
+    EXPECT_EQ(near.far_photons, far);
+    EXPECT_EQ(near.photons() + near.far_photons, folded.size());
+  }
+}
+
+}  // namespace
+}  // namespace splid
