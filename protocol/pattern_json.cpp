@@ -241,7 +241,8 @@ std::string to_json(const Pattern& pattern) {
   }
   std::string segments;
   for (const PatternSegment& segment : pattern.segments) {
-    segments += (segments.empty() ? "" : ",") + segment_json(segment);
+    if (!segments.empty()) segments += ',';
+    segments += segment_json(segment);
   }
   writer.raw("segments", "[" + segments + "]");
   writer.number("calibrated_period_ps", pattern.calibrated_period_ps);
