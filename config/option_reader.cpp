@@ -119,7 +119,8 @@ void OptionReader::numbers(const char* key, std::vector<double>& values, Bounds 
 void OptionReader::channel(const char* key, std::string& value, const char*) {
   const json* given = take(key);
   if (given == nullptr) return;
-  value = *given == "" ? "" : read_channel(*given, pointer_to(pointer_, key));
+  const bool is_none = given->is_string() && given->get_ref<const std::string&>().empty();
+  value = is_none ? "" : read_channel(*given, pointer_to(pointer_, key));
 }
 
 void OptionReader::channels(const char* key, std::vector<std::string>& values, const char*) {
@@ -172,7 +173,8 @@ const json* OptionReader::take(const char* key) {
 }
 
 void OptionReader::finish() const {
-  for (const auto& [key, value] : object_.items()) {
+  for (const auto& member : object_.items()) {
+    const std::string& key = member.key();
     const auto is_this = [&](const char* name) { return key == name; };
     if (std::any_of(known_.begin(), known_.end(), is_this)) continue;
     fail(pointer_to(pointer_, key), "is no key that splid knows" + suggest_name(key, known_));
@@ -193,7 +195,7 @@ double OptionReader::read_number(const json& value, const std::string& pointer,
 }
 
 std::string OptionReader::read_channel(const json& value, const std::string& pointer) const {
-  const std::string name = value.is_string() ? value.get<std::string>() : value.dump();
+  std::string name = value.is_string() ? value.get<std::string>() : value.dump();
   if (!parse_channel(name) || !(value.is_string() || value.is_number_integer())) {
     fail(pointer, shown(value) +
                       " is no channel; it is \"sync\", \"marker:1\" to \"marker:15\", or an input, "

@@ -8,6 +8,7 @@ namespace {
 void describe_source(Config& config, OptionVisitor& visitor) {
   const std::vector<std::string> drivers = source_names();
   std::vector<const char*> names;
+  names.reserve(drivers.size());
   for (const std::string& driver : drivers) names.push_back(driver.c_str());
 
   const auto current = std::find(drivers.begin(), drivers.end(), config.source_driver);
