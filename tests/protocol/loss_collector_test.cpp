@@ -1,0 +1,106 @@
+#include "protocol/loss_collector.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::int64_t ms = 1'000'000'000;
+
+Tag loss_begin(std::int64_t time_ps) { return {time_ps, 0, TagKind::loss_begin, {}}; }
+Tag loss_end(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::loss_end, {}}; }
+Tag missed(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::missed, {}}; }
+
+TEST(JoinLosses, ClosesTheSmallestGapsFirst) {
+  std::vector<Loss> losses = {{0, 10, 1}, {100, 110, 2}, {115, 120, 3}, {200, 210, 4}};
+  join_losses(losses, 4);
+  EXPECT_EQ(losses.size(), 4U);
+  join_losses(losses, 3);
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 120, 5}, Loss{200, 210, 4}));
+  join_losses(losses, 2);
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 10, 1}, Loss{100, 210, 9}));
+  join_losses(losses, 0);
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 210, 10}));
+}
+
+TEST(JoinLosses, AnUnknownCountStaysUnknown) {
+  std::vector<Loss> losses = {{0, 10, 5}, {20, 30, -1}, {35, 40, 7}};
+  join_losses(losses, 1);
+  EXPECT_THAT(losses, ElementsAre(Loss{0, 40, -1}));
+}
+
+TEST(JoinLosses, EmptyStaysEmpty) {
+  std::vector<Loss> losses;
+  join_losses(losses, 1);
+  EXPECT_THAT(losses, IsEmpty());
+}
+
+TEST(LossCollector, PairsBeginsAndEnds) {
+  LossCollector collector;
+  for (const Tag& tag : {photon_tag(1, 1), loss_begin(10), photon_tag(12, 1), loss_begin(15),
+                         loss_end(20, 3), heartbeat_tag(25), loss_begin(30), loss_end(40, -1)}) {
+    collector.take(tag);
+  }
+  EXPECT_THAT(collector.losses(100), ElementsAre(Loss{10, 20, 3}, Loss{30, 40, -1}));
+  EXPECT_EQ(collector.lost_tags(), 3U);
+}
+
+TEST(LossCollector, AnEndAloneHasNoInterval) {
+  LossCollector collector;
+  collector.take(loss_end(20, 3));
+  EXPECT_THAT(collector.losses(100), ElementsAre(Loss{20, 20, 3}));
+}
+
+TEST(LossCollector, ALossStillOpenReachesToNow) {
+  LossCollector collector;
+  collector.take(loss_begin(50));
+  EXPECT_THAT(collector.losses(80), ElementsAre(Loss{50, 80, -1}));
+  EXPECT_THAT(collector.losses(10), ElementsAre(Loss{50, 50, -1}));
+  collector.take(loss_end(90, 2));
+  EXPECT_THAT(collector.losses(100), ElementsAre(Loss{50, 90, 2}));
+}
+
+TEST(LossCollector, MissedTagsWithinAMillisecondStandTogether) {
+  LossCollector collector;
+  collector.take(missed(5, 2));
+  collector.take(missed(4 + ms, 3));
+  collector.take(missed(5 + ms, 4));
+  collector.take(missed(6 + ms, -1));
+  EXPECT_THAT(collector.losses(0),
+              ElementsAre(Loss{5, 5, 5}, Loss{5 + ms, 5 + ms, 4}, Loss{6 + ms, 6 + ms, -1}));
+  EXPECT_EQ(collector.lost_tags(), 9U);
+}
+
+TEST(LossCollector, MissedTagsDoNotBlurAnInterval) {
+  LossCollector collector;
+  collector.add({0, 100, 1});
+  collector.add_missed(100, 1);
+  EXPECT_THAT(collector.losses(0), ElementsAre(Loss{0, 100, 1}, Loss{100, 100, 1}));
+}
+
+TEST(LossCollector, PastItsCapacityItJoinsAndForgetsNothing) {
+  LossCollector collector(10);
+  for (std::int64_t i = 0; i < 1'000; ++i) collector.add({i * ms, i * ms + 5, 2});
+  const auto losses = collector.losses(0);
+  EXPECT_EQ(losses.size(), 10U);
+  EXPECT_EQ(losses.front().begin_ps, 0);
+  EXPECT_EQ(losses.back().end_ps, 999 * ms + 5);
+  std::int64_t sum = 0;
+  for (const Loss& loss : losses) sum += loss.count;
+  EXPECT_EQ(sum, 2'000);
+  EXPECT_EQ(collector.lost_tags(), 2'000U);
+}
+
+TEST(LossCollector, KeepsLossesSorted) {
+  LossCollector collector;
+  collector.add({30, 40, 1});
+  collector.add({10, 20, 2});
+  EXPECT_THAT(collector.losses(0), ElementsAre(Loss{10, 20, 2}, Loss{30, 40, 1}));
+}
+
+}  // namespace
+}  // namespace splid

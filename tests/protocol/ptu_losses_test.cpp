@@ -1,0 +1,61 @@
+#include "protocol/ptu_losses.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+namespace splid {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Optional;
+
+TEST(PtuLosses, Text) {
+  EXPECT_EQ(losses_to_text({}, 100), "");
+  EXPECT_EQ(losses_to_text({{1'000, 2'500, 3}}, 100), "1000:2500:3");
+  EXPECT_EQ(losses_to_text({{INT64_MIN, INT64_MAX, INT64_MAX}, {5, 5, -1}}, 100),
+            "-9223372036854775808:9223372036854775807:9223372036854775807 5:5:-1");
+}
+
+TEST(PtuLosses, RoundTrip) {
+  const std::vector<Loss> losses = {{INT64_MIN, -7, 0}, {1, 1, 5}, {INT64_MAX, INT64_MAX, -1}};
+  EXPECT_THAT(losses_from_text(losses_to_text(losses, 1'000)), Optional(losses));
+  EXPECT_THAT(losses_from_text(""), Optional(IsEmpty()));
+}
+
+TEST(PtuLosses, FitTheRoom) {
+  std::vector<Loss> losses;
+  for (std::int64_t i = 0; i < 300; ++i) losses.push_back({i * i * 1'000, i * i * 1'000 + 10, 1});
+  for (const std::size_t room : {64U, 100U, 1'000U, 5'000U}) {
+    const std::string text = losses_to_text(losses, room);
+    EXPECT_LE(text.size(), room);
+    EXPECT_GE(text.size(), room / 3) << "joined more than needed";
+    const auto back = losses_from_text(text);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->front().begin_ps, 0);
+    EXPECT_EQ(back->back().end_ps, losses.back().end_ps);
+    std::int64_t sum = 0;
+    for (const Loss& loss : *back) sum += loss.count;
+    EXPECT_EQ(sum, 300);
+  }
+}
+
+TEST(PtuLosses, RefusesWhatIsNoList) {
+  for (const char* text : {"x", "1:2", "1:2:3:4", "1:2:", "1:2:3  4:5:6", "2:1:3", "1:2:-2",
+                           "1.5:2:3", "9223372036854775808:1:1", " 1:2:3", "[]"}) {
+    EXPECT_FALSE(losses_from_text(text)) << text;
+  }
+}
+
+TEST(WholeNumber, TakesAllOrNothing) {
+  EXPECT_EQ(whole_number("-9223372036854775808"), INT64_MIN);
+  EXPECT_EQ(whole_number("0"), 0);
+  for (const char* text : {"", "-", "+1", "1 ", " 1", "0x10", "1e3", "9223372036854775808"}) {
+    EXPECT_FALSE(whole_number(text)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace splid
