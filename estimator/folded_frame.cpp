@@ -74,11 +74,12 @@ void NearSet::collect(const FoldedFrame& frame, const CombWindow& window, double
                       frame.size());
   const std::size_t picked = kernels.pick(picked_.data(), phase_32_.data(), window.flags(),
                                           window.shift(), frame.size());
-  // Whole numbers of 2^-32 of a period say which photons; doubles, exact to 1e-16, where they lie.
+  // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
   for (std::size_t n = 0; n < picked; ++n) {
     const std::size_t i = picked_[n];
+    const double coarse = phase_32_[i] / to_32;
     const double phase = frame.phase_ns[i] - about.delay_ns - slope * frame.time_ns[i];
-    add_photon(frame, i, phase - period_ns * std::floor(phase / period_ns),
+    add_photon(frame, i, coarse + std::remainder(phase - coarse, period_ns),
                window.candidates(phase_32_[i]), window);
   }
   far_photons = frame.size() - first.size();

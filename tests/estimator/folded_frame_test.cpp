@@ -31,7 +31,7 @@ TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
       const long double turns = since / frame.sync.period_ps;
       const auto phase = static_cast<double>((turns - std::floor(turns)) * 3780);
       ASSERT_NEAR(std::remainder(folded.phase_ns[i] - phase, 3780), 0, 1e-7);
-      ASSERT_NEAR(std::remainder(folded.phase_32[i] * 3780 * 0x1p-32 - phase, 3780), 0, 2e-6);
+      ASSERT_NEAR(std::remainder(folded.phase_32[i] * 3780.0 * 0x1p-32 - phase, 3780), 0, 2e-6);
       const long double mid = (frame.end_ps - frame.start_ps) / 2;
       ASSERT_NEAR(folded.time_ns[i], static_cast<double>((since - mid) * 1e-3L / (1 + 17e-6L)),
                   1e-8);

@@ -44,7 +44,8 @@ struct Scene {
         likelihood(*shape, 40 * frame.photons_ps.size()) {
     folded.fold(frame.view(), comb.period_ns);
     const double beta = made.velocity_mps / 299792458.0;
-    truth = {2 * made.distance_m / 0.299792458 / (1 + beta), 2 * beta / (1 + beta) * folded.length_ns};
+    truth = {2 * made.distance_m / 0.299792458 / (1 + beta) / folded.scale,
+             2 * beta / (1 + beta) * folded.length_ns};
     const double reach = 12 * made.sigma_ns;
     near.collect(folded, CombWindow(comb, -reach, reach), comb.period_ns, truth);
   }
@@ -91,7 +92,9 @@ void expect_brute_force(const Scene& scene_in, double S, double b, double delay_
   auto& scene = const_cast<Scene&>(scene_in);
   const double beta = velocity_mps / 299792458.0;
   const double tau = 2 * scene.made.distance_m / 0.299792458 + delay_off_ns;
-  const DelayLine line = {tau / (1 + beta), 2 * beta / (1 + beta) * scene.folded.length_ns};
+  // A line is in the pattern's own clock.
+  const DelayLine line = {tau / (1 + beta) / scene.folded.scale,
+                          2 * beta / (1 + beta) * scene.folded.length_ns};
   const double value = scene.likelihood.evaluate(scene.near, scene.exposure(), {line, S, b}).value;
   const auto expected = static_cast<double>(brute_force(scene, tau, velocity_mps, S, b));
   EXPECT_NEAR(value, expected, 1e-9 * std::abs(expected)) << S << " " << b << " " << velocity_mps;

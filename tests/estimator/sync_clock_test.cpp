@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "support/real_recording.hpp"
-#include "support/sync_stream.hpp"
+#include "tests/support/real_recording.hpp"
+#include "tests/support/sync_stream.hpp"
 
 namespace splid {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "support/real_recording.hpp"
-#include "support/sync_stream.hpp"
+#include "tests/support/real_recording.hpp"
+#include "tests/support/sync_stream.hpp"
 
 namespace splid {
 namespace {

@@ -1,0 +1,263 @@
+#include "estimator/frame_estimator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "protocol/error.hpp"
+#include "tests/support/allocation_count.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double c_m_per_ns = 0.299792458;
+
+test::FrameMaker paper_scene() {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  return made;
+}
+
+FrameEstimator estimator_for(const test::FrameMaker& made, const SceneOptions& scene = {},
+                             const EstimatorOptions& options = {}) {
+  PulseOptions pulse;
+  pulse.sigma_ps = made.sigma_ns * 1e3;
+  return {made.pattern, pulse, scene, options, made.length_ms, 200000};
+}
+
+double delay_error(const Estimate& estimate, const test::FrameMaker& made) {
+  const double period = made.pattern.segments.front().period_ps * 1e-3;
+  return std::remainder(estimate.delay_ns - 2 * made.distance_m / c_m_per_ns, period);
+}
+
+void expect_all_finite(const Estimate& e) {
+  for (const double value :
+       {e.delay_ns, e.delay_start_ns, e.velocity_mps, e.signal_per_pulse, e.background_per_ns,
+        e.std_delay_ns, e.std_velocity_mps, e.std_signal_per_pulse, e.std_background_per_ns,
+        e.significance_nats, e.threshold_nats}) {
+    EXPECT_TRUE(std::isfinite(value));
+  }
+}
+
+// 120 frames a pattern: the rms of 120 normal errors over their deviation is 1 within 0.2 (3 sigma).
+TEST(FrameEstimator, ErrorsAreWhatTheDeviationsSay) {
+  const Pattern patterns[] = {test::interleaved_pattern({180000, 189000}, 3780000),
+                              test::random_pattern(3780000, 40, 9000, 5),
+                              test::periodic_pattern(3780000)};
+  for (const Pattern& pattern : patterns) {
+    test::FrameMaker made;
+    made.pattern = pattern;
+    if (pattern.mode == Mode::baseline) made.signal_per_pulse = 0.02;  // one pulse, not forty
+    FrameEstimator estimator = estimator_for(made);
+    double delay = 0, velocity = 0, signal = 0, background = 0;
+    const int frames = 120;
+    for (int n = 0; n < frames; ++n) {
+      made.velocity_mps = -150 + 2.5 * n;
+      made.distance_m = 284.5 + 0.0137 * n;
+      const auto frame = made.make(static_cast<std::uint64_t>(n));
+      const Estimate e = estimator.estimate(frame.view());
+      ASSERT_EQ(e.status, FrameStatus::ok) << n;
+      ASSERT_LT(std::abs(delay_error(e, made)), 6 * e.std_delay_ns) << n;
+      delay += std::pow(delay_error(e, made) / e.std_delay_ns, 2);
+      velocity += std::pow((e.velocity_mps - made.velocity_mps) / e.std_velocity_mps, 2);
+      signal += std::pow((e.signal_per_pulse - made.signal_per_pulse) / e.std_signal_per_pulse, 2);
+      background +=
+          std::pow((e.background_per_ns - made.background_per_ns) / e.std_background_per_ns, 2);
+    }
+    for (const double sum : {delay, velocity, signal, background}) {
+      EXPECT_NEAR(std::sqrt(sum / frames), 1, 0.2) << to_string(pattern.mode);
+    }
+  }
+}
+
+TEST(FrameEstimator, GivesTheDelayAtTheFramesStartToo) {
+  test::FrameMaker made = paper_scene();
+  made.velocity_mps = 100;
+  const auto frame = made.make(1);
+  const Estimate e = estimator_for(made).estimate(frame.view());
+  const double half_ns = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-3;
+  // tau = 2 z / c: half a frame earlier the target was v t_a / 2 nearer.
+  EXPECT_NEAR(e.delay_ns - e.delay_start_ns,
+              2 * e.velocity_mps * half_ns * 1e-9 / c_m_per_ns, 1e-9);
+}
+
+TEST(FrameEstimator, TheSameFrameGivesTheSameBits) {
+  test::FrameMaker made = paper_scene();
+  FrameEstimator one = estimator_for(made);
+  FrameEstimator other = estimator_for(made);
+  const auto frame = made.make(1);
+  const auto another = made.make(2);
+  const Estimate first = one.estimate(frame.view());
+  other.estimate(another.view());  // whatever came before
+  const Estimate second = other.estimate(frame.view());
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(first.delay_ns),
+            std::bit_cast<std::uint64_t>(second.delay_ns));
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(first.velocity_mps),
+            std::bit_cast<std::uint64_t>(second.velocity_mps));
+  EXPECT_EQ(std::bit_cast<std::uint64_t>(first.std_delay_ns),
+            std::bit_cast<std::uint64_t>(second.std_delay_ns));
+}
+
+TEST(FrameEstimator, AnEpochMakesNoDifference) {
+  test::FrameMaker made = paper_scene();
+  FrameEstimator estimator = estimator_for(made);
+  const Estimate at_zero = estimator.estimate(made.make(3).view());
+  made.start_ps = 340000000000000000;
+  const Estimate at_epoch = estimator.estimate(made.make(3).view());
+  EXPECT_EQ(at_zero.delay_ns, at_epoch.delay_ns);
+  EXPECT_EQ(at_zero.velocity_mps, at_epoch.velocity_mps);
+}
+
+TEST(FrameEstimator, FollowsADriftingClock) {
+  for (const double ppm : {-100.0, 3.0, 100.0}) {
+    test::FrameMaker made = paper_scene();
+    made.drift_ppm = ppm;
+    made.velocity_mps = 12;
+    const Estimate e = estimator_for(made).estimate(made.make(5).view());
+    ASSERT_EQ(e.status, FrameStatus::ok);
+    EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns) << ppm;
+    EXPECT_LT(std::abs(e.velocity_mps - 12), 4 * e.std_velocity_mps) << ppm;
+  }
+}
+
+TEST(FrameEstimator, FindsATargetAtTheEndsOfTheRange) {
+  for (const double delay_ns : {0.0, 0.05, 3779.97, 1890.0}) {
+    test::FrameMaker made = paper_scene();
+    made.distance_m = delay_ns * c_m_per_ns / 2;
+    const Estimate e = estimator_for(made).estimate(made.make(6).view());
+    ASSERT_EQ(e.status, FrameStatus::ok);
+    EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns) << delay_ns;
+    EXPECT_GE(e.delay_ns, 0);
+    EXPECT_LT(e.delay_ns, 3780);
+  }
+}
+
+TEST(FrameEstimator, FramesWithHardlyAnythingSayNoTarget) {
+  test::FrameMaker made = paper_scene();
+  FrameEstimator estimator = estimator_for(made);
+  auto frame = made.make(1);
+  const std::vector<std::int64_t> all = frame.photons_ps;
+  for (const std::size_t count : {0, 1, 2, 3}) {
+    frame.photons_ps.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
+    const Estimate e = estimator.estimate(frame.view());
+    EXPECT_EQ(e.status, FrameStatus::no_target) << count;
+    EXPECT_EQ(e.photons, count);
+    expect_all_finite(e);
+  }
+}
+
+TEST(FrameEstimator, AllPhotonsAtOneTimeAreNoException) {
+  test::FrameMaker made = paper_scene();
+  auto frame = made.make(1);
+  std::fill(frame.photons_ps.begin(), frame.photons_ps.end(), frame.start_ps + 1234567);
+  const Estimate e = estimator_for(made).estimate(frame.view());
+  expect_all_finite(e);
+}
+
+TEST(FrameEstimator, WithoutSyncThereIsNoEstimate) {
+  test::FrameMaker made = paper_scene();
+  auto frame = made.make(1);
+  frame.sync.locked = false;
+  const Estimate e = estimator_for(made).estimate(frame.view());
+  EXPECT_EQ(e.status, FrameStatus::no_sync);
+  EXPECT_FALSE(e.has_values);
+  EXPECT_NEAR(e.background_per_ns, 1.9e-4, 1e-5);  // all that was counted
+}
+
+TEST(FrameEstimator, ALossIsIntegratedOver) {
+  test::FrameMaker made = paper_scene();
+  auto frame = made.make(9);
+  const std::int64_t length = frame.end_ps - frame.start_ps;
+  frame.losses = {{frame.start_ps + length / 5, frame.start_ps + length / 2, -1}};
+  std::erase_if(frame.photons_ps, [&](std::int64_t t) {
+    return t >= frame.losses[0].begin_ps && t < frame.losses[0].end_ps;
+  });
+  const Estimate e = estimator_for(made).estimate(frame.view());
+  ASSERT_EQ(e.status, FrameStatus::ok);
+  EXPECT_LT(std::abs(e.signal_per_pulse - made.signal_per_pulse), 4 * e.std_signal_per_pulse);
+  EXPECT_LT(std::abs(e.background_per_ns - made.background_per_ns), 4 * e.std_background_per_ns);
+  EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns);
+}
+
+TEST(FrameEstimator, StaticAndAutoMotion) {
+  test::FrameMaker made = paper_scene();
+  SceneOptions scene;
+  scene.motion = Motion::static_target;
+  const Estimate still = estimator_for(made, scene).estimate(made.make(2).view());
+  ASSERT_EQ(still.status, FrameStatus::ok);
+  EXPECT_EQ(still.velocity_mps, 0);
+  EXPECT_EQ(still.std_velocity_mps, 0);
+  EXPECT_LT(std::abs(delay_error(still, made)), 4 * still.std_delay_ns);
+
+  scene.motion = Motion::automatic;
+  const Estimate rest = estimator_for(made, scene).estimate(made.make(2).view());
+  EXPECT_EQ(rest.velocity_mps, 0);
+  made.velocity_mps = 1;
+  const Estimate moving = estimator_for(made, scene).estimate(made.make(2).view());
+  EXPECT_NEAR(moving.velocity_mps, 1, 4 * moving.std_velocity_mps);
+  EXPECT_GT(moving.std_velocity_mps, 0);
+}
+
+TEST(FrameEstimator, AmbiguousModeSaysSo) {
+  test::FrameMaker made = paper_scene();
+  made.pattern = test::periodic_pattern(94500);
+  made.pattern.mode = Mode::ambiguous;
+  const Estimate e = estimator_for(made).estimate(made.make(2).view());
+  EXPECT_EQ(e.status, FrameStatus::ambiguous);
+  EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns);
+  EXPECT_LT(e.delay_ns, 94.5);
+}
+
+TEST(FrameEstimator, UnequalAmplitudesAreUsed) {
+  test::FrameMaker made = paper_scene();
+  auto& amplitudes = made.pattern.segments.front().amplitudes;
+  for (std::size_t p = 0; p < amplitudes.size(); ++p) amplitudes[p] = p % 3 == 0 ? 2 : 0.3;
+  const Estimate e = estimator_for(made).estimate(made.make(2).view());
+  ASSERT_EQ(e.status, FrameStatus::ok);
+  EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns);
+  EXPECT_LT(std::abs(e.signal_per_pulse - made.signal_per_pulse), 4 * e.std_signal_per_pulse);
+}
+
+// A tabulated gaussian, moved by 30 ps: the delay comes back without the move.
+TEST(FrameEstimator, ATabulatedShapeReplacesTheGaussian) {
+  test::FrameMaker made = paper_scene();
+  TabulatedPulse table{-500, 20, {}};
+  for (int i = 0; i <= 50; ++i) {
+    const double t = (table.first_ps + 20 * i - 30) / 100;
+    table.density.push_back(std::exp(-0.5 * t * t));
+  }
+  made.pattern.pulse = table;
+  PulseOptions pulse;
+  pulse.shape = Shape::tabulated;
+  FrameEstimator estimator(made.pattern, pulse, {}, {}, made.length_ms, 200000);
+  const Estimate e = estimator.estimate(made.make(2).view());
+  ASSERT_EQ(e.status, FrameStatus::ok);
+  EXPECT_LT(std::abs(delay_error(e, made) + 0.030), 4 * e.std_delay_ns);
+}
+
+TEST(FrameEstimator, RefusesWhatDoesNotFitTogether) {
+  test::FrameMaker made = paper_scene();
+  PulseOptions pulse;
+  pulse.shape = Shape::tabulated;
+  EXPECT_THROW(FrameEstimator(made.pattern, pulse, {}, {}, 50, 1000), Error);
+  made.pattern.segments.push_back(made.pattern.segments.front());
+  EXPECT_THROW(FrameEstimator(made.pattern, {}, {}, {}, 50, 1000), Error);
+}
+
+TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
+  test::FrameMaker made = paper_scene();
+  FrameEstimator estimator = estimator_for(made);
+  const auto bright = made.make(1);
+  made.signal_per_pulse = 0;
+  made.background_per_ns = 5e-4;
+  const auto dark = made.make(2);
+  const std::uint64_t before = test::allocations;
+  estimator.estimate(bright.view());
+  estimator.estimate(dark.view());
+  EXPECT_EQ(test::allocations, before);
+}
+
+}  // namespace
+}  // namespace splid
