@@ -1,0 +1,217 @@
+#include "protocol/messages.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+using testing::HasSubstr;
+
+FrameMessage typical() {
+  FrameMessage message;
+  message.timestamp_s = 1'774'000'000.025;
+  message.sequence = 42;
+  message.status = FrameStatus::ok;
+  message.mode = Mode::interleaved;
+  message.start_ps = 340'000'000'000'000'001;
+  message.duration_ms = 49.99995;
+  message.distance_m = 278.0625;
+  message.velocity_mps = -12.5;
+  message.signal_per_pulse = 0.00135;
+  message.background_per_s = 175'000;
+  message.signal_per_period = 0.054;
+  message.background_per_period = 0.6615;
+  message.sbr = 0.0816;
+  message.delay_ns = 1855.125;
+  message.significance = 2210.5;
+  message.std_distance_m = 0.00062;
+  message.std_velocity_mps = 0.043;
+  message.std_signal_per_pulse = 5.5e-05;
+  message.std_background_per_s = 1870;
+  message.photons = 9'480;
+  message.lost_tags = 0;
+  message.seen_fraction = 1;
+  message.sync = FrameMessage::Sync{13'227, 0, 1, 3'780'000.0125, 0.0033, 9.8};
+  message.reference = FrameMessage::Reference{278.0621, -12.51};
+  message.effort = "balanced";
+  message.compute_ms = 1.25;
+  message.latency_ms = 2.5;
+  return message;
+}
+
+const char* const typical_json =
+    R"({"schema":"splid.frame","v":[1,0],"timestamp":1774000000.025,"sequence":42,)"
+    R"("status":"ok","valid":true,"mode":"interleaved","start_ps":"340000000000000001",)"
+    R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,)"
+    R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
+    R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,)"
+    R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05,)"
+    R"("background_per_s":1870},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
+    R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
+    R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"
+    R"("velocity_mps":-12.51},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";
+
+const char* const minimal_json =
+    R"({"schema":"splid.frame","v":[1,0],"timestamp":0,"sequence":0,"status":"not_run",)"
+    R"("valid":false,"mode":"baseline","start_ps":"0","duration_ms":0})";
+
+std::string error_of(const std::string& json) {
+  try {
+    (void)frame_from_json(json);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::data);
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string replaced(const std::string& from, const std::string& to) {
+  std::string json = typical_json;
+  const std::size_t at = json.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return json.replace(at, from.size(), to);
+}
+
+TEST(FrameMessage, Minimal) { EXPECT_EQ(to_json(FrameMessage{}), minimal_json); }
+
+TEST(FrameMessage, Typical) { EXPECT_EQ(to_json(typical()), typical_json); }
+
+TEST(FrameMessage, Maximal) {
+  FrameMessage message;
+  constexpr double most = std::numeric_limits<double>::max();
+  message.timestamp_s = most;
+  message.sequence = UINT64_MAX;
+  message.status = FrameStatus::saturated;
+  message.mode = Mode::mrr;
+  message.start_ps = INT64_MIN;
+  message.duration_ms = 5e-324;
+  message.distance_m = -most;
+  message.photons = UINT64_MAX;
+  message.sync = FrameMessage::Sync{UINT64_MAX, UINT64_MAX, UINT64_MAX, {}, {}, {}};
+  message.effort = "\"\n\xFF";
+  EXPECT_EQ(to_json(message),
+            R"({"schema":"splid.frame","v":[1,0],"timestamp":1.7976931348623157e+308,)"
+            R"("sequence":18446744073709551615,"status":"saturated","valid":false,"mode":"mrr",)"
+            R"("start_ps":"-9223372036854775808","duration_ms":5e-324,)"
+            R"("distance_m":-1.7976931348623157e+308,"photons":18446744073709551615,)"
+            R"("sync":{"count":18446744073709551615,"missing":18446744073709551615,)"
+            R"("spurious":18446744073709551615},"effort":"\"\n)"
+            "\xEF\xBF\xBD\"}");
+}
+
+TEST(FrameMessage, WhatIsNotFiniteIsLeftOut) {
+  FrameMessage message;
+  message.distance_m = std::nan("");
+  message.std_distance_m = HUGE_VAL;
+  message.reference = FrameMessage::Reference{std::nan(""), {}};
+  EXPECT_EQ(to_json(message), minimal_json);
+}
+
+TEST(FrameMessage, RoundTrip) {
+  for (const char* json : {minimal_json, typical_json}) {
+    EXPECT_EQ(to_json(frame_from_json(json)), json);
+  }
+  const FrameMessage back = frame_from_json(typical_json);
+  EXPECT_EQ(back.start_ps, 340'000'000'000'000'001);
+  EXPECT_EQ(back.std_background_per_s, 1870);
+  EXPECT_EQ(back.sync->spurious, 1U);
+  EXPECT_EQ(back.reference->velocity_mps, -12.51);
+}
+
+TEST(FrameMessage, EveryStatusAndMode) {
+  const char* statuses[] = {"not_run",    "ok",      "no_target", "ambiguous",
+                            "incomplete", "no_sync", "saturated"};
+  for (int i = 0; i < 7; ++i) {
+    FrameMessage message;
+    message.status = static_cast<FrameStatus>(i);
+    EXPECT_STREQ(to_string(message.status), statuses[i]);
+    const bool valid =
+        message.status == FrameStatus::ok || message.status == FrameStatus::ambiguous;
+    const std::string json = to_json(message);
+    EXPECT_THAT(json, HasSubstr(std::string(R"("status":")") + statuses[i] + R"(","valid":)" +
+                                (valid ? "true" : "false")));
+    EXPECT_EQ(frame_from_json(json).status, message.status);
+  }
+  for (int i = 0; i < 5; ++i) {
+    FrameMessage message;
+    message.mode = static_cast<Mode>(i);
+    EXPECT_EQ(frame_from_json(to_json(message)).mode, message.mode);
+  }
+}
+
+TEST(FrameMessage, AReaderTakesMembersItDoesNotKnow) {
+  EXPECT_EQ(frame_from_json(replaced(R"("v":[1,0])", R"("v":[1,7],"new":{"x":[1]})")).sequence,
+            42U);
+}
+
+TEST(FrameMessage, ErrorsNameTheMember) {
+  EXPECT_THAT(error_of("{"), HasSubstr("not JSON"));
+  EXPECT_THAT(error_of("[]"), HasSubstr("not an object"));
+  EXPECT_THAT(error_of(replaced("splid.frame", "splid.status")),
+              HasSubstr("/schema is splid.status"));
+  EXPECT_THAT(error_of(replaced("[1,0]", "[2,0]")), HasSubstr("/v is not [1,minor]"));
+  EXPECT_THAT(error_of(replaced("[1,0]", "1")), HasSubstr("/v is not [1,minor]"));
+  EXPECT_THAT(error_of(replaced(R"("duration_ms":49.99995,)", "")),
+              HasSubstr("/duration_ms is missing"));
+  EXPECT_THAT(error_of(replaced(R"("340000000000000001")", "340000000000000001")),
+              HasSubstr("/start_ps is not a string"));
+  EXPECT_THAT(error_of(replaced("340000000000000001", "3.4e17")),
+              HasSubstr("/start_ps is missing"));
+  EXPECT_THAT(error_of(replaced("278.0625", "true")), HasSubstr("/distance_m is not a number"));
+  EXPECT_THAT(error_of(replaced("9480", "-1")), HasSubstr("/photons is not a count"));
+  EXPECT_THAT(error_of(replaced(R"("missing":0,)", "")), HasSubstr("/sync/missing is missing"));
+  EXPECT_THAT(error_of(replaced("0.00062", "[]")), HasSubstr("/std/distance_m is not a number"));
+  EXPECT_THAT(error_of(replaced("-12.51", "\"\"")), HasSubstr("/reference/velocity_mps"));
+  EXPECT_THAT(error_of(replaced(R"("ok")", R"("fine")")),
+              HasSubstr("/status has the unknown value"));
+  EXPECT_THAT(error_of(replaced("interleaved", "woven")), HasSubstr("/mode has the unknown value"));
+}
+
+TEST(StatusMessage, Minimal) {
+  EXPECT_EQ(to_json(StatusMessage{}),
+            R"({"schema":"splid.status","v":[1,0],"timestamp":0,"sequence":0,"state":"starting",)"
+            R"("reason":"","source":"","tags":0,"lost_tags":0,"frames":0,"valid_frames":0,)"
+            R"("ring_fill_ratio":0})");
+}
+
+TEST(StatusMessage, Typical) {
+  EXPECT_EQ(to_json(StatusMessage{12.5, 3, DaemonState::degraded, "2 tags lost", "tdc2", 100, 2, 20,
+                                  19, 0.125}),
+            R"({"schema":"splid.status","v":[1,0],"timestamp":12.5,"sequence":3,)"
+            R"("state":"degraded","reason":"2 tags lost","source":"tdc2","tags":100,)"
+            R"("lost_tags":2,"frames":20,"valid_frames":19,"ring_fill_ratio":0.125})");
+}
+
+TEST(StatusMessage, Maximal) {
+  EXPECT_EQ(to_json(StatusMessage{1, UINT64_MAX, DaemonState::stopping, "\"", "\\", UINT64_MAX,
+                                  UINT64_MAX, UINT64_MAX, UINT64_MAX, 1}),
+            R"({"schema":"splid.status","v":[1,0],"timestamp":1,"sequence":18446744073709551615,)"
+            R"("state":"stopping","reason":"\"","source":"\\","tags":18446744073709551615,)"
+            R"("lost_tags":18446744073709551615,"frames":18446744073709551615,)"
+            R"("valid_frames":18446744073709551615,"ring_fill_ratio":1})");
+}
+
+TEST(StatusMessage, States) {
+  const char* names[] = {"starting", "waiting_for_device", "streaming", "degraded", "stopping"};
+  for (int i = 0; i < 5; ++i) EXPECT_STREQ(to_string(static_cast<DaemonState>(i)), names[i]);
+}
+
+TEST(VersionMessage, MinimalAndTypical) {
+  EXPECT_EQ(to_json(VersionMessage{}),
+            R"({"schema":"splid.version","v":[1,0],"timestamp":0,"sequence":0,"release":"",)"
+            R"("pattern":"","mode":"baseline"})");
+  EXPECT_EQ(to_json(VersionMessage{2.5, 1, "0.1.0", "random-40", Mode::random}),
+            R"({"schema":"splid.version","v":[1,0],"timestamp":2.5,"sequence":1,)"
+            R"("release":"0.1.0","pattern":"random-40","mode":"random"})");
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,148 @@
+#include "protocol/pattern_json.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "protocol/error.hpp"
+#include "protocol/pattern_make.hpp"
+
+namespace splid {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const char* const calibrated =
+    R"({"schema":"splid.pattern","v":[1,0],"mode":"interleaved","unambiguous_delay_ps":1000,)"
+    R"("subperiods_ps":[500,250],"segments":[{"period_ps":1000,)"
+    R"("pulse_times_ps":[0,250.125,0.1e3,999.9999999999999],"amplitudes":[1,0.5,0,2],)"
+    R"("repeats":0}],"calibrated_period_ps":1000.0000001,"pulse":{"shape":"tabulated",)"
+    R"("first_ps":-12.5,"step_ps":0.5,"density":[0,1,0.25]}})";
+
+std::string with(const std::string& from, const std::string& to) {
+  std::string json = calibrated;
+  json.replace(json.find("250.125,0.1e3"), 13, "100,250.125");
+  const std::size_t at = json.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return json.replace(at, from.size(), to);
+}
+
+std::string good() { return with("0]", "0]"); }
+
+std::string error_of(const std::string& json) {
+  try {
+    (void)pattern_from_json(json, "a.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::data);
+    EXPECT_THAT(error.what(), testing::StartsWith("a.json: "));
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(PatternJson, ReadsEveryMember) {
+  const Pattern pattern = pattern_from_json(good(), "a.json");
+  Pattern expected;
+  expected.mode = Mode::interleaved;
+  expected.unambiguous_delay_ps = 1'000;
+  expected.subperiods_ps = {500, 250};
+  expected.segments = {{1'000, {0, 100, 250.125, 999.9999999999999}, {1, 0.5, 0, 2}, 0}};
+  expected.calibrated_period_ps = 1'000.0000001;
+  expected.pulse = TabulatedPulse{-12.5, 0.5, {0, 1, 0.25}};
+  EXPECT_EQ(pattern, expected);
+}
+
+TEST(PatternJson, WritesWhatItReads) {
+  EXPECT_EQ(to_json(pattern_from_json(good(), "a.json")), good());
+}
+
+TEST(PatternJson, Minimal) {
+  const std::string json =
+      R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline","unambiguous_delay_ps":5,)"
+      R"("segments":[{"period_ps":5,"pulse_times_ps":[0]}]})";
+  EXPECT_EQ(pattern_from_json(json, "a.json"), make_periodic(Mode::baseline, 5));
+  EXPECT_EQ(to_json(make_periodic(Mode::baseline, 5)),
+            R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline","unambiguous_delay_ps":5,)"
+            R"("segments":[{"period_ps":5,"pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+}
+
+TEST(PatternJson, FileHasAMemberALine) {
+  const Pattern pattern = make_mrr(std::vector<double>{4, 6}, std::vector<std::int64_t>{2, 1});
+  EXPECT_EQ(to_json_file(pattern), R"({
+  "schema": "splid.pattern",
+  "v": [1, 0],
+  "mode": "mrr",
+  "unambiguous_delay_ps": 12,
+  "subperiods_ps": [4, 6],
+  "segments": [{"period_ps": 4, "pulse_times_ps": [0], "amplitudes": [1], "repeats": 2},
+    {"period_ps": 6, "pulse_times_ps": [0], "amplitudes": [1], "repeats": 1}]
+}
+)");
+}
+
+TEST(PatternJson, RoundTripIsExact) {
+  const std::vector<Pattern> patterns = {
+      make_periodic(Mode::ambiguous, 1e6 / 3, 7),
+      make_interleaved(std::vector<double>{180'000, 189'000}), make_random({}),
+      make_mrr(std::vector<double>{90'001, 94'500}, std::vector<std::int64_t>{5, 6})};
+  for (const Pattern& pattern : patterns) {
+    EXPECT_EQ(pattern_from_json(to_json(pattern), "a.json"), pattern);
+    EXPECT_EQ(pattern_from_json(to_json_file(pattern), "a.json"), pattern);
+  }
+}
+
+TEST(PatternJson, UnknownMembersNameTheNearest) {
+  EXPECT_THAT(error_of(with("\"subperiods_ps\"", "\"subperiod_ps\"")),
+              HasSubstr("/subperiod_ps: unknown member; did you mean subperiods_ps?"));
+  EXPECT_THAT(error_of(with("\"repeats\"", "\"repeat\"")),
+              HasSubstr("/segments/0/repeat: unknown member; did you mean repeats?"));
+  EXPECT_THAT(error_of(with("\"density\"", "\"densities\"")),
+              HasSubstr("/pulse/densities: unknown member; did you mean density?"));
+  EXPECT_THAT(error_of(with("\"interleaved\"", "\"interleave\"")),
+              HasSubstr("/mode: interleave is no mode; did you mean interleaved?"));
+}
+
+TEST(PatternJson, OtherSchemasAndVersionsAreRefused) {
+  EXPECT_THAT(error_of(with("splid.pattern", "splid.config")), HasSubstr("/schema: splid.config"));
+  EXPECT_THAT(error_of(with("[1,0]", "[2,0]")),
+              HasSubstr("/v: [2,0]; this program reads version 1"));
+  EXPECT_THAT(error_of(with("[1,0]", "[1]")), HasSubstr("/v: [1]; it must be [major,minor]"));
+  EXPECT_THAT(error_of(with("[1,0]", "1")), HasSubstr("/v: 1; it must be an array"));
+  EXPECT_EQ(error_of(with("[1,0]", "[1,9]")), "no error");
+}
+
+TEST(PatternJson, WrongTypesAreNamed) {
+  EXPECT_THAT(error_of(with("250.125", "\"x\"")),
+              HasSubstr("/segments/0/pulse_times_ps/2: \"x\"; it must be a number"));
+  EXPECT_THAT(error_of(with("[500,250]", "500")),
+              HasSubstr("/subperiods_ps: 500; it must be an array"));
+  EXPECT_THAT(error_of(with("\"repeats\":0", "\"repeats\":0.5")),
+              HasSubstr("/segments/0/repeats: 0.5; it must be a whole number"));
+  EXPECT_THAT(error_of(with("\"repeats\":0", "\"repeats\":9223372036854775808")),
+              HasSubstr("it must be a whole number"));
+  EXPECT_THAT(error_of(with("\"interleaved\"", "3")), HasSubstr("/mode: 3; it must be a string"));
+  EXPECT_THAT(error_of(with("\"tabulated\"", "\"gaussian\"")), HasSubstr("/pulse/shape: gaussian"));
+  EXPECT_THAT(error_of("[]"), HasSubstr("it must be an object"));
+  EXPECT_THAT(error_of(with("\"mode\":\"interleaved\",", "")), HasSubstr("/mode: missing"));
+}
+
+TEST(PatternJson, BrokenBoundsAreNamed) {
+  EXPECT_THAT(error_of(with("250.125", "-1")), HasSubstr("/segments/0/pulse_times_ps/2: -1; "));
+  EXPECT_THAT(error_of(with("\"amplitudes\":[1,", "\"amplitudes\":[")),
+              HasSubstr("/segments/0/amplitudes: 3 amplitudes"));
+}
+
+TEST(PatternJson, WhatIsNoJsonNamesLineAndColumn) {
+  EXPECT_THAT(error_of("{\n  \"schema\" 1}"),
+              AllOf(HasSubstr("not JSON"), HasSubstr("line 2, column 12")));
+  EXPECT_THAT(error_of(""), HasSubstr("not JSON"));
+  EXPECT_THAT(error_of(with("250.125", "NaN")), HasSubstr("not JSON"));
+  EXPECT_THAT(error_of(with("250.125", "1e999")), HasSubstr("too large for a double"));
+  EXPECT_THAT(error_of(std::string(100'000, '[')), HasSubstr("nested too deeply"));
+}
+
+}  // namespace
+}  // namespace splid
