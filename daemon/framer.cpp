@@ -128,6 +128,10 @@ void Framer::take(const Tag& tag) {
   }
   settle_suspect(tag.time_ps);
   if (frame_ == nullptr) begin_frame(tag.time_ps, Ends::neither);
+  if (ends_ == Ends::neither && tag.time_ps < frame_->start_ps &&
+      ahead(frame_->start_ps, tag.time_ps) <= disorder_ps_) {
+    move_start(tag.time_ps);  // the stream's first tags, out of order
+  }
   if (tag.time_ps < frame_->start_ps && !sets_back(tag.time_ps)) {
     ++totals_.late;
     lose(1);
