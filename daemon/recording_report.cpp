@@ -9,7 +9,7 @@
 #include "daemon/format.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
-#include "estimator/sync_clock.hpp"
+#include "estimator/sync_period.hpp"
 
 namespace splid {
 namespace {
