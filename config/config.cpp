@@ -2,8 +2,9 @@
 
 #include <cerrno>
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
@@ -24,13 +25,14 @@ using nlohmann::json;
 // asked_by: who names the file, for the error.
 std::string read_text(const std::string& file, const std::string& asked_by) {
   errno = 0;
-  std::ifstream in(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  // A folder opens like a file and fails when it is read.
-  if (!in.is_open() || in.bad() || (text.empty() && errno != 0)) {
+  const std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  // A folder opens like a file and fails when it is read; an empty file fails without a reason.
+  if (!in.is_open() || (text.view().empty() && errno != 0)) {
     fail(asked_by + file, "cannot be read: " + std::generic_category().message(errno));
   }
-  return text;
+  return std::move(text).str();
 }
 
 void read_header(OptionReader& reader, const std::string& file) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <utility>
 
@@ -19,6 +20,17 @@ std::string listed(std::span<const char* const> names) {
   std::string list;
   for (const char* name : names) list += (list.empty() ? "" : ", ") + std::string(name);
   return list;
+}
+
+// Design note: people write 4e6, which JSON reads as a double; up to 2^53 it is a whole number
+// still.
+bool is_whole(const json& value) {
+  constexpr double max_exact = 9007199254740992.0;
+  if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= INT64_MAX;
+  if (value.is_number_integer()) return true;
+  if (!value.is_number_float()) return false;
+  const auto number = value.get<double>();
+  return std::abs(number) <= max_exact && std::trunc(number) == number;
 }
 
 std::string number_text(double value) { return plain_number(value).dump(); }
@@ -44,11 +56,7 @@ void OptionReader::integer(const char* key, std::int64_t& value, std::int64_t mi
   const json* given = take(key);
   if (given == nullptr) return;
   const std::string pointer = pointer_to(pointer_, key);
-  // Design note: 2^53, as JSON's numbers are doubles for most writers: 4e6 is an integer too.
-  constexpr double max_exact = 9007199254740992.0;
-  const bool is_whole = given->is_number() && std::abs(given->get<double>()) <= max_exact &&
-                        std::trunc(given->get<double>()) == given->get<double>();
-  if (!is_whole) fail(pointer, shown(*given) + " is no whole number");
+  if (!is_whole(*given)) fail(pointer, shown(*given) + " is no whole number of at most 63 bits");
   const auto whole = given->get<std::int64_t>();
   if (whole < min) {
     fail(pointer, shown(*given) + " is below " + std::to_string(min) + ", the least allowed");

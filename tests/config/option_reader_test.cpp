@@ -87,6 +87,19 @@ TEST(OptionReader, AWholeNumberMayBeWrittenWithAnExponent) {
   EXPECT_THAT(error_of(R"({"count": "4"})"), HasSubstr("is no whole number"));
 }
 
+TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
+  const auto json = nlohmann::json::parse(R"({"a": 9223372036854775807, "b": 9007199254740993,
+      "c": 9007199254740994.0})");
+  OptionReader reader(json, "a.json", "");
+  std::int64_t value = 0;
+  reader.integer("a", value, 0, INT64_MAX, "");
+  EXPECT_EQ(value, INT64_MAX);
+  reader.integer("b", value, 0, INT64_MAX, "");
+  EXPECT_EQ(value, 9007199254740993);
+  EXPECT_THAT(testing::error_text([&] { reader.integer("c", value, 0, INT64_MAX, ""); }),
+              HasSubstr("/c: 9.007199254740994e+15 is no whole number"));
+}
+
 TEST(OptionReader, WrongTypesAreNamed) {
   EXPECT_THAT(error_of(R"({"length_ms": "50"})"), HasSubstr("/source/length_ms: \"50\" is no num"));
   EXPECT_THAT(error_of(R"({"start_s": null})"), HasSubstr("/source/start_s: null is no number"));

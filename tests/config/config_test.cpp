@@ -1,0 +1,189 @@
+#include "config/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "protocol/pattern_json.hpp"
+#include "protocol/pattern_make.hpp"
+#include "tests/support/error_text.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace splid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// A folder with a pattern file and a configuration, minimal but for `sections`.
+class ConfigTest : public ::testing::Test {
+ protected:
+  ConfigTest() { write_pattern(make_interleaved(std::array{180e3, 189e3})); }
+
+  void write_pattern(const Pattern& pattern) {
+    folder_.write("patterns/p.json", to_json_file(pattern));
+  }
+
+  std::string write(const std::string& sections = "") {
+    return folder_.write("c.json", R"({"schema": "splid.config", "v": [1, 0],
+        "source": {"driver": "simulator"}, "pattern": {"file": "patterns/p.json"})" +
+                                       sections + "}");
+  }
+
+  Config load(const std::string& sections = "") { return load_config(write(sections)); }
+
+  std::string error_of(const std::string& sections) {
+    const std::string file = write(sections);
+    return testing::error_text([&] { load_config(file); });
+  }
+
+  std::string error_of_text(const std::string& text) {
+    const std::string file = folder_.write("c.json", text);
+    return testing::error_text([&] { load_config(file); });
+  }
+
+  testing::TempFolder folder_;
+};
+
+TEST_F(ConfigTest, EveryOtherKeyHasADefault) {
+  const Config config = load();
+  EXPECT_EQ(config.file, folder_.path("c.json"));
+  EXPECT_EQ(config.source_driver, "simulator");
+  ASSERT_NE(config.source, nullptr);
+  EXPECT_EQ(config.pattern_file, folder_.path("patterns/p.json"));
+  EXPECT_EQ(config.pattern.mode, Mode::interleaved);
+  EXPECT_EQ(pulses_per_period(config.pattern), 40U);
+  EXPECT_EQ(config.frame.length_ms, 50);
+  EXPECT_THAT(config.channels.photon, ElementsAre("1"));
+  EXPECT_EQ(config.publish.endpoint, "tcp://127.0.0.1:9872");
+}
+
+TEST_F(ConfigTest, ReadsEverySection) {
+  const Config config = load(R"(, "channels": {"photon": [1, 2], "sync": 5, "encoder": "marker:2"},
+      "pulse": {"sigma_ps": 120}, "frame": {"length_ms": 20}, "drift": {"method": "endpoints"},
+      "scene": {"motion": "static", "range_offset_m": -3}, "estimator": {"effort": "fast"},
+      "detector": {"dead_time_ns": 40}, "pipeline": {"estimation_threads": 2},
+      "publish": {"endpoint": "ipc:///run/splid/frames"})");
+  EXPECT_THAT(config.channels.photon, ElementsAre("1", "2"));
+  EXPECT_EQ(config.channels.sync, "5");
+  EXPECT_EQ(config.pulse.sigma_ps, 120);
+  EXPECT_EQ(config.frame.length_ms, 20);
+  EXPECT_EQ(config.drift.method, DriftMethod::endpoints);
+  EXPECT_EQ(config.scene.motion, Motion::static_target);
+  EXPECT_EQ(config.scene.range_offset_m, -3);
+  EXPECT_EQ(config.estimator.effort, Effort::fast);
+  EXPECT_EQ(config.detector.dead_time_ns, 40);
+  EXPECT_EQ(config.pipeline.estimation_threads, 2);
+  EXPECT_EQ(config.publish.endpoint, "ipc:///run/splid/frames");
+}
+
+TEST_F(ConfigTest, TheVersionMayBeAbsentOrOfALaterMinor) {
+  const std::string rest =
+      R"("source": {"driver": "simulator"}, "pattern": {"file": "patterns/p.json"}})";
+  EXPECT_EQ(error_of_text(R"({"schema": "splid.config", )" + rest), "");
+  EXPECT_EQ(error_of_text(R"({"schema": "splid.config", "v": [1, 7], )" + rest), "");
+  for (const char* version : {"[2, 0]", "[1]", "[1, -1]", "1", "\"1\"", "[0, 1]"}) {
+    EXPECT_THAT(
+        error_of_text(std::string(R"({"schema": "splid.config", "v": )") + version + ", " + rest),
+        HasSubstr("c.json: /v: "))
+        << version;
+  }
+}
+
+TEST_F(ConfigTest, SaysWhatIsMissing) {
+  EXPECT_THAT(error_of_text("{}"), HasSubstr("c.json: /schema: is missing"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.pattern"})"),
+              HasSubstr("/schema: \"splid.pattern\" is not \"splid.config\""));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config"})"), HasSubstr("/source: is missing"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {}})"),
+              HasSubstr("/source/driver: is missing"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {"driver": "simulator"}})"),
+              HasSubstr("/pattern: is missing"));
+  EXPECT_THAT(error_of(R"(, "pattern": {"file": "patterns/p.json"})"),
+              HasSubstr("/pattern: is given twice"));
+  EXPECT_THAT(error_of_text("[1]"), HasSubstr("c.json: [1] is no object"));
+  EXPECT_THAT(error_of_text(""), HasSubstr("c.json: line 1, column 1: is no JSON"));
+}
+
+TEST_F(ConfigTest, AnUnknownDriverNamesTheKnownOnes) {
+  const std::string error =
+      error_of_text(R"({"schema": "splid.config", "source": {"driver": "simulater"}})");
+  EXPECT_THAT(error, HasSubstr("/source/driver: \"simulater\" is none of "));
+  EXPECT_THAT(error, HasSubstr("replay, simulator"));
+  EXPECT_THAT(error, HasSubstr("did you mean simulator?"));
+}
+
+TEST_F(ConfigTest, UnknownKeysAreErrorsAtEveryDepth) {
+  EXPECT_THAT(error_of(R"(, "frames": {})"), HasSubstr("/frames: is no key that splid knows; did "
+                                                       "you mean frame?"));
+  EXPECT_THAT(error_of(R"(, "frame": {"length": 50})"),
+              HasSubstr("/frame/length: is no key that splid knows; did you mean length_ms?"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config",
+                  "source": {"driver": "simulator", "sed": 1}})"),
+              HasSubstr("/source/sed: is no key that splid knows; did you mean seed?"));
+}
+
+TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
+  EXPECT_THAT(error_of(R"(, "channels": {"photon": 1, "sync": 1})"),
+              HasSubstr("c.json: /channels/sync: \"1\" takes tags of \"1\""));
+  EXPECT_THAT(error_of(R"(, "publish": {"endpoint": "tcp://*:9872"})"),
+              HasSubstr("c.json: /publish/endpoint: \"tcp://*:9872\" would offer"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},
+                  "source": {"driver": "simulator", "target": {"motion": "points"}}})"),
+              HasSubstr("c.json: /source/target/points"));
+}
+
+TEST_F(ConfigTest, AFrameHoldsAtLeastThreePatternPeriods) {
+  write_pattern(make_periodic(Mode::baseline, 1e9));  // 1 ms
+  EXPECT_EQ(error_of(R"(, "frame": {"length_ms": 3})"), "");
+  EXPECT_THAT(error_of(R"(, "frame": {"length_ms": 2.5})"),
+              HasSubstr("/frame/length_ms: 2.5 is below 3"));
+}
+
+TEST_F(ConfigTest, ATabulatedPulseNeedsACalibratedPattern) {
+  EXPECT_THAT(error_of(R"(, "pulse": {"shape": "tabulated"})"), HasSubstr("/pulse/shape: "));
+  Pattern pattern = make_interleaved(std::array{180e3, 189e3});
+  pattern.pulse = TabulatedPulse{.first_ps = -100, .step_ps = 100, .density = {0, 1, 0}};
+  write_pattern(pattern);
+  EXPECT_EQ(error_of(R"(, "pulse": {"shape": "tabulated"})"), "");
+}
+
+TEST_F(ConfigTest, FilesThatCannotBeReadAreNamedWithTheirReason) {
+  const std::string missing = folder_.path("missing.json");
+  EXPECT_EQ(testing::error_text([&] { load_config(missing); }),
+            missing + ": cannot be read: No such file or directory");
+  EXPECT_THAT(testing::error_text([&] { load_config(folder_.path("patterns")); }),
+              HasSubstr("patterns: cannot be read: Is a directory"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {"driver": "simulator"},
+                  "pattern": {"file": "missing.json"}})"),
+              StartsWith(folder_.path("c.json") + ": /pattern/file: " + missing + ": cannot be"));
+}
+
+TEST_F(ConfigTest, APatternsFaultIsTheDatasAndNamesItsFile) {
+  folder_.write("patterns/p.json", R"({"schema": "splid.pattern"})");
+  const std::string file = write();
+  try {
+    load_config(file);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::data);
+    EXPECT_THAT(error.what(), StartsWith(folder_.path("patterns/p.json")));
+  }
+}
+
+TEST_F(ConfigTest, TheDumpHoldsDefaultsAndReadsBackTheSame) {
+  const Config config = load(R"(, "frame": {"length_ms": 20}, "channels": {"photon": [0, 2]})");
+  const std::string dump = config_to_json(config);
+  EXPECT_THAT(dump, StartsWith(R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simul)"));
+  EXPECT_THAT(dump, HasSubstr(R"("channels":{"photon":[0,2],"sync":"sync","encoder":"marker:1"})"));
+  EXPECT_THAT(dump, HasSubstr(R"("frame":{"length_ms":20,"min_seen_fraction":0.9})"));
+  EXPECT_THAT(dump, HasSubstr(R"("publish":{"endpoint":"tcp://127.0.0.1:9872"})"));
+  const std::string again = folder_.write("again.json", dump);
+  EXPECT_EQ(config_to_json(load_config(again)), dump);
+}
+
+}  // namespace
+}  // namespace splid

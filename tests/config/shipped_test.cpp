@@ -1,0 +1,52 @@
+// The configurations in config/, which people start from.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+
+namespace splid {
+namespace {
+
+const std::string folder = SPLID_SOURCE_DIR "/config/";
+
+std::vector<std::string> shipped() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.ends_with(".json") && name != "config.schema.json") names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST(ShippedConfig, ThereIsOneForEachUse) {
+  EXPECT_THAT(shipped(), ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json",
+                                                "interleaved.json", "random.json", "replay.json"));
+}
+
+TEST(ShippedConfig, AllLoad) {
+  for (const std::string& name : shipped()) EXPECT_NO_THROW(load_config(folder + name)) << name;
+}
+
+TEST(ShippedConfig, EachModesOwnHasItsPattern) {
+  for (const Mode mode : {Mode::baseline, Mode::ambiguous, Mode::random, Mode::interleaved}) {
+    const Config config = load_config(folder + to_string(mode) + ".json");
+    EXPECT_EQ(config.pattern.mode, mode);
+    EXPECT_EQ(config.source_driver, "simulator");
+  }
+}
+
+TEST(ShippedConfig, TheReplayNamesARecordingBesideIt) {
+  const Config config = load_config(folder + "replay.json");
+  EXPECT_EQ(config.source_driver, "replay");
+  EXPECT_THAT(config_to_json(config),
+              ::testing::HasSubstr("\"recording\":\"" + folder + "recording.ptu\""));
+}
+
+}  // namespace
+}  // namespace splid
