@@ -38,8 +38,8 @@ bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
   signal_.fill(until_ps);
   sync_.fill(until_ps);
   for (;;) {
-    const std::int64_t first_ps =
-        std::min({signal_.pending().front(), sync_.pending().front(), marker_.ps, until_ps});
+    const std::int64_t first_ps = std::min(
+        {signal_.pending().front(), sync_.pending().front(), marker_.rounded_ps(), until_ps});
     if (!write_background(first_ps, out)) return false;
     if (first_ps >= until_ps) return true;
     if (!write_first(out)) return false;
@@ -59,15 +59,15 @@ bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
 bool Scene::write_first(TagWriter& out) {
   const std::int64_t signal_ps = signal_.pending().front();
   const std::int64_t sync_ps = sync_.pending().front();
-  if (signal_ps <= std::min(sync_ps, marker_.ps)) {
+  const std::int64_t marker_ps = marker_.rounded_ps();
+  if (signal_ps <= std::min(sync_ps, marker_ps)) {
     signal_.pending().pop();
     return put_photon(signal_ps, out);
   }
-  if (sync_ps <= marker_.ps) {
+  if (sync_ps <= marker_ps) {
     sync_.pending().pop();
     return put_sync(sync_ps, out);
   }
-  const std::int64_t marker_ps = marker_.ps;
   marker_.advance(marker_gap_ps_);
   return out.put(marker_tag(start_ps_ + marker_ps, 1));
 }

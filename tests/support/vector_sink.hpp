@@ -5,12 +5,13 @@
 #include <functional>
 #include <span>
 #include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "drivers/source.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::test {
 
 // Keeps all tags. Hands out at most max_room at a time, so that a source's handling of small rooms
 // shows, and nothing once a stop was requested.
@@ -28,14 +29,6 @@ class VectorSink : public TagSink {
   void publish(std::size_t count) override {
     tags.insert(tags.end(), room_.begin(), room_.begin() + static_cast<std::ptrdiff_t>(count));
     if (on_publish) on_publish(*this);
-  }
-
-  [[nodiscard]] std::vector<std::int64_t> times_ps(TagKind kind) const {
-    std::vector<std::int64_t> times;
-    for (const Tag& tag : tags) {
-      if (tag.kind == kind) times.push_back(tag.time_ps);
-    }
-    return times;
   }
 
   std::vector<Tag> tags;
@@ -61,4 +54,4 @@ class CountingSink : public TagSink {
   std::vector<Tag> room_ = std::vector<Tag>(1 << 16);
 };
 
-}  // namespace splid
+}  // namespace splid::test

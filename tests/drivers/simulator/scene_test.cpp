@@ -1,0 +1,182 @@
+#include "drivers/simulator/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "tests/support/scene_runs.hpp"
+
+namespace splid {
+namespace {
+
+using test::noiseless_scene;
+using test::one_segment;
+using test::paper_pattern;
+using test::simulate;
+using test::times_ps;
+
+bool by_time(const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; }
+
+SimulatorOptions busy_scene() {
+  SimulatorOptions options;
+  options.pace = SimulatorPace::max;
+  options.seconds = 0.1;
+  options.encoder_rate_hz = 10'000;
+  options.sync.doubled_fraction = 0.1;
+  options.sync.missing_fraction = 0.1;
+  return options;
+}
+
+TEST(Scene, TagsAreSortedAndOfAllKinds) {
+  const std::vector<Tag> tags = simulate(busy_scene(), paper_pattern());
+  EXPECT_TRUE(std::is_sorted(tags.begin(), tags.end(), by_time));
+  EXPECT_GT(times_ps(tags, TagKind::photon).size(), 15'000U);
+  EXPECT_GT(times_ps(tags, TagKind::sync).size(), 25'000U);
+  EXPECT_EQ(times_ps(tags, TagKind::marker).size(), 1000U);
+  EXPECT_GE(tags.front().time_ps, 0);
+  EXPECT_LE(tags.back().time_ps, 100'000'000'000);
+}
+
+TEST(Scene, SmallRoomsInTheSinkChangeNothing) {
+  const Pattern pattern = paper_pattern();
+  SourceContext context;
+  context.pattern = &pattern;
+  test::VectorSink sink(3);
+  busy_scene().open(context)->run(sink, {});
+  EXPECT_EQ(sink.tags, simulate(busy_scene(), pattern));
+}
+
+TEST(Scene, OneSeedGivesOneStream) {
+  SimulatorOptions options = busy_scene();
+  const std::vector<Tag> first = simulate(options, paper_pattern());
+  EXPECT_EQ(first, simulate(options, paper_pattern()));
+  options.seed = 2;
+  EXPECT_NE(first, simulate(options, paper_pattern()));
+}
+
+TEST(Scene, AnOptionLeavesTheOtherStreamsAlone) {
+  SimulatorOptions options = busy_scene();
+  const auto before = times_ps(simulate(options, paper_pattern()), TagKind::photon);
+  options.sync.doubled_fraction = 0;
+  options.encoder_rate_hz = 0;
+  EXPECT_EQ(times_ps(simulate(options, paper_pattern()), TagKind::photon), before);
+}
+
+TEST(Scene, AnotherStartOfTheClockGivesTheSameStreamShifted) {
+  SimulatorOptions options = busy_scene();
+  std::vector<Tag> early = simulate(options, paper_pattern());
+  options.start_ps = 340'000'000'000'000'123;
+  for (Tag& tag : early) tag.time_ps += options.start_ps;
+  EXPECT_EQ(simulate(options, paper_pattern()), early);
+}
+
+TEST(Scene, BackgroundIsPoisson) {
+  SimulatorOptions options = noiseless_scene();
+  options.detection.signal_per_pulse = 0;
+  options.ambient_per_s = 1.5e6;
+  options.dark_per_s = 0.5e6;
+  options.seconds = 0.1;
+  const auto times = times_ps(simulate(options, paper_pattern()), TagKind::photon);
+  // Variance of the counts in 1 us cells over their mean: 1, to within 4 standard deviations.
+  constexpr int cells = 100'000;
+  std::vector<double> counts(cells);
+  for (const std::int64_t time : times) counts[static_cast<std::size_t>(time / 1'000'000)] += 1;
+  double squares = 0;
+  for (const double count : counts) squares += (count - 2) * (count - 2);
+  EXPECT_NEAR(static_cast<double>(times.size()), 200'000, 4 * std::sqrt(200'000));
+  EXPECT_NEAR(squares / cells / 2, 1, 4 * std::sqrt(2.5 / cells));
+}
+
+TEST(Scene, NoTargetLeavesTheBackground) {
+  SimulatorOptions options = busy_scene();
+  options.detection.signal_per_pulse = 0;
+  const auto times = times_ps(simulate(options, paper_pattern()), TagKind::photon);
+  EXPECT_NEAR(static_cast<double>(times.size()), 17'500, 4 * std::sqrt(17'500));
+}
+
+TEST(Scene, NothingAtAllStillHasSyncsAndHeartbeats) {
+  SimulatorOptions options = noiseless_scene();
+  options.detection.signal_per_pulse = 0;
+  const std::vector<Tag> tags = simulate(options, paper_pattern());
+  EXPECT_TRUE(times_ps(tags, TagKind::photon).empty());
+  EXPECT_EQ(times_ps(tags, TagKind::sync).size(), 13'228U);
+  EXPECT_EQ(times_ps(tags, TagKind::heartbeat).size(), 10U);
+  EXPECT_EQ(tags.back(), heartbeat_tag(50'000'000'000));
+}
+
+TEST(Scene, MarkersComeAtTheEncodersRate) {
+  SimulatorOptions options = noiseless_scene();
+  options.encoder_rate_hz = 3000;
+  const std::vector<Tag> tags = simulate(options, paper_pattern());
+  const auto markers = times_ps(tags, TagKind::marker);
+  ASSERT_EQ(markers.size(), 150U);
+  for (std::size_t k = 0; k < markers.size(); ++k) {
+    EXPECT_NEAR(static_cast<double>(markers[k]), static_cast<double>(k) * 1e12 / 3000, 1);
+  }
+}
+
+TEST(Scene, PhotonsCarryTheirInput) {
+  SimulatorOptions options = busy_scene();
+  options.photon_input = 7;
+  for (const Tag& tag : simulate(options, paper_pattern())) {
+    ASSERT_EQ(tag.value, tag.kind == TagKind::photon ? 7 : tag.kind == TagKind::marker ? 1 : 0);
+  }
+}
+
+// As the instruments do that filter their syncs: the first one after a photon passes.
+TEST(Scene, SyncsNearPhotonsOnly) {
+  SimulatorOptions options = noiseless_scene();
+  options.ambient_per_s = 20'000;
+  const std::vector<Tag> all = simulate(options, paper_pattern());
+  std::vector<Tag> expected;
+  bool photon = false;
+  for (const Tag& tag : all) {
+    if (tag.kind != TagKind::sync || photon) expected.push_back(tag);
+    if (tag.kind == TagKind::sync) photon = false;
+    if (tag.kind == TagKind::photon) photon = true;
+  }
+  options.sync.near_photons_only = true;
+  const std::vector<Tag> filtered = simulate(options, paper_pattern());
+  EXPECT_EQ(filtered, expected);
+  EXPECT_LT(filtered.size(), all.size() / 2);
+}
+
+TEST(Scene, SegmentsInTurnGiveTheirPulses) {
+  Pattern pattern;
+  pattern.mode = Mode::mrr;
+  pattern.segments = {{100'000, {0}, {1}, 5}, {90'000, {0}, {1}, 4}};
+  SimulatorOptions options = noiseless_scene();
+  options.target.amplitude_m = 0;
+  options.target.distance_m = 3;
+  options.detection.signal_per_pulse = 0.2;
+  const auto delay_ps = std::llround(6 / 299'792'458e-12);
+  for (const std::int64_t time : times_ps(simulate(options, pattern), TagKind::photon)) {
+    const std::int64_t phase_ps = (time - delay_ps + 860'000) % 860'000;
+    const bool first = phase_ps < 500'000;
+    ASSERT_EQ(first ? phase_ps % 100'000 : (phase_ps - 500'000) % 90'000, 0) << time;
+  }
+}
+
+TEST(Scene, AStopEndsItInTheMiddle) {
+  const Pattern pattern = paper_pattern();
+  SourceContext context;
+  context.pattern = &pattern;
+  std::stop_source stop;
+  test::VectorSink sink(100, stop.get_token());
+  sink.on_publish = [&](test::VectorSink& self) {
+    if (self.tags.size() > 1000) stop.request_stop();
+  };
+  SimulatorOptions options = busy_scene();
+  options.seconds = 0;
+  options.open(context)->run(sink, stop.get_token());
+  EXPECT_GT(sink.tags.size(), 1000U);
+  EXPECT_LT(sink.tags.size(), 1200U);
+}
+
+}  // namespace
+}  // namespace splid

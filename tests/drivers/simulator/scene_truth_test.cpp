@@ -1,0 +1,97 @@
+#include "drivers/simulator/scene_truth.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "protocol/error.hpp"
+#include "tests/support/error_text.hpp"
+#include "tests/support/scene_runs.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace splid::simulator {
+namespace {
+
+std::string content(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(SceneTruth, IsTheMotionToAMicrometre) {
+  SimulatorOptions options;
+  options.seconds = 3;
+  options.start_ps = 340'000'000'000'000'000;
+  const SceneTruth truth = scene_truth(options);
+  EXPECT_EQ(truth.step_ps, 1'000'000'000);
+  EXPECT_EQ(truth.distance_m.size(), 3001U);
+  const Motion motion(options.target);
+  for (double time_s = 0.00037; time_s < 3; time_s += 0.0171) {
+    const auto at_ps = options.start_ps + static_cast<std::int64_t>(time_s * 1e12);
+    const auto state = truth.at(at_ps);
+    ASSERT_TRUE(state);
+    EXPECT_NEAR(state->distance_m, motion.at(time_s).distance_m, 1e-9);
+    EXPECT_NEAR(state->velocity_mps, motion.at(time_s).velocity_mps, 1e-6);
+  }
+}
+
+TEST(SceneTruth, HoldsTheScenesConstants) {
+  SimulatorOptions options;
+  options.seconds = 1;
+  options.detection.electronic_delay_ns = 1855;
+  const SceneTruth truth = scene_truth(options);
+  EXPECT_EQ(truth.signal_per_pulse, 13.5e-4);
+  EXPECT_EQ(truth.background_per_s, 175'000);
+  EXPECT_EQ(truth.sigma_ps, 100);
+  EXPECT_EQ(truth.electronic_delay_ns, 1855);
+  EXPECT_EQ(truth.drift_ppm, 2);
+}
+
+TEST(SceneTruth, EndsWithTheStreamAndIsBounded) {
+  SimulatorOptions options;
+  options.seconds = 0.0105;
+  SceneTruth truth = scene_truth(options);
+  EXPECT_TRUE(truth.at(10'500'000'000));
+  options.seconds = 3600;
+  truth = scene_truth(options);
+  EXPECT_EQ(truth.distance_m.size(), 600'001U);
+  EXPECT_EQ(truth.step_ps, 6'000'000'000);
+  options.seconds = 0;
+  truth = scene_truth(options);
+  EXPECT_EQ(truth.distance_m.size(), 600'001U);
+  EXPECT_FALSE(truth.at(600'000'000'000'001));
+}
+
+TEST(SceneTruth, IsOnDiskBeforeTheFirstTag) {
+  const testing::TempFolder folder;
+  const Pattern pattern = test::paper_pattern();
+  SimulatorOptions options = test::noiseless_scene();
+  options.truth = folder.path("scene.truth.json");
+  SourceContext context;
+  context.pattern = &pattern;
+  test::VectorSink sink;
+  bool there = false;
+  sink.on_publish = [&](test::VectorSink& self) {
+    if (self.tags.size() < 1000) there = truth_from_json(content(options.truth)).step_ps > 0;
+  };
+  options.open(context)->run(sink, {});
+  EXPECT_TRUE(there);
+  EXPECT_EQ(truth_from_json(content(options.truth)), scene_truth(options));
+  // No temporary is left.
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path("")), {}), 1);
+}
+
+TEST(SceneTruth, AFileThatCannotBeWrittenIsNamed) {
+  SimulatorOptions options;
+  options.seconds = 0.01;
+  options.truth = "/nonexistent/scene.truth.json";
+  EXPECT_THAT(testing::error_text([&] { write_truth_file(options); }),
+              ::testing::AllOf(::testing::HasSubstr("/nonexistent/scene.truth.json"),
+                               ::testing::HasSubstr("No such file")));
+}
+
+}  // namespace
+}  // namespace splid::simulator

@@ -1,0 +1,185 @@
+#include "drivers/simulator/signal_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "tests/support/scene_runs.hpp"
+
+namespace splid::simulator {
+namespace {
+
+using test::one_segment;
+using test::paper_pattern;
+
+TargetOptions linear(double distance_m, double velocity_mps = 0) {
+  TargetOptions options;
+  options.motion = MotionKind::linear;
+  options.distance_m = distance_m;
+  options.velocity_mps = velocity_mps;
+  return options;
+}
+
+DetectionOptions exact(double signal_per_pulse) {
+  DetectionOptions options;
+  options.signal_per_pulse = signal_per_pulse;
+  options.sigma_ps = 0;
+  return options;
+}
+
+std::vector<std::int64_t> detections(SignalStream stream, std::int64_t until_ps) {
+  std::vector<std::int64_t> times;
+  for (std::int64_t to_ps = until_ps / 10; to_ps <= until_ps; to_ps += until_ps / 10) {
+    stream.fill(to_ps);
+    for (; stream.pending().front() < to_ps; stream.pending().pop()) {
+      times.push_back(stream.pending().front());
+    }
+  }
+  return times;
+}
+
+class MovingTarget : public testing::TestWithParam<double> {};
+
+// Every detection of a noiseless scene is at an arrival time of the closed form, in long doubles:
+// (2 z0 + 2 v e) / (c - v) + e for a pulse that leaves at e.
+TEST_P(MovingTarget, PhotonsArriveWhenTheClosedFormSays) {
+  const double velocity_mps = GetParam();
+  const double distance_m = 40'000;
+  const Pattern pattern = paper_pattern();
+  const auto times = detections(
+      SignalStream(pattern, exact(0.01), {}, Motion(linear(distance_m, velocity_mps)), 11),
+      200'000'000'000);
+  const long double c = 299'792'458e-12L;
+  const long double v = velocity_mps * 1e-12L;
+  ASSERT_GT(times.size(), 15'000U);
+  long double worst_ps = 0;
+  for (const std::int64_t time_ps : times) {
+    const long double emitted_ps = (time_ps * (c - v) - 2 * distance_m) / (c + v);
+    const long double phase_ps = emitted_ps - 3'780'000 * std::floor(emitted_ps / 3'780'000);
+    long double nearest_ps = 3'780'000 - phase_ps;
+    for (const double pulse_ps : pattern.segments[0].pulse_times_ps) {
+      nearest_ps = std::min(nearest_ps, std::abs(phase_ps - pulse_ps));
+    }
+    worst_ps = std::max(worst_ps, nearest_ps);
+  }
+  // Half a picosecond of rounding, as seen through the warp.
+  EXPECT_LT(static_cast<double>(worst_ps), 0.502);
+}
+
+INSTANTIATE_TEST_SUITE_P(Speeds, MovingTarget,
+                         testing::Values(0.0, 150.0, -150.0, 30'000.0, -30'000.0));
+
+// Counts of detections in each pattern period against Poisson's probabilities.
+TEST(SignalStream, CountsArePoisson) {
+  constexpr double mean = 2;
+  constexpr int periods = 200'000;
+  const Pattern pattern = one_segment(1e6, {0, 300'000}, {1.5, 0.5});
+  const auto times = detections(SignalStream(pattern, exact(mean / 2), {}, Motion(linear(10)), 5),
+                                std::int64_t{periods} * 1'000'000);
+  std::vector<int> counts(periods + 1);
+  for (const std::int64_t time : times) ++counts[static_cast<std::size_t>(time / 1'000'000)];
+  std::map<int, double> seen;
+  for (int i = 0; i < periods; ++i) seen[std::min(counts[i], 8)] += 1;
+  double chi = 0;
+  double left = periods;
+  double expected = periods * std::exp(-mean);
+  for (int n = 0; n < 8; expected *= mean / ++n) {
+    chi += (seen[n] - expected) * (seen[n] - expected) / expected;
+    left -= expected;
+  }
+  chi += (seen[8] - left) * (seen[8] - left) / left;
+  EXPECT_LT(chi, 26.1);  // 8 degrees of freedom, 1 in 1000
+}
+
+TEST(SignalStream, PulsesShareTheLightByAmplitude) {
+  const Pattern pattern = one_segment(1e6, {0, 300'000, 600'000}, {1.5, 0, 0.5});
+  const auto times =
+      detections(SignalStream(pattern, exact(0.1), {}, Motion(linear(10)), 6), 500'000'000'000);
+  std::map<std::int64_t, double> by_phase;
+  for (const std::int64_t time : times) by_phase[time % 1'000'000 / 300'000] += 1;
+  const double total = static_cast<double>(times.size());
+  EXPECT_NEAR(total, 100'000, 4 * std::sqrt(100'000.0));
+  EXPECT_NEAR(by_phase[0] / total, 0.75, 0.006);
+  EXPECT_EQ(by_phase[1], 0);
+}
+
+// 200 km away, light of a hundred periods is under way when the stream starts.
+TEST(SignalStream, LightOfEarlierPulsesIsThereFromTheStart) {
+  const auto times = detections(
+      SignalStream(paper_pattern(), exact(1), {}, Motion(linear(200'000)), 7), 100'000'000);
+  ASSERT_FALSE(times.empty());
+  EXPECT_LT(times.front(), 2'000'000);
+  const auto half = std::lower_bound(times.begin(), times.end(), 50'000'000) - times.begin();
+  const double share = static_cast<double>(half) / static_cast<double>(times.size());
+  EXPECT_NEAR(share, 0.5, 4 * 0.5 / std::sqrt(static_cast<double>(times.size())));
+}
+
+TEST(SignalStream, JitterTailAndDelayShowInTheArrivals) {
+  DetectionOptions options = exact(0.5);
+  options.sigma_ps = 200;
+  options.tail_fraction = 0.5;
+  options.tail_ps = 1000;
+  options.emission_jitter_ps = 100;
+  options.electronic_delay_ns = 300;
+  const auto times =
+      detections(SignalStream(one_segment(1e6, {0}, {1}), options, {}, Motion(linear(10)), 8),
+                 200'000'000'000);
+  const double expected_ps = 2 * 10 / light_m_per_ps + 300'000;
+  double sum = 0;
+  double squares = 0;
+  for (const std::int64_t time : times) {
+    const double late_ps = static_cast<double>(time % 1'000'000) - expected_ps;
+    sum += late_ps;
+    squares += late_ps * late_ps;
+  }
+  const double count = static_cast<double>(times.size());
+  const double mean = sum / count;
+  // An exponential of mean m for half of all: variance 2 m^2 / 2 - m^2 / 4.
+  const double variance = 200.0 * 200 + 100 * 100 + 0.75 * 1e6;
+  EXPECT_NEAR(mean, 500, 4 * std::sqrt(variance / count));
+  EXPECT_NEAR(squares / count - mean * mean, variance, 0.03 * variance);
+}
+
+// Two photons of one pulse share its emission jitter; those of others do not.
+TEST(SignalStream, EmissionJitterBelongsToThePulse) {
+  DetectionOptions options = exact(2);
+  options.emission_jitter_ps = 1000;
+  const auto times = detections(
+      SignalStream(one_segment(1e6, {0}, {1}), options, {}, Motion(linear(30)), 9), 10'000'000'000);
+  int same = 0;
+  int pairs = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (times[i] / 1'000'000 != times[i - 1] / 1'000'000) continue;
+    ++pairs;
+    same += times[i] == times[i - 1] ? 1 : 0;
+  }
+  EXPECT_GT(pairs, 5000);
+  EXPECT_EQ(same, pairs);
+  int repeats = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    repeats += times[i] - times[i - 1] == 1'000'000 ? 1 : 0;
+  }
+  EXPECT_LT(repeats, 20);
+}
+
+TEST(SignalStream, NoSignalGivesNoPhotons) {
+  EXPECT_TRUE(
+      detections(SignalStream(paper_pattern(), exact(0), {}, Motion(linear(10)), 1), 1'000'000'000)
+          .empty());
+}
+
+// A target that goes through the lidar gives light until then, and the stream goes on.
+TEST(SignalStream, NoLightFromBehindTheLidar) {
+  const auto times = detections(
+      SignalStream(paper_pattern(), exact(0.1), {}, Motion(linear(3, -100)), 1), 100'000'000'000);
+  ASSERT_FALSE(times.empty());
+  EXPECT_NEAR(static_cast<double>(times.back()), 30e9, 1e8);
+}
+
+}  // namespace
+}  // namespace splid::simulator

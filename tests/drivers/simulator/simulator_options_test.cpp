@@ -1,0 +1,25 @@
+#include "drivers/simulator/simulator_options.hpp"
+
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+TEST(SimulatorOptions, DefaultsAreThePapersSetUp) {
+  const SimulatorOptions options;
+  EXPECT_FALSE(options.validate());
+  EXPECT_EQ(options.detection.signal_per_pulse, 13.5e-4);
+  EXPECT_EQ(options.background_per_s(), 175'000);
+  EXPECT_EQ(options.detection.sigma_ps, 100);
+  EXPECT_EQ(options.target.distance_m, 284.5);
+  EXPECT_EQ(options.pace, SimulatorPace::live);
+}
+
+TEST(SimulatorOptions, FaultsOfTheTargetKeepTheirPlace) {
+  SimulatorOptions options;
+  options.target.motion = simulator::MotionKind::points;
+  EXPECT_EQ(options.validate().value().pointer, "/target/points");
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,62 @@
+#include "drivers/simulator/simulator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stop_token>
+#include <vector>
+
+#include "tests/support/scene_runs.hpp"
+
+namespace splid {
+namespace {
+
+using test::paper_pattern;
+using test::times_ps;
+
+TEST(Simulator, IsRegistered) { EXPECT_NE(make_source_options("simulator"), nullptr); }
+
+TEST(Simulator, SaysWhetherItCanWait) {
+  const Pattern pattern = paper_pattern();
+  SourceContext context;
+  context.pattern = &pattern;
+  SimulatorOptions options;
+  EXPECT_TRUE(options.open(context)->info().live);
+  options.pace = SimulatorPace::max;
+  EXPECT_FALSE(options.open(context)->info().live);
+}
+
+TEST(Simulator, LiveAndFastGiveTheSameTags) {
+  SimulatorOptions options;
+  options.seconds = 0.02;
+  const std::vector<Tag> live = test::simulate(options, paper_pattern());
+  options.pace = SimulatorPace::max;
+  EXPECT_EQ(live, test::simulate(options, paper_pattern()));
+}
+
+TEST(Simulator, LiveSendsHeartbeatsAndStopsWhenAsked) {
+  const Pattern pattern = paper_pattern();
+  SourceContext context;
+  context.pattern = &pattern;
+  SimulatorOptions options;
+  std::stop_source stop;
+  test::VectorSink sink(1 << 16, stop.get_token());
+  sink.on_publish = [&](test::VectorSink& self) {
+    if (times_ps(self.tags, TagKind::heartbeat).size() == 4) stop.request_stop();
+  };
+  options.open(context)->run(sink, stop.get_token());
+  const auto beats = times_ps(sink.tags, TagKind::heartbeat);
+  EXPECT_EQ(beats, (std::vector<std::int64_t>{5'000'000'000, 10'000'000'000, 15'000'000'000,
+                                              20'000'000'000}));
+  // No more than one slice of 1 ms after the request.
+  EXPECT_LE(sink.tags.back().time_ps, 21'000'000'000);
+}
+
+TEST(Simulator, EndsWithAHeartbeatAtItsLength) {
+  SimulatorOptions options = test::noiseless_scene();
+  options.seconds = 0.0123456;
+  options.start_ps = 1000;
+  EXPECT_EQ(test::simulate(options, paper_pattern()).back(), heartbeat_tag(12'345'601'000));
+}
+
+}  // namespace
+}  // namespace splid
