@@ -6,9 +6,10 @@
 #include <map>
 #include <random>
 
-#include "support/frame_list.hpp"
-#include "support/real_recording.hpp"
-#include "support/tag_stream.hpp"
+#include "tests/support/allocation_count.hpp"
+#include "tests/support/frame_list.hpp"
+#include "tests/support/real_recording.hpp"
+#include "tests/support/tag_stream.hpp"
 
 namespace splid {
 namespace {
@@ -636,6 +637,36 @@ TEST(Framer, HowTheStreamIsCutIntoBlocksChangesNothing) {
     expect_same(whole, framed(tags, 97, capacity));
     if (testing::Test::HasFailure()) break;
   }
+}
+
+TEST(Framer, NothingIsAllocatedAfterConstruction) {
+  const ChannelMap channels{ChannelOptions{}};
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const std::vector<Tag> tags = faulty_stream(seed);
+    FrameList frames(room_enough, true);
+    Framer framer(options_of_10_ms(), channels, frames);
+    const std::uint64_t before = test::allocations;
+    framer.push(tags, 1);
+    framer.finish();
+    ASSERT_EQ(test::allocations - before, 0U) << seed;
+    ASSERT_GT(frames.closed, 0);
+  }
+  const std::uint64_t before = test::allocations;
+  const auto one = std::make_unique<Tag>();
+  EXPECT_GT(test::allocations - before, 0U);  // the count does count
+}
+
+TEST(Framer, TheDiagnosisAllocatesNothing) {
+  TagStream stream;
+  stream.period_ps = 99'000'000;
+  const std::vector<Tag> tags = stream.make();
+  FrameList frames(room_enough, true);
+  const ChannelMap channels{ChannelOptions{}};
+  Framer framer(options_of_10_ms(), channels, frames);
+  const std::uint64_t before = test::allocations;
+  framer.push(tags, 1);
+  EXPECT_EQ(test::allocations - before, 0U);
+  EXPECT_TRUE(framer.diagnosis());
 }
 
 TEST(Framer, ARealRecordingGivesFramesThatLock) {
