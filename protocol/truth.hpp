@@ -38,6 +38,6 @@ struct SceneTruth {
 std::string to_json(const SceneTruth& truth);
 
 // Errors: Error(Fault::data) naming the member that is missing, of the wrong type or out of bounds.
-SceneTruth truth_from_json(const std::string& json);
+SceneTruth truth_from_json(const std::string& text);
 
 }  // namespace splid

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "drivers/pace.hpp"
 #include "drivers/simulator/scene_truth.hpp"
@@ -37,8 +38,8 @@ std::unique_ptr<TagSource> SimulatorOptions::open(const SourceContext& context) 
   return std::make_unique<SimulatorSource>(*this, *context.pattern);
 }
 
-SimulatorSource::SimulatorSource(const SimulatorOptions& options, const Pattern& pattern)
-    : options_(options), pattern_(pattern) {}
+SimulatorSource::SimulatorSource(SimulatorOptions options, Pattern pattern)
+    : options_(std::move(options)), pattern_(std::move(pattern)) {}
 
 SourceInfo SimulatorSource::info() const {
   return {"simulator", options_.pace == SimulatorPace::live, std::nullopt};

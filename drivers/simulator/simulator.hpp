@@ -17,7 +17,7 @@ namespace splid {
 // the end. Errors: the truth file cannot be written (at the start of run()).
 class SimulatorSource : public TagSource {
  public:
-  SimulatorSource(const SimulatorOptions& options, const Pattern& pattern);
+  SimulatorSource(SimulatorOptions options, Pattern pattern);
 
   [[nodiscard]] SourceInfo info() const override;
   void run(TagSink& sink, std::stop_token stop) override;
