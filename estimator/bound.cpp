@@ -55,8 +55,8 @@ Eigen::Matrix4d fisher_information(const PulseShape& shape, const Comb& comb,
       double phase = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
       phase -= comb.period_ns * std::floor(phase / comb.period_ns);
       double density = 0, slope = 0;
-      for (const auto& pulse :
-           window.candidates(static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
+      for (const auto& pulse : window.candidates(
+               static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
         double offset = (phase - pulse.time_ns) * stretch;
         double h = 0, d1 = 0, d2 = 0;
         shape.evaluate({&offset, 1}, {{&h, 1}, {&d1, 1}, {&d2, 1}});

@@ -23,8 +23,13 @@ struct Comb {
   explicit Comb(const PatternSegment& segment);
 };
 
-// For a phase in [0, period) the pulses whose windows [t_p + first, t_p + last] it may lie in, found
-// by one table look-up. Pulses beyond the period's ends are there too, at t_p + m period.
+// Shifts in (0, period) by which at least 70 % of the comb's light falls on its own pulses again,
+// to within tolerance_ns: delays that a frame can take for the right one. None for random patterns
+// and for interleaved ones (which fit themselves by half). Ascending.
+std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns);
+
+// For a phase in [0, period) the pulses whose windows [t_p + first, t_p + last] it may lie in,
+// found by one table look-up. Pulses beyond the period's ends are there too, at t_p + m period.
 //
 // Threads: const, any. Memory: 9 bytes a bucket, at most 288 KiB.
 class CombWindow {

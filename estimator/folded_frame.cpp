@@ -72,8 +72,8 @@ void NearSet::collect(const FoldedFrame& frame, const CombWindow& window, double
   kernels.line_phases(phase_32_.data(), frame.phase_32.data(), frame.time_ns.data(),
                       std::remainder(about.delay_ns, period_ns) * to_32, slope * to_32,
                       frame.size());
-  const std::size_t picked = kernels.pick(picked_.data(), phase_32_.data(), window.flags(),
-                                          window.shift(), frame.size());
+  const std::size_t picked =
+      kernels.pick(picked_.data(), phase_32_.data(), window.flags(), window.shift(), frame.size());
   // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
   for (std::size_t n = 0; n < picked; ++n) {
     const std::size_t i = picked_[n];

@@ -19,12 +19,12 @@ namespace splid {
 //
 // Design note: g is kept, never 1 - g: at v = 10 nm/s g is 6.7e-17, which 1 - g would lose.
 struct FoldedFrame {
-  std::vector<double> phase_ns;         // in [0, period)
-  std::vector<double> time_ns;          // from mid-frame, in [-length / 2, length / 2]
-  std::vector<std::uint32_t> phase_32;  // phase in 2^-32 of a period: wraps by itself
-  double length_ns = 0;                 // t_a
-  double seen_ns = 0;                   // t_a less losses, in the tagger's clock
-  double scale = 1;                     // measured over calibrated period
+  std::vector<double> phase_ns;                    // in [0, period)
+  std::vector<double> time_ns;                     // from mid-frame, in [-length / 2, length / 2]
+  std::vector<std::uint32_t> phase_32;             // phase in 2^-32 of a period: wraps by itself
+  double length_ns = 0;                            // t_a
+  double seen_ns = 0;                              // t_a less losses, in the tagger's clock
+  double scale = 1;                                // measured over calibrated period
   std::vector<double> lost_begin_ns, lost_end_ns;  // losses, from mid-frame
 
   // Room for max_photons without allocation.
@@ -43,12 +43,12 @@ struct DelayLine {
 // The photons near a line's comb, as the likelihood needs them: one entry for each (photon, pulse)
 // whose residual lies in the window. Photons without an entry are background to it.
 struct NearSet {
-  DelayLine line;                        // the residuals' zero
-  std::vector<double> residual_ns;       // emission time less pulse time
-  std::vector<double> position;          // time / t_a, in [-1/2, 1/2]
-  std::vector<double> amplitude;         // a_p
-  std::vector<std::uint32_t> first;      // entries of photon k are [first[k], first[k + 1])
-  std::size_t far_photons = 0;           // those with no entry
+  DelayLine line;                    // the residuals' zero
+  std::vector<double> residual_ns;   // emission time less pulse time
+  std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
+  std::vector<double> amplitude;     // a_p
+  std::vector<std::uint32_t> first;  // entries of photon k are [first[k], first[k + 1])
+  std::size_t far_photons = 0;       // those with no entry
 
   // Room for sets of up to max_entries from frames of up to max_photons without allocation.
   NearSet(std::size_t max_photons, std::size_t max_entries);

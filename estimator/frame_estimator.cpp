@@ -20,9 +20,9 @@
 namespace splid {
 namespace {
 
-// Design note: measured in the trial of the search: bins of 10, 5 and 2.5 pulse widths find a target
-// of 1/7, 1/9 and less of [P]'s signal in [P]'s background without a wrong peak. A level is only
-// looked at when the one before it found nothing significant.
+// Design note: measured in the trial of the search: bins of 10, 5 and 2.5 pulse widths find a
+// target of 1/7, 1/9 and less of [P]'s signal in [P]'s background without a wrong peak. A level is
+// only looked at when the one before it found nothing significant.
 constexpr double level_widths[] = {10, 5, 2.5};
 constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20,
                                        std::size_t{1} << 22};
@@ -59,8 +59,9 @@ double drift_of(double velocity_mps, double length_ns) {
 }
 
 SearchGrid level_grid(const Comb& comb, double width_ns, std::size_t level, double max_drift_ns) {
-  // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse.
-  const double widest_ns = comb.closest_ns / 2;
+  // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse; but
+  // pulses that overlap are one to the search.
+  const double widest_ns = std::max(comb.closest_ns / 2, level_widths[2] * width_ns);
   double bin_ns = std::min(widest_ns, level_widths[level] * width_ns);
   while (true) {
     const SearchGrid grid = SearchGrid::cover(comb.period_ns, bin_ns, max_drift_ns);
@@ -93,6 +94,7 @@ struct FrameEstimator::Workspace {
   double max_drift_ns;  // over a frame of nominal length
   double threshold_nats;
   std::vector<SearchLevel> levels;
+  std::vector<double> copies_ns;  // see near_copies_ns
   FoldedFrame frame;
   LineSearch search;
   NearSet near;
@@ -110,6 +112,8 @@ struct FrameEstimator::Workspace {
         threshold_nats(significance_threshold_nats(
             {comb.period_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
         levels(make_levels(options.effort)),
+        copies_ns(mode == Mode::ambiguous ? std::vector<double>()
+                                          : near_copies_ns(comb, 3 * shape->width_ns())),
         frame(max_photons),
         search(comb, max_photons, largest_grid()),
         near(max_photons, max_photons * widest_overlap()),
@@ -155,6 +159,8 @@ struct FrameEstimator::Workspace {
   std::optional<Fit> find_at_level(const SearchLevel& level);
   Fit fit_cell(const SearchLevel& level, const Exposure& exposure, DelayLine line);
   void recheck_delay(const SearchLevel& level, const Exposure& exposure, Fit& best);
+  void try_delay(const SearchLevel& level, const Exposure& exposure, double shift_ns,
+                 DelayLine from, Fit& best);
   [[nodiscard]] double best_possible_gain(const SearchCell& cell, const SearchGrid& grid,
                                           const Exposure& exposure) const;
   [[nodiscard]] bool is_shoulder(const SearchCell& cell, const SearchGrid& grid,
@@ -197,22 +203,29 @@ Fit FrameEstimator::Workspace::fit_cell(const SearchLevel& level, const Exposure
   return refinement.climb(frame, exposure, zoom.find(near, level.reach_ns, moving()), moving());
 }
 
-// A comb fits itself in part at other delays: an interleaved one by half of its pulses. Where the
-// best cell was such a shoulder, the peak has the same drift.
+// A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
+// even one by all of them and not quite. Where the best cell was such a shoulder, the peak has the
+// same drift.
 void FrameEstimator::Workspace::recheck_delay(const SearchLevel& level, const Exposure& exposure,
                                               Fit& best) {
-  const std::uint32_t bins = recheck_bins();
-  const SearchCell cell = search.best_delay(frame, best.parameters.line.drift_ns, bins);
-  const double apart = std::remainder(
-      cell.line.delay_ns - best.parameters.line.delay_ns - shape->peak_offset_ns(),
-      comb.period_ns);
-  if (std::abs(apart) < 3 * comb.period_ns / bins) return;
-  const Fit fit = fit_cell(level, exposure, cell.line);
+  const DelayLine found = best.parameters.line;
+  const double step_ns = comb.period_ns / recheck_bins();
+  const DelayLine most = search.best_delay(frame, found.drift_ns, recheck_bins()).line;
+  const double apart =
+      std::remainder(most.delay_ns - shape->peak_offset_ns() - found.delay_ns, comb.period_ns);
+  if (std::abs(apart) > 3 * step_ns) try_delay(level, exposure, apart, found, best);
+  for (const double copy : copies_ns) try_delay(level, exposure, copy, found, best);
+}
+
+void FrameEstimator::Workspace::try_delay(const SearchLevel& level, const Exposure& exposure,
+                                          double shift_ns, DelayLine from, Fit& best) {
+  const double photons_at = from.delay_ns + shift_ns + shape->peak_offset_ns();
+  const Fit fit = fit_cell(level, exposure, {photons_at, from.drift_ns});
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
-// A target that is surely there shows at the delays where its comb fits itself in part, with its own
-// drift. recheck_delay() looks at all of those at once.
+// A target that is surely there shows at the delays where its comb fits itself in part, with its
+// own drift. recheck_delay() looks at all of those at once.
 bool FrameEstimator::Workspace::is_shoulder(const SearchCell& cell, const SearchGrid& grid,
                                             const Fit& best) const {
   return best.gain_nats > threshold_nats + settled_margin_nats &&
@@ -221,8 +234,7 @@ bool FrameEstimator::Workspace::is_shoulder(const SearchCell& cell, const Search
 
 // No fit in a cell of so many photons gains more, even if all those beyond the background's mean
 // (and three deviations) are signal, in this cell and in three neighbours that share it.
-double FrameEstimator::Workspace::best_possible_gain(const SearchCell& cell,
-                                                     const SearchGrid& grid,
+double FrameEstimator::Workspace::best_possible_gain(const SearchCell& cell, const SearchGrid& grid,
                                                      const Exposure& exposure) const {
   const double photons = static_cast<double>(frame.size());
   const double mean = photons * static_cast<double>(comb.times_ns.size()) / grid.bins;

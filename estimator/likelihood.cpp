@@ -127,7 +127,9 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
     double next = curvature < 0 ? f - slope / curvature : f;
     if (!(next > lo && next < hi)) {
       // The maximum may lie on a bound: step there fast, not by halves alone.
-      next = next >= hi && hi == 1 ? 1 - (1 - f) * 1e-3 : next <= lo && lo == 0 ? f * 1e-3 : (lo + hi) / 2;
+      next = next >= hi && hi == 1   ? 1 - (1 - f) * 1e-3
+             : next <= lo && lo == 0 ? f * 1e-3
+                                     : (lo + hi) / 2;
     }
     const bool settled = std::abs(next - f) <= 1e-14 + 1e-12 * f;
     f = next;

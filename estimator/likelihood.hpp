@@ -30,8 +30,8 @@ struct LikelihoodPoint {
 // How much of the pattern and of the time a frame saw: integral of the intensity
 // S * amplitude * (1 - g) + b * seen_ns.
 //
-// Design note: the pulses in a loss are counted by their mean rate. A loss that starts or ends within
-// a period is wrong by a pulse or two at most, of the 529,000 in a frame of 50 ms.
+// Design note: the pulses in a loss are counted by their mean rate. A loss that starts or ends
+// within a period is wrong by a pulse or two at most, of the 529,000 in a frame of 50 ms.
 struct Exposure {
   double amplitude = 0;  // sum of a_p over the pulses seen, target at rest
   double seen_ns = 0;
@@ -55,12 +55,12 @@ class Likelihood {
   LikelihoodPoint evaluate(const NearSet& near, const Exposure& exposure,
                            const FrameParameters& parameters);
 
-  // For a line, the best signal fraction f = S A / (S A + b t), in [0, 1], and the value there, with
-  // the total count matched (S A + b t = N, which holds at every maximum inside S, b > 0).
+  // For a line, the best signal fraction f = S A / (S A + b t), in [0, 1], and the value there,
+  // with the total count matched (S A + b t = N, which holds at every maximum inside S, b > 0).
   struct Profile {
     FrameParameters parameters;
-    double value = 0;       // log-likelihood
-    double gain_nats = 0;   // over no target, S = 0 and b = N / t
+    double value = 0;      // log-likelihood
+    double gain_nats = 0;  // over no target, S = 0 and b = N / t
   };
   Profile profile(const NearSet& near, const Exposure& exposure, DelayLine line);
 

@@ -37,8 +37,9 @@ void add_shifted(Add add, Count* out, const Count* a, const Count* b, std::size_
   add(out + (bins - shift), a + (bins - shift), b, shift);
 }
 
-// Adds the slices along all lines that drift 0, 1, ... most bins in the direction of `sign` from the
-// first slice to the last. Row j of the result drifts j bins; it lies in one of the two buffers.
+// Adds the slices along all lines that drift 0, 1, ... most bins in the direction of `sign` from
+// the first slice to the last. Row j of the result drifts j bins; it lies in one of the two
+// buffers.
 //
 // A line of j bins over 2n slices is one of floor(j/2) over the first n and one of floor(j/2) over
 // the last n that starts ceil(j/2) further on.
@@ -89,8 +90,8 @@ LineSearch::LineSearch(const Comb& comb, std::size_t max_photons, std::size_t ma
                        VectorLevel level)
     : comb_(comb), level_(level), max_grid_cells_(max_grid_cells) {
   for (const double time_ns : comb.times_ns) {
-    pulses_32_.push_back(static_cast<std::uint32_t>(
-        static_cast<std::uint64_t>(time_ns / comb.period_ns * 0x1p32)));
+    pulses_32_.push_back(
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(time_ns / comb.period_ns * 0x1p32)));
   }
   cells_.resize(pulses_32_.size());
   memory_.resize(3 * max_grid_cells);
@@ -155,9 +156,9 @@ void LineSearch::fill_by_photon(const FoldedFrame& frame, const SearchGrid& grid
   }
 }
 
-// One histogram a slice, then the comb by adding shifted copies of it. A pulse's shift is rounded to
-// bins, so a target's photons spread over two or three; what is gained is that the number of photons
-// no longer matters.
+// One histogram a slice, then the comb by adding shifted copies of it. A pulse's shift is rounded
+// to bins, so a target's photons spread over two or three; what is gained is that the number of
+// photons no longer matters.
 template <class Count>
 void LineSearch::fill_by_row(const FoldedFrame& frame, const SearchGrid& grid, Count* rows) {
   const auto add = Kernels<Count>::add(search_kernels(level_));
@@ -190,7 +191,8 @@ void LineSearch::keep_best(const Count* row, const SearchGrid& grid, int drift_b
   for (std::size_t d = 0; d < grid.bins; ++d) {
     const std::uint32_t least = best_.size() < max_cells ? 0 : best_.back().count;
     if (row[d] <= least) continue;
-    // Bin d is where the line crosses the first slice's middle; it moves by drift_bins to the last's.
+    // Bin d is where the line crosses the first slice's middle; it moves by drift_bins to the
+    // last's.
     const double delay_ns = (static_cast<double>(d) + 0.5 + drift_bins / 2.0) * grid.bin_ns;
     const double turn = std::floor(delay_ns / comb_.period_ns);
     keep({{delay_ns - turn * comb_.period_ns, drift_bins * per_gap * grid.bin_ns}, row[d]},
@@ -202,8 +204,8 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   const auto same_target = [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, comb_.period_ns - apart);
-    // A line through a target's photons at the wrong drift holds some of them in each of its bins: the
-    // target shows as a bow tie, as wide in delay as half the drift's error.
+    // A line through a target's photons at the wrong drift holds some of them in each of its bins:
+    // the target shows as a bow tie, as wide in delay as half the drift's error.
     const double off = std::abs(cell.line.drift_ns - other.line.drift_ns);
     return off < 16.2 * bin_ns && apart < 2.2 * bin_ns + off / 2;
   };

@@ -28,13 +28,13 @@ struct SearchGrid {
   [[nodiscard]] std::size_t cells() const { return std::size_t{bins} * slices; }
 };
 
-// Searches all delays and all drifts up to the grid's limit at once: the frame is cut into slices so
-// short that the fastest target moves one bin in each, every slice's photons are correlated with the
-// pulse comb, and a Taylor tree adds the slices along all straight lines, log2(slices) passes of
-// plain additions (Taylor 1974, for pulsar de-dispersion).
+// Searches all delays and all drifts up to the grid's limit at once: the frame is cut into slices
+// so short that the fastest target moves one bin in each, every slice's photons are correlated with
+// the pulse comb, and a Taylor tree adds the slices along all straight lines, log2(slices) passes
+// of plain additions (Taylor 1974, for pulsar de-dispersion).
 //
-// Cost: photons * pulses (or slices * bins * pulses / 16, if less) + 2 bins * slices * log2(slices).
-// Threads: one an object. No allocation in run().
+// Cost: photons * pulses (or slices * bins * pulses / 16, if less) + 2 bins * slices *
+// log2(slices). Threads: one an object. No allocation in run().
 class LineSearch {
  public:
   static constexpr std::size_t max_cells = 8;
@@ -49,8 +49,8 @@ class LineSearch {
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
                                   double max_drift_ns);
 
-  // The best delay for a known drift, at the grid's bins: a look at all delays at once, for patterns
-  // whose combs partly fit themselves at other delays (interleaved ones fit by half).
+  // The best delay for a known drift, at the grid's bins: a look at all delays at once, for
+  // patterns whose combs partly fit themselves at other delays (interleaved ones fit by half).
   SearchCell best_delay(const FoldedFrame& frame, double drift_ns, std::uint32_t bins);
 
  private:

@@ -43,8 +43,8 @@ class Gaussian final : public PulseShape {
 };
 
 // Design note: a quadratic B-spline with the table as its coefficients. It is non-negative wherever
-// the table is, its integral is the table's sum times the step, and h' is continuous; a linear table
-// has h'' = 0 nearly everywhere, and Newton's method then sees no curvature at all.
+// the table is, its integral is the table's sum times the step, and h' is continuous; a linear
+// table has h'' = 0 nearly everywhere, and Newton's method then sees no curvature at all.
 class Tabulated final : public PulseShape {
  public:
   explicit Tabulated(const TabulatedPulse& table)

@@ -16,7 +16,8 @@ struct ShapeValues {
   std::span<double> d2;  // 1/ns^3
 };
 
-// The detected pulse: density h of a photon's arrival about its pulse's time, integral 1 ([P] Eq. 1).
+// The detected pulse: density h of a photon's arrival about its pulse's time, integral 1 ([P] Eq.
+// 1).
 //
 // Threads: const, any. Errors: none; h is 0 and log_h -infinity outside the support of a table.
 class PulseShape {

@@ -23,10 +23,9 @@ Derivatives profile_derivatives(const LikelihoodPoint& point, const FrameParamet
   d.curvature = -point.hessian.topLeftCorner<2, 2>();
   // In units of S and b themselves, so that the small matrix is well conditioned.
   const Eigen::Vector2d unit(at.signal_per_pulse, at.background_per_ns);
-  Eigen::Matrix2d rates = -(unit.asDiagonal() * point.hessian.bottomRightCorner<2, 2>() *
-                            unit.asDiagonal());
-  const Eigen::Matrix2d cross =
-      -(point.hessian.topRightCorner<2, 2>() * unit.asDiagonal());
+  Eigen::Matrix2d rates =
+      -(unit.asDiagonal() * point.hessian.bottomRightCorner<2, 2>() * unit.asDiagonal());
+  const Eigen::Matrix2d cross = -(point.hessian.topRightCorner<2, 2>() * unit.asDiagonal());
   const double trace = rates.trace();
   if (!(trace > 0)) return d;
   rates += Eigen::Matrix2d::Identity() * (1e-12 * trace);
@@ -74,8 +73,8 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
     fit = climb_within(exposure, start, moving);
     const DelayLine& line = fit.parameters.line;
     // Ends of the line included: half the drift each.
-    const double moved = std::abs(line.delay_ns - start.delay_ns) +
-                         std::abs(line.drift_ns - start.drift_ns) / 2;
+    const double moved =
+        std::abs(line.delay_ns - start.delay_ns) + std::abs(line.drift_ns - start.drift_ns) / 2;
     if (moved <= margin_ns_) break;
     start = line;
   }
@@ -91,8 +90,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
   fit.stop = Stop::rounds_spent;
   for (int round = 0; round < max_rounds; ++round) {
     const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters);
-    Eigen::Vector2d step = step_of(profile_derivatives(point, best.parameters), moving,
-                                   width_ns_);
+    Eigen::Vector2d step = step_of(profile_derivatives(point, best.parameters), moving, width_ns_);
     Likelihood::Profile next;
     double gained = 0;
     for (int halving = 0; halving < 30; ++halving) {
@@ -137,8 +135,8 @@ void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit)
   }
   const Eigen::LLT<Eigen::Matrix4d> cholesky(information);
   if (cholesky.info() != Eigen::Success) return;
-  fit.covariance = unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) *
-                   unit.asDiagonal();
+  fit.covariance =
+      unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
   if (!moving) fit.covariance(drift_index, drift_index) = 0;
   fit.has_covariance = fit.covariance.allFinite();
 }

@@ -19,8 +19,8 @@ struct Fit {
   Stop stop = Stop::not_run;
 };
 
-// Climbs to the maximum of the likelihood near a line by Newton's method on (delay, drift), with the
-// best (S, b) at every step ([P] alternates L-BFGS on the two pairs; the maximum is the same).
+// Climbs to the maximum of the likelihood near a line by Newton's method on (delay, drift), with
+// the best (S, b) at every step ([P] alternates L-BFGS on the two pairs; the maximum is the same).
 //
 // Threads: one an object. No allocation in climb() for frames within the sizes given.
 class Refinement {

@@ -24,8 +24,8 @@ void delay_bins(std::uint32_t* __restrict cells, std::uint32_t phase,
   }
 }
 
-// Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double, so its low 32
-// are the phase modulo a period without a conversion, which no processor before AVX-512 has for
+// Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double, so its low
+// 32 are the phase modulo a period without a conversion, which no processor before AVX-512 has for
 // vectors of 64-bit integers.
 void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
                  const double* __restrict times, double delay, double slope, std::size_t count) {
@@ -50,8 +50,12 @@ std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restr
 }  // namespace
 
 extern const SearchKernels search_kernels;
-const SearchKernels search_kernels = {add<std::uint16_t>, add<std::uint32_t>,
-                                      largest<std::uint16_t>, largest<std::uint32_t>, delay_bins,
-                                      line_phases, pick};
+const SearchKernels search_kernels = {add<std::uint16_t>,
+                                      add<std::uint32_t>,
+                                      largest<std::uint16_t>,
+                                      largest<std::uint32_t>,
+                                      delay_bins,
+                                      line_phases,
+                                      pick};
 
 }  // namespace splid::SPLID_KERNEL_LEVEL

@@ -23,8 +23,8 @@ struct SearchKernels {
   // |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                       double delay, double slope, std::size_t count);
-  // Indices, ascending, of the phases whose flags[phase >> shift] is not zero; returns their number.
-  // indices has room for count.
+  // Indices, ascending, of the phases whose flags[phase >> shift] is not zero; returns their
+  // number. indices has room for count.
   std::size_t (*pick)(std::uint32_t* indices, const std::uint32_t* phases,
                       const std::uint8_t* flags, int shift, std::size_t count);
 };

@@ -27,6 +27,24 @@ TEST(Comb, InterleavedPatternOfThePaperHasFortyPulsesNineNsApart) {
   EXPECT_TRUE(comb.uniform);
 }
 
+TEST(Comb, NearlyEvenPulsesHaveNearCopies) {
+  // The four pulses of a real source, 3128 ps apart to within 60 ps.
+  const Comb even(PatternSegment{12512.6, {1415, 4530, 7692, 10764}, {1, 1, 1, 1}, 0});
+  const auto copies = near_copies_ns(even, 0.3);
+  ASSERT_EQ(copies.size(), 3U);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(copies[k], 3.128 * (k + 1), 0.05);
+  EXPECT_TRUE(near_copies_ns(even, 0.005).empty());
+}
+
+TEST(Comb, InterleavedAndRandomPulsesHaveNoNearCopies) {
+  EXPECT_TRUE(near_copies_ns(
+                  Comb(test::interleaved_pattern({180000, 189000}, 3780000).segments.front()), 0.3)
+                  .empty());
+  EXPECT_TRUE(near_copies_ns(Comb(test::random_pattern(3780000, 40, 9000, 3).segments.front()), 0.3)
+                  .empty());
+  EXPECT_TRUE(near_copies_ns(Comb(test::periodic_pattern(3780000).segments.front()), 0.3).empty());
+}
+
 // Against looking at every pulse and every turn.
 void expect_all_pulses_found(const Comb& comb, double first_ns, double last_ns) {
   const CombWindow window(comb, first_ns, last_ns);
@@ -41,7 +59,8 @@ void expect_all_pulses_found(const Comb& comb, double first_ns, double last_ns) 
     for (int turn = -turns; turn <= turns; ++turn) {
       for (const double time : comb.times_ns) {
         const double residual = phase - time - turn * comb.period_ns;
-        if (residual >= first_ns && residual <= last_ns) expected.insert(std::round(residual * 1e6));
+        if (residual >= first_ns && residual <= last_ns)
+          expected.insert(std::round(residual * 1e6));
       }
     }
     for (const auto& pulse : window.candidates(phase_32)) {
@@ -61,11 +80,11 @@ void expect_all_pulses_found(const Comb& comb, double first_ns, double last_ns) 
 TEST(CombWindow, FindsEveryPulseInReach) {
   const Comb interleaved(test::interleaved_pattern({180000, 189000}, 3780000).segments.front());
   expect_all_pulses_found(interleaved, -1, 1);
-  expect_all_pulses_found(interleaved, -0.2, 3);   // lopsided, as a pulse with a tail
-  expect_all_pulses_found(interleaved, -50, 50);   // wider than the pulses are apart
+  expect_all_pulses_found(interleaved, -0.2, 3);  // lopsided, as a pulse with a tail
+  expect_all_pulses_found(interleaved, -50, 50);  // wider than the pulses are apart
   const Comb single(test::periodic_pattern(12000).segments.front());
   expect_all_pulses_found(single, -1, 1);
-  expect_all_pulses_found(single, -30, 30);        // wider than the period
+  expect_all_pulses_found(single, -30, 30);  // wider than the period
 }
 
 TEST(CombWindow, FlagsLeaveMostOfTheBackgroundOut) {

@@ -41,7 +41,8 @@ void expect_all_finite(const Estimate& e) {
   }
 }
 
-// 120 frames a pattern: the rms of 120 normal errors over their deviation is 1 within 0.2 (3 sigma).
+// 120 frames a pattern: the rms of 120 normal errors over their deviation is 1 within 0.2 (3
+// sigma).
 TEST(FrameEstimator, ErrorsAreWhatTheDeviationsSay) {
   const Pattern patterns[] = {test::interleaved_pattern({180000, 189000}, 3780000),
                               test::random_pattern(3780000, 40, 9000, 5),
@@ -79,8 +80,8 @@ TEST(FrameEstimator, GivesTheDelayAtTheFramesStartToo) {
   const Estimate e = estimator_for(made).estimate(frame.view());
   const double half_ns = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-3;
   // tau = 2 z / c: half a frame earlier the target was v t_a / 2 nearer.
-  EXPECT_NEAR(e.delay_ns - e.delay_start_ns,
-              2 * e.velocity_mps * half_ns * 1e-9 / c_m_per_ns, 1e-9);
+  EXPECT_NEAR(e.delay_ns - e.delay_start_ns, 2 * e.velocity_mps * half_ns * 1e-9 / c_m_per_ns,
+              1e-9);
 }
 
 TEST(FrameEstimator, TheSameFrameGivesTheSameBits) {
@@ -208,6 +209,22 @@ TEST(FrameEstimator, AmbiguousModeSaysSo) {
   EXPECT_EQ(e.status, FrameStatus::ambiguous);
   EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns);
   EXPECT_LT(e.delay_ns, 94.5);
+}
+
+// Pulses even to within half their width: shifted by one of them, all but fits.
+TEST(FrameEstimator, TellsNearlyEvenPulsesApart) {
+  test::FrameMaker made = paper_scene();
+  made.pattern = test::periodic_pattern(12512.6);
+  made.pattern.mode = Mode::random;
+  made.pattern.segments = {{12512.6, {1415, 4530, 7692, 10764}, {1, 1, 1, 1}, 0}};
+  made.length_ms = 5;
+  FrameEstimator estimator = estimator_for(made);
+  for (int n = 0; n < 40; ++n) {
+    made.distance_m = 0.047 * n;
+    const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view());
+    ASSERT_EQ(e.status, FrameStatus::ok);
+    EXPECT_LT(std::abs(delay_error(e, made)), 5 * e.std_delay_ns) << n;
+  }
 }
 
 TEST(FrameEstimator, UnequalAmplitudesAreUsed) {

@@ -11,7 +11,6 @@
 namespace splid {
 namespace {
 
-
 test::FrameMaker maker(double amplitude_step = 0) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
@@ -54,8 +53,8 @@ struct Scene {
 
 // The sum of [P] Eq. 2 over every pulse whose light may matter, and Eq. 4 with its logarithm: two
 // plain loops in long double, from tau and v, not from the line.
-long double brute_force(const Scene& scene, long double tau_mid_ns, long double v_mps, long double S,
-                        long double b) {
+long double brute_force(const Scene& scene, long double tau_mid_ns, long double v_mps,
+                        long double S, long double b) {
   const long double beta = v_mps / 299792458.0L;
   const auto& segment = scene.made.pattern.segments.front();
   const long double period = static_cast<long double>(scene.frame.sync.period_ps) * 1e-3L;
@@ -74,8 +73,7 @@ long double brute_force(const Scene& scene, long double tau_mid_ns, long double 
       for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
         const long double e =
             start + turn * period + segment.pulse_times_ps[p] * period / segment.period_ps;
-        const long double x =
-            (t - tau_mid_ns / (1 - beta) - e * (1 + beta) / (1 - beta)) / sigma;
+        const long double x = (t - tau_mid_ns / (1 - beta) - e * (1 + beta) / (1 - beta)) / sigma;
         density += segment.amplitudes[p] * std::exp(-x * x / 2) /
                    (sigma * std::sqrt(2 * std::numbers::pi_v<long double>));
       }
@@ -124,10 +122,10 @@ TEST(Likelihood, GradientAndHessianAgreeWithDifferences) {
     made.sigma_ns = sigma_ns;
     made.length_ms = 0.5;
     Scene scene(made);
-    const FrameParameters at = {{scene.truth.delay_ns + 0.3 * sigma_ns,
-                                 scene.truth.drift_ns - 0.7 * sigma_ns},
-                                0.004,
-                                3e-4};
+    const FrameParameters at = {
+        {scene.truth.delay_ns + 0.3 * sigma_ns, scene.truth.drift_ns - 0.7 * sigma_ns},
+        0.004,
+        3e-4};
     const auto shifted = [&](int index, double by) {
       FrameParameters p = at;
       (index == 0   ? p.line.delay_ns
@@ -176,8 +174,8 @@ TEST(Likelihood, ProfileIsTheMaximumOverSignalAndBackground) {
   EXPECT_NEAR(point.gradient[background_index] * profile.parameters.background_per_ns, 0, 1e-6);
   // The gain is over a flat frame of the same count.
   const double n = static_cast<double>(scene.folded.size());
-  EXPECT_NEAR(profile.gain_nats,
-              profile.value - (n * std::log(n / scene.folded.seen_ns) - n), 1e-6);
+  EXPECT_NEAR(profile.gain_nats, profile.value - (n * std::log(n / scene.folded.seen_ns) - n),
+              1e-6);
   EXPECT_NEAR(profile.parameters.signal_per_pulse, 0.01, 0.002);
 }
 

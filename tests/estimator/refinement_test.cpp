@@ -51,9 +51,8 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
       NearSet near;
       Likelihood likelihood;
       Exposure exposure;
-    } problem{{scene.folded.size(), scene.folded.size()},
-              {*scene.shape, scene.folded.size()},
-              exposure};
+    } problem{
+        {scene.folded.size(), scene.folded.size()}, {*scene.shape, scene.folded.size()}, exposure};
     problem.near.collect(scene.folded, CombWindow(scene.comb, -2, 2), scene.comb.period_ns, start);
     nlopt_opt optimiser = nlopt_create(NLOPT_LD_LBFGS, 4);
     // In units of 0.1 ns, 0.1 ns, 1e-3 and 1e-4, so that all four matter alike.
@@ -110,8 +109,7 @@ TEST(Refinement, ATargetAtRestKeepsItsDrift) {
   Scene scene(0);
   const Exposure exposure(scene.folded, scene.comb);
   Refinement refinement(*scene.shape, scene.comb, scene.folded.size());
-  const Fit fit =
-      refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
+  const Fit fit = refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
   EXPECT_EQ(fit.parameters.line.drift_ns, 0);
   EXPECT_EQ(fit.covariance(drift_index, drift_index), 0);
   ASSERT_TRUE(fit.has_covariance);

@@ -15,7 +15,8 @@ TEST(Significance, ThresholdGrowsWithWhatIsSearched) {
   EXPECT_GT(base, significance_threshold_nats({378, 50, 0.1}, 1e-3));
   EXPECT_GT(base, significance_threshold_nats({3780, 50, 1}, 1e-3));
   EXPECT_GT(base, significance_threshold_nats({3780, 0, 0.1}, 1e-3));
-  // A tenth of the rate costs ln 10 nats, and a little less for the factor u before the exponential.
+  // A tenth of the rate costs ln 10 nats, and a little less for the factor u before the
+  // exponential.
   const double tenth = significance_threshold_nats({3780, 50, 0.1}, 1e-4);
   EXPECT_NEAR(tenth - base, 2.35, 0.1);
 }
@@ -25,8 +26,9 @@ TEST(Significance, ASingleLookIsTheNormalTail) {
   EXPECT_NEAR(significance_threshold_nats({1e-9, 0, 1}, 1e-3), 0.5 * 3.0902 * 3.0902, 1e-3);
 }
 
-// Background alone: no more frames claim a target than the rate asked for, within the count's spread,
-// and not so few that the rate means nothing. 300 frames at 10 %: 30 expected, deviation 5.2.
+// Background alone: no more frames claim a target than the rate asked for, within the count's
+// spread, and not so few that the rate means nothing. 300 frames at 10 %: 30 expected,
+// deviation 5.2.
 TEST(Significance, FalseAlarmsComeAtTheRateAskedFor) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);

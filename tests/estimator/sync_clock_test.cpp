@@ -96,6 +96,20 @@ TEST(SyncClock, MissingSyncsAreCountedByTime) {
   }
 }
 
+TEST(SyncClock, GapsTooLongToCountAtFirstCountOnceThePeriodIsKnownBetter) {
+  // 500 periods between syncs: at 500 ppm a quarter of a period each.
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SyncStream stream;
+    stream.missing = 0.998;
+    stream.jitter_ps = 200;
+    stream.period_ps *= 1 + 100e-6;
+    stream.end_ps = 1'000'000'000'000;
+    stream.seed = seed;
+    SCOPED_TRACE(seed);
+    expect_true_to(fit_of(stream), stream);
+  }
+}
+
 TEST(SyncClock, StraysAreRejectedAndCounted) {
   SyncStream stream;
   stream.strays = 0.3;
@@ -108,8 +122,9 @@ TEST(SyncClock, StraysAreRejectedAndCounted) {
 
 TEST(SyncClock, OfADoubleTheFirstIsTheSync) {
   for (const double doubled : {0.05, 1.0}) {
-    for (std::uint64_t seed = 1; seed < 6; ++seed) {
+    for (std::uint64_t seed = 1; seed < 20; ++seed) {
       SyncStream stream;
+      stream.double_after_ps = seed % 2 == 0 ? 3'000 : 300;
       stream.doubled = doubled;
       stream.seed = seed;
       stream.phase_ps = 0;  // so that a double may stand first
