@@ -277,8 +277,6 @@ std::optional<Found> grow(std::span<const double> syncs, std::size_t seed, Line 
 
 std::optional<Found> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
                                double drift, std::vector<double>& scratch) {
-  // Not the second of a double: it would put the line through all the second ones.
-  if (seed > 0 && syncs[seed] - syncs[seed - 1] < period_ps / 4) return std::nullopt;
   Walk walk(syncs[seed], period_ps, drift);
   const std::size_t end = std::min(syncs.size(), seed + first_walk);
   for (std::size_t i = seed + 1; i < end; ++i) walk.take(syncs[i]);

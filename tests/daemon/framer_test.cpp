@@ -375,6 +375,33 @@ TEST(Framer, SixteenTagsBackSetTheClockAnew) {
   EXPECT_TRUE(r.frames[5].sync.locked);
 }
 
+TEST(Framer, LateTagsAmongGoodOnesDoNotSetTheClock) {
+  std::vector<Tag> tags = TagStream{}.make();
+  for (std::size_t i = 0; i < 40; ++i) {
+    tags.insert(tags.begin() + 6'000 + 3 * std::ptrdiff_t(i), photon_tag(ms + std::int64_t(i), 1));
+  }
+  const Framed r = framed(tags);
+  expect_sums_close(r, tags.size());
+  EXPECT_EQ(r.totals.late, 40U);
+  EXPECT_EQ(r.totals.resets, 0U);
+  expect_seamless(r);
+}
+
+TEST(Framer, ALossGoesOnWhenTheClockIsSetAnew) {
+  std::vector<Tag> tags = without(TagStream{}.make(), 45 * ms, 1'000 * ms);
+  tags.push_back({45 * ms, 0, TagKind::loss_begin, {}});
+  tags.push_back({45 * ms, 0, TagKind::clock_break, {}});
+  tags.push_back(heartbeat_tag(0));
+  tags.push_back({2 * ms, 3, TagKind::loss_end, {}});
+  for (const Tag& tag : without(TagStream{}.make(), 0, 2 * ms)) tags.push_back(tag);
+  const Framed r = framed(tags);
+  expect_sums_close(r, events_in(tags));
+  expect_frames_whole(r);
+  EXPECT_NEAR(r.frames[4].seen_fraction, 0.5, 0.01);
+  EXPECT_NEAR(r.frames[5].seen_fraction, 0.8, 0.02);
+  EXPECT_EQ(r.frames[5].lost_tags, 3U);
+}
+
 TEST(Framer, AClockBreakSetsTheClockAnewAtOnce) {
   std::vector<Tag> tags = without(TagStream{}.make(), 45 * ms, 1'000 * ms);
   tags.push_back({45 * ms, 0, TagKind::clock_break, {}});

@@ -97,13 +97,13 @@ TEST(SyncClock, MissingSyncsAreCountedByTime) {
 }
 
 TEST(SyncClock, GapsTooLongToCountAtFirstCountOnceThePeriodIsKnownBetter) {
-  // 500 periods between syncs: at 500 ppm a quarter of a period each.
+  // 2000 periods between syncs: at 500 ppm that is one more or less.
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SyncStream stream;
-    stream.missing = 0.998;
+    stream.missing = 0.9995;
     stream.jitter_ps = 200;
     stream.period_ps *= 1 + 100e-6;
-    stream.end_ps = 1'000'000'000'000;
+    stream.end_ps = 4'000'000'000'000;
     stream.seed = seed;
     SCOPED_TRACE(seed);
     expect_true_to(fit_of(stream), stream);
