@@ -53,6 +53,7 @@ int parse_and_run(int argc, char** argv) {
   add_listen(app, action);
   add_check(app, action);
   add_pattern(app, action);
+  add_calibrate(app, action);
   check_command(app, argc, argv);
   try {
     app.parse(argc, argv);

@@ -37,7 +37,7 @@ class Framing : private FrameSink {
   // The publisher has released a slot.
   void notify_released() { released_.notify(); }
 
-  std::atomic<std::uint64_t> tags{0};       // events taken from the ring
+  std::atomic<std::uint64_t> tags{0};        // events taken from the ring
   std::atomic<std::size_t> highest_fill{0};  // tags in the ring; whoever reads it sets it to 0
   std::atomic<std::int64_t> last_arrival_ns{0};
   std::atomic<bool> diagnosed{false};

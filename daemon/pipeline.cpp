@@ -153,10 +153,9 @@ void Pipeline::Stages::publish_all(std::stop_source& stop) {
 }
 
 void Pipeline::Stages::publish(const LaneSlot& slot) {
-  const double latency_ms =
-      static_cast<double>(clock.steady_ns() - slot.frame.arrival_ns) / 1e6;
-  const FrameMessage message = make_frame_message(
-      slot.frame, slot.estimate, context, {slot.mid_unix_s, slot.compute_ms, latency_ms});
+  const double latency_ms = static_cast<double>(clock.steady_ns() - slot.frame.arrival_ns) / 1e6;
+  const FrameMessage message = make_frame_message(slot.frame, slot.estimate, context,
+                                                  {slot.mid_unix_s, slot.compute_ms, latency_ms});
   const std::string json = to_json(message);
   publisher.publish_frame(json);
   ++summary.frames;
@@ -184,8 +183,8 @@ StreamHealth Pipeline::Stages::health() {
   StreamHealth health;
   health.tags = framing->tags.load(std::memory_order_relaxed);
   health.last_arrival_ns = framing->last_arrival_ns.load(std::memory_order_relaxed);
-  health.ring_fill_ratio = static_cast<double>(framing->highest_fill.exchange(0)) /
-                           static_cast<double>(ring.capacity());
+  health.ring_fill_ratio =
+      static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
   return health;
 }

@@ -103,8 +103,8 @@ bool Publisher::wait_for_subscriber(std::chrono::milliseconds timeout) {
   greet();
   while (!socket_->frames_wanted && std::chrono::steady_clock::now() < until) {
     zmq::pollitem_t item{socket_->xpub.handle(), 0, ZMQ_POLLIN, 0};
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(
-        until - std::chrono::steady_clock::now());
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
     zmq::poll(&item, 1, std::min(left, std::chrono::milliseconds{100}));
     greet();
   }

@@ -87,9 +87,8 @@ std::string report_recording(const std::string& file) {
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
   std::string text =
-      format("%s: a PTU recording, T2, record type 0x%08" PRIx32 ", %.6g ps a tick\n",
-             file.c_str(), static_cast<std::uint32_t>(info.header.record_type),
-             info.header.resolution_s * 1e12);
+      format("%s: a PTU recording, T2, record type 0x%08" PRIx32 ", %.6g ps a tick\n", file.c_str(),
+             static_cast<std::uint32_t>(info.header.record_type), info.header.resolution_s * 1e12);
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);

@@ -30,8 +30,8 @@ void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_t
 }
 
 std::string describe(const FrameMessage& message) {
-  std::string text = format("frame %s, %s", grouped(message.sequence).c_str(),
-                            to_string(message.status));
+  std::string text =
+      format("frame %s, %s", grouped(message.sequence).c_str(), to_string(message.status));
   if (message.distance_m) text += format(", %.4f m", *message.distance_m);
   if (message.velocity_mps) text += format(", %+.3f m/s", *message.velocity_mps);
   return text;

@@ -7,16 +7,16 @@
 namespace splid {
 namespace {
 
+// Ends the stream also when the source fails: what it sent before still becomes frames.
 template <class Sink>
-std::exception_ptr run_into(Sink& sink, TagSource& source, const std::stop_token& stop) {
-  std::exception_ptr fault;
+void run_into(Sink&& sink, TagSource& source, const std::stop_token& stop) {
   try {
     source.run(sink, stop);
   } catch (...) {
-    fault = std::current_exception();
+    sink.finish();
+    throw;
   }
   sink.finish();
-  return fault;
 }
 
 }  // namespace
@@ -38,12 +38,15 @@ void SourceThread::run(TagSource& source, TagRing& ring, const std::stop_token& 
   // Either the caller's request, or this object's end, where nobody reads the ring any more.
   const std::stop_callback pass_on(stop, [this] { destroyed_.request_stop(); });
   const std::stop_token either = destroyed_.get_token();
-  if (source.info().live) {
-    DroppingSink sink(ring, either);
-    fault_ = run_into(sink, source, either);
-  } else {
-    WaitingSink sink(ring, either);
-    fault_ = run_into(sink, source, either);
+  try {
+    if (source.info().live) {
+      run_into(DroppingSink(ring, either), source, either);
+    } else {
+      run_into(WaitingSink(ring, either), source, either);
+    }
+  } catch (...) {
+    fault_ = std::current_exception();
+    ring.close();
   }
 }
 

@@ -28,8 +28,8 @@ const char* reason_of(FrameStatus status) {
 
 }  // namespace
 
-StatusReporter::StatusReporter(const Config& config, const SourceInfo& source,
-                               Publisher& publisher, const Clock& clock)
+StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
+                               const Clock& clock)
     : source_(source),
       publisher_(publisher),
       clock_(clock),
@@ -75,8 +75,7 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
 void StatusReporter::judge(const StreamHealth& health) {
   const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
   status_.reason.clear();
-  if (source_.live &&
-      static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
+  if (source_.live && static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
     status_.state = DaemonState::waiting_for_device;
     status_.reason = source_.name + " sends nothing, not even a heartbeat";
   } else if (last_frame_ == FrameStatus::not_run) {

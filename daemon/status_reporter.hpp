@@ -13,10 +13,10 @@ namespace splid {
 
 // What a stream is like at a moment.
 struct StreamHealth {
-  std::uint64_t tags = 0;             // taken from the source
-  std::int64_t last_arrival_ns = 0;   // of a tag or heartbeat; 0: none yet
-  double ring_fill_ratio = 0;         // highest since the last call
-  std::string sync_fault;             // a sentence; empty: none
+  std::uint64_t tags = 0;            // taken from the source
+  std::int64_t last_arrival_ns = 0;  // of a tag or heartbeat; 0: none yet
+  double ring_fill_ratio = 0;        // highest since the last call
+  std::string sync_fault;            // a sentence; empty: none
 };
 
 // Publishes `version` once and `status` once a second and on every change of state or reason.

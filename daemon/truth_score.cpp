@@ -66,11 +66,11 @@ std::optional<double> TruthScore::velocity_rmse_cmps() const {
 }
 
 std::string TruthScore::summary() const {
-  std::string text = format("%s frames, %s lost, %s valid, %s compared with the truth, %s wrong peaks "
-                            "(more than %g sigma off)",
-                            grouped(frames_).c_str(), grouped(lost_).c_str(),
-                            grouped(valid_).c_str(), grouped(compared_).c_str(),
-                            grouped(wrong_).c_str(), wrong_peak_sigmas);
+  std::string text = format(
+      "%s frames, %s lost, %s valid, %s compared with the truth, %s wrong peaks "
+      "(more than %g sigma off)",
+      grouped(frames_).c_str(), grouped(lost_).c_str(), grouped(valid_).c_str(),
+      grouped(compared_).c_str(), grouped(wrong_).c_str(), wrong_peak_sigmas);
   if (const auto rmse_mm = distance_rmse_mm()) text += format("; distance RMSE %.3f mm", *rmse_mm);
   if (const auto rmse = velocity_rmse_cmps()) text += format(", velocity RMSE %.3f cm/s", *rmse);
   return text;

@@ -41,10 +41,11 @@ void check_pattern(const std::string& file, const std::string& text) {
 
 void check_config(const std::string& file) {
   const Config config = load_config(file);
-  std::printf("%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n",
-              file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
-              describe_pattern(config.pattern).c_str(), config.frame.length_ms,
-              config.publish.endpoint.c_str());
+  std::printf(
+      "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n",
+      file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
+      describe_pattern(config.pattern).c_str(), config.frame.length_ms,
+      config.publish.endpoint.c_str());
 }
 
 int check(const CheckCommand& options) {

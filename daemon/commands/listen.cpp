@@ -45,7 +45,8 @@ std::string column(const char* pattern, const std::optional<double>& value, doub
 }
 
 constexpr const char* heading =
-    "        time s    distance m  +- mm   velocity m/s +- cm/s   S/pulse     b /s  photons  status";
+    "        time s    distance m  +- mm   velocity m/s +- cm/s   S/pulse     b /s  photons  "
+    "status";
 
 std::string frame_line(const FrameMessage& frame, const std::optional<FrameError>& error) {
   std::string line = format("%14.3f", frame.timestamp_s) + "  " +
@@ -155,14 +156,14 @@ int listen(ListenCommand options) {
 }
 
 void add_truth_options(CLI::App& command, ListenCommand& options) {
-  command.add_option("--truth", options.truth,
-                     "Truth of a simulated scene (FILE.truth.json): show each frame's error, sum up");
+  command.add_option(
+      "--truth", options.truth,
+      "Truth of a simulated scene (FILE.truth.json): show each frame's error, sum up");
   command
       .add_option("--max-distance-rmse-mm", options.limits.max_distance_rmse_mm,
                   "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
       ->check(CLI::PositiveNumber);
-  command
-      .add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps, "Likewise")
+  command.add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps, "Likewise")
       ->check(CLI::PositiveNumber);
 }
 
@@ -177,7 +178,8 @@ void add_listen(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({topic_frame, topic_status, topic_version}));
   command->add_flag("--json", options->json, "Print the messages as they are");
   command->add_option("--count,-n", options->count, "End after so many frames");
-  command->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
+  command
+      ->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
       ->check(CLI::PositiveNumber);
   add_truth_options(*command, *options);
   command->callback([&action, options] { action = [options] { return listen(*options); }; });

@@ -25,8 +25,8 @@ int record(const RecordCommand& options) {
   const Config config = load_config(options.config);
   const std::unique_ptr<TagSource> source = open_source(config);
   spdlog::info("source {}; recording into {}", source->info().name, options.output);
-  const CaptureSummary summary = capture(config, *source, options.output, options.force,
-                                         host_clock(), signals.token());
+  const CaptureSummary summary =
+      capture(config, *source, options.output, options.force, host_clock(), signals.token());
   spdlog::info("{}", describe(summary, options.output));
   return 0;
 }

@@ -1,3 +1,5 @@
+#include "drivers/replay/replay.hpp"
+
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -12,7 +14,6 @@
 #include "daemon/session.hpp"
 #include "daemon/stop_signals.hpp"
 #include "drivers/replay/recording_info.hpp"
-#include "drivers/replay/replay.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

@@ -43,8 +43,8 @@ int simulate(const SimulateCommand& options) {
   scene.seconds = options.seconds;
   scene.truth = truth_file(options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
-  const CaptureSummary summary = capture(config, *source, options.output, options.force,
-                                         host_clock(), signals.token());
+  const CaptureSummary summary =
+      capture(config, *source, options.output, options.force, host_clock(), signals.token());
   spdlog::info("{}; the truth is in {}", describe(summary, options.output), scene.truth);
   return 0;
 }
@@ -52,8 +52,8 @@ int simulate(const SimulateCommand& options) {
 }  // namespace
 
 void add_simulate(CLI::App& app, Action& action) {
-  CLI::App* command =
-      app.add_subcommand("simulate", "Write the configured scene to a PTU recording, and its truth");
+  CLI::App* command = app.add_subcommand(
+      "simulate", "Write the configured scene to a PTU recording, and its truth");
   const auto options = std::make_shared<SimulateCommand>();
   command->add_option("--config,-c", options->config, "Configuration file, driver simulator")
       ->required();

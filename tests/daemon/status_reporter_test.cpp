@@ -1,0 +1,114 @@
+#include "daemon/status_reporter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "daemon/subscriber.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/held_clock.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+FrameMessage frame(FrameStatus status) {
+  FrameMessage message;
+  message.status = status;
+  message.timestamp_s = 77;
+  message.lost_tags = 3;
+  return message;
+}
+
+class StatusReports : public ::testing::Test {
+ protected:
+  explicit StatusReports(bool live = true)
+      : reporter(config, SourceInfo{"scripted", live, {}}, publisher, clock) {
+    while (!publisher.wait_for_subscriber(milliseconds{5000})) {
+    }
+    reporter.start();
+  }
+
+  // What went out since the last call.
+  std::vector<std::string> published() {
+    std::vector<std::string> json;
+    while (const auto message = subscriber.receive(milliseconds{100})) {
+      if (message->topic == topic_status) json.push_back(message->json);
+    }
+    return json;
+  }
+
+  Config config = scene_config(0);
+  HeldClock clock;
+  Publisher publisher{config.publish.endpoint, 100};
+  Subscriber subscriber{publisher.endpoint(), {""}};
+  StatusReporter reporter;
+};
+
+TEST_F(StatusReports, ComeOnceASecondAndOnEveryChange) {
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\"")));
+  const StreamHealth health{1000, clock.steady_ns(), 0.25, ""};
+  reporter.tick(health);
+  EXPECT_THAT(published(), IsEmpty());
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"streaming\""), HasSubstr("0.25"),
+                                                      HasSubstr("1000"))));
+  clock.advance_ms(999);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_THAT(published(), IsEmpty());
+  clock.advance_ms(1);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_EQ(published().size(), 1u);
+}
+
+TEST_F(StatusReports, SayWhatIsWrong) {
+  const StreamHealth health{1, clock.steady_ns(), 0, "the syncs come at another period"};
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  reporter.frame_published(frame(FrameStatus::incomplete));
+  reporter.tick(health);
+  reporter.stop(health, "the cable came off");
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("another period")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("min_seen_fraction")),
+                               AllOf(HasSubstr("\"stopping\""), HasSubstr("the cable came off"))));
+}
+
+TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
+  const StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(200);
+  reporter.tick(health);
+  (void)published();
+  clock.advance_ms(1);
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"waiting_for_device\""),
+                                                      HasSubstr("scripted sends nothing"))));
+}
+
+class ReplayStatusReports : public StatusReports {
+ protected:
+  ReplayStatusReports() : StatusReports(false) {}
+};
+
+TEST_F(ReplayStatusReports, HaveTheRecordingsTimeAndAreNeverSilent) {
+  reporter.frame_published(frame(FrameStatus::ok));
+  clock.advance_ms(60'000);
+  reporter.tick({1, 0, 0, ""});
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"timestamp\":0"),
+                                   AllOf(HasSubstr("\"timestamp\":77"), HasSubstr("streaming"))));
+}
+
+}  // namespace
+}  // namespace splid
