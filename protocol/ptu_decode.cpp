@@ -170,7 +170,7 @@ Fraction fraction_of(double value) {
 }  // namespace
 
 PtuDecoder::PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t origin_ps)
-    : type_(type), numerator_(1), denominator_(1), origin_ps_(origin_ps) {
+    : type_(type), origin_ps_(origin_ps) {
   if (!(resolution_s >= 1e-15 && resolution_s <= 1e-3)) {
     throw Error(Fault::data, "PTU records: a resolution of " + number_text(resolution_s) +
                                  " s; it must be from 1e-15 to 1e-3 s");

@@ -45,8 +45,8 @@ class PtuDecoder {
   void scale(std::span<Tag> tags) const;
 
   PtuRecordType type_;
-  std::int64_t numerator_;  // ps a tick is numerator / denominator
-  std::int64_t denominator_;
+  std::int64_t numerator_ = 1;  // ps a tick is numerator / denominator
+  std::int64_t denominator_ = 1;
   std::int64_t origin_ps_;
   std::int64_t base_ticks_ = 0;
   std::uint64_t unknown_records_ = 0;
