@@ -157,6 +157,22 @@ TEST(FrameEstimator, AllPhotonsAtOneTimeAreNoException) {
   expect_all_finite(e);
 }
 
+// 10 ps of jitter at both ends of the frame: 4.2 cm/s that the photons know nothing of.
+TEST(FrameEstimator, TheClocksOwnUncertaintyIsInTheDeviations) {
+  test::FrameMaker made = paper_scene();
+  auto frame = made.make(1);
+  FrameEstimator estimator = estimator_for(made);
+  const Estimate sharp = estimator.estimate(frame.view());
+  frame.sync.std_period_ps = 10 * std::sqrt(2.0) / 13227;
+  frame.sync.std_phase_ps = 3;
+  const Estimate soft = estimator.estimate(frame.view());
+  EXPECT_EQ(sharp.velocity_mps, soft.velocity_mps);
+  EXPECT_NEAR(std::sqrt(std::pow(soft.std_velocity_mps, 2) - std::pow(sharp.std_velocity_mps, 2)),
+              0.042, 0.001);
+  EXPECT_NEAR(std::sqrt(std::pow(soft.std_delay_ns, 2) - std::pow(sharp.std_delay_ns, 2)), 0.003,
+              1e-5);
+}
+
 TEST(FrameEstimator, WithoutSyncThereIsNoEstimate) {
   test::FrameMaker made = paper_scene();
   auto frame = made.make(1);
