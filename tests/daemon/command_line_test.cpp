@@ -93,9 +93,7 @@ TEST_F(CommandLine, SaysItsVersionOnStandardOutput) {
 
 TEST_F(CommandLine, NamesTheNearestCommand) {
   expect_error({"repaly"}, 2, HasSubstr("no command 'repaly'; did you mean replay?"));
-  for (const char* later : {"calibrate", "upload", "devices", "tradeoff"}) {
-    expect_error({later}, 2, HasSubstr("no command"));
-  }
+  expect_error({"frobnicate"}, 2, HasSubstr("no command 'frobnicate'"));
 }
 
 TEST_F(CommandLine, UsageErrorsExitWithTwo) {
