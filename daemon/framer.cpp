@@ -126,16 +126,12 @@ void Framer::take(const Tag& tag) {
     lose(1);
     return;
   }
-  settle_suspect(tag.time_ps);
-  if (frame_ == nullptr) begin_frame(tag.time_ps, Ends::neither);
-  if (ends_ == Ends::neither && tag.time_ps < frame_->start_ps &&
-      ahead(frame_->start_ps, tag.time_ps) <= disorder_ps_) {
-    move_start(tag.time_ps);  // the stream's first tags, out of order
-  }
-  if (tag.time_ps < frame_->start_ps && !sets_back(tag.time_ps)) {
+  if (comes_late(tag.time_ps)) {
     ++totals_.late;
     lose(1);
-  } else if (tag.time_ps >= limit_ps_ && ahead(tag.time_ps, last_ps_) > disorder_ps_) {
+    return;
+  }
+  if (tag.time_ps >= limit_ps_ && ahead(tag.time_ps, last_ps_) > disorder_ps_) {
     suspect_ = tag;
   } else {
     admit(tag);
@@ -151,9 +147,7 @@ void Framer::take_control(const Tag& tag) {
     if (tag.kind != TagKind::heartbeat) report(tag.value);
     return;
   }
-  settle_suspect(tag.time_ps);
-  if (frame_ == nullptr) begin_frame(tag.time_ps, Ends::neither);
-  const bool early = tag.time_ps < frame_->start_ps && !sets_back(tag.time_ps);
+  const bool early = comes_late(tag.time_ps);
   if (tag.kind == TagKind::heartbeat) {
     if (early) return;
     if (ahead(tag.time_ps, last_ps_) > max_gap_ps_) {
@@ -176,7 +170,7 @@ void Framer::take_control(const Tag& tag) {
 }
 
 void Framer::break_clock() {
-  settle_suspect(last_ps_);
+  settle_last_suspect();
   if (frame_ != nullptr) cut_short();
   ++totals_.resets;
 }
@@ -197,13 +191,35 @@ void Framer::settle_suspect(std::int64_t next_ps) {
   }
 }
 
-// A tag before the open frame: true if it is one too many, and a frame was begun at it.
-bool Framer::sets_back(std::int64_t time_ps) {
-  if (++backward_run_ < backward_tags) return false;
+// No tag comes after it to tell: it is real unless so far ahead that it would be a jump.
+void Framer::settle_last_suspect() {
+  if (!suspect_) return;
+  const bool near = ahead(suspect_->time_ps, last_ps_) <= max_gap_ps_;
+  settle_suspect(near ? suspect_->time_ps : last_ps_);
+}
+
+// Whether a tag is before the open frame, also if that was begun only now, at a suspect.
+bool Framer::comes_late(std::int64_t time_ps) {
+  if (is_early(time_ps)) return true;
+  settle_suspect(time_ps);
+  return is_early(time_ps);
+}
+
+// Whether a tag is before the open frame; it says nothing about a suspect then. Begins a frame at
+// it where none is open, or where it is the last of so many in a row.
+bool Framer::is_early(std::int64_t time_ps) {
+  if (frame_ == nullptr) begin_frame(time_ps, Ends::neither);
+  if (time_ps >= frame_->start_ps) return false;
+  if (ends_ == Ends::neither && ahead(frame_->start_ps, time_ps) <= disorder_ps_) {
+    move_start(time_ps);  // the stream's first tags, out of order
+    return false;
+  }
+  if (++backward_run_ < backward_tags) return true;
+  settle_last_suspect();
   cut_short();
   ++totals_.resets;
   begin_frame(time_ps, Ends::neither);
-  return true;
+  return false;
 }
 
 void Framer::admit(const Tag& tag) {
@@ -390,10 +406,7 @@ std::int64_t Framer::reached_ps() const {
 }
 
 void Framer::finish() {
-  if (suspect_) {
-    const bool near = ahead(suspect_->time_ps, last_ps_) <= max_gap_ps_;
-    settle_suspect(near ? suspect_->time_ps : last_ps_);
-  }
+  settle_last_suspect();
   if (frame_ == nullptr) return;
   if (!held_.empty()) next_frame();
   const bool used = !frame_->photons_ps.empty() || !frame_->syncs_ps.empty() ||

@@ -79,7 +79,9 @@ class Framer {
   void take_control(const Tag& tag);
   void break_clock();
   void settle_suspect(std::int64_t next_ps);
-  bool sets_back(std::int64_t time_ps);
+  void settle_last_suspect();
+  bool comes_late(std::int64_t time_ps);
+  bool is_early(std::int64_t time_ps);
   void admit(const Tag& tag);
   void jump_gap(std::int64_t time_ps);
   void reach(std::int64_t time_ps, std::int64_t patience_ps);

@@ -329,6 +329,17 @@ TEST(Framer, ALongGapIsALossAndFramingStartsAnew) {
   EXPECT_TRUE(r.frames[3].sync.locked);
 }
 
+TEST(Framer, TheFirstTagsAfterAGapMayBeOutOfOrder) {
+  std::vector<Tag> tags = without(TagStream{}.make(), 25 * ms, 1'000 * ms);
+  tags.push_back(photon_tag(5 * second + 500'000, 1));
+  tags.push_back(photon_tag(5 * second, 1));
+  const Framed r = framed(tags);
+  expect_sums_close(r, tags.size());
+  expect_frames_whole(r);
+  EXPECT_EQ(r.totals.late, 0U);
+  EXPECT_EQ(r.frames[3].start_ps, 5 * second);
+}
+
 TEST(Framer, AStrayFarAheadCostsItselfAlone) {
   for (const std::int64_t ahead : {2 * ms, 50 * ms, 3 * second, 8'000'000 * second}) {
     std::vector<Tag> tags = TagStream{}.make();
