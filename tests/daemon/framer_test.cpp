@@ -602,7 +602,7 @@ std::vector<Tag> faulty_stream(std::uint64_t seed) {
         insert([&](auto t) { return photon_tag(t - off, 1); });
         break;
       case 1:
-        insert([&](auto t) { return photon_tag(t + off * off / ms, 1); });
+        insert([&](auto t) { return photon_tag(t + off / ms * off, 1); });
         break;
       case 2:
         insert([&](auto t) { return Tag{t, 0, TagKind::loss_begin, {}}; });
