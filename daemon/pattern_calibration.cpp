@@ -75,8 +75,8 @@ Pattern pattern_of(const Pattern& nominal, const std::vector<FoundPulse>& pulses
 Pattern calibrate_pattern(const Config& config, TagSource& source, const std::string& recording,
                           const std::stop_token& stop) {
   if (config.pattern.segments.size() != 1) {
-    throw Error(Fault::usage, config.pattern_file +
-                                  ": has several segments; patterns of one can be calibrated");
+    throw Error(Fault::usage,
+                config.pattern_file + ": has several segments; patterns of one can be calibrated");
   }
   const double nominal_ps = pattern_period_ps(config.pattern);
   PulseFinder finder(nominal_ps, config.pulse.sigma_ps);
@@ -91,8 +91,8 @@ Pattern calibrate_pattern(const Config& config, TagSource& source, const std::st
 
   if (finder.photons() == 0) {
     const FramerTotals& seen = framer.totals();
-    const std::string counts = grouped(seen.photons) + " photons, " + grouped(seen.syncs) +
-                               " syncs";
+    const std::string counts =
+        grouped(seen.photons) + " photons, " + grouped(seen.syncs) + " syncs";
     throw Error(Fault::data,
                 recording + ": " +
                     (framer.diagnosis() ? describe(*framer.diagnosis())

@@ -10,8 +10,8 @@
 namespace splid {
 
 // The pattern that a recording of a static target shows: the period from the syncs, the pulses from
-// the photons folded on it. Its times hold the target's own delay, so distances measured with it are
-// relative to that target.
+// the photons folded on it. Its times hold the target's own delay, so distances measured with it
+// are relative to that target.
 //
 // The configured pattern gives the nominal period; mode and range are kept where the recording has
 // as many pulses, otherwise the pattern is baseline (one pulse) or random (several).

@@ -281,14 +281,14 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double a = 1 + beta;
   const double c = p.line.delay_ns * per_drift;
   const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
-  // The pattern's clock is known no better than the syncs tell: its phase is the delay's, its period
-  // a velocity (by endpoints 4.2 cm/s with 10 ps of jitter in 50 ms, by regression 0.09).
-  estimate.std_delay_ns = std::hypot(std::sqrt(std::max(0.0, variance)) * frame.scale,
-                                     sync.std_phase_ps * ns_per_ps);
+  // The pattern's clock is known no better than the syncs tell: its phase is the delay's, its
+  // period a velocity (by endpoints 4.2 cm/s with 10 ps of jitter in 50 ms, by regression 0.09).
+  estimate.std_delay_ns =
+      std::hypot(std::sqrt(std::max(0.0, variance)) * frame.scale, sync.std_phase_ps * ns_per_ps);
   if (C(1, 1) > 0) {
     estimate.std_velocity_mps =
-        speed_of_light_mps * std::hypot(std::sqrt(C(1, 1)) * per_drift,
-                                        sync.std_period_ps / sync.period_ps / 2);
+        speed_of_light_mps *
+        std::hypot(std::sqrt(C(1, 1)) * per_drift, sync.std_period_ps / sync.period_ps / 2);
   }
   estimate.std_signal_per_pulse = std::sqrt(C(2, 2));
   estimate.std_background_per_ns = std::sqrt(C(3, 3));

@@ -4,8 +4,8 @@
 
 namespace splid {
 
-// The vector widths that the loops in *_kernels.cpp are compiled for. All levels of a kernel give the
-// same bits; wider ones are faster.
+// The vector widths that the loops in *_kernels.cpp are compiled for. All levels of a kernel give
+// the same bits; wider ones are faster.
 enum class VectorLevel {
   generic,    // any processor of the architecture
   x86_64_v3,  // AVX2

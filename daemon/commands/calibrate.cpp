@@ -47,8 +47,7 @@ int calibrate(const CalibrateCommand& options) {
     throw Error(Fault::usage, options.output + ": exists; --force writes over it");
   }
   const std::unique_ptr<TagSource> source = open_source(config);
-  const Pattern pattern =
-      calibrate_pattern(config, *source, options.recording, signals.token());
+  const Pattern pattern = calibrate_pattern(config, *source, options.recording, signals.token());
   if (signals.token().stop_requested()) {
     throw Error(Fault::usage, "stopped; " + options.output + " was not written");
   }

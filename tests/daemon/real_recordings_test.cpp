@@ -50,15 +50,15 @@ class RealRecordings : public ::testing::Test {
   std::string recording;
 };
 
-// A pulsed source at rest: the pattern is found in one detector's photons, then every frame measures
-// the period, the jitter and a velocity of zero (an independent fit: 0 to 2.6 cm/s, +- 1 to 2).
+// A pulsed source at rest: the pattern is found in one detector's photons, then every frame
+// measures the period, the jitter and a velocity of zero (an independent fit: 0 to 2.6 cm/s, +- 1
+// to 2).
 TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
-  folder.write("nominal.json",
-               R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
+                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
   for (const std::string input : {"1", "2"}) {
     const std::string found = folder.path("found" + input + ".json");
     const ProgramResult calibrated =
@@ -95,10 +95,9 @@ TEST_F(RealRecordings, HydraHarpWithoutSyncsSaysSo) {
     EXPECT_NE(checked.out.find(fact), std::string::npos) << fact << "\n" << checked.out;
   }
 
-  folder.write("pattern.json",
-               R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-               R"("unambiguous_delay_ps":3780000,"segments":[{"period_ps":3780000,)"
-               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  folder.write("pattern.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                               R"("unambiguous_delay_ps":3780000,"segments":[{"period_ps":3780000,)"
+                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
   const auto frames = replay(write_config("config.json", "[0,1]", "pattern.json"));
   ASSERT_EQ(frames.size(), 20U);
   std::uint64_t photons = 0;

@@ -1,0 +1,95 @@
+// Time a frame: the estimator alone, on [P]'s experiment and beside it. Scenes come from the
+// simulator's own physics in tests/support, seeds differ from frame to frame.
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <vector>
+
+#include "estimator/frame_estimator.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr int frames_made = 64;
+
+double thread_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+// Reports the median and the 99th percentile of the thread's own time a frame, beside the mean.
+void estimate(benchmark::State& state, const test::FrameMaker& made, Effort effort) {
+  EstimatorOptions options;
+  options.effort = effort;
+  std::vector<test::FrameMaker::Frame> frames;
+  double photons = 0;
+  std::size_t most = 0;
+  for (int n = 0; n < frames_made; ++n) {
+    frames.push_back(made.make(static_cast<std::uint64_t>(n)));
+    photons += static_cast<double>(frames.back().photons_ps.size()) / frames_made;
+    most = std::max(most, frames.back().photons_ps.size());
+  }
+  FrameEstimator estimator(made.pattern, {}, {}, options, made.length_ms, most);
+  estimator.estimate(frames.front().view());
+  std::vector<double> times_ms;
+  std::size_t next = 0;
+  double found = 0;
+  for (auto _ : state) {
+    const double begin = thread_ms();
+    const Estimate e = estimator.estimate(frames[next++ % frames.size()].view());
+    times_ms.push_back(thread_ms() - begin);
+    found += e.has_values ? 1 : 0;
+  }
+  std::sort(times_ms.begin(), times_ms.end());
+  state.counters["p50_ms"] = times_ms[times_ms.size() / 2];
+  state.counters["p99_ms"] = times_ms[times_ms.size() * 99 / 100];
+  state.counters["photons"] = photons;
+  state.counters["found"] = found / static_cast<double>(times_ms.size());
+}
+
+test::FrameMaker experiment(bool random) {
+  test::FrameMaker made;
+  made.pattern = random ? test::random_pattern(3780000, 40, 9000, 5)
+                        : test::interleaved_pattern({180000, 189000}, 3780000);
+  made.velocity_mps = random ? -140 : 10;
+  return made;
+}
+
+void interleaved(benchmark::State& state) { estimate(state, experiment(false), Effort::balanced); }
+BENCHMARK(interleaved)->Unit(benchmark::kMillisecond);
+
+void random(benchmark::State& state) { estimate(state, experiment(true), Effort::balanced); }
+BENCHMARK(random)->Unit(benchmark::kMillisecond);
+
+// A seventh of [P]'s signal.
+void weak(benchmark::State& state) {
+  test::FrameMaker made = experiment(true);
+  made.signal_per_pulse = 2e-4;
+  estimate(state, made, Effort::balanced);
+}
+BENCHMARK(weak)->Unit(benchmark::kMillisecond);
+
+// Every level of the search is gone through.
+void no_target(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.signal_per_pulse = 0;
+  estimate(state, made, Effort(state.range(0)));
+}
+BENCHMARK(no_target)->ArgName("effort")->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
+
+// Ten times the background: 100,000 photons.
+void bright_day(benchmark::State& state) {
+  test::FrameMaker made = experiment(true);
+  made.background_per_ns = 2e-3;
+  made.velocity_mps = 50;
+  estimate(state, made, Effort::balanced);
+}
+BENCHMARK(bright_day)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace splid
