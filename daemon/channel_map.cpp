@@ -18,7 +18,7 @@ ChannelMap::ChannelMap(const ChannelOptions& options) {
   }
   for (std::uint32_t kind = 0; kind < kinds; ++kind) {
     if (is_event(static_cast<TagKind>(kind))) continue;
-    std::fill_n(table_.begin() + kind * columns, columns, role_control);
+    std::fill_n(&table_[std::size_t{kind} * columns], columns, role_control);
   }
   for (const std::string& name : options.photon) add(parsed(name), role_photon);
   add(parsed(options.sync), role_sync);

@@ -62,7 +62,7 @@ TEST(ConfigSchema, IsWhatTheManualSays) {
   ASSERT_NE(begin, std::string::npos);
   expect_generated("docs/configuration.md",
                    manual.substr(0, begin) + mark + "\n" +
-                       testing::SchemaTable::of(ordered_json::parse(config_schema())));
+                       test::SchemaTable::of(ordered_json::parse(config_schema())));
 }
 
 }  // namespace

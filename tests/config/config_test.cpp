@@ -37,15 +37,15 @@ class ConfigTest : public ::testing::Test {
 
   std::string error_of(const std::string& sections) {
     const std::string file = write(sections);
-    return testing::error_text([&] { load_config(file); });
+    return test::error_text([&] { load_config(file); });
   }
 
   std::string error_of_text(const std::string& text) {
     const std::string file = folder_.write("c.json", text);
-    return testing::error_text([&] { load_config(file); });
+    return test::error_text([&] { load_config(file); });
   }
 
-  testing::TempFolder folder_;
+  test::TempFolder folder_;
 };
 
 TEST_F(ConfigTest, EveryOtherKeyHasADefault) {
@@ -153,9 +153,9 @@ TEST_F(ConfigTest, ATabulatedPulseNeedsACalibratedPattern) {
 
 TEST_F(ConfigTest, FilesThatCannotBeReadAreNamedWithTheirReason) {
   const std::string missing = folder_.path("missing.json");
-  EXPECT_EQ(testing::error_text([&] { load_config(missing); }),
+  EXPECT_EQ(test::error_text([&] { load_config(missing); }),
             missing + ": cannot be read: No such file or directory");
-  EXPECT_THAT(testing::error_text([&] { load_config(folder_.path("patterns")); }),
+  EXPECT_THAT(test::error_text([&] { load_config(folder_.path("patterns")); }),
               HasSubstr("patterns: cannot be read: Is a directory"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {"driver": "simulator"},
                   "pattern": {"file": "missing.json"}})"),

@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 std::string error_of(const std::string& text) {
-  return testing::error_text([&] { parse_json_text(text, "a.json"); });
+  return test::error_text([&] { parse_json_text(text, "a.json"); });
 }
 
 TEST(JsonText, ReadsJson) { EXPECT_EQ(parse_json_text("{\"a\": [1, 2]}", "")["a"][1], 2); }

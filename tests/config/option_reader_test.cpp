@@ -9,8 +9,8 @@
 namespace splid {
 namespace {
 
+using test::EveryOption;
 using ::testing::ElementsAre;
-using testing::EveryOption;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -24,7 +24,7 @@ EveryOption read(const std::string& text) {
 }
 
 std::string error_of(const std::string& text) {
-  return testing::error_text([&] { read(text); });
+  return test::error_text([&] { read(text); });
 }
 
 TEST(OptionReader, LeavesDefaultsWhereTheTextIsSilent) { EXPECT_EQ(read("{}"), EveryOption{}); }
@@ -96,7 +96,7 @@ TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
   EXPECT_EQ(value, INT64_MAX);
   reader.integer("b", value, 0, INT64_MAX, "");
   EXPECT_EQ(value, 9007199254740993);
-  EXPECT_THAT(testing::error_text([&] { reader.integer("c", value, 0, INT64_MAX, ""); }),
+  EXPECT_THAT(test::error_text([&] { reader.integer("c", value, 0, INT64_MAX, ""); }),
               HasSubstr("/c: 9.007199254740994e+15 is no whole number"));
 }
 

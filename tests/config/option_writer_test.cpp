@@ -8,7 +8,7 @@
 namespace splid {
 namespace {
 
-using testing::EveryOption;
+using test::EveryOption;
 
 std::string written(EveryOption options) {
   nlohmann::ordered_json object = nlohmann::ordered_json::object();

@@ -12,7 +12,7 @@ using nlohmann::ordered_json;
 ordered_json schema_of_every_option() {
   ordered_json schema;
   SchemaWriter writer(schema);
-  testing::EveryOption options;
+  test::EveryOption options;
   options.describe(writer);
   return schema;
 }

@@ -17,10 +17,10 @@
 namespace splid {
 namespace {
 
-using splid::testing::file_text;
-using splid::testing::Program;
-using splid::testing::ProgramResult;
-using splid::testing::run_program;
+using splid::test::file_text;
+using splid::test::Program;
+using splid::test::ProgramResult;
+using splid::test::run_program;
 using ::testing::AllOf;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
@@ -77,7 +77,7 @@ class CommandLine : public ::testing::Test {
     EXPECT_THAT(result.out, IsEmpty());
   }
 
-  splid::testing::TempFolder folder;
+  splid::test::TempFolder folder;
   std::string config;
 };
 

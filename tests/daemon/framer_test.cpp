@@ -711,7 +711,7 @@ TEST(Framer, TheDiagnosisAllocatesNothing) {
 }
 
 TEST(Framer, ARealRecordingGivesFramesThatLock) {
-  const auto file = test::real_recording("qutag_sync_t2.ptu");
+  const auto file = test::real_recording_path("qutag_sync_t2.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set SPLID_DATA";
   const std::vector<Tag> tags = test::ptu_tags(file);
   const Framed r =
@@ -731,7 +731,7 @@ TEST(Framer, ARealRecordingGivesFramesThatLock) {
 }
 
 TEST(Framer, ARealRecordingWithoutSyncsGivesFramesThatDoNot) {
-  const auto file = test::real_recording("hydraharp400_t2_hbt.ptu");
+  const auto file = test::real_recording_path("hydraharp400_t2_hbt.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set SPLID_DATA";
   const std::vector<Tag> tags = test::ptu_tags(file);
   const Framed r =

@@ -7,15 +7,15 @@
 
 #include "protocol/messages.hpp"
 #include "tests/support/program.hpp"
-#include "tests/support/real_recording_path.hpp"
+#include "tests/support/real_recording.hpp"
 
 // The built program on recordings of real instruments, from the pattern that is in them to frames.
 
 namespace splid {
 namespace {
 
-using splid::testing::ProgramResult;
-using splid::testing::run_program;
+using splid::test::ProgramResult;
+using splid::test::run_program;
 
 class RealRecordings : public ::testing::Test {
  protected:
@@ -46,7 +46,7 @@ class RealRecordings : public ::testing::Test {
     return frames;
   }
 
-  splid::testing::TempFolder folder;
+  splid::test::TempFolder folder;
   std::string recording;
 };
 

@@ -54,7 +54,7 @@ std::vector<Tag> read_back(const std::string& file) {
 }
 
 TEST(Recorder, WhatWasWrittenReadsBackInTheTaggersClock) {
-  const splid::testing::TempFolder folder;
+  const splid::test::TempFolder folder;
   const std::string file = folder.path("a.ptu");
   const std::vector<Tag> tags = some_tags(10'000);
   Recorder recorder(file, facts(), clock_from(1e9), false);
@@ -72,7 +72,7 @@ TEST(Recorder, WhatWasWrittenReadsBackInTheTaggersClock) {
 }
 
 TEST(Recorder, TheFileCanBeReadAtAnyMoment) {
-  const splid::testing::TempFolder folder;
+  const splid::test::TempFolder folder;
   const std::string file = folder.path("a.ptu");
   const std::vector<Tag> tags = some_tags(100);
   {
@@ -88,7 +88,7 @@ TEST(Recorder, TheFileCanBeReadAtAnyMoment) {
 }
 
 TEST(Recorder, LossesAreInTheHeaderFromTheNextFlush) {
-  const splid::testing::TempFolder folder;
+  const splid::test::TempFolder folder;
   const std::string file = folder.path("a.ptu");
   Recorder recorder(file, facts(), clock_from(0), false);
   recorder.write(std::vector<Tag>{photon_tag(1'000'000, 1),
@@ -103,7 +103,7 @@ TEST(Recorder, LossesAreInTheHeaderFromTheNextFlush) {
 }
 
 TEST(Recorder, RefusesToOverwriteUnlessToldTo) {
-  const splid::testing::TempFolder folder;
+  const splid::test::TempFolder folder;
   const std::string file = folder.write("a.ptu", "precious");
   try {
     const Recorder recorder(file, facts(), clock_from(0), false);
@@ -119,7 +119,7 @@ TEST(Recorder, RefusesToOverwriteUnlessToldTo) {
 }
 
 TEST(Recorder, AFullDiskIsADeviceErrorAndTheFileStaysReadable) {
-  const splid::testing::TempFolder folder;
+  const splid::test::TempFolder folder;
   const std::string file = folder.path("a.ptu");
   const std::vector<Tag> tags = some_tags(100'000);
   rlimit before{};

@@ -291,7 +291,7 @@ std::vector<std::int64_t> real_syncs(const std::filesystem::path& file) {
 }
 
 TEST(SyncClock, EveryFrameOfARealTaggerHasItsPeriodAndJitter) {
-  const auto file = test::real_recording("qutag_sync_t2.ptu");
+  const auto file = test::real_recording_path("qutag_sync_t2.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set SPLID_DATA";
   const std::vector<std::int64_t> syncs = real_syncs(file);
   ASSERT_EQ(syncs.size(), 105'600U);

@@ -76,7 +76,7 @@ TEST(SyncPeriod, EpochFarFromZero) {
 }
 
 TEST(SyncPeriod, OfARealTaggerThatKeepsSyncsNextToPhotons) {
-  const auto file = test::real_recording("qutag_sync_t2.ptu");
+  const auto file = test::real_recording_path("qutag_sync_t2.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set SPLID_DATA";
   std::vector<std::int64_t> syncs;
   for (const Tag& tag : test::ptu_tags(file)) {

@@ -11,6 +11,7 @@
 #include "protocol/error.hpp"
 #include "protocol/ptu_header.hpp"
 #include "tests/support/ptu_bytes.hpp"
+#include "tests/support/real_recording.hpp"
 
 namespace splid {
 namespace {
@@ -247,9 +248,10 @@ Streamed stream(const std::vector<std::byte>& file) {
 }
 
 TEST(PtuDecode, HydraHarpRecording) {
-  const auto file = test::real_recording("hydraharp400_t2_hbt.ptu");
-  if (!file) GTEST_SKIP() << "needs hydraharp400_t2_hbt.ptu in the folder SPLID_DATA";
-  const Streamed streamed = stream(*file);
+  const auto file = test::real_recording_path("hydraharp400_t2_hbt.ptu");
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "needs hydraharp400_t2_hbt.ptu in the folder SPLID_DATA";
+  const Streamed streamed = stream(test::file_bytes(file));
   EXPECT_THAT(streamed.counts,
               ElementsAre(testing::Pair("photon 0", 159'298), testing::Pair("photon 1", 224'721)));
   EXPECT_EQ(streamed.overflow_records, 25'463U);
@@ -260,9 +262,10 @@ TEST(PtuDecode, HydraHarpRecording) {
 }
 
 TEST(PtuDecode, QutagRecording) {
-  const auto file = test::real_recording("qutag_sync_t2.ptu");
-  if (!file) GTEST_SKIP() << "needs qutag_sync_t2.ptu in the folder SPLID_DATA";
-  const Streamed streamed = stream(*file);
+  const auto file = test::real_recording_path("qutag_sync_t2.ptu");
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "needs qutag_sync_t2.ptu in the folder SPLID_DATA";
+  const Streamed streamed = stream(test::file_bytes(file));
   EXPECT_THAT(streamed.counts,
               ElementsAre(testing::Pair("photon 1", 43'736), testing::Pair("photon 2", 62'437),
                           testing::Pair("sync 0", 105'600)));

@@ -9,6 +9,7 @@
 
 #include "protocol/error.hpp"
 #include "tests/support/ptu_bytes.hpp"
+#include "tests/support/real_recording.hpp"
 
 namespace splid {
 namespace {
@@ -165,9 +166,10 @@ TEST(PtuHeader, RefusesOtherFiles) {
 }
 
 TEST(PtuHeader, HydraHarpRecording) {
-  const auto file = test::real_recording("hydraharp400_t2_hbt.ptu");
-  if (!file) GTEST_SKIP() << "needs hydraharp400_t2_hbt.ptu in the folder SPLID_DATA";
-  const auto header = parse_ptu_header(*file, true);
+  const auto file = test::real_recording_path("hydraharp400_t2_hbt.ptu");
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "needs hydraharp400_t2_hbt.ptu in the folder SPLID_DATA";
+  const auto header = parse_ptu_header(test::file_bytes(file), true);
   EXPECT_EQ(header->header_bytes, 4'392U);
   EXPECT_EQ(header->tags.size(), 87U);
   EXPECT_EQ(header->record_type, PtuRecordType::hydra_harp_v2);

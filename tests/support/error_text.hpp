@@ -4,7 +4,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid::testing {
+namespace splid::test {
 
 // What the Error thrown by `call` says; empty where it throws none.
 template <class Call>
@@ -17,4 +17,4 @@ std::string error_text(const Call& call) {
   return "";
 }
 
-}  // namespace splid::testing
+}  // namespace splid::test

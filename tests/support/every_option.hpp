@@ -8,7 +8,7 @@
 
 #include "protocol/options.hpp"
 
-namespace splid::testing {
+namespace splid::test {
 
 // A member of every kind that a configuration knows.
 struct EveryOption {
@@ -60,4 +60,4 @@ struct EveryOption {
   }
 };
 
-}  // namespace splid::testing
+}  // namespace splid::test

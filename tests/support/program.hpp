@@ -14,7 +14,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace splid::testing {
+namespace splid::test {
 
 // What a run of the built program came to.
 struct ProgramResult {
@@ -77,4 +77,4 @@ inline ProgramResult run_program(const std::vector<std::string>& arguments) {
   return Program(arguments).wait();
 }
 
-}  // namespace splid::testing
+}  // namespace splid::test

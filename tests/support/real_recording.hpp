@@ -16,7 +16,7 @@ namespace splid::test {
 
 // A recording of a real instrument, in the folder that SPLID_DATA names or beside the source. They
 // are other people's data and not part of the repository; tests skip where the file is absent.
-inline std::filesystem::path real_recording(const std::string& name) {
+inline std::filesystem::path real_recording_path(const std::string& name) {
   const char* folder = std::getenv("SPLID_DATA");
   if (folder != nullptr) return std::filesystem::path(folder) / name;
   return std::filesystem::path(SPLID_SOURCE_DIR) / ".." / "shared" / "data" / name;

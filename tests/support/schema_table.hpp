@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-namespace splid::testing {
+namespace splid::test {
 
 // Writes a configuration's JSON schema as Markdown: a heading and a table for each section, a row
 // for each key.
@@ -131,4 +131,4 @@ class SchemaTable {
   std::string text_;
 };
 
-}  // namespace splid::testing
+}  // namespace splid::test

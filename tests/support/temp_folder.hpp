@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace splid::testing {
+namespace splid::test {
 
 // A folder of the test's own, gone with it.
 class TempFolder {
@@ -36,4 +36,4 @@ class TempFolder {
   std::string path_;
 };
 
-}  // namespace splid::testing
+}  // namespace splid::test

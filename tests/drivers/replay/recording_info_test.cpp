@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "tests/support/made_recording.hpp"
-#include "tests/support/real_recording_path.hpp"
+#include "tests/support/real_recording.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
@@ -20,7 +20,7 @@ using test::recording;
 using test::sync_record;
 
 TEST(RecordingInfo, CountsKindsAndChannels) {
-  const testing::TempFolder folder;
+  const test::TempFolder folder;
   PtuFacts facts = counted(0);
   facts.origin_ps = 1'000'000'000'000;
   const std::string file = folder.write(
@@ -46,7 +46,7 @@ TEST(RecordingInfo, CountsKindsAndChannels) {
 }
 
 TEST(RecordingInfo, StepsBackAreCounted) {
-  const testing::TempFolder folder;
+  const test::TempFolder folder;
   const RecordingInfo info = scan_recording(folder.write(
       "made.ptu", recording(counted(3), {photon_record(1, 3'000'000), photon_record(1, 2'000'000),
                                          photon_record(1, 1'999'999)})));
@@ -54,14 +54,14 @@ TEST(RecordingInfo, StepsBackAreCounted) {
 }
 
 TEST(RecordingInfo, NothingInItIsSaid) {
-  const testing::TempFolder folder;
+  const test::TempFolder folder;
   const RecordingInfo info = scan_recording(folder.write("made.ptu", recording(counted(0), {})));
   EXPECT_FALSE(info.first_ps);
   EXPECT_EQ(channels_in_words(info), "no tags");
 }
 
 TEST(RecordingInfo, EndsAtMaxTags) {
-  const testing::TempFolder folder;
+  const test::TempFolder folder;
   std::string content = recording(counted(200'000), {});
   for (int i = 0; i < 200'000; ++i) content.append({1, 0, 0, 2});
   const RecordingInfo info = scan_recording(folder.write("made.ptu", content), 1000);

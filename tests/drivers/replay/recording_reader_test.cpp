@@ -42,7 +42,7 @@ class RecordingReaderTest : public ::testing::Test {
     return all;
   }
 
-  testing::TempFolder folder_;
+  test::TempFolder folder_;
   std::vector<std::string> warnings_;
   std::uint64_t records_ = 0;
   std::size_t header_bytes_ = 0;
@@ -109,15 +109,15 @@ TEST_F(RecordingReaderTest, HeadersLargerThanItsMemoryAreRead) {
 
 TEST_F(RecordingReaderTest, ErrorsNameTheFileAndThePlace) {
   const auto error = [this](const std::string& content) {
-    return testing::error_text([&] { read(content); });
+    return test::error_text([&] { read(content); });
   };
   const std::string whole = recording(counted(1), {photon_record(1, 5)});
   EXPECT_THAT(error("no recording"), AllOf(HasSubstr("made.ptu"), HasSubstr("byte")));
   EXPECT_THAT(error(""), AllOf(HasSubstr("made.ptu"), HasSubstr("byte")));
   EXPECT_THAT(error(whole.substr(0, 300)), AllOf(HasSubstr("made.ptu"), HasSubstr("byte")));
-  EXPECT_THAT(testing::error_text([] { RecordingReader("/nonexistent.ptu", [](auto&) {}); }),
+  EXPECT_THAT(test::error_text([] { RecordingReader("/nonexistent.ptu", [](auto&) {}); }),
               AllOf(HasSubstr("/nonexistent.ptu"), HasSubstr("No such file")));
-  EXPECT_THAT(testing::error_text([this] { RecordingReader(folder_.path(""), [](auto&) {}); }),
+  EXPECT_THAT(test::error_text([this] { RecordingReader(folder_.path(""), [](auto&) {}); }),
               AllOf(HasSubstr("byte 0"), HasSubstr("directory")));
 }
 

@@ -12,7 +12,7 @@
 #include "protocol/error.hpp"
 #include "protocol/ptu_encode.hpp"
 #include "tests/support/made_recording.hpp"
-#include "tests/support/real_recording_path.hpp"
+#include "tests/support/real_recording.hpp"
 #include "tests/support/scene_runs.hpp"
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/vector_sink.hpp"
@@ -50,7 +50,7 @@ class Replay : public ::testing::Test {
     return sink.tags;
   }
 
-  testing::TempFolder folder_;
+  test::TempFolder folder_;
   Pattern pattern_ = test::paper_pattern();
   SourceContext context_;
   std::vector<std::string> warnings_;

@@ -66,7 +66,7 @@ TEST(SceneTruth, EndsWithTheStreamAndIsBounded) {
 }
 
 TEST(SceneTruth, IsOnDiskBeforeTheFirstTag) {
-  const testing::TempFolder folder;
+  const test::TempFolder folder;
   const Pattern pattern = test::paper_pattern();
   SimulatorOptions options = test::noiseless_scene();
   options.truth = folder.path("scene.truth.json");
@@ -88,7 +88,7 @@ TEST(SceneTruth, AFileThatCannotBeWrittenIsNamed) {
   SimulatorOptions options;
   options.seconds = 0.01;
   options.truth = "/nonexistent/scene.truth.json";
-  EXPECT_THAT(testing::error_text([&] { write_truth_file(options); }),
+  EXPECT_THAT(test::error_text([&] { write_truth_file(options); }),
               ::testing::AllOf(::testing::HasSubstr("/nonexistent/scene.truth.json"),
                                ::testing::HasSubstr("No such file")));
 }
