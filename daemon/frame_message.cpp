@@ -41,7 +41,8 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.distance_m = m_per_ns_of_delay * estimate.delay_ns - context.range_offset_m;
   message.std_distance_m = m_per_ns_of_delay * estimate.std_delay_ns;
   message.velocity_mps = estimate.velocity_mps;
-  message.std_velocity_mps = estimate.std_velocity_mps;
+  // A target taken to be at rest has a velocity and no deviation of it.
+  if (estimate.std_velocity_mps > 0) message.std_velocity_mps = estimate.std_velocity_mps;
   message.signal_per_pulse = estimate.signal_per_pulse;
   message.std_signal_per_pulse = estimate.std_signal_per_pulse;
   message.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
@@ -58,8 +59,8 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
   message.background_per_period = estimate.background_per_ns * period_ps * ns_per_ps;
   if (estimate.has_values) {
     message.std_background_per_s = estimate.std_background_per_ns * ns_per_s;
-    message.significance = estimate.significance_nats;
   }
+  if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 
 FrameMessage::Sync sync_message(const SyncFit& fit) {

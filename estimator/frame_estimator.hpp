@@ -26,7 +26,7 @@ class FrameEstimator {
   ~FrameEstimator();
   FrameEstimator(FrameEstimator&&) noexcept;
 
-  Estimate estimate(const FrameView& frame);
+  Estimate estimate(const FrameView& view);
 
  private:
   struct Workspace;

@@ -53,7 +53,7 @@ class Likelihood {
   // At the parameters, with `near` collected about some line not too far (its window must hold all
   // entries that matter).
   LikelihoodPoint evaluate(const NearSet& near, const Exposure& exposure,
-                           const FrameParameters& parameters);
+                           const FrameParameters& at);
 
   // For a line, the best signal fraction f = S A / (S A + b t), in [0, 1], and the value there,
   // with the total count matched (S A + b t = N, which holds at every maximum inside S, b > 0).

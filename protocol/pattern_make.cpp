@@ -56,7 +56,7 @@ std::int64_t common_multiple_ps(const std::vector<std::int64_t>& periods_ps) {
   std::int64_t multiple_ps = 1;
   for (const std::int64_t period_ps : periods_ps) {
     const std::int64_t factor = period_ps / std::gcd(multiple_ps, period_ps);
-    if (multiple_ps > max_period_ps / factor) {
+    if (factor > max_period_ps / multiple_ps) {
       refuse(
           "the least common multiple of the periods is above 1e12 ps (1 s); choose periods with "
           "a large common divisor, such as 180000 and 189000 ps");
