@@ -142,15 +142,10 @@ TEST(Pipeline, PublishesWhatCameBeforeTheSourceFailed) {
 TEST(Pipeline, StopDrainsWhatCame) {
   const Config config = scene_config(0);
   std::stop_source stop;
-  std::jthread stopper([&] {
-    std::this_thread::sleep_for(milliseconds{200});
-    stop.request_stop();
-  });
-  const Outcome outcome =
-      run(config,
-          std::make_unique<ScriptedSource>(steady_tags(20'000), SourceInfo{"script", true, {}},
-                                           ScriptedSource::End::until_stopped),
-          stop.get_token());
+  auto source = std::make_unique<ScriptedSource>(
+      steady_tags(20'000), SourceInfo{"script", true, {}}, ScriptedSource::End::until_stopped);
+  source->stop_when_sent(stop);
+  const Outcome outcome = run(config, std::move(source), stop.get_token());
   EXPECT_EQ(outcome.summary.tags.events + outcome.summary.discarded_tags, 20'200u);
   EXPECT_EQ(outcome.summary.discarded_tags, 0u);
   EXPECT_EQ(outcome.frames.size(), 2u);  // 75.6 ms

@@ -22,6 +22,9 @@ class ScriptedSource final : public TagSource {
   ScriptedSource(std::vector<Tag> tags, SourceInfo info, End end = End::stream)
       : tags_(std::move(tags)), info_(std::move(info)), end_(end) {}
 
+  // For End::until_stopped: asks for that stop itself once all tags are sent.
+  void stop_when_sent(std::stop_source stop) { when_sent_ = std::move(stop); }
+
   [[nodiscard]] SourceInfo info() const override { return info_; }
 
   void run(TagSink& sink, std::stop_token stop) override {
@@ -33,6 +36,7 @@ class ScriptedSource final : public TagSource {
       sink.publish(room.size());
       left = left.subspan(room.size());
     }
+    when_sent_.request_stop();
     if (end_ == End::error) throw Error(Fault::device, "scripted source: the cable came off");
     while (end_ == End::until_stopped && !stop.stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds{1});
@@ -43,6 +47,7 @@ class ScriptedSource final : public TagSource {
   std::vector<Tag> tags_;
   SourceInfo info_;
   End end_;
+  std::stop_source when_sent_{std::nostopstate};
 };
 
 }  // namespace splid
