@@ -1,5 +1,6 @@
 #include "estimator/folded_frame.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/search_dispatch.hpp"
@@ -7,15 +8,30 @@
 
 namespace splid {
 
-FoldedFrame::FoldedFrame(std::size_t max_photons) {
-  phase_ns.reserve(max_photons);
-  time_ns.reserve(max_photons);
+FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns)
+    : reach_ns_(reach_ns) {
+  for (auto* values : {&phase_ns, &time_ns}) values->reserve(max_photons);
   phase_32.reserve(max_photons);
+  group_end.reserve(train.stretches.size() + 1);
   lost_begin_ns.reserve(64);
   lost_end_ns.reserve(64);
+  if (train.single()) return;
+  group_.reserve(max_photons);
+  for (auto* values : {&phases_, &times_}) values->reserve(max_photons);
+  phases_32_.reserve(max_photons);
 }
 
-void FoldedFrame::fold(const FrameView& frame, double period_ns) {
+void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
+  fold_times(frame, train.period_ns);
+  group_end.clear();
+  if (train.single()) {
+    group_end.push_back(size());
+  } else {
+    group_by_stretch(train);
+  }
+}
+
+void FoldedFrame::fold_times(const FrameView& frame, double period_ns) {
   const std::size_t count = frame.photons_ps.size();
   phase_ns.resize(count);
   time_ns.resize(count);
@@ -48,6 +64,38 @@ void FoldedFrame::fold(const FrameView& frame, double period_ns) {
   }
 }
 
+void FoldedFrame::group_by_stretch(const PulseTrain& train) {
+  const std::size_t between = train.stretches.size();
+  group_.resize(size());
+  group_end.assign(between + 1, 0);
+  for (std::size_t i = 0; i < size(); ++i) {
+    const std::size_t s = train.stretch_at(phase_ns[i]);
+    const PulseTrain::Stretch& stretch = train.stretches[s];
+    const double since = phase_ns[i] - stretch.begin_ns;
+    const double turns = since / stretch.comb.period_ns;
+    phase_32[i] = static_cast<std::uint32_t>(
+        static_cast<std::uint64_t>((turns - std::floor(turns)) * 0x1p32));
+    const bool sure = stretch.copies > 0 && since >= train.circle_ns + reach_ns_ &&
+                      phase_ns[i] < stretch.end_ns - reach_ns_;
+    group_[i] = static_cast<std::uint8_t>(sure ? s : between);
+    ++group_end[group_[i]];
+  }
+  for (std::size_t k = 1; k <= between; ++k) group_end[k] += group_end[k - 1];
+
+  phases_ = phase_ns;
+  times_ = time_ns;
+  phases_32_ = phase_32;
+  std::vector<std::size_t>& next = group_end;  // filled from the back, ends as the groups' begins
+  for (std::size_t i = size(); i-- > 0;) {
+    const std::size_t to = --next[group_[i]];
+    phase_ns[to] = phases_[i];
+    time_ns[to] = times_[i];
+    phase_32[to] = phases_32_[i];
+  }
+  std::rotate(next.begin(), next.begin() + 1, next.end());
+  next.back() = size();
+}
+
 NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
   residual_ns.reserve(max_entries);
   position.reserve(max_entries);
@@ -57,33 +105,61 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
   picked_.reserve(max_photons);
 }
 
-void NearSet::collect(const FoldedFrame& frame, const CombWindow& window, double period_ns,
-                      DelayLine about) {
+void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                      const PulseTrain& train, DelayLine about) {
   line = about;
   residual_ns.clear();
   position.clear();
   amplitude.clear();
   first.clear();
-  phase_32_.resize(frame.size());
-  picked_.resize(frame.size());
-  const SearchKernels& kernels = best_search_kernels();
-  const double slope = about.drift_ns / frame.length_ns;
-  const double to_32 = 0x1p32 / period_ns;
-  kernels.line_phases(phase_32_.data(), frame.phase_32.data(), frame.time_ns.data(),
-                      std::remainder(about.delay_ns, period_ns) * to_32, slope * to_32,
-                      frame.size());
-  const std::size_t picked =
-      kernels.pick(picked_.data(), phase_32_.data(), window.flags(), window.shift(), frame.size());
-  // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
-  for (std::size_t n = 0; n < picked; ++n) {
-    const std::size_t i = picked_[n];
-    const double coarse = phase_32_[i] / to_32;
-    const double phase = frame.phase_ns[i] - about.delay_ns - slope * frame.time_ns[i];
-    add_photon(frame, i, coarse + std::remainder(phase - coarse, period_ns),
-               window.candidates(phase_32_[i]), window);
+  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+    collect_group(frame, frame.group_begin(s), frame.group_end[s], windows[s], train.stretches[s]);
   }
+  if (!train.single()) collect_between(frame, windows, train);
   far_photons = frame.size() - first.size();
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
+}
+
+void NearSet::collect_group(const FoldedFrame& frame, std::size_t begin, std::size_t end,
+                            const CombWindow& window, const PulseTrain::Stretch& stretch) {
+  const std::size_t count = end - begin;
+  phase_32_.resize(count);
+  picked_.resize(count);
+  const SearchKernels& kernels = best_search_kernels();
+  const double period_ns = stretch.comb.period_ns;
+  const double slope = line.drift_ns / frame.length_ns;
+  const double to_32 = 0x1p32 / period_ns;
+  kernels.line_phases(phase_32_.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
+                      std::remainder(line.delay_ns, period_ns) * to_32, slope * to_32, count);
+  const std::size_t picked =
+      kernels.pick(picked_.data(), phase_32_.data(), window.flags(), window.shift(), count);
+  // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
+  for (std::size_t n = 0; n < picked; ++n) {
+    const std::size_t i = begin + picked_[n];
+    const std::uint32_t phase_32 = phase_32_[picked_[n]];
+    const double coarse = phase_32 / to_32;
+    const double phase =
+        frame.phase_ns[i] - stretch.begin_ns - line.delay_ns - slope * frame.time_ns[i];
+    add_photon(frame, i, coarse + std::remainder(phase - coarse, period_ns),
+               window.candidates(phase_32), window);
+  }
+}
+
+// The line says when these photons left, and so in which stretch.
+void NearSet::collect_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                              const PulseTrain& train) {
+  const double slope = line.drift_ns / frame.length_ns;
+  for (std::size_t i = frame.group_begin(train.stretches.size()); i < frame.size(); ++i) {
+    double left = frame.phase_ns[i] - line.delay_ns - slope * frame.time_ns[i];
+    left -= train.period_ns * std::floor(left / train.period_ns);
+    const std::size_t s = train.stretch_at(left);
+    const PulseTrain::Stretch& stretch = train.stretches[s];
+    double turns = (left - stretch.begin_ns) / stretch.comb.period_ns;
+    turns -= std::floor(turns);
+    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
+    add_photon(frame, i, turns * stretch.comb.period_ns, windows[s].candidates(phase_32),
+               windows[s]);
+  }
 }
 
 void NearSet::add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,

@@ -7,6 +7,7 @@
 
 #include "estimator/comb.hpp"
 #include "estimator/frame.hpp"
+#include "estimator/pulse_train.hpp"
 
 namespace splid {
 
@@ -18,20 +19,40 @@ namespace splid {
 // time, (t - tau / (1 - beta)) (1 - beta) / (1 + beta) = t - D - g t, g = 2 beta / (1 + beta).
 //
 // Design note: g is kept, never 1 - g: at v = 10 nm/s g is 6.7e-17, which 1 - g would lose.
+//
+// Photons stand in groups, one for each stretch of the pulse train: those that can only have left
+// in the stretch in which they came. In a train of several stretches a last group holds those that
+// came so soon after a stretch's begin that they may have left in the one before, and those of
+// stretches whose period does not fit into the circle of delays.
 struct FoldedFrame {
-  std::vector<double> phase_ns;                    // in [0, period)
+  std::vector<double> phase_ns;                    // in [0, pattern period)
   std::vector<double> time_ns;                     // from mid-frame, in [-length / 2, length / 2]
-  std::vector<std::uint32_t> phase_32;             // phase in 2^-32 of a period: wraps by itself
+  std::vector<std::uint32_t> phase_32;             // from the stretch's begin, in 2^-32 of its
+                                                   // comb's period: wraps by itself
+  std::vector<std::size_t> group_end;              // photons of group k end here
   double length_ns = 0;                            // t_a
   double seen_ns = 0;                              // t_a less losses, in the tagger's clock
   double scale = 1;                                // measured over calibrated period
   std::vector<double> lost_begin_ns, lost_end_ns;  // losses, from mid-frame
 
-  // Room for max_photons without allocation.
-  explicit FoldedFrame(std::size_t max_photons);
-  // The frame must be locked to its syncs.
-  void fold(const FrameView& frame, double period_ns);
+  // Room for max_photons without allocation. reach_ns: how far a photon may lie from where a target
+  // with a delay in the train's circle has it at mid-frame (half the largest drift).
+  FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns = 0);
+  // The frame must be locked to its syncs; the train is the constructor's.
+  void fold(const FrameView& frame, const PulseTrain& train);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
+  [[nodiscard]] std::size_t group_begin(std::size_t group) const {
+    return group == 0 ? 0 : group_end[group - 1];
+  }
+
+ private:
+  void fold_times(const FrameView& frame, double period_ns);
+  void group_by_stretch(const PulseTrain& train);
+
+  double reach_ns_;
+  std::vector<std::uint8_t> group_;       // scratch: one a photon
+  std::vector<double> phases_, times_;    // scratch
+  std::vector<std::uint32_t> phases_32_;  // scratch
 };
 
 // A line through a folded frame: where a moving target's photons lie.
@@ -52,12 +73,17 @@ struct NearSet {
 
   // Room for sets of up to max_entries from frames of up to max_photons without allocation.
   NearSet(std::size_t max_photons, std::size_t max_entries);
-  void collect(const FoldedFrame& frame, const CombWindow& window, double period_ns,
-               DelayLine about);
+  // windows: one for each stretch of the train.
+  void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
+               const PulseTrain& train, DelayLine about);
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 
  private:
+  void collect_group(const FoldedFrame& frame, std::size_t begin, std::size_t end,
+                     const CombWindow& window, const PulseTrain::Stretch& stretch);
+  void collect_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                       const PulseTrain& train);
   void add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
                   std::span<const CombWindow::Pulse> pulses, const CombWindow& window);
 

@@ -6,12 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "estimator/comb.hpp"
 #include "estimator/folded_frame.hpp"
 #include "estimator/likelihood.hpp"
 #include "estimator/line_search.hpp"
 #include "estimator/pulse_shape.hpp"
+#include "estimator/pulse_train.hpp"
 #include "estimator/refinement.hpp"
+#include "estimator/search_dispatch.hpp"
 #include "estimator/significance.hpp"
 #include "estimator/units.hpp"
 #include "estimator/zoom.hpp"
@@ -42,29 +43,20 @@ std::unique_ptr<PulseShape> make_shape(const Pattern& pattern, const PulseOption
   return make_tabulated(*pattern.pulse);
 }
 
-const PatternSegment& only_segment(const Pattern& pattern) {
-  if (pattern.segments.size() != 1) {
-    throw Error(Fault::usage,
-                "pattern has " + std::to_string(pattern.segments.size()) +
-                    " segments; this release estimates patterns of one segment (baseline, "
-                    "ambiguous, interleaved, random)");
-  }
-  return pattern.segments.front();
-}
-
 // g t_a, the drift of the delay over a frame of a target at this speed.
 double drift_of(double velocity_mps, double length_ns) {
   const double beta = velocity_mps / speed_of_light_mps;
   return 2 * beta / (1 + beta) * length_ns;
 }
 
-SearchGrid level_grid(const Comb& comb, double width_ns, std::size_t level, double max_drift_ns) {
+SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t level,
+                      double max_drift_ns, std::uint32_t fitting_bins) {
   // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse; but
   // pulses that overlap are one to the search.
-  const double widest_ns = std::max(comb.closest_ns / 2, level_widths[2] * width_ns);
+  const double widest_ns = std::max(train.closest_ns / 2, level_widths[2] * width_ns);
   double bin_ns = std::min(widest_ns, level_widths[level] * width_ns);
   while (true) {
-    const SearchGrid grid = SearchGrid::cover(comb.period_ns, bin_ns, max_drift_ns);
+    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_drift_ns, fitting_bins);
     if (grid.cells() <= level_cells[level] || bin_ns >= widest_ns) return grid;
     bin_ns = std::min(widest_ns, bin_ns * 1.25);
   }
@@ -76,17 +68,17 @@ SearchGrid level_grid(const Comb& comb, double width_ns, std::size_t level, doub
 struct SearchLevel {
   SearchGrid grid;
   double reach_ns;
-  CombWindow window;
+  std::vector<CombWindow> windows;  // one a stretch
 
-  SearchLevel(const Comb& comb, const SearchGrid& grid_in, double width_ns, double peak_ns)
+  SearchLevel(const PulseTrain& train, const SearchGrid& grid_in, double width_ns, double peak_ns)
       : grid(grid_in),
         reach_ns(1.5 * grid_in.bin_ns),
-        window(comb, peak_ns - 2 * reach_ns - 4 * width_ns, peak_ns + 2 * reach_ns + 4 * width_ns) {
-  }
+        windows(comb_windows(train, peak_ns - 2 * reach_ns - 4 * width_ns,
+                             peak_ns + 2 * reach_ns + 4 * width_ns)) {}
 };
 
 struct FrameEstimator::Workspace {
-  Comb comb;
+  PulseTrain train;
   Mode mode;
   double unambiguous_ns;
   std::unique_ptr<PulseShape> shape;
@@ -94,6 +86,7 @@ struct FrameEstimator::Workspace {
   double max_drift_ns;  // over a frame of nominal length
   double threshold_nats;
   std::vector<SearchLevel> levels;
+  SearchGrid recheck;             // three widths: a pulse fills one or two bins
   std::vector<double> copies_ns;  // see near_copies_ns
   FoldedFrame frame;
   LineSearch search;
@@ -103,22 +96,26 @@ struct FrameEstimator::Workspace {
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons)
-      : comb(only_segment(pattern)),
+      : train(pattern),
         mode(pattern.mode),
         unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
         shape(make_shape(pattern, pulse)),
         scene(scene_options),
         max_drift_ns(moving() ? drift_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(
-            {comb.period_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
+            {train.circle_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
         levels(make_levels(options.effort)),
-        copies_ns(mode == Mode::ambiguous ? std::vector<double>()
-                                          : near_copies_ns(comb, 3 * shape->width_ns())),
-        frame(max_photons),
-        search(comb, max_photons, largest_grid()),
-        near(max_photons, max_photons * widest_overlap()),
+        recheck(SearchGrid::cover(train.circle_ns,
+                                  std::max(3 * shape->width_ns(), train.circle_ns / 262144), 0,
+                                  fitting_bins())),
+        copies_ns(mode == Mode::ambiguous || !train.single()
+                      ? std::vector<double>()
+                      : near_copies_ns(train.stretches.front().comb, 3 * shape->width_ns())),
+        frame(train, max_photons, max_drift_ns / 2 + shape_reach_ns()),
+        search(train, max_photons, grids()),
+        near(max_photons, max_photons * widest_level_overlap()),
         zoom(shape->width_ns(), shape->peak_offset_ns()),
-        refinement(*shape, comb, max_photons) {}
+        refinement(*shape, train, max_photons) {}
 
   [[nodiscard]] bool moving() const {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
@@ -130,27 +127,41 @@ struct FrameEstimator::Workspace {
     const std::size_t first = moving() ? 0 : std::size(level_widths) - 1;
     const std::size_t end = moving() ? levels_of(effort) : std::size(level_widths);
     for (std::size_t level = first; level < end; ++level) {
-      const SearchGrid grid = level_grid(comb, shape->width_ns(), level, max_drift_ns);
+      const SearchGrid grid =
+          level_grid(train, shape->width_ns(), level, max_drift_ns, fitting_bins());
       if (!made.empty() && grid.cells() == made.back().grid.cells()) continue;
-      made.emplace_back(comb, grid, shape->width_ns(), shape->peak_offset_ns());
+      made.emplace_back(train, grid, shape->width_ns(), shape->peak_offset_ns());
     }
     return made;
   }
 
-  [[nodiscard]] std::uint32_t recheck_bins() const {
-    // Three widths: a pulse fills one or two bins.
-    const double bins = std::ceil(comb.period_ns / (3 * shape->width_ns()));
-    return static_cast<std::uint32_t>(std::clamp(bins, 1.0, 262144.0));
+  // A comb of several pulses, or of several periods, fits itself in part at other delays.
+  [[nodiscard]] bool has_shoulders() const {
+    return !train.single() || train.stretches.front().comb.times_ns.size() > 1;
   }
-  [[nodiscard]] std::size_t largest_grid() const {
-    std::size_t cells = recheck_bins();
-    for (const SearchLevel& level : levels) cells = std::max(cells, level.grid.cells());
-    return cells;
+  [[nodiscard]] double pulses_per_ns() const {
+    double pulses = 0;
+    for (const PulseTrain::Stretch& stretch : train.stretches) {
+      pulses += static_cast<double>(stretch.comb.times_ns.size()) / stretch.comb.period_ns *
+                (stretch.end_ns - stretch.begin_ns);
+    }
+    return pulses / train.period_ns;
   }
-  [[nodiscard]] std::size_t widest_overlap() const {
+  [[nodiscard]] std::uint32_t fitting_bins() const {
+    return CombRows(train, 0, best_search_kernels()).fitting_bins();
+  }
+  [[nodiscard]] double shape_reach_ns() const {
+    return std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()));
+  }
+  [[nodiscard]] std::vector<SearchGrid> grids() const {
+    std::vector<SearchGrid> all = {recheck};
+    for (const SearchLevel& level : levels) all.push_back(level.grid);
+    return all;
+  }
+  [[nodiscard]] std::size_t widest_level_overlap() const {
     std::size_t overlap = 1;
     for (const SearchLevel& level : levels) {
-      overlap = std::max(overlap, level.window.max_overlap());
+      overlap = std::max(overlap, widest_overlap(level.windows));
     }
     return overlap;
   }
@@ -180,7 +191,7 @@ std::optional<Fit> FrameEstimator::Workspace::find_target() {
 }
 
 std::optional<Fit> FrameEstimator::Workspace::find_at_level(const SearchLevel& level) {
-  const Exposure exposure(frame, comb);
+  const Exposure exposure(frame, train);
   const double limit_ns = moving() ? drift_of(scene.max_speed_mps, frame.length_ns) : 0;
   std::optional<Fit> best;
   for (const SearchCell& cell : search.run(frame, level.grid, limit_ns)) {
@@ -191,7 +202,7 @@ std::optional<Fit> FrameEstimator::Workspace::find_at_level(const SearchLevel& l
     const Fit fit = fit_cell(level, exposure, cell.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   }
-  if (best && comb.times_ns.size() > 1) recheck_delay(level, exposure, *best);
+  if (best && has_shoulders()) recheck_delay(level, exposure, *best);
   return best;
 }
 
@@ -199,7 +210,7 @@ Fit FrameEstimator::Workspace::fit_cell(const SearchLevel& level, const Exposure
                                         DelayLine line) {
   // The search sees where the photons are; a pulse may have its peak beside its time.
   line.delay_ns -= shape->peak_offset_ns();
-  near.collect(frame, level.window, comb.period_ns, line);
+  near.collect(frame, level.windows, train, line);
   return refinement.climb(frame, exposure, zoom.find(near, level.reach_ns, moving()), moving());
 }
 
@@ -209,11 +220,10 @@ Fit FrameEstimator::Workspace::fit_cell(const SearchLevel& level, const Exposure
 void FrameEstimator::Workspace::recheck_delay(const SearchLevel& level, const Exposure& exposure,
                                               Fit& best) {
   const DelayLine found = best.parameters.line;
-  const double step_ns = comb.period_ns / recheck_bins();
-  const DelayLine most = search.best_delay(frame, found.drift_ns, recheck_bins()).line;
+  const DelayLine most = search.best_delay(frame, found.drift_ns, recheck).line;
   const double apart =
-      std::remainder(most.delay_ns - shape->peak_offset_ns() - found.delay_ns, comb.period_ns);
-  if (std::abs(apart) > 3 * step_ns) try_delay(level, exposure, apart, found, best);
+      std::remainder(most.delay_ns - shape->peak_offset_ns() - found.delay_ns, train.circle_ns);
+  if (std::abs(apart) > 3 * recheck.bin_ns) try_delay(level, exposure, apart, found, best);
   for (const double copy : copies_ns) try_delay(level, exposure, copy, found, best);
 }
 
@@ -237,7 +247,7 @@ bool FrameEstimator::Workspace::is_shoulder(const SearchCell& cell, const Search
 double FrameEstimator::Workspace::best_possible_gain(const SearchCell& cell, const SearchGrid& grid,
                                                      const Exposure& exposure) const {
   const double photons = static_cast<double>(frame.size());
-  const double mean = photons * static_cast<double>(comb.times_ns.size()) / grid.bins;
+  const double mean = photons * pulses_per_ns() * grid.bin_ns;
   const double signal = 4 * (std::max(0.0, cell.count - mean) + 3 * std::sqrt(mean));
   const double peak_density = std::exp(shape->log_h(shape->peak_offset_ns()));
   const double background = photons / exposure.seen_ns;
@@ -250,7 +260,7 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   const DelayLine still = {moving_fit.parameters.line.delay_ns, 0};
   const double off_ns = std::abs(moving_fit.parameters.line.drift_ns);
   if (off_ns > 20 * shape->width_ns()) return moving_fit;
-  const Fit fit = refinement.climb(frame, Exposure(frame, comb), still, false);
+  const Fit fit = refinement.climb(frame, Exposure(frame, train), still, false);
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
 }
 
@@ -260,7 +270,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double g = p.line.drift_ns / frame.length_ns;
   const double beta = g / (2 - g);
   // tau = D (1 + beta); the clock of the pattern becomes the tagger's by `scale`.
-  const double circle_ns = (mode == Mode::ambiguous ? unambiguous_ns : comb.period_ns);
+  const double circle_ns = (mode == Mode::ambiguous ? unambiguous_ns : train.circle_ns);
   const auto wrap = [](double delay, double circle) {
     const double turned = delay - circle * std::floor(delay / circle);
     return turned < circle ? turned : 0.0;
@@ -322,7 +332,7 @@ Estimate FrameEstimator::estimate(const FrameView& view) {
   estimate.status = FrameStatus::no_target;
   if (estimate.photons == 0 || seen_ns <= 0) return estimate;
 
-  w.frame.fold(view, w.comb.period_ns);
+  w.frame.fold(view, w.train);
   std::optional<Fit> fit = w.find_target();
   if (!fit) return estimate;
   estimate.significance_nats = fit->gain_nats;

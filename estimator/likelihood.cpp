@@ -6,8 +6,8 @@
 
 namespace splid {
 
-Exposure::Exposure(const FoldedFrame& frame, const Comb& comb)
-    : amplitude(comb.total_amplitude / (comb.period_ns * frame.scale) * frame.seen_ns),
+Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
+    : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
       seen_ns(frame.seen_ns),
       length_ns(frame.length_ns),
       scale(frame.scale) {}

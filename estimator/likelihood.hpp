@@ -38,7 +38,8 @@ struct Exposure {
   double length_ns = 0;  // t_a, pattern's clock
   double scale = 1;      // tagger's clock over pattern's clock
 
-  Exposure(const FoldedFrame& frame, const Comb& comb);
+  Exposure() = default;
+  Exposure(const FoldedFrame& frame, const PulseTrain& train);
 };
 
 // l = -integral lambda + sum over photons of log lambda ([P] Eq. 4 and 7, whose print lacks the

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -13,8 +12,19 @@
 namespace splid {
 namespace {
 
-// Measured: an increment costs about as much as adding 20 counts of a row to another's.
-constexpr std::size_t adds_per_increment = 20;
+// Design note: the tree is gone through in blocks of delay bins so small that all their lines stay
+// in the second cache (two times 512 KiB of 16-bit counts); each block looks at as many bins more
+// as the fastest target moves. Over the whole circle at once a search of 15,120 bins in 256 slices
+// takes three times as long.
+constexpr std::size_t block_lines_cells = std::size_t{1} << 18;
+constexpr std::size_t least_block_bins = 256;
+
+std::size_t block_bins(const SearchGrid& grid, std::size_t most) {
+  const std::size_t fit = block_lines_cells / grid.slices;
+  const std::size_t wanted =
+      std::max(least_block_bins, std::max(most, fit > most ? fit - most : 0));
+  return std::min<std::size_t>(wanted, grid.bins);
+}
 
 template <class Count>
 struct Kernels;
@@ -29,73 +39,36 @@ struct Kernels<std::uint32_t> {
   static auto largest(const SearchKernels& k) { return k.largest_32; }
 };
 
-// out[d] = a[d] + b[(d + shift) mod bins], 0 <= shift < bins.
-template <class Count, class Add>
-void add_shifted(Add add, Count* out, const Count* a, const Count* b, std::size_t shift,
+// Copies `width` bins of a row from first_bin on, around the circle as often as that takes.
+template <class Count>
+void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t width,
                  std::size_t bins) {
-  add(out, a, b + shift, bins - shift);
-  add(out + (bins - shift), a + (bins - shift), b, shift);
-}
-
-// Adds the slices along all lines that drift 0, 1, ... most bins in the direction of `sign` from
-// the first slice to the last. Row j of the result drifts j bins; it lies in one of the two
-// buffers.
-//
-// A line of j bins over 2n slices is one of floor(j/2) over the first n and one of floor(j/2) over
-// the last n that starts ceil(j/2) further on.
-template <class Count, class Add>
-const Count* taylor_tree(Add add, const Count* slices, Count* one, Count* other,
-                         const SearchGrid& grid, int sign, std::size_t most) {
-  const std::size_t bins = grid.bins;
-  const Count* in = slices;
-  Count* out = one;
-  auto levels = static_cast<std::size_t>(std::countr_zero(grid.slices));
-  for (std::size_t half = 1; half < grid.slices; half *= 2) {
-    --levels;
-    const std::size_t lines = std::min(2 * half, (most >> levels) + 1);
-    for (std::size_t group = 0; group < grid.slices; group += 2 * half) {
-      for (std::size_t j = 0; j < lines; ++j) {
-        const std::size_t ahead = ((j + 1) / 2) % bins;
-        const std::size_t shift = sign > 0 ? ahead : (bins - ahead) % bins;
-        add_shifted(add, out + (group + j) * bins, in + (group + j / 2) * bins,
-                    in + (group + half + j / 2) * bins, shift, bins);
-      }
-    }
-    in = out;
-    out = out == one ? other : one;
+  std::size_t from = first_bin % bins;
+  while (width > 0) {
+    const std::size_t count = std::min(width, bins - from);
+    std::memcpy(to, row + from, count * sizeof(Count));
+    to += count;
+    width -= count;
+    from = 0;
   }
-  return in;
-}
-
-std::size_t slice_of(double time_ns, double length_ns, std::uint32_t slices) {
-  const double position = (time_ns / length_ns + 0.5) * slices;
-  const auto last = static_cast<double>(slices - 1);
-  return static_cast<std::size_t>(std::clamp(position, 0.0, last));
 }
 
 }  // namespace
 
-SearchGrid SearchGrid::cover(double period_ns, double bin_ns, double max_drift_ns) {
-  SearchGrid grid;
-  grid.bins = static_cast<std::uint32_t>(std::max(1.0, std::ceil(period_ns / bin_ns)));
-  grid.bin_ns = period_ns / grid.bins;
-  if (max_drift_ns > 0) {
-    const double slices = std::ceil(max_drift_ns / grid.bin_ns) + 1;
-    grid.slices = std::bit_ceil(static_cast<std::uint32_t>(std::max(2.0, slices)));
+LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
+                       std::span<const SearchGrid> grids, VectorLevel level)
+    : train_(train), kernels_(search_kernels(level)), rows_(train, max_photons, kernels_) {
+  for (const SearchGrid& grid : grids) {
+    buffer_cells_ = std::max(buffer_cells_, grid.cells());
+    // The most lines that a drift limit can ask for.
+    const std::size_t most = grid.slices - 1;
+    for (const std::size_t lines : {most, std::size_t{0}}) {
+      const std::size_t width = block_bins(grid, lines) + most;
+      block_cells_ = std::max(block_cells_, width * grid.slices);
+    }
   }
-  return grid;
-}
-
-LineSearch::LineSearch(const Comb& comb, std::size_t max_photons, std::size_t max_grid_cells,
-                       VectorLevel level)
-    : comb_(comb), level_(level), max_grid_cells_(max_grid_cells) {
-  for (const double time_ns : comb.times_ns) {
-    pulses_32_.push_back(
-        static_cast<std::uint32_t>(static_cast<std::uint64_t>(time_ns / comb.period_ns * 0x1p32)));
-  }
-  cells_.resize(pulses_32_.size());
-  memory_.resize(3 * max_grid_cells);
-  phases_.reserve(max_photons);
+  memory_.resize(3 * buffer_cells_);
+  block_.resize(2 * block_cells_);
   best_.reserve(max_cells + 1);
 }
 
@@ -103,99 +76,104 @@ template <class Count>
 Count* LineSearch::buffer(std::size_t which) {
   static_assert(std::is_same_v<Count, std::uint32_t> || std::is_same_v<Count, std::uint16_t>);
   // Either count type lives in the same memory; rows are written before they are read.
-  return reinterpret_cast<Count*>(memory_.data() + which * max_grid_cells_);
+  return reinterpret_cast<Count*>(memory_.data() + which * buffer_cells_);
 }
 
 std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const SearchGrid& grid,
                                             double max_drift_ns) {
+  constexpr double too_many = 65536;
   best_.clear();
-  // A cell holds at most every photon, once for each pulse that shares a bin with another.
-  const double per_photon = 1 + std::floor(grid.bin_ns / comb_.closest_ns);
-  if (static_cast<double>(frame.size()) * per_photon < 65536) {
-    search<std::uint16_t>(frame, grid, max_drift_ns);
+  rows_.load(frame, 0, grid.slices);
+  if (rows_.most_in_slice(grid.bin_ns) >= too_many) {
+    rows_.fill(grid, buffer<std::uint32_t>(0), buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
+    search(buffer<std::uint32_t>(0), grid, max_drift_ns);
+    return best_;
+  }
+  auto* rows = buffer<std::uint16_t>(0);
+  rows_.fill(grid, rows, buffer<std::uint16_t>(1), buffer<std::uint16_t>(2));
+  double most_in_line = rows_.most_in_frame(grid.bin_ns);
+  if (most_in_line >= too_many) {
+    most_in_line = 0;
+    for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+      most_in_line += kernels_.largest(rows + slice * grid.bins, grid.bins);
+    }
+  }
+  if (most_in_line < too_many) {
+    search(rows, grid, max_drift_ns);
   } else {
-    search<std::uint32_t>(frame, grid, max_drift_ns);
+    auto* wide = buffer<std::uint32_t>(1);
+    std::copy_n(rows, grid.cells(), wide);
+    search(wide, grid, max_drift_ns);
   }
   return best_;
 }
 
 template <class Count>
-void LineSearch::search(const FoldedFrame& frame, const SearchGrid& grid, double max_drift_ns) {
-  const SearchKernels& kernel = search_kernels(level_);
-  const auto add = Kernels<Count>::add(kernel);
-  const auto largest = Kernels<Count>::largest(kernel);
-  Count* slices = buffer<Count>(0);
-  if (frame.size() * adds_per_increment < grid.cells() || pulses_32_.size() < 2) {
-    fill_by_photon(frame, grid, slices);
-  } else {
-    fill_by_row(frame, grid, slices);
-  }
+void LineSearch::search(const Count* rows, const SearchGrid& grid, double max_drift_ns) {
   const auto most = static_cast<std::size_t>(
       std::min<double>(grid.slices - 1, std::ceil(max_drift_ns / grid.bin_ns)));
+  const std::size_t step = block_bins(grid, most);
   for (const int sign : {1, -1}) {
-    const Count* lines =
-        taylor_tree(add, slices, buffer<Count>(1), buffer<Count>(2), grid, sign, most);
-    // Drift 0 is in both halves: look at it once.
-    for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {
-      const Count* row = lines + j * grid.bins;
-      if (best_.size() < max_cells || largest(row, grid.bins) > best_.back().count) {
-        keep_best(row, grid, sign * static_cast<int>(j));
+    for (std::size_t bin = 0; bin < grid.bins; bin += step) {
+      search_block(rows, grid, most, bin, sign);
+    }
+  }
+}
+
+// Adds the slices along all lines that drift 0, 1, ... most bins from the first slice to the last
+// and start in the block's bins; for a negative sign the slices are taken in the other order.
+//
+// A line of j bins over 2n slices is one of floor(j/2) over the first n and one of floor(j/2) over
+// the last n that starts ceil(j/2) further on.
+template <class Count>
+void LineSearch::search_block(const Count* rows, const SearchGrid& grid, std::size_t most,
+                              std::size_t first_bin, int sign) {
+  const auto add = Kernels<Count>::add(kernels_);
+  const std::size_t count = std::min(block_bins(grid, most), grid.bins - first_bin);
+  const std::size_t width = count + most;
+  auto* in = reinterpret_cast<Count*>(block_.data());
+  auto* out = reinterpret_cast<Count*>(block_.data() + block_cells_);
+  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+    const std::size_t from = sign > 0 ? slice : grid.slices - 1 - slice;
+    copy_around(in + slice * width, rows + from * grid.bins, first_bin, width, grid.bins);
+  }
+  auto levels = static_cast<std::size_t>(std::countr_zero(grid.slices));
+  std::size_t lines = 1;
+  for (std::size_t half = 1; half < grid.slices; half *= 2) {
+    --levels;
+    lines = std::min(2 * half, (most >> levels) + 1);
+    for (std::size_t group = 0; group < grid.slices; group += 2 * half) {
+      for (std::size_t j = 0; j < lines; ++j) {
+        const std::size_t ahead = (j + 1) / 2;
+        add(out + (group + j) * width, in + (group + j / 2) * width,
+            in + (group + half + j / 2) * width + ahead, width - ahead);
       }
     }
+    std::swap(in, out);
   }
-}
-
-template <class Count>
-void LineSearch::fill_by_photon(const FoldedFrame& frame, const SearchGrid& grid, Count* rows) {
-  std::memset(rows, 0, grid.cells() * sizeof(Count));
-  const auto delay_bins = search_kernels(level_).delay_bins;
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    Count* row = rows + slice_of(frame.time_ns[i], frame.length_ns, grid.slices) * grid.bins;
-    delay_bins(cells_.data(), frame.phase_32[i], pulses_32_.data(), pulses_32_.size(), grid.bins);
-    for (const std::uint32_t cell : cells_) ++row[cell];
-  }
-}
-
-// One histogram a slice, then the comb by adding shifted copies of it. A pulse's shift is rounded
-// to bins, so a target's photons spread over two or three; what is gained is that the number of
-// photons no longer matters.
-template <class Count>
-void LineSearch::fill_by_row(const FoldedFrame& frame, const SearchGrid& grid, Count* rows) {
-  const auto add = Kernels<Count>::add(search_kernels(level_));
-  const std::size_t bins = grid.bins;
-  Count* histograms = buffer<Count>(1);
-  std::memset(histograms, 0, grid.cells() * sizeof(Count));
-  for (std::size_t i = 0; i < frame.size(); ++i) {
-    const auto bin = (static_cast<std::uint64_t>(frame.phase_32[i]) * bins) >> 32;
-    ++histograms[slice_of(frame.time_ns[i], frame.length_ns, grid.slices) * bins + bin];
-  }
-  Count* swap = buffer<Count>(2);
-  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
-    const Count* histogram = histograms + slice * bins;
-    Count* result = rows + slice * bins;
-    // Ends in `result` whichever number of pulses there is.
-    Count* to = pulses_32_.size() % 2 == 1 ? result : swap;
-    Count* from = pulses_32_.size() % 2 == 1 ? swap : result;
-    std::memset(from, 0, bins * sizeof(Count));
-    for (const std::uint32_t pulse : pulses_32_) {
-      const auto shift = (static_cast<std::uint64_t>(pulse) * bins + 0x80000000U) >> 32;
-      add_shifted(add, to, from, histogram, shift % bins, bins);
-      std::swap(to, from);
+  const auto largest = Kernels<Count>::largest(kernels_);
+  // Drift 0 is in both signs: look at it once.
+  for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {
+    const Count* row = in + j * width;
+    if (best_.size() < max_cells || largest(row, count) > best_.back().count) {
+      keep_best(row, count, grid, first_bin, sign * static_cast<int>(j));
     }
   }
 }
 
 template <class Count>
-void LineSearch::keep_best(const Count* row, const SearchGrid& grid, int drift_bins) {
+void LineSearch::keep_best(const Count* row, std::size_t count, const SearchGrid& grid,
+                           std::size_t first_bin, int drift_bins) {
   const double per_gap = grid.slices > 1 ? grid.slices / (grid.slices - 1.0) : 0.0;
-  for (std::size_t d = 0; d < grid.bins; ++d) {
+  for (std::size_t d = 0; d < count; ++d) {
     const std::uint32_t least = best_.size() < max_cells ? 0 : best_.back().count;
     if (row[d] <= least) continue;
-    // Bin d is where the line crosses the first slice's middle; it moves by drift_bins to the
-    // last's.
-    const double delay_ns = (static_cast<double>(d) + 0.5 + drift_bins / 2.0) * grid.bin_ns;
-    const double turn = std::floor(delay_ns / comb_.period_ns);
-    keep({{delay_ns - turn * comb_.period_ns, drift_bins * per_gap * grid.bin_ns}, row[d]},
+    // The bin is where the line crosses the middle of its first slice (of the last, if the drift is
+    // negative); it is drift_bins further on in the last (first).
+    const double bin = static_cast<double>(first_bin + d) + 0.5 + std::abs(drift_bins) / 2.0;
+    const double delay_ns = bin * grid.bin_ns;
+    const double turn = std::floor(delay_ns / train_.circle_ns);
+    keep({{delay_ns - turn * train_.circle_ns, drift_bins * per_gap * grid.bin_ns}, row[d]},
          grid.bin_ns);
   }
 }
@@ -203,7 +181,7 @@ void LineSearch::keep_best(const Count* row, const SearchGrid& grid, int drift_b
 void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   const auto same_target = [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
-    apart = std::min(apart, comb_.period_ns - apart);
+    apart = std::min(apart, train_.circle_ns - apart);
     // A line through a target's photons at the wrong drift holds some of them in each of its bins:
     // the target shows as a bow tie, as wide in delay as half the drift's error.
     const double off = std::abs(cell.line.drift_ns - other.line.drift_ns);
@@ -220,27 +198,13 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   if (best_.size() > max_cells) best_.pop_back();
 }
 
-SearchCell LineSearch::best_delay(const FoldedFrame& frame, double drift_ns, std::uint32_t bins) {
-  const auto add = Kernels<std::uint32_t>::add(search_kernels(level_));
-  auto* histogram = buffer<std::uint32_t>(0);
-  auto* from = buffer<std::uint32_t>(1);
-  auto* to = buffer<std::uint32_t>(2);
-  std::memset(histogram, 0, bins * sizeof(std::uint32_t));
-  std::memset(from, 0, bins * sizeof(std::uint32_t));
-  const double to_32 = 0x1p32 / comb_.period_ns;
-  phases_.resize(frame.size());
-  search_kernels(level_).line_phases(phases_.data(), frame.phase_32.data(), frame.time_ns.data(), 0,
-                                     drift_ns / frame.length_ns * to_32, frame.size());
-  for (const std::uint32_t phase : phases_) {
-    ++histogram[(static_cast<std::uint64_t>(phase) * bins) >> 32];
-  }
-  for (const std::uint32_t pulse : pulses_32_) {
-    const auto shift = (static_cast<std::uint64_t>(pulse) * bins + 0x80000000U) >> 32;
-    add_shifted(add, to, from, histogram, shift % bins, bins);
-    std::swap(to, from);
-  }
-  const auto* most = std::max_element(from, from + bins);
-  const double delay_ns = (static_cast<double>(most - from) + 0.5) * comb_.period_ns / bins;
+SearchCell LineSearch::best_delay(const FoldedFrame& frame, double drift_ns,
+                                  const SearchGrid& grid) {
+  auto* row = buffer<std::uint32_t>(0);
+  rows_.load(frame, drift_ns, 1);
+  rows_.fill(grid, row, buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
+  const auto* most = std::max_element(row, row + grid.bins);
+  const double delay_ns = (static_cast<double>(most - row) + 0.5) * grid.bin_ns;
   return {{delay_ns, drift_ns}, *most};
 }
 

@@ -57,19 +57,20 @@ Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
 
 }  // namespace
 
-Refinement::Refinement(const PulseShape& shape, const Comb& comb, std::size_t max_photons)
-    : comb_(comb),
+Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
+    : train_(train),
       width_ns_(shape.width_ns()),
       margin_ns_(margin_widths * shape.width_ns()),
-      window_(comb, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_),
-      near_(max_photons, max_photons * std::max<std::size_t>(1, window_.max_overlap())),
-      likelihood_(shape, max_photons * std::max<std::size_t>(1, window_.max_overlap())) {}
+      windows_(
+          comb_windows(train, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_)),
+      near_(max_photons, max_photons * widest_overlap(windows_)),
+      likelihood_(shape, max_photons * widest_overlap(windows_)) {}
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
                       bool moving) {
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
-    near_.collect(frame, window_, comb_.period_ns, start);
+    near_.collect(frame, windows_, train_, start);
     fit = climb_within(exposure, start, moving);
     const DelayLine& line = fit.parameters.line;
     // Ends of the line included: half the drift each.

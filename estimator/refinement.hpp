@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "estimator/comb.hpp"
 #include "estimator/estimate.hpp"
 #include "estimator/likelihood.hpp"
+#include "estimator/pulse_train.hpp"
 
 namespace splid {
 
@@ -26,7 +26,7 @@ struct Fit {
 class Refinement {
  public:
   // max_photons, and with them the entries of the widest overlap of pulse windows, set the memory.
-  Refinement(const PulseShape& shape, const Comb& comb, std::size_t max_photons);
+  Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
   // start: within about two pulse widths of the maximum. moving false keeps start's drift.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving);
@@ -35,10 +35,10 @@ class Refinement {
   Fit climb_within(const Exposure& exposure, DelayLine start, bool moving);
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
-  const Comb& comb_;
+  const PulseTrain& train_;
   double width_ns_;
   double margin_ns_;  // how far the line may move before the near set is collected anew
-  CombWindow window_;
+  std::vector<CombWindow> windows_;  // one a stretch
   NearSet near_;
   Likelihood likelihood_;
 };

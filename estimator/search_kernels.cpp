@@ -10,6 +10,11 @@ void add(Count* __restrict out, const Count* __restrict a, const Count* __restri
 }
 
 template <class Count>
+void accumulate(Count* __restrict sums, const Count* __restrict values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Count>(sums[i] + values[i]);
+}
+
+template <class Count>
 Count largest(const Count* values, std::size_t count) {
   Count most = 0;
   for (std::size_t i = 0; i < count; ++i) most = values[i] > most ? values[i] : most;
@@ -52,6 +57,8 @@ std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restr
 extern const SearchKernels search_kernels;
 const SearchKernels search_kernels = {add<std::uint16_t>,
                                       add<std::uint32_t>,
+                                      accumulate<std::uint16_t>,
+                                      accumulate<std::uint32_t>,
                                       largest<std::uint16_t>,
                                       largest<std::uint32_t>,
                                       delay_bins,

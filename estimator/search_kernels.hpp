@@ -14,6 +14,9 @@ struct SearchKernels {
               std::size_t count);
   void (*add_32)(std::uint32_t* out, const std::uint32_t* a, const std::uint32_t* b,
                  std::size_t count);
+  // sums[i] += values[i]
+  void (*accumulate)(std::uint16_t* sums, const std::uint16_t* values, std::size_t count);
+  void (*accumulate_32)(std::uint32_t* sums, const std::uint32_t* values, std::size_t count);
   std::uint16_t (*largest)(const std::uint16_t* values, std::size_t count);
   std::uint32_t (*largest_32)(const std::uint32_t* values, std::size_t count);
   // cells[p] = the bin of delay phase - pulses[p], all in 2^-32 of a period, of `bins` in a period.

@@ -12,20 +12,20 @@ namespace {
 
 Exposure exposure_of(const test::FrameMaker& made) {
   const auto frame = made.make(1);
-  FoldedFrame folded(frame.photons_ps.size());
-  const Comb comb(made.pattern.segments.front());
-  folded.fold(frame.view(), comb.period_ns);
-  return {folded, comb};
+  const PulseTrain train(made.pattern);
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
+  return {folded, train};
 }
 
 TEST(Bound, WithoutBackgroundEverySignalPhotonCounts) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
-  const Comb comb(made.pattern.segments.front());
+  const PulseTrain train(made.pattern);
   const Exposure exposure = exposure_of(made);
   const double S = 13.5e-4;
   const auto shape = make_gaussian(0.1);
-  const Eigen::Matrix4d J = fisher_information(*shape, comb, exposure, {{1898, 0}, S, 1e-15});
+  const Eigen::Matrix4d J = fisher_information(*shape, train, exposure, {{1898, 0}, S, 1e-15});
   const double photons = S * exposure.amplitude;
   EXPECT_NEAR(J(0, 0) / (photons / 0.01), 1, 1e-6);
   EXPECT_NEAR(J(1, 1) / (photons / 0.12), 1, 1e-6);
@@ -36,11 +36,11 @@ TEST(Bound, WithoutBackgroundEverySignalPhotonCounts) {
 TEST(Bound, OfTheExperimentIsAsPublished) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
-  const Comb comb(made.pattern.segments.front());
+  const PulseTrain train(made.pattern);
   const Exposure exposure = exposure_of(made);
   const auto shape = make_gaussian(0.1);
   const Eigen::Matrix4d bound =
-      fisher_information(*shape, comb, exposure, {{1898, 0}, 13.5e-4, 1.75e-4}).inverse();
+      fisher_information(*shape, train, exposure, {{1898, 0}, 13.5e-4, 1.75e-4}).inverse();
   const double mm = 1e3 * std::sqrt(bound(0, 0)) * 0.299792458 / 2;
   const double cm_per_s = 100 * std::sqrt(bound(1, 1)) / 5e7 * 299792458.0 / 2;
   EXPECT_NEAR(mm, 0.62, 0.02);
@@ -53,14 +53,15 @@ TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
   made.pattern = test::random_pattern(200000, 5, 9000, 3);
   made.pattern.segments.front().amplitudes = {1, 0.2, 3, 1, 0.01};
   made.length_ms = 1;
-  const Comb comb(made.pattern.segments.front());
+  const PulseTrain train(made.pattern);
   const Exposure exposure = exposure_of(made);
   const double sigma = 5, S = 0.1, b = 1e-3;
   const Eigen::Matrix4d J =
-      fisher_information(*make_gaussian(sigma), comb, exposure, {{50, 0}, S, b});
+      fisher_information(*make_gaussian(sigma), train, exposure, {{50, 0}, S, b});
   const int steps = 200000;
   long double dd = 0, ss = 0, bb = 0, ds = 0;
   for (int n = 0; n < steps; ++n) {
+    const Comb& comb = train.stretches.front().comb;
     const long double x = comb.period_ns * n / steps;
     long double h = 0, d1 = 0;
     for (int turn = -2; turn <= 2; ++turn) {

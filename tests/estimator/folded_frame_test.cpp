@@ -23,8 +23,9 @@ TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
     test::FrameMaker made = maker();
     made.start_ps = epoch_ps;
     const auto frame = made.make(1);
-    FoldedFrame folded(frame.photons_ps.size());
-    folded.fold(frame.view(), 3780);
+    const PulseTrain train(maker().pattern);
+    FoldedFrame folded(train, frame.photons_ps.size());
+    folded.fold(frame.view(), train);
     ASSERT_EQ(folded.size(), frame.photons_ps.size());
     for (std::size_t i = 0; i < folded.size(); ++i) {
       const long double since = frame.photons_ps[i] - frame.start_ps;
@@ -43,8 +44,9 @@ TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
 TEST(FoldedFrame, LossesAreNotSeen) {
   auto frame = maker().make(1);
   frame.losses = {{frame.start_ps + 1000000, frame.start_ps + 3000000, -1}};
-  FoldedFrame folded(frame.photons_ps.size());
-  folded.fold(frame.view(), 3780);
+  const PulseTrain train(maker().pattern);
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
   EXPECT_NEAR(folded.seen_ns, static_cast<double>(frame.end_ps - frame.start_ps) * 1e-3 - 2000,
               1e-6);
 }
@@ -52,13 +54,14 @@ TEST(FoldedFrame, LossesAreNotSeen) {
 // Photon by photon, pulse by pulse.
 TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
   const auto frame = maker().make(3);
-  const Comb comb(maker().pattern.segments.front());
-  FoldedFrame folded(frame.photons_ps.size());
-  folded.fold(frame.view(), comb.period_ns);
+  const PulseTrain train(maker().pattern);
+  const Comb& comb = train.stretches.front().comb;
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
   for (const DelayLine line : {DelayLine{1898, 1.4}, DelayLine{0.1, -5}, DelayLine{3779.95, 50}}) {
-    const CombWindow window(comb, -1.5, 2.5);
+    const std::vector<CombWindow> windows = comb_windows(train, -1.5, 2.5);
     NearSet near(folded.size(), folded.size());
-    near.collect(folded, window, comb.period_ns, line);
+    near.collect(folded, windows, train, line);
     std::vector<double> expected;
     std::size_t far = 0;
     for (std::size_t i = 0; i < folded.size(); ++i) {

@@ -73,6 +73,43 @@ TEST(FrameEstimator, ErrorsAreWhatTheDeviationsSay) {
   }
 }
 
+// Stretches of half a frame, of 1 ms and of four circles of delays, in which most photons may have
+// left in either of two; and periods that do not fit the circle, so that every photon is one of
+// those. 100 frames each: rms over deviation 1 within 0.25 (3.5 sigma, for 15 of them).
+TEST(FrameEstimator, MeasuresMovingTargetsWithRatesInTurn) {
+  const Pattern patterns[] = {
+      test::mrr_pattern({180000, 189000}, 3780000, 50e9),
+      test::mrr_pattern({180000, 189000}, 3780000, 2e9),
+      test::mrr_pattern({180000, 189000}, 3780000, 30e6),
+      test::mrr_pattern({180000, 189000, 210000}, 3780000, 3e9),
+      test::mrr_pattern({180000, 189013}, 3780000, 2e9),
+  };
+  for (const Pattern& pattern : patterns) {
+    test::FrameMaker made;
+    made.pattern = pattern;
+    made.length_ms = pattern_period_ps(pattern) > 10e9 ? 50 : 20;
+    made.signal_per_pulse = 4e-3;
+    FrameEstimator estimator = estimator_for(made);
+    double delay = 0, velocity = 0, signal = 0;
+    const int frames = 100;
+    for (int n = 0; n < frames; ++n) {
+      made.velocity_mps = -150 + 3 * n;
+      made.distance_m = 5 + 5.6 * n;  // over the circle of 566.6 m
+      const auto frame = made.make(static_cast<std::uint64_t>(1000 + n));
+      const Estimate e = estimator.estimate(frame.view());
+      const double error = std::remainder(e.delay_ns - 2 * made.distance_m / c_m_per_ns, 3780);
+      ASSERT_EQ(e.status, FrameStatus::ok) << n;
+      ASSERT_LT(std::abs(error), 6 * e.std_delay_ns) << n << " of " << pattern_period_ps(pattern);
+      delay += std::pow(error / e.std_delay_ns, 2);
+      velocity += std::pow((e.velocity_mps - made.velocity_mps) / e.std_velocity_mps, 2);
+      signal += std::pow((e.signal_per_pulse - made.signal_per_pulse) / e.std_signal_per_pulse, 2);
+    }
+    for (const double sum : {delay, velocity, signal}) {
+      EXPECT_NEAR(std::sqrt(sum / frames), 1, 0.25) << pattern_period_ps(pattern);
+    }
+  }
+}
+
 TEST(FrameEstimator, GivesTheDelayAtTheFramesStartToo) {
   test::FrameMaker made = paper_scene();
   made.velocity_mps = 100;
@@ -275,8 +312,6 @@ TEST(FrameEstimator, RefusesWhatDoesNotFitTogether) {
   PulseOptions pulse;
   pulse.shape = Shape::tabulated;
   EXPECT_THROW(FrameEstimator(made.pattern, pulse, {}, {}, 50, 1000), Error);
-  made.pattern.segments.push_back(made.pattern.segments.front());
-  EXPECT_THROW(FrameEstimator(made.pattern, {}, {}, {}, 50, 1000), Error);
 }
 
 TEST(FrameEstimator, AllocatesNothingAfterConstruction) {

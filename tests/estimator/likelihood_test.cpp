@@ -26,7 +26,7 @@ test::FrameMaker maker(double amplitude_step = 0) {
 struct Scene {
   test::FrameMaker made;
   test::FrameMaker::Frame frame;
-  Comb comb;
+  PulseTrain train;
   FoldedFrame folded;
   std::unique_ptr<PulseShape> shape;
   NearSet near;
@@ -36,19 +36,19 @@ struct Scene {
   explicit Scene(const test::FrameMaker& made_in)
       : made(made_in),
         frame(made.make(11)),
-        comb(made.pattern.segments.front()),
-        folded(frame.photons_ps.size()),
+        train(made.pattern),
+        folded(train, frame.photons_ps.size()),
         shape(make_gaussian(made.sigma_ns)),
         near(frame.photons_ps.size(), 40 * frame.photons_ps.size()),
         likelihood(*shape, 40 * frame.photons_ps.size()) {
-    folded.fold(frame.view(), comb.period_ns);
+    folded.fold(frame.view(), train);
     const double beta = made.velocity_mps / 299792458.0;
     truth = {2 * made.distance_m / 0.299792458 / (1 + beta) / folded.scale,
              2 * beta / (1 + beta) * folded.length_ns};
     const double reach = 12 * made.sigma_ns;
-    near.collect(folded, CombWindow(comb, -reach, reach), comb.period_ns, truth);
+    near.collect(folded, comb_windows(train, -reach, reach), train, truth);
   }
-  [[nodiscard]] Exposure exposure() const { return {folded, comb}; }
+  [[nodiscard]] Exposure exposure() const { return {folded, train}; }
 };
 
 // The sum of [P] Eq. 2 over every pulse whose light may matter, and Eq. 4 with its logarithm: two
@@ -156,7 +156,7 @@ TEST(Likelihood, FeelsTenNanometresASecond) {
   const double per_mps = 2 / 299792458.0 * scene.folded.length_ns;
   FrameParameters at = {scene.truth, 0.01, 1.75e-4};
   at.line.drift_ns = 0;
-  scene.near.collect(scene.folded, CombWindow(scene.comb, -2, 2), scene.comb.period_ns, at.line);
+  scene.near.collect(scene.folded, comb_windows(scene.train, -2, 2), scene.train, at.line);
   const LikelihoodPoint point = scene.likelihood.evaluate(scene.near, scene.exposure(), at);
   at.line.drift_ns = 1e-8 * per_mps;
   const LikelihoodPoint moved = scene.likelihood.evaluate(scene.near, scene.exposure(), at);
@@ -187,7 +187,7 @@ TEST(Likelihood, ProfileOfNothingAndOfSignalAloneIsFinite) {
   const auto profile = scene.likelihood.profile(scene.near, scene.exposure(), scene.truth);
   EXPECT_TRUE(std::isfinite(profile.gain_nats));
   EXPECT_LT(profile.parameters.background_per_ns * scene.folded.seen_ns, 1e-6);
-  scene.near.collect(scene.folded, CombWindow(scene.comb, -0.5, 0.5), 3780, {900.3, 0});
+  scene.near.collect(scene.folded, comb_windows(scene.train, -0.5, 0.5), scene.train, {900.3, 0});
   const auto nothing = scene.likelihood.profile(scene.near, scene.exposure(), {900.3, 0});
   EXPECT_NEAR(nothing.gain_nats, 0, 1e-3);
 }
@@ -202,16 +202,16 @@ TEST(Likelihood, ObservedInformationAveragesToTheExpected) {
   const auto shape = make_gaussian(made.sigma_ns);
   for (int n = 0; n < frames; ++n) {
     const auto frame = made.make(100 + static_cast<std::uint64_t>(n));
-    const Comb comb(made.pattern.segments.front());
-    FoldedFrame folded(frame.photons_ps.size());
-    folded.fold(frame.view(), comb.period_ns);
+    const PulseTrain train(made.pattern);
+    FoldedFrame folded(train, frame.photons_ps.size());
+    folded.fold(frame.view(), train);
     NearSet near(folded.size(), folded.size());
     const DelayLine line = {2 * made.distance_m / 0.299792458, 0};
-    near.collect(folded, CombWindow(comb, -1.5, 1.5), comb.period_ns, line);
+    near.collect(folded, comb_windows(train, -1.5, 1.5), train, line);
     Likelihood likelihood(*shape, folded.size());
     const FrameParameters truth = {line, made.signal_per_pulse, made.background_per_ns};
-    sum -= likelihood.evaluate(near, {folded, comb}, truth).hessian;
-    expected += fisher_information(*shape, comb, {folded, comb}, truth);
+    sum -= likelihood.evaluate(near, {folded, train}, truth).hessian;
+    expected += fisher_information(*shape, train, {folded, train}, truth);
   }
   // 60 frames of 211 signal photons: the mean curvature scatters by about 1.5 %.
   for (int i = 0; i < 4; ++i) {

@@ -26,13 +26,11 @@ test::FrameMaker small_maker(const Pattern& pattern, double velocity_mps) {
 
 struct Folded {
   test::FrameMaker::Frame photons;
-  Comb comb;
+  PulseTrain train;
   FoldedFrame frame;
   Folded(const test::FrameMaker& made, std::uint64_t seed)
-      : photons(made.make(seed)),
-        comb(made.pattern.segments.front()),
-        frame(photons.photons_ps.size()) {
-    frame.fold(photons.view(), comb.period_ns);
+      : photons(made.make(seed)), train(made.pattern), frame(train, photons.photons_ps.size()) {
+    frame.fold(photons.view(), train);
   }
 };
 
@@ -43,13 +41,13 @@ DelayLine brute_force(const Folded& folded, double max_drift_ns) {
   const auto shape = make_gaussian(0.1);
   Likelihood likelihood(*shape, folded.frame.size() * 2);
   NearSet near(folded.frame.size(), folded.frame.size() * 2);
-  const CombWindow window(folded.comb, -1, 1);
-  const Exposure exposure(folded.frame, folded.comb);
+  const std::vector<CombWindow> windows = comb_windows(folded.train, -1, 1);
+  const Exposure exposure(folded.frame, folded.train);
   DelayLine best;
   double most = -std::numeric_limits<double>::infinity();
   for (double drift = -max_drift_ns; drift <= max_drift_ns; drift += 0.2) {
-    for (double delay = 0; delay < folded.comb.period_ns; delay += 0.1) {
-      near.collect(folded.frame, window, folded.comb.period_ns, {delay, drift});
+    for (double delay = 0; delay < folded.train.circle_ns; delay += 0.1) {
+      near.collect(folded.frame, windows, folded.train, {delay, drift});
       const double gain = likelihood.profile(near, exposure, {delay, drift}).gain_nats;
       if (gain > most) {
         most = gain;
@@ -68,14 +66,14 @@ TEST(LineSearch, FindsWhatBruteForceFinds) {
       const Folded folded(small_maker(pattern, velocity), 5);
       const double limit = 2 * 1500 / 299792458.0 * folded.frame.length_ns;  // 2 ns
       const DelayLine expected = brute_force(folded, limit);
-      const SearchGrid grid = SearchGrid::cover(folded.comb.period_ns, 0.25, limit);
-      LineSearch search(folded.comb, folded.frame.size(), grid.cells());
+      const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.25, limit);
+      LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
       const auto cells = search.run(folded.frame, grid, limit);
       ASSERT_FALSE(cells.empty());
-      EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.comb.period_ns), 0.4);
+      EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.train.circle_ns), 0.4);
       EXPECT_NEAR(cells[0].line.drift_ns, expected.drift_ns, 0.8);
       // And both are the target.
-      EXPECT_LT(apart(expected.delay_ns, 2 * 7.3 / 0.299792458, folded.comb.period_ns), 0.3);
+      EXPECT_LT(apart(expected.delay_ns, 2 * 7.3 / 0.299792458, folded.train.circle_ns), 0.3);
     }
   }
 }
@@ -83,9 +81,9 @@ TEST(LineSearch, FindsWhatBruteForceFinds) {
 TEST(LineSearch, CountsEveryPhotonAtItsDelays) {
   const Folded folded(small_maker(test::periodic_pattern(126000), 0), 1);
   // One bin: whatever the line, it holds every photon once.
-  const SearchGrid grid = SearchGrid::cover(folded.comb.period_ns, 126, 10);
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 126, 10);
   ASSERT_EQ(grid.bins, 1U);
-  LineSearch search(folded.comb, folded.frame.size(), grid.cells());
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
   EXPECT_EQ(search.run(folded.frame, grid, 10)[0].count, folded.frame.size());
 }
 
@@ -94,12 +92,13 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
   for (const double background : {1e-4, 3e-2, 1.0}) {  // by photon, by row, by row in 32 bits
     made.background_per_ns = background;
     const Folded folded(made, 3);
-    const SearchGrid grid = SearchGrid::cover(folded.comb.period_ns, 0.5, 2);
-    LineSearch generic(folded.comb, folded.frame.size(), grid.cells(), VectorLevel::generic);
+    const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
+    LineSearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
     const auto expected = generic.run(folded.frame, grid, 2);
-    const SearchCell delay = generic.best_delay(folded.frame, 0.4, grid.bins);
+    const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
+    const SearchCell delay = generic.best_delay(folded.frame, 0.4, row);
     for (const VectorLevel level : runnable_vector_levels()) {
-      LineSearch search(folded.comb, folded.frame.size(), grid.cells(), level);
+      LineSearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
       const auto cells = search.run(folded.frame, grid, 2);
       ASSERT_EQ(cells.size(), expected.size());
       for (std::size_t k = 0; k < cells.size(); ++k) {
@@ -107,7 +106,7 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
         EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
         EXPECT_EQ(cells[k].line.drift_ns, expected[k].line.drift_ns);
       }
-      EXPECT_EQ(search.best_delay(folded.frame, 0.4, grid.bins).count, delay.count);
+      EXPECT_EQ(search.best_delay(folded.frame, 0.4, row).count, delay.count);
     }
   }
 }
@@ -116,8 +115,8 @@ TEST(LineSearch, ManyPhotonsDoNotOverflow) {
   test::FrameMaker made = small_maker(test::periodic_pattern(126000), 0);
   made.signal_per_pulse = 100;  // 160,000 photons in one cell: more than 16 bits hold
   const Folded folded(made, 3);
-  const SearchGrid grid = SearchGrid::cover(folded.comb.period_ns, 1, 2);
-  LineSearch search(folded.comb, folded.frame.size(), grid.cells());
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 1, 2);
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
   const SearchCell cell = search.run(folded.frame, grid, 2)[0];
   EXPECT_GT(cell.count, 65536U);
   EXPECT_LT(apart(cell.line.delay_ns, 2 * 7.3 / 0.299792458, 126), 1);
@@ -125,8 +124,8 @@ TEST(LineSearch, ManyPhotonsDoNotOverflow) {
 
 TEST(LineSearch, CellsAreDistinctAndInOrder) {
   const Folded folded(small_maker(test::interleaved_pattern({42000, 63000}, 126000), 500), 8);
-  const SearchGrid grid = SearchGrid::cover(folded.comb.period_ns, 0.5, 2);
-  LineSearch search(folded.comb, folded.frame.size(), grid.cells());
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
   const auto cells = search.run(folded.frame, grid, 2);
   ASSERT_EQ(cells.size(), LineSearch::max_cells);
   for (std::size_t k = 1; k < cells.size(); ++k) {

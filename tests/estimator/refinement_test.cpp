@@ -13,7 +13,7 @@ namespace {
 struct Scene {
   test::FrameMaker made;
   test::FrameMaker::Frame frame;
-  Comb comb;
+  PulseTrain train;
   FoldedFrame folded;
   std::unique_ptr<PulseShape> shape = make_gaussian(0.1);
   DelayLine truth;
@@ -29,9 +29,9 @@ struct Scene {
   explicit Scene(double velocity_mps, std::uint64_t seed = 1)
       : made(maker(velocity_mps)),
         frame(made.make(seed)),
-        comb(made.pattern.segments.front()),
-        folded(frame.photons_ps.size()) {
-    folded.fold(frame.view(), comb.period_ns);
+        train(made.pattern),
+        folded(train, frame.photons_ps.size()) {
+    folded.fold(frame.view(), train);
     const double beta = velocity_mps / 299792458.0;
     truth = {2 * made.distance_m / 0.299792458 / (1 + beta),
              2 * beta / (1 + beta) * folded.length_ns};
@@ -42,8 +42,8 @@ struct Scene {
 TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
   for (const double velocity : {0.0, 120.0, -77.0}) {
     Scene scene(velocity);
-    const Exposure exposure(scene.folded, scene.comb);
-    Refinement refinement(*scene.shape, scene.comb, scene.folded.size());
+    const Exposure exposure(scene.folded, scene.train);
+    Refinement refinement(*scene.shape, scene.train, scene.folded.size());
     const DelayLine start = {scene.truth.delay_ns + 0.15, scene.truth.drift_ns - 0.2};
     const Fit fit = refinement.climb(scene.folded, exposure, start, true);
 
@@ -53,7 +53,7 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
       Exposure exposure;
     } problem{
         {scene.folded.size(), scene.folded.size()}, {*scene.shape, scene.folded.size()}, exposure};
-    problem.near.collect(scene.folded, CombWindow(scene.comb, -2, 2), scene.comb.period_ns, start);
+    problem.near.collect(scene.folded, comb_windows(scene.train, -2, 2), scene.train, start);
     nlopt_opt optimiser = nlopt_create(NLOPT_LD_LBFGS, 4);
     // In units of 0.1 ns, 0.1 ns, 1e-3 and 1e-4, so that all four matter alike.
     nlopt_set_max_objective(
@@ -88,12 +88,12 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
 
 TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
   Scene scene(10);
-  const Exposure exposure(scene.folded, scene.comb);
-  Refinement refinement(*scene.shape, scene.comb, scene.folded.size());
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
   ASSERT_TRUE(fit.has_covariance);
   NearSet near(scene.folded.size(), scene.folded.size());
-  near.collect(scene.folded, CombWindow(scene.comb, -1.5, 1.5), scene.comb.period_ns,
+  near.collect(scene.folded, comb_windows(scene.train, -1.5, 1.5), scene.train,
                fit.parameters.line);
   Likelihood likelihood(*scene.shape, scene.folded.size());
   const LikelihoodPoint point = likelihood.evaluate(near, exposure, fit.parameters);
@@ -107,8 +107,8 @@ TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
 
 TEST(Refinement, ATargetAtRestKeepsItsDrift) {
   Scene scene(0);
-  const Exposure exposure(scene.folded, scene.comb);
-  Refinement refinement(*scene.shape, scene.comb, scene.folded.size());
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
   EXPECT_EQ(fit.parameters.line.drift_ns, 0);
   EXPECT_EQ(fit.covariance(drift_index, drift_index), 0);
@@ -119,8 +119,8 @@ TEST(Refinement, ATargetAtRestKeepsItsDrift) {
 
 TEST(Refinement, FarFromAnyTargetItStaysFinite) {
   Scene scene(0);
-  const Exposure exposure(scene.folded, scene.comb);
-  Refinement refinement(*scene.shape, scene.comb, scene.folded.size());
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   for (double delay = 5; delay < 3780; delay += 377) {
     const Fit fit = refinement.climb(scene.folded, exposure, {delay, 3}, true);
     EXPECT_TRUE(std::isfinite(fit.gain_nats));

@@ -17,16 +17,16 @@ TEST(Zoom, EndsWithinAPulseOfTheTarget) {
     made.velocity_mps = 20;
     made.sigma_ns = sigma_ns;
     const auto frame = made.make(4);
-    const Comb comb(made.pattern.segments.front());
-    FoldedFrame folded(frame.photons_ps.size());
-    folded.fold(frame.view(), comb.period_ns);
+    const PulseTrain train(made.pattern);
+    FoldedFrame folded(train, frame.photons_ps.size());
+    folded.fold(frame.view(), train);
     const double beta = 20 / 299792458.0;
     const DelayLine truth = {2 * made.distance_m / 0.299792458 / (1 + beta),
                              2 * beta / (1 + beta) * folded.length_ns};
     NearSet near(folded.size(), folded.size());
     for (const double off : {-1.0, -0.3, 0.0, 0.8}) {
       const double reach = 1.5;
-      near.collect(folded, CombWindow(comb, -2 * reach - 0.4, 2 * reach + 0.4), comb.period_ns,
+      near.collect(folded, comb_windows(train, -2 * reach - 0.4, 2 * reach + 0.4), train,
                    {truth.delay_ns + off, truth.drift_ns - 1.7 * off});
       const DelayLine line = Zoom(sigma_ns, 0).find(near, reach, true);
       EXPECT_NEAR(line.delay_ns, truth.delay_ns, 2.5 * sigma_ns) << off;
@@ -39,12 +39,12 @@ TEST(Zoom, AtRestKeepsTheDrift) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   const auto frame = made.make(4);
-  const Comb comb(made.pattern.segments.front());
-  FoldedFrame folded(frame.photons_ps.size());
-  folded.fold(frame.view(), comb.period_ns);
+  const PulseTrain train(made.pattern);
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
   NearSet near(folded.size(), folded.size());
   const double truth = 2 * made.distance_m / 0.299792458;
-  near.collect(folded, CombWindow(comb, -1, 1), comb.period_ns, {truth + 0.2, 0});
+  near.collect(folded, comb_windows(train, -1, 1), train, {truth + 0.2, 0});
   const DelayLine line = Zoom(0.1, 0).find(near, 0.4, false);
   EXPECT_EQ(line.drift_ns, 0);
   EXPECT_NEAR(line.delay_ns, truth, 0.2);

@@ -35,35 +35,44 @@ struct FrameMaker {
   [[nodiscard]] Frame make(std::uint64_t seed) const {
     std::mt19937_64 random(seed);
     Frame frame;
-    const PatternSegment& segment = pattern.segments.front();
     const long double scale = 1 + drift_ppm * 1e-6L;
-    const long double period_ps = segment.period_ps * scale;
-    const auto periods = std::llround(length_ms * 1e9L / period_ps);
+    const long double period_ps = pattern_period_ps(pattern) * scale;
+    const auto periods = std::max(1LL, std::llround(length_ms * 1e9L / period_ps));
     frame.start_ps = start_ps;
     frame.end_ps = start_ps + std::llround(periods * period_ps);
     const std::int64_t mid = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
     const long double length_ps = frame.end_ps - frame.start_ps;
     const long double c = 299792458.0L * 1e-12L;  // m/ps
     const long double v = velocity_mps * 1e-12L;  // m/ps
-    // Pulse p of period k leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
-    const auto arrival = [&](std::int64_t k, std::size_t p) {
-      const long double e = k * period_ps + segment.pulse_times_ps[p] * scale - length_ps / 2;
+    // A pulse leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
+    const auto arrival = [&](long double e) {
       const long double hit = (c * e + distance_m) / (c - v);
       return 2 * hit - e;
     };
     std::normal_distribution<double> jitter(0, sigma_ns * 1e3);
     const std::int64_t reach = static_cast<std::int64_t>(2 * distance_m / c / period_ps) + 3;
-    for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-      const double mean = signal_per_pulse * segment.amplitudes[p];
-      if (mean <= 0) continue;
-      // Gaps between detections are exponential in accumulated amplitude.
-      std::exponential_distribution<double> gap(mean);
-      for (double at = gap(random); at < static_cast<double>(periods + 2 * reach);
-           at += gap(random)) {
-        const auto k = static_cast<std::int64_t>(at) - reach;
-        const auto t = mid + std::llround(arrival(k, p) + jitter(random));
-        if (t >= frame.start_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
+    long double begin_ps = 0;  // of the segment in the pattern period
+    for (const PatternSegment& segment : pattern.segments) {
+      const std::int64_t repeats = pattern.segments.size() == 1 ? 1 : segment.repeats;
+      for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
+        const double mean = signal_per_pulse * segment.amplitudes[p];
+        if (mean <= 0) continue;
+        // Gaps between detections are exponential in accumulated amplitude.
+        std::exponential_distribution<double> gap(mean);
+        const double turns =
+            static_cast<double>(periods + 2 * reach) * static_cast<double>(repeats);
+        for (double at = gap(random); at < turns; at += gap(random)) {
+          const auto turn = static_cast<std::int64_t>(at);
+          const auto whole = static_cast<long double>(turn / repeats - reach);
+          const auto repeat = static_cast<long double>(turn % repeats);
+          const long double in_pattern =
+              begin_ps + repeat * segment.period_ps + segment.pulse_times_ps[p];
+          const long double e = whole * period_ps + in_pattern * scale - length_ps / 2;
+          const auto t = mid + std::llround(arrival(e) + jitter(random));
+          if (t >= frame.start_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
+        }
       }
+      begin_ps += static_cast<long double>(repeats) * segment.period_ps;
     }
     std::poisson_distribution<std::int64_t> background(
         std::max(1e-300, background_per_ns * static_cast<double>(length_ps) * 1e-3));
@@ -101,6 +110,20 @@ inline Pattern interleaved_pattern(const std::vector<std::int64_t>& subperiods_p
   segment.pulse_times_ps.assign(times.begin(), times.end());
   segment.amplitudes.assign(times.size(), 1.0);
   pattern.segments = {segment};
+  return pattern;
+}
+
+// Periods in turn, each for about as long, in `turns_ps` in all.
+inline Pattern mrr_pattern(const std::vector<double>& periods_ps, double unambiguous_delay_ps,
+                           double turns_ps) {
+  Pattern pattern;
+  pattern.mode = Mode::mrr;
+  pattern.unambiguous_delay_ps = unambiguous_delay_ps;
+  pattern.subperiods_ps = periods_ps;
+  for (const double period_ps : periods_ps) {
+    const double share_ps = turns_ps / static_cast<double>(periods_ps.size());
+    pattern.segments.push_back({period_ps, {0.0}, {1.0}, std::llround(share_ps / period_ps)});
+  }
   return pattern;
 }
 
