@@ -1,0 +1,155 @@
+#include "estimator/paper/alternation.hpp"
+
+#include <nlopt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <new>
+
+#include "estimator/units.hpp"
+
+namespace splid {
+namespace {
+
+using Pair = std::array<double, 2>;
+
+constexpr int max_rounds = 40;
+constexpr int max_evaluations = 200;
+constexpr double reach_widths = 10;
+// Design note: not the scene's limit. Near it estimates would pile up there and look better than
+// the bound allows; this one only keeps beta far below 1.
+constexpr double most_speed_mps = 3e5;
+
+// A value to be made as large as it gets over one or two coordinates, in units of about a standard
+// deviation each, so that the first step, which is the gradient itself, is about Newton's.
+struct Hill {
+  std::function<double(const Pair& at, Pair& gradient)> value;
+  unsigned dimensions = 2;
+  Pair lower = {}, upper = {};
+  // Best seen. NLopt's own return codes tell a stop at the limit of rounding from nothing worse.
+  Pair best = {};
+  double most = 0;
+};
+
+double evaluate(unsigned dimensions, const double* x, double* gradient, void* data) {
+  Hill& hill = *static_cast<Hill*>(data);
+  Pair at = {};
+  Pair slope = {};
+  std::copy_n(x, dimensions, at.begin());
+  const double value = hill.value(at, slope);
+  if (gradient != nullptr) std::copy_n(slope.begin(), dimensions, gradient);
+  if (value > hill.most) {
+    hill.most = value;
+    hill.best = at;
+  }
+  return value;
+}
+
+// From hill.best.
+void climb(Hill& hill) {
+  const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimiser(
+      nlopt_create(NLOPT_LD_LBFGS, hill.dimensions), nlopt_destroy);
+  if (!optimiser) throw std::bad_alloc();
+  nlopt_set_max_objective(optimiser.get(), evaluate, &hill);
+  nlopt_set_lower_bounds(optimiser.get(), hill.lower.data());
+  nlopt_set_upper_bounds(optimiser.get(), hill.upper.data());
+  nlopt_set_xtol_abs1(optimiser.get(), 1e-8);
+  nlopt_set_maxeval(optimiser.get(), max_evaluations);
+  Pair x = hill.best;
+  Pair slope = {};
+  hill.most = hill.value(x, slope);
+  double value = 0;
+  nlopt_optimize(optimiser.get(), x.data(), &value);
+}
+
+// (S, b) at the likelihood's tau and v: concave, so any start does.
+void climb_rates(PaperLikelihood& likelihood, PaperParameters& p) {
+  const double photons = likelihood.photons();
+  const double t = likelihood.seen_ns();
+  const double A = likelihood.amplitude();
+  const double S_unit = std::sqrt(std::max(1.0, p.signal_per_pulse * A)) / A;
+  const double b_unit = std::sqrt(std::max(1.0, p.background_per_ns * t)) / t;
+  Hill hill;
+  // A millionth of a count: b = 0 would make a stray photon impossible.
+  hill.lower = {0, 1e-6 / t / b_unit};
+  hill.upper = {2 * photons / A / S_unit, 2 * photons / t / b_unit};
+  hill.best = {std::clamp(p.signal_per_pulse / S_unit, hill.lower[0], hill.upper[0]),
+               std::clamp(p.background_per_ns / b_unit, hill.lower[1], hill.upper[1])};
+  hill.value = [&](const Pair& at, Pair& gradient) {
+    const auto point = likelihood.evaluate(at[0] * S_unit, at[1] * b_unit);
+    gradient = {point.by_signal * S_unit, point.by_background * b_unit};
+    return point.gain_nats;
+  };
+  climb(hill);
+  p.signal_per_pulse = hill.best[0] * S_unit;
+  p.background_per_ns = hill.best[1] * b_unit;
+}
+
+struct Limits {
+  double least_delay_ns, largest_delay_ns;
+  bool moving;
+};
+
+// (tau, v) with S and b as they are; the gain there.
+double climb_motion(PaperLikelihood& likelihood, const Limits& limits, PaperParameters& p) {
+  const double counts = std::sqrt(std::max(1.0, p.signal_per_pulse * likelihood.amplitude()));
+  const double delay_unit = likelihood.width_ns() / counts;
+  const double v_unit = delay_unit * speed_of_light_mps / likelihood.length_ns();
+  const PaperParameters from = p;
+  Hill hill;
+  hill.dimensions = limits.moving ? 2 : 1;
+  hill.lower = {(limits.least_delay_ns - from.delay_ns) / delay_unit,
+                (-most_speed_mps - from.velocity_mps) / v_unit};
+  hill.upper = {(limits.largest_delay_ns - from.delay_ns) / delay_unit,
+                (most_speed_mps - from.velocity_mps) / v_unit};
+  hill.value = [&](const Pair& at, Pair& gradient) {
+    likelihood.move_to(from.delay_ns + at[0] * delay_unit, from.velocity_mps + at[1] * v_unit);
+    const auto point = likelihood.evaluate(from.signal_per_pulse, from.background_per_ns);
+    gradient = {point.by_delay * delay_unit, point.by_velocity * v_unit};
+    return point.gain_nats;
+  };
+  climb(hill);
+  p.delay_ns = from.delay_ns + hill.best[0] * delay_unit;
+  p.velocity_mps = from.velocity_mps + hill.best[1] * v_unit;
+  likelihood.move_to(p.delay_ns, p.velocity_mps);
+  return hill.most;
+}
+
+}  // namespace
+
+AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start,
+                            bool moving) {
+  AlternationResult result;
+  result.parameters = start;
+  if (!(likelihood.photons() > 0 && likelihood.seen_ns() > 0)) return result;
+  PaperParameters& p = result.parameters;
+  const double width_ns = likelihood.width_ns();
+  const Limits limits = {start.delay_ns - reach_widths * width_ns,
+                         start.delay_ns + reach_widths * width_ns, moving};
+  const double v_small = 1e-6 * width_ns * speed_of_light_mps / likelihood.length_ns();
+  const double gain_small = 1e-10;
+  result.stop = Stop::rounds_spent;
+  likelihood.move_to(p.delay_ns, p.velocity_mps);
+  for (int round = 0; round < max_rounds; ++round) {
+    const PaperParameters before = p;
+    climb_rates(likelihood, p);
+    const double gain_nats = climb_motion(likelihood, limits, p);
+    const double gained = gain_nats - result.gain_nats;
+    result.gain_nats = gain_nats;
+    if (round > 0 && std::abs(p.delay_ns - before.delay_ns) < 1e-6 * width_ns &&
+        std::abs(p.velocity_mps - before.velocity_mps) < v_small) {
+      result.stop = Stop::step_small;
+      break;
+    }
+    if (round > 0 && gained < gain_small) {
+      result.stop = Stop::gain_small;
+      break;
+    }
+  }
+  return result;
+}
+
+}  // namespace splid

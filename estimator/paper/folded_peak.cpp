@@ -1,0 +1,81 @@
+#include "estimator/paper/folded_peak.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "estimator/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double most_bins = 0x1p18;
+// Half of the window: 99.99 % of a gaussian pulse.
+constexpr double half_window_widths = 4;
+
+std::vector<double> unwarped_ns(const TrainPhotons& photons, double velocity_mps) {
+  const double beta = velocity_mps / speed_of_light_mps;
+  const double rate = 2 * beta / (1 + beta);
+  std::vector<double> phases_ns(photons.size());
+  for (std::size_t i = 0; i < photons.size(); ++i) {
+    phases_ns[i] = fold_on(photons.phase_ns[i] - rate * photons.time_ns[i], photons.period_ns);
+  }
+  return phases_ns;
+}
+
+// The middle of the three bins beside each other that hold the most.
+double histogram_peak_ns(const std::vector<double>& phases_ns, double period_ns, double bin_ns) {
+  const auto bins = static_cast<std::size_t>(std::ceil(period_ns / bin_ns));
+  std::vector<unsigned> counts(bins);
+  const double bins_per_ns = static_cast<double>(bins) / period_ns;
+  for (const double phase_ns : phases_ns) {
+    ++counts[std::min(static_cast<std::size_t>(phase_ns * bins_per_ns), bins - 1)];
+  }
+  std::size_t peak = 0;
+  unsigned most = 0;
+  for (std::size_t k = 0; k < bins; ++k) {
+    const unsigned here =
+        counts[k == 0 ? bins - 1 : k - 1] + 2 * counts[k] + counts[k + 1 < bins ? k + 1 : 0];
+    if (here <= most) continue;
+    most = here;
+    peak = k;
+  }
+  return (static_cast<double>(peak) + 0.5) / bins_per_ns;
+}
+
+}  // namespace
+
+FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
+                            const PulseShape& shape) {
+  const double period_ns = photons.period_ns;
+  const double bin_ns = std::max(shape.width_ns(), period_ns / most_bins);
+  const double half_ns = half_window_widths * bin_ns;
+  FoldedPeak peak;
+  if (photons.size() == 0 || period_ns <= 4 * half_ns) return peak;
+  const std::vector<double> phases_ns = unwarped_ns(photons, velocity_mps);
+
+  // The mean in a window about the mean settles on the peak: background pulls it to the middle.
+  double centre_ns = histogram_peak_ns(phases_ns, period_ns, bin_ns);
+  double inside = 0;
+  for (int round = 0; round < 5; ++round) {
+    double offsets_ns = 0;
+    inside = 0;
+    for (const double phase_ns : phases_ns) {
+      const double off_ns = std::remainder(phase_ns - centre_ns, period_ns);
+      if (std::abs(off_ns) > half_ns) continue;
+      inside += 1;
+      offsets_ns += off_ns;
+    }
+    if (inside > 0) centre_ns += offsets_ns / inside;
+  }
+  const double window_ns = 2 * half_ns / period_ns * photons.seen_ns;
+  peak.found = true;
+  peak.delay_ns = fold_on(centre_ns - shape.peak_offset_ns(), period_ns);
+  peak.background_per_ns =
+      std::max(0.0, (photons.counted - inside) / (photons.seen_ns - window_ns));
+  peak.signal_per_pulse =
+      std::max(0.0, (inside - peak.background_per_ns * window_ns) / photons.amplitude);
+  return peak;
+}
+
+}  // namespace splid

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "estimator/paper/train_photons.hpp"
+#include "estimator/pulse_shape.hpp"
+
+namespace splid {
+
+// What censoring finds in the photons of one train, with their motion taken out.
+struct FoldedPeak {
+  bool found = false;
+  double delay_ns = 0;           // D at the train's start, in [0, period)
+  double signal_per_pulse = 0;   // S, of a pulse of amplitude 1; >= 0
+  double background_per_ns = 0;  // b, per ns of the pattern's clock; >= 0
+};
+
+// Folds the un-warped photons (T_j f' / f) on the train's period, finds the peak of the histogram,
+// and counts: photons in a window of four pulse widths about the peak are signal and background,
+// those censored by it background alone. The delay is the mean of those in the window.
+//
+// Not found: no photons, or a period not above twice the window. Threads: any. Source: [P],
+// censoring with a short window.
+FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
+                            const PulseShape& shape);
+
+}  // namespace splid

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "estimator/frame.hpp"
+
+namespace splid {
+
+// A frame's photons in the pattern's own clock, as [P] counts time: from the frame's start. All
+// times are ns of the calibrated pattern; `scale` turns them into the tagger's.
+struct FrameTimes {
+  struct Span {
+    double begin_ns, end_ns;  // from the frame's start
+  };
+  std::vector<double> time_ns;   // of each photon, in [0, length)
+  std::vector<double> phase_ns;  // after the last pattern start, in [0, period)
+  std::vector<Span> seen;        // the frame less its losses, ascending
+  double period_ns = 0;          // of the pattern
+  double start_phase_ns = 0;     // of the frame's start, in [0, period)
+  double length_ns = 0;          // t_a
+  double seen_ns = 0;            // length of all spans
+  double scale = 1;              // measured over calibrated period
+
+  // view must be locked to its syncs; period_ns: pattern_period_ps(), in ns.
+  FrameTimes(const FrameView& view, double period_ns);
+};
+
+}  // namespace splid

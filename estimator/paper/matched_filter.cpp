@@ -1,0 +1,100 @@
+#include "estimator/paper/matched_filter.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <unsupported/Eigen/FFT>
+#include <vector>
+
+#include "estimator/paper/train_photons.hpp"
+#include "estimator/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double most_candidates = 0x1p21;
+constexpr double assumed_signal = 1;
+constexpr double assumed_background_per_ns = 1e-3;
+
+// log(1 + S~ / b~ sum_p a_p h(phase - t_p)) at the middle of each bin of the pattern period.
+std::vector<double> log_intensity(const EmissionTimes& emission, const PulseShape& shape,
+                                  std::size_t bins) {
+  const double bin_ns = emission.period_ns() / static_cast<double>(bins);
+  // Bins wider than half a pulse see a wider pulse, or they would step over it.
+  const double squeeze = std::min(1.0, shape.width_ns() / 2 / bin_ns);
+  std::vector<double> density(bins);
+  for (std::size_t k = 0; k < bins; ++k) {
+    const double phase_ns = static_cast<double>(k) * bin_ns;
+    emission.near(phase_ns, shape.first_ns() / squeeze, shape.last_ns() / squeeze,
+                  [&](double offset_ns, double amplitude) {
+                    density[k] += amplitude * squeeze * std::exp(shape.log_h(offset_ns * squeeze));
+                  });
+  }
+  for (double& value : density) {
+    value = std::log1p(assumed_signal / assumed_background_per_ns * value);
+  }
+  return density;
+}
+
+// How much of the pattern period lies within half_ns of a pulse; random patterns have one train.
+double share_near_pulses(const EmissionTimes& emission, double half_ns) {
+  const std::vector<double>& times_ns = emission.trains().front().times_ns;
+  double covered_ns = 0;
+  for (std::size_t p = 0; p < times_ns.size(); ++p) {
+    const double next_ns =
+        p + 1 < times_ns.size() ? times_ns[p + 1] : times_ns.front() + emission.period_ns();
+    covered_ns += std::min(next_ns - times_ns[p], 2 * half_ns);
+  }
+  return covered_ns / emission.period_ns();
+}
+
+}  // namespace
+
+double matched_filter_delay_ns(const FrameTimes& frame, const EmissionTimes& emission,
+                               const PulseShape& shape) {
+  const double period_ns = emission.period_ns();
+  const double wanted = std::clamp(period_ns / (shape.width_ns() / 2), 16.0, most_candidates);
+  const std::size_t bins = std::bit_ceil(static_cast<std::size_t>(std::ceil(wanted)));
+  const auto bins_per_ns = static_cast<double>(bins) / period_ns;
+  std::vector<double> photons(bins);
+  for (const double phase_ns : frame.phase_ns) {
+    photons[static_cast<std::size_t>(std::llround(phase_ns * bins_per_ns)) % bins] += 1;
+  }
+
+  Eigen::FFT<double> fft;
+  std::vector<std::complex<double>> photon_waves;
+  std::vector<std::complex<double>> filter_waves;
+  fft.fwd(photon_waves, photons);
+  fft.fwd(filter_waves, log_intensity(emission, shape, bins));
+  for (std::size_t k = 0; k < bins; ++k) photon_waves[k] *= std::conj(filter_waves[k]);
+  std::vector<double> score;
+  fft.inv(score, photon_waves);
+  const auto best = std::max_element(score.begin(), score.end());
+  return static_cast<double>(best - score.begin()) / bins_per_ns;
+}
+
+Counting count_signal(const FrameTimes& frame, const EmissionTimes& emission, double width_ns,
+                      double delay_ns, double max_speed_mps) {
+  constexpr double least_outside = 0.01;
+  const double half_ns = 2 * width_ns + 2 * max_speed_mps / speed_of_light_mps * frame.length_ns;
+  const double inside_share = share_near_pulses(emission, half_ns);
+  double inside = 0;
+  for (const double phase_ns : frame.phase_ns) {
+    if (emission.any_near(phase_ns - delay_ns, -half_ns, half_ns)) inside += 1;
+  }
+  const auto photons = static_cast<double>(frame.time_ns.size());
+  const double outside_ns = (1 - inside_share) * frame.seen_ns;
+  const double amplitude = emission.amplitude_per_ns() * frame.seen_ns;
+  if (inside_share > 1 - least_outside) {
+    return {photons / 2 / amplitude, photons / 2 / frame.seen_ns};
+  }
+  Counting counting;
+  counting.background_per_ns = (photons - inside) / outside_ns;
+  const double beneath = counting.background_per_ns * inside_share * frame.seen_ns;
+  counting.signal_per_pulse = std::max(0.0, inside - beneath) / amplitude;
+  return counting;
+}
+
+}  // namespace splid

@@ -1,0 +1,89 @@
+#include "estimator/paper/paper_likelihood.hpp"
+
+#include <cmath>
+
+#include "estimator/paper/train_photons.hpp"
+#include "estimator/units.hpp"
+
+namespace splid {
+
+PaperLikelihood::PaperLikelihood(const FrameTimes& frame, const EmissionTimes& emission,
+                                 const PulseShape& shape)
+    : frame_(frame),
+      emission_(emission),
+      shape_(shape),
+      photons_(static_cast<double>(frame.time_ns.size())),
+      seen_ns_(frame.seen_ns * frame.scale),
+      amplitude_(emission.amplitude_per_ns() * frame.seen_ns) {}
+
+// Design note: the photon's offset t - tau / (1 - beta) - e (1 + beta) / (1 - beta) is what
+// (t - g t - tau / (1 + beta) - e) / (1 - g) is, g = 2 beta / (1 + beta). Folded before e is taken
+// off, it is good to 1e-12 ns at any t, and feels velocities of nanometres a second.
+void PaperLikelihood::collect(double delay_ns, double beta) {
+  for (auto* pairs : {&offset_ns_, &pair_amplitude_, &by_velocity_}) pairs->clear();
+  first_.clear();
+  const double stretch = frame_.scale / (1 - rate_);
+  const double line_ns = delay_ns / (1 + beta);
+  const double per_mps = -frame_.scale / ((1 - beta) * (1 - beta) * speed_of_light_mps);
+  for (std::size_t j = 0; j < frame_.time_ns.size(); ++j) {
+    const double moved_ns = rate_ * frame_.time_ns[j];
+    const double phase_ns = fold_on(frame_.phase_ns[j] - moved_ns - line_ns, emission_.period_ns());
+    const double sent_ns = frame_.time_ns[j] - moved_ns - line_ns;
+    const std::size_t before = offset_ns_.size();
+    emission_.near(phase_ns, shape_.first_ns() / stretch, shape_.last_ns() / stretch,
+                   [&](double off_ns, double amplitude) {
+                     offset_ns_.push_back(off_ns * stretch);
+                     pair_amplitude_.push_back(amplitude);
+                     // d offset / dv, from e, the time at which this pulse left.
+                     by_velocity_.push_back(per_mps * (delay_ns + 2 * (sent_ns - off_ns)));
+                   });
+    if (offset_ns_.size() > before) first_.push_back(before);
+  }
+  first_.push_back(offset_ns_.size());
+}
+
+void PaperLikelihood::move_to(double delay_ns, double velocity_mps) {
+  const double beta = velocity_mps / speed_of_light_mps;
+  rate_ = 2 * beta / (1 + beta);
+  rate_by_mps_ = 2 / ((1 + beta) * (1 + beta) * speed_of_light_mps);
+  collect(delay_ns, beta);
+  for (auto* values : {&h_, &d1_, &d2_}) values->resize(offset_ns_.size());
+  shape_.evaluate(offset_ns_, {h_, d1_, d2_});
+  const double by_delay = -frame_.scale / (1 - beta);
+  near_.assign(first_.size() - 1, Near{});
+  for (std::size_t k = 0; k < near_.size(); ++k) {
+    for (std::size_t i = first_[k]; i < first_[k + 1]; ++i) {
+      near_[k].density += pair_amplitude_[i] * h_[i];
+      near_[k].by_delay += pair_amplitude_[i] * d1_[i] * by_delay;
+      near_[k].by_velocity += pair_amplitude_[i] * d1_[i] * by_velocity_[i];
+    }
+  }
+}
+
+PaperLikelihood::Point PaperLikelihood::evaluate(double signal_per_pulse,
+                                                 double background_per_ns) const {
+  const double S = signal_per_pulse;
+  const double b = background_per_ns;
+  const double flat_per_ns = photons_ / seen_ns_;
+  const double far = photons_ - static_cast<double>(near_.size());
+  Point point;
+  point.gain_nats = photons_ - S * amplitude_ * (1 - rate_) - b * seen_ns_;
+  point.by_velocity = S * amplitude_ * rate_by_mps_;
+  point.by_signal = -amplitude_ * (1 - rate_);
+  point.by_background = -seen_ns_;
+  if (far > 0) {
+    point.gain_nats += far * std::log(b / flat_per_ns);
+    point.by_background += far / b;
+  }
+  for (const Near& photon : near_) {
+    const double lambda = b + S * photon.density;
+    point.gain_nats += std::log(lambda / flat_per_ns);
+    point.by_delay += S * photon.by_delay / lambda;
+    point.by_velocity += S * photon.by_velocity / lambda;
+    point.by_signal += photon.density / lambda;
+    point.by_background += 1 / lambda;
+  }
+  return point;
+}
+
+}  // namespace splid

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estimator/paper/emission_times.hpp"
+#include "estimator/paper/frame_times.hpp"
+#include "estimator/pulse_shape.hpp"
+
+namespace splid {
+
+// What [P] estimates of a frame. The delay is in the pattern's clock, rates are in the tagger's.
+struct PaperParameters {
+  double delay_ns = 0;  // tau, round trip at the frame's start
+  double velocity_mps = 0;
+  double signal_per_pulse = 0;   // S >= 0
+  double background_per_ns = 0;  // b > 0
+};
+
+// l = -integral lambda + sum_j log lambda(T_j), with [P] Eq. 2's
+// lambda(t) = b + S sum_e a_e h(t - tau / (1 - beta) - e (1 + beta) / (1 - beta)) over all emission
+// times, those before the frame included ([P] Eq. 4 and 7, whose print lacks the logarithm).
+//
+// Values are gains over no target, S = 0 and b = N / t: some thousands where l itself is 1e5, which
+// leaves the optimiser two more digits.
+//
+// Design note: written from [P]'s formula in (tau, v), apart from Likelihood, which works on delay
+// lines about mid-frame: two ways to one number. Pulses in a loss count by their mean rate.
+//
+// Threads: one an object. frame, emission and shape must outlive it.
+class PaperLikelihood {
+ public:
+  PaperLikelihood(const FrameTimes& frame, const EmissionTimes& emission, const PulseShape& shape);
+
+  struct Point {
+    double gain_nats = 0;
+    double by_delay = 0;       // derivatives: nats per ns,
+    double by_velocity = 0;    // per m/s,
+    double by_signal = 0;      // per count a pulse,
+    double by_background = 0;  // per count a ns
+  };
+  // Sets tau and v, which is where the work is: each photon's pulses are found and weighed anew.
+  void move_to(double delay_ns, double velocity_mps);
+  // At the tau and v set last; background_per_ns > 0.
+  [[nodiscard]] Point evaluate(double signal_per_pulse, double background_per_ns) const;
+
+  [[nodiscard]] double photons() const { return photons_; }
+  [[nodiscard]] double seen_ns() const { return seen_ns_; }      // tagger's clock
+  [[nodiscard]] double amplitude() const { return amplitude_; }  // of the pulses seen, at rest
+  [[nodiscard]] double length_ns() const { return frame_.length_ns; }
+  [[nodiscard]] double width_ns() const { return shape_.width_ns(); }
+
+ private:
+  struct Near {              // a photon with pulses in its neighbourhood
+    double density = 0;      // sum_p a_p h
+    double by_delay = 0;     // its derivatives
+    double by_velocity = 0;  //
+  };
+  void collect(double delay_ns, double beta);
+
+  const FrameTimes& frame_;
+  const EmissionTimes& emission_;
+  const PulseShape& shape_;
+  double photons_;
+  double seen_ns_;
+  double amplitude_;
+  double rate_ = 0;         // g = 2 beta / (1 + beta)
+  double rate_by_mps_ = 0;  // dg / dv
+  std::vector<Near> near_;
+  // One entry for each pair of a photon and a pulse near it.
+  std::vector<double> offset_ns_, pair_amplitude_, by_velocity_, h_, d1_, d2_;
+  std::vector<std::size_t> first_;  // pairs of near photon k begin here
+};
+
+}  // namespace splid

@@ -1,0 +1,53 @@
+#include "estimator/paper/paper_method.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/paper/alternation.hpp"
+#include "estimator/paper/frame_times.hpp"
+#include "estimator/paper/paper_likelihood.hpp"
+#include "estimator/paper/train_photons.hpp"
+#include "estimator/units.hpp"
+
+namespace splid {
+
+PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene)
+    : shape_(shape),
+      max_speed_mps_(scene.motion == Motion::static_target ? 0 : scene.max_speed_mps),
+      unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
+      emission_(pattern),
+      start_(pattern, emission_, shape, max_speed_mps_) {}
+
+PaperResult PaperMethod::estimate(const FrameView& view) {
+  constexpr std::size_t least_photons = 3;
+  PaperResult result;
+  result.photons = view.photons_ps.size();
+  if (!view.sync.locked || result.photons < least_photons) return result;
+  const auto [first, last] = std::minmax_element(view.photons_ps.begin(), view.photons_ps.end());
+  if (*first == *last) return result;
+  const FrameTimes frame(view, emission_.period_ns());
+  if (!(frame.seen_ns > 0)) return result;
+  const std::optional<PaperParameters> start = start_.find(frame);
+  if (!start) return result;
+
+  PaperLikelihood likelihood(frame, emission_, shape_);
+  const AlternationResult refined = alternate(likelihood, *start, max_speed_mps_ > 0);
+  const PaperParameters& p = refined.parameters;
+  const auto reported_ns = [&](double delay_ns) {
+    return fold_on(delay_ns, unambiguous_ns_) * frame.scale;
+  };
+  const double moved_ns = p.velocity_mps / speed_of_light_mps * frame.length_ns;
+  result.found = refined.gain_nats > 0 && std::isfinite(p.delay_ns);
+  result.delay_start_ns = reported_ns(p.delay_ns);
+  result.delay_ns = reported_ns(p.delay_ns + moved_ns);
+  result.velocity_mps = p.velocity_mps;
+  result.signal_per_pulse = p.signal_per_pulse;
+  result.background_per_ns = p.background_per_ns;
+  result.gain_nats = refined.gain_nats;
+  result.initial_delay_start_ns = reported_ns(start->delay_ns);
+  result.initial_velocity_mps = start->velocity_mps;
+  result.stop = refined.stop;
+  return result;
+}
+
+}  // namespace splid

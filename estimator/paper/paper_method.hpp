@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+
+#include "estimator/estimate.hpp"
+#include "estimator/frame.hpp"
+#include "estimator/options.hpp"
+#include "estimator/paper/emission_times.hpp"
+#include "estimator/paper/paper_start.hpp"
+#include "estimator/pulse_shape.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid {
+
+// What method `paper` found in a frame; all values are finite.
+struct PaperResult {
+  bool found = false;         // false: nothing below holds but photons
+  double delay_start_ns = 0;  // tau, round trip at the frame's start, in [0, unambiguous delay)
+  double delay_ns = 0;        // round trip at mid-frame, in [0, unambiguous delay)
+  double velocity_mps = 0;
+  double signal_per_pulse = 0;        // S, of a pulse of amplitude 1
+  double background_per_ns = 0;       // b
+  double gain_nats = 0;               // log-likelihood over no target
+  double initial_delay_start_ns = 0;  // where the refinement started
+  double initial_velocity_mps = 0;
+  Stop stop = Stop::not_run;
+  std::size_t photons = 0;
+};
+
+// The method of [P], kept whole, as the yardstick for splid's own search: Fourier analysis and
+// censoring (periodic modes), with the robust Chinese remainder theorem (MRR, interleaved), or a
+// matched filter at v = 0 and counting (random); then L-BFGS on (S, b) and (tau, v) in turn.
+//
+// What it cannot do, as [P] says of it or as follows from it: a random pattern's target that moves
+// by more than some pulse widths in a frame (above 20 to 30 m/s in 0.1 ms, less in longer frames)
+// starts outside the refinement's reach; MRR gives each photon to the train that plays when it
+// arrives, so trains must be long against the delay.
+//
+// Of [P]'s two remainder theorems the mixed-integer program is used throughout: it has the same
+// answer where Wang's applies, and the moduli of a calibrated pattern are never whole numbers.
+//
+// Threads: one call at a time; objects share nothing. Errors: std::bad_alloc alone; frames that are
+// not locked to their syncs, of fewer than 3 photons, or whose photons all came at one time are not
+// found. Allocates: it is for comparison, not for the way of a frame.
+class PaperMethod {
+ public:
+  // pattern must be valid; shape must outlive the object.
+  PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene);
+  // start_ refers to emission_.
+  PaperMethod(const PaperMethod&) = delete;
+  PaperMethod& operator=(const PaperMethod&) = delete;
+
+  PaperResult estimate(const FrameView& view);
+
+ private:
+  const PulseShape& shape_;
+  double max_speed_mps_;
+  double unambiguous_ns_;
+  EmissionTimes emission_;
+  PaperStart start_;
+};
+
+}  // namespace splid

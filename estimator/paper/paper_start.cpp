@@ -1,0 +1,164 @@
+#include "estimator/paper/paper_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/paper/clusters.hpp"
+#include "estimator/paper/crt.hpp"
+#include "estimator/paper/folded_peak.hpp"
+#include "estimator/paper/fourier_velocity.hpp"
+#include "estimator/paper/matched_filter.hpp"
+#include "estimator/units.hpp"
+
+namespace splid {
+
+PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
+                       const PulseShape& shape, double max_speed_mps)
+    : emission_(emission),
+      shape_(shape),
+      max_speed_mps_(max_speed_mps),
+      mode_(pattern.mode),
+      unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps) {
+  if (mode_ == Mode::interleaved) {
+    for (const double subperiod_ps : pattern.subperiods_ps) {
+      repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
+    }
+  } else {
+    for (const auto& train : emission.trains()) repetitions_.push_back(repetition_of(train));
+  }
+}
+
+// Pulses that are not evenly spaced are no periodic mode; the strongest then stands for them.
+PaperStart::Repetition PaperStart::repetition_of(const EmissionTimes::Train& train) const {
+  const auto pulses = static_cast<double>(train.times_ns.size());
+  const double spacing_ns = train.period_ns / pulses;
+  bool even = true;
+  for (std::size_t p = 0; p < train.times_ns.size(); ++p) {
+    const double place_ns = train.times_ns.front() + static_cast<double>(p) * spacing_ns;
+    even = even && std::abs(train.times_ns[p] - place_ns) <= shape_.width_ns();
+  }
+  if (even) return {spacing_ns, train.times_ns.front(), train.amplitude / pulses};
+  const auto strongest = std::max_element(train.amplitudes.begin(), train.amplitudes.end());
+  const auto place = static_cast<std::size_t>(strongest - train.amplitudes.begin());
+  return {train.period_ns, train.times_ns[place], *strongest};
+}
+
+// The pulses of a sub-period: where most of the pattern's light lies modulo t_k. That is at 0, but
+// for a calibrated pattern, whose times may have any origin.
+PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
+  const EmissionTimes::Train& train = emission_.trains().front();
+  const double turns = std::round(train.period_ns / nominal_ns);
+  const double period_ns = train.period_ns / turns;
+  std::vector<double> rests_ns;
+  for (const double time_ns : train.times_ns) rests_ns.push_back(fold_on(time_ns, period_ns));
+  const Cluster cluster =
+      find_largest_cluster(rests_ns, train.amplitudes, period_ns, shape_.width_ns());
+  return {period_ns, cluster.middle_ns, cluster.weight / turns};
+}
+
+TrainPhotons PaperStart::photons_of(const FrameTimes& frame, std::size_t index) const {
+  const EmissionTimes::Train& train = emission_.trains()[index];
+  const Repetition& repetition = repetitions_[index];
+  TrainPhotons photons;
+  photons.period_ns = repetition.period_ns;
+  // Where the frame starts within the train's stretch, so does what is seen of it.
+  const double into_ns = fold_on(frame.start_phase_ns - train.begin_ns, frame.period_ns);
+  photons.start_ns = into_ns < train.length_ns ? 0 : frame.period_ns - into_ns;
+  for (std::size_t j = 0; j < frame.time_ns.size(); ++j) {
+    const double within_ns = frame.phase_ns[j] - train.begin_ns;
+    if (within_ns < 0 || within_ns >= train.length_ns) continue;
+    photons.phase_ns.push_back(fold_on(within_ns - repetition.offset_ns, repetition.period_ns));
+    photons.time_ns.push_back(frame.time_ns[j] - photons.start_ns);
+  }
+  // Of the time since the frame's start, how much the train was on.
+  const auto on_ns = [&](double time_ns) {
+    const double since_ns = time_ns + into_ns;
+    const double turns = std::floor(since_ns / frame.period_ns);
+    return turns * train.length_ns + std::min(since_ns - turns * frame.period_ns, train.length_ns);
+  };
+  for (const auto& span : frame.seen) photons.seen_ns += on_ns(span.end_ns) - on_ns(span.begin_ns);
+  photons.amplitude = repetition.amplitude * photons.seen_ns / repetition.period_ns;
+  photons.counted = static_cast<double>(photons.size());
+  return photons;
+}
+
+TrainPhotons PaperStart::photons_of_subperiod(const FrameTimes& frame,
+                                              const Repetition& subperiod) const {
+  TrainPhotons photons;
+  photons.period_ns = subperiod.period_ns;
+  for (const double phase_ns : frame.phase_ns) {
+    photons.phase_ns.push_back(fold_on(phase_ns - subperiod.offset_ns, subperiod.period_ns));
+  }
+  photons.time_ns = frame.time_ns;
+  photons.seen_ns = frame.seen_ns;
+  photons.amplitude = subperiod.amplitude * photons.seen_ns / subperiod.period_ns;
+  photons.counted = static_cast<double>(photons.size());
+  const double motion_ns = 2 * max_speed_mps_ / speed_of_light_mps * frame.length_ns;
+  keep_largest_cluster(photons, 4 * shape_.width_ns() + motion_ns);
+  return photons;
+}
+
+std::optional<PaperParameters> PaperStart::from_trains(
+    const std::vector<TrainPhotons>& trains) const {
+  PaperParameters mean;
+  std::vector<double> delays_ns, counts;
+  for (const TrainPhotons& photons : trains) {
+    if (!(photons.seen_ns > 0)) return std::nullopt;
+    const double velocity_mps = fourier_velocity_mps(photons, shape_.width_ns(), max_speed_mps_);
+    const FoldedPeak peak = find_folded_peak(photons, velocity_mps, shape_);
+    if (!peak.found) return std::nullopt;
+    delays_ns.push_back(peak.delay_ns);
+    counts.push_back(peak.signal_per_pulse * photons.amplitude);
+    const auto share = 1 / static_cast<double>(trains.size());
+    mean.velocity_mps += share * velocity_mps;
+    mean.signal_per_pulse += share * peak.signal_per_pulse;
+    mean.background_per_ns += share * peak.background_per_ns;
+  }
+  const double beta = mean.velocity_mps / speed_of_light_mps;
+  const double rate = 2 * beta / (1 + beta);
+  if (trains.size() == 1) {
+    mean.delay_ns = (delays_ns.front() - rate * trains.front().start_ns) * (1 + beta);
+    return mean;
+  }
+  // Eq. 5: train k sees tau + 2 v t_0^k / c, to be taken back to the frame's start; a mean of n
+  // photons has n times the weight of one.
+  std::vector<Remainder> remainders;
+  for (std::size_t k = 0; k < trains.size(); ++k) {
+    const double value_ns = delays_ns[k] - rate * trains[k].start_ns;
+    remainders.push_back(
+        {fold_on(value_ns, trains[k].period_ns), trains[k].period_ns, std::max(counts[k], 1e-3)});
+  }
+  const CrtSolution crt = crt_mixed_integer(remainders, unambiguous_ns_);
+  if (!crt.found) return std::nullopt;
+  mean.delay_ns = crt.value_ns * (1 + beta);
+  return mean;
+}
+
+PaperParameters PaperStart::by_matched_filter(const FrameTimes& frame) const {
+  PaperParameters start;
+  start.delay_ns = matched_filter_delay_ns(frame, emission_, shape_);
+  const Counting counting =
+      count_signal(frame, emission_, shape_.width_ns(), start.delay_ns, max_speed_mps_);
+  start.signal_per_pulse = counting.signal_per_pulse;
+  start.background_per_ns = counting.background_per_ns;
+  return start;
+}
+
+std::optional<PaperParameters> PaperStart::find(const FrameTimes& frame) const {
+  std::optional<PaperParameters> start;
+  if (mode_ == Mode::random) {
+    start = by_matched_filter(frame);
+  } else {
+    std::vector<TrainPhotons> trains;
+    for (std::size_t k = 0; k < repetitions_.size(); ++k) {
+      trains.push_back(mode_ == Mode::interleaved ? photons_of_subperiod(frame, repetitions_[k])
+                                                  : photons_of(frame, k));
+    }
+    start = from_trains(trains);
+  }
+  // Counted by the pattern's clock; the tagger's nanoseconds are `scale` times as many.
+  if (start) start->background_per_ns /= frame.scale;
+  return start;
+}
+
+}  // namespace splid

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "estimator/paper/emission_times.hpp"
+#include "estimator/paper/frame_times.hpp"
+#include "estimator/pulse_shape.hpp"
+#include "estimator/units.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid::test {
+
+// [P]'s simulated scene: 0.5 ms, 0.018 counts a pulse, 1e-3 of background a ns, sigma 0.1 ns.
+inline FrameMaker simulated_scene(const Pattern& pattern, double velocity_mps) {
+  FrameMaker made;
+  made.pattern = pattern;
+  made.length_ms = 0.5;
+  made.distance_m = 140;
+  made.velocity_mps = velocity_mps;
+  made.signal_per_pulse = 0.018;
+  made.background_per_ns = 1e-3;
+  return made;
+}
+
+// A frame as the parts of method `paper` take it.
+struct PaperScene {
+  FrameMaker made;
+  FrameMaker::Frame frame;
+  EmissionTimes emission;
+  FrameTimes times;
+  std::unique_ptr<PulseShape> shape;
+
+  PaperScene(const FrameMaker& made_in, std::uint64_t seed)
+      : PaperScene(made_in, made_in.make(seed)) {}
+  PaperScene(const FrameMaker& made_in, const FrameMaker::Frame& frame_in)
+      : made(made_in),
+        frame(frame_in),
+        emission(made.pattern),
+        times(frame.view(), emission.period_ns()),
+        shape(make_gaussian(made.sigma_ns)) {}
+
+  // Round trip at the frame's start, in the pattern's clock.
+  [[nodiscard]] double delay_start_ns() const {
+    const double length_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;
+    const double start_m = made.distance_m - made.velocity_mps * length_ns * 1e-9 / 2;
+    return 2 * start_m / speed_of_light_mps * 1e9 / times.scale;
+  }
+};
+
+}  // namespace splid::test
