@@ -18,6 +18,11 @@ namespace splid {
 // trial frequencies would take seconds. Trial frequencies move the ends of the train by one bin
 // (about sigma), six steps in the resolution of the highest harmonic; the best is then refined.
 //
+// Adding powers forgets the harmonics' phases: N_s photons of signal among N stand out by about
+// N_s^2 / N sqrt(period / 10 sigma) deviations of the noise. [P]'s scenes with 40 pulses in 3780 ns
+// have 150 and more; a single pulse in 3780 ns with the experiment's S (18 photons of 8,770 in 50
+// ms) has 2, and is found in one frame of three.
+//
 // Cost: 2 max |g| span / width steps, each photons + period / width (2^18 at most). Threads: any.
 // Source: [P] section on initialisation of periodic patterns.
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);

@@ -52,25 +52,26 @@ double share_near_pulses(const EmissionTimes& emission, double half_ns) {
 
 }  // namespace
 
-double matched_filter_delay_ns(const FrameTimes& frame, const EmissionTimes& emission,
-                               const PulseShape& shape) {
-  const double period_ns = emission.period_ns();
-  const double wanted = std::clamp(period_ns / (shape.width_ns() / 2), 16.0, most_candidates);
+MatchedFilter::MatchedFilter(const EmissionTimes& emission, const PulseShape& shape) {
+  const double wanted =
+      std::clamp(emission.period_ns() / (shape.width_ns() / 2), 16.0, most_candidates);
   const std::size_t bins = std::bit_ceil(static_cast<std::size_t>(std::ceil(wanted)));
-  const auto bins_per_ns = static_cast<double>(bins) / period_ns;
+  Eigen::FFT<double>().fwd(waves_, log_intensity(emission, shape, bins));
+}
+
+double MatchedFilter::delay_ns(const FrameTimes& frame) const {
+  const std::size_t bins = waves_.size();
+  const auto bins_per_ns = static_cast<double>(bins) / frame.period_ns;
   std::vector<double> photons(bins);
   for (const double phase_ns : frame.phase_ns) {
     photons[static_cast<std::size_t>(std::llround(phase_ns * bins_per_ns)) % bins] += 1;
   }
-
   Eigen::FFT<double> fft;
-  std::vector<std::complex<double>> photon_waves;
-  std::vector<std::complex<double>> filter_waves;
-  fft.fwd(photon_waves, photons);
-  fft.fwd(filter_waves, log_intensity(emission, shape, bins));
-  for (std::size_t k = 0; k < bins; ++k) photon_waves[k] *= std::conj(filter_waves[k]);
+  std::vector<std::complex<double>> waves;
+  fft.fwd(waves, photons);
+  for (std::size_t k = 0; k < bins; ++k) waves[k] *= std::conj(waves_[k]);
   std::vector<double> score;
-  fft.inv(score, photon_waves);
+  fft.inv(score, waves);
   const auto best = std::max_element(score.begin(), score.end());
   return static_cast<double>(best - score.begin()) / bins_per_ns;
 }

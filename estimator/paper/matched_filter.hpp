@@ -1,20 +1,31 @@
 #pragma once
 
+#include <complex>
+#include <vector>
+
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/frame_times.hpp"
 #include "estimator/pulse_shape.hpp"
 
 namespace splid {
 
-// The delay, in [0, pattern period) of the pattern's clock, with the largest
-// sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), S~ = 1 and b~ = 1e-3 / ns ([P] Eq. 8): a target
-// at rest. Candidates are half a pulse width apart, or a 2^21th of the period if that is wider.
+// Finds the delay with the largest sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), S~ = 1 and
+// b~ = 1e-3 / ns ([P] Eq. 8): a target at rest. Candidates are a quarter to half of a pulse width
+// apart, or a 2^21th of the period if that is wider.
 //
 // The sum is a correlation of two functions on the circle of the pattern period, the photons and
 // log(1 + S~ / b~ sum_p a_p h), and is done by FFT: B log B for B candidates, however many photons
-// and pulses. Threads: any.
-double matched_filter_delay_ns(const FrameTimes& frame, const EmissionTimes& emission,
-                               const PulseShape& shape);
+// and pulses. Threads: const, any.
+class MatchedFilter {
+ public:
+  MatchedFilter(const EmissionTimes& emission, const PulseShape& shape);
+
+  // In [0, pattern period), in the pattern's clock.
+  [[nodiscard]] double delay_ns(const FrameTimes& frame) const;
+
+ private:
+  std::vector<std::complex<double>> waves_;  // spectrum of the filter
+};
 
 // Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps:
 // photons within windows of t_win = 4 sigma + 4 v_max t_a / c about each pulse are signal and

@@ -7,7 +7,6 @@
 #include "estimator/paper/crt.hpp"
 #include "estimator/paper/folded_peak.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
-#include "estimator/paper/matched_filter.hpp"
 #include "estimator/units.hpp"
 
 namespace splid {
@@ -19,7 +18,9 @@ PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
       max_speed_mps_(max_speed_mps),
       mode_(pattern.mode),
       unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps) {
-  if (mode_ == Mode::interleaved) {
+  if (mode_ == Mode::random) {
+    filter_.emplace(emission, shape);
+  } else if (mode_ == Mode::interleaved) {
     for (const double subperiod_ps : pattern.subperiods_ps) {
       repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
     }
@@ -136,7 +137,7 @@ std::optional<PaperParameters> PaperStart::from_trains(
 
 PaperParameters PaperStart::by_matched_filter(const FrameTimes& frame) const {
   PaperParameters start;
-  start.delay_ns = matched_filter_delay_ns(frame, emission_, shape_);
+  start.delay_ns = filter_->delay_ns(frame);
   const Counting counting =
       count_signal(frame, emission_, shape_.width_ns(), start.delay_ns, max_speed_mps_);
   start.signal_per_pulse = counting.signal_per_pulse;
@@ -146,7 +147,7 @@ PaperParameters PaperStart::by_matched_filter(const FrameTimes& frame) const {
 
 std::optional<PaperParameters> PaperStart::find(const FrameTimes& frame) const {
   std::optional<PaperParameters> start;
-  if (mode_ == Mode::random) {
+  if (filter_) {
     start = by_matched_filter(frame);
   } else {
     std::vector<TrainPhotons> trains;

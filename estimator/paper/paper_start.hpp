@@ -5,6 +5,7 @@
 
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/frame_times.hpp"
+#include "estimator/paper/matched_filter.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
 #include "estimator/pulse_shape.hpp"
@@ -45,6 +46,7 @@ class PaperStart {
   double max_speed_mps_;
   Mode mode_;
   double unambiguous_ns_;
+  std::optional<MatchedFilter> filter_;  // of random patterns
   std::vector<Repetition> repetitions_;  // of each train, or of each sub-period where interleaved
 };
 

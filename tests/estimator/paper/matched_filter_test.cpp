@@ -37,7 +37,7 @@ TEST(MatchedFilter, FindsTheBestDelayOfEquation8) {
     if (sigma_ns > 1) made.signal_per_pulse = 0.3;
     made.pattern.segments[0].amplitudes[3] = 2.5;
     const test::PaperScene scene(made, 3);
-    const double found_ns = matched_filter_delay_ns(scene.times, scene.emission, *scene.shape);
+    const double found_ns = MatchedFilter(scene.emission, *scene.shape).delay_ns(scene.times);
     EXPECT_NEAR(found_ns, scene.delay_start_ns(), sigma_ns);
     double most = 0;
     for (double delay_ns = 0; delay_ns < 378; delay_ns += sigma_ns / 2) {

@@ -63,6 +63,20 @@ TEST(PaperStart, SeveralRatesByTheRemaindersOfEach) {
   }
 }
 
+// [P] Eq. 5: by the second rate's turn, 10 ms on, the target has moved 9 ns, as much as the rates'
+// common divisor.
+TEST(PaperStart, RemaindersAreTakenBackToTheFramesStart) {
+  test::FrameMaker made;
+  made.pattern =
+      make_mrr(std::vector<double>{90000, 99000}, std::vector<std::int64_t>{111111, 101010});
+  made.length_ms = 20;
+  made.distance_m = 100;
+  for (const double velocity : {140.0, -140.0}) {
+    made.velocity_mps = velocity;
+    expect_in_reach({made, 1}, "mrr, 20 ms");
+  }
+}
+
 // The generator's pattern seldom starts with the frame.
 TEST(PaperStart, AFrameMayBeginWithinATrain) {
   const Pattern pattern =
