@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estimator/options.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid::studies {
+
+// A figure of [P], or of the design. Its axes are reconstructed: see docs/accuracy.md.
+enum class Study { fig2, fig3, fig4, fig4_long, fig5, fig9, experiment };
+
+// What a cell sweeps over in its study: the figure's horizontal axis.
+enum class Axis { background, length, velocity, signal };
+
+struct StudyInfo {
+  Study study;
+  std::string_view name;   // on the command line and in the tables
+  std::string_view title;  // a sentence for the tables
+  Axis axis;
+  double ratio_to_reach;  // RMSE over the bound, of delay and velocity
+};
+
+const std::vector<StudyInfo>& all_studies();
+const StudyInfo& info(Study study);
+std::optional<Study> study_from_name(std::string_view name);
+
+// How a frame is estimated.
+enum class Estimator {
+  search,  // splid's own
+  paper,   // [P]'s method, whole
+  wang,    // [P]'s with the CRT of Wang et al. 2015 on rounded moduli: Fig. 5 alone
+};
+
+const char* to_string(Estimator estimator);
+std::optional<Estimator> estimator_from_name(std::string_view name);
+
+// One point of a figure: a scene, of which each trial draws its own frame.
+struct Cell {
+  Study study = Study::fig2;
+  Mode mode = Mode::baseline;
+  Effort effort = Effort::balanced;  // of the search
+  double length_ms = 0.5;
+  double signal_per_pulse = 0.018;
+  double background_per_ns = 1e-3;
+  std::optional<double> velocity_mps = {};  // absent: each trial draws its own within +-150 m/s
+};
+
+constexpr double pulse_sigma_ns = 0.1;
+constexpr double max_speed_mps = 150;
+
+// Cell and estimator: what is run at once and has a row of its own in the results.
+struct Job {
+  Cell cell;
+  Estimator estimator = Estimator::search;
+  int trials = 0;
+};
+
+// What tells one job from another, trials aside: the first columns of the results' CSV.
+std::string scene_key(const Cell& cell);
+std::string key(const Job& job);
+
+// The pattern that the study gives this mode; frames of MRR show each period for half of their
+// length.
+Pattern pattern_of(const Cell& cell);
+
+// All jobs of all studies, in the order of the tables.
+std::vector<Job> full_jobs(int trials);
+// A few, whose search takes less than a minute together.
+std::vector<Job> quick_jobs(int trials);
+
+}  // namespace splid::studies

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "bench/studies/cells.hpp"
+#include "estimator/bound.hpp"
+
+namespace splid::studies {
+
+// What the photons of a cell can tell, before anything is estimated.
+struct Expectation {
+  double length_ns = 0;       // of the frame: whole pattern periods
+  double signal_photons = 0;  // mean number a frame
+  double background_photons = 0;
+  double gain_nats = 0;            // mean log-likelihood of the truth over no target
+  double gain_deviation_nats = 0;  // from frame to frame, one standard deviation
+  double threshold_nats = 0;       // what chance alone gains in one of 1000 empty frames
+  // Share of frames in which the truth gains less than that, or in which two periods' photons agree
+  // better at another delay: about what the best of methods finds wrong peaks in, or nothing.
+  double chance_lost = 0;
+  Bound bound{};  // half-way into the unambiguous range
+};
+
+// Errors: as the pattern's maker.
+Expectation expect(const Cell& cell);
+
+// Less than one frame in 100 is lost. Where more are, errors and wrong peaks are no method's fault.
+bool photons_decide(const Expectation& expectation);
+// No frame in a million is lost.
+bool is_easy(const Expectation& expectation);
+
+}  // namespace splid::studies

@@ -1,0 +1,152 @@
+// The tables and figures of [P] by one command: see --help and docs/accuracy.md.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/studies/report.hpp"
+#include "bench/studies/runner.hpp"
+#include "daemon/stop_signals.hpp"
+#include "protocol/error.hpp"
+
+namespace splid::studies {
+namespace {
+
+struct Options {
+  bool quick = false;
+  std::string shard = "1/1";
+  std::vector<std::string> only;
+  int trials = 0;  // 0: as many as fit, 1000 or for --quick 300
+  std::string output = "docs/studies";
+  std::string method = "both";
+  int threads = 1;
+  std::string report;
+  std::string table;
+};
+
+struct Shard {
+  std::size_t number = 1, of = 1;
+};
+
+Shard shard_of(const Options& options) {
+  Shard shard;
+  const bool read = std::sscanf(options.shard.c_str(), "%zu/%zu", &shard.number, &shard.of) == 2;
+  if (!read || shard.number < 1 || shard.number > shard.of) {
+    throw Error(Fault::usage, "--shard is " + options.shard +
+                                  "; it must be i/n, with i from 1 to n, such as 2/4");
+  }
+  return shard;
+}
+
+bool wanted(const Job& job, const Options& options) {
+  const bool search = job.estimator == Estimator::search;
+  if (options.method == "search" && !search) return false;
+  if (options.method == "paper" && search) return false;
+  if (options.only.empty()) return true;
+  const std::string_view name = info(job.cell.study).name;
+  return std::find(options.only.begin(), options.only.end(), name) != options.only.end();
+}
+
+// Every n-th of the jobs wanted, less those that are there with as many trials.
+std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
+  const Shard shard = shard_of(options);
+  const int trials = options.trials > 0 ? options.trials : options.quick ? 300 : 1000;
+  std::vector<Job> jobs;
+  std::size_t n = 0;
+  for (const Job& job : options.quick ? quick_jobs(trials) : full_jobs(trials)) {
+    if (!wanted(job, options) || n++ % shard.of != shard.number - 1) continue;
+    const auto found = there.find(key(job));
+    if (found == there.end() || found->second.score.trials < job.trials) jobs.push_back(job);
+  }
+  return jobs;
+}
+
+std::filesystem::path result_file(const Options& options) {
+  const Shard shard = shard_of(options);
+  const std::string part =
+      shard.of == 1 ? "" : "-" + std::to_string(shard.number) + "of" + std::to_string(shard.of);
+  return std::filesystem::path(options.output) / ("results" + part + ".csv");
+}
+
+int run(const Options& options) {
+  for (const std::string& name : options.only) {
+    if (!study_from_name(name)) throw Error(Fault::usage, "--only: no study " + name);
+  }
+  const std::filesystem::path file = result_file(options);
+  std::filesystem::create_directories(options.output);
+  // A quick run judges this build, not what an earlier one found.
+  if (options.quick) std::filesystem::remove(file);
+  StopSignals stop;
+  Results results = read_results(options.output);
+  const std::vector<Job> jobs = jobs_to_run(options, results);
+  std::fprintf(stderr, "%zu cells to run, results in %s\n", jobs.size(), file.c_str());
+  run_jobs(jobs, options.threads, stop.token(), ResultFile(file), results);
+  if (stop.token().stop_requested()) {
+    std::fputs("stopped; the same command goes on from here\n", stderr);
+    return 130;
+  }
+  if (!options.quick) return 0;
+  write_report(options.output, std::filesystem::path(options.output) / "accuracy.md");
+  const std::vector<std::string> faults = faults_of_search(results);
+  for (const std::string& fault : faults) std::fprintf(stderr, "FAILED %s\n", fault.c_str());
+  return faults.empty() ? 0 : 1;
+}
+
+int report(const Options& options) {
+  const std::filesystem::path folder = options.report;
+  const std::filesystem::path table =
+      options.table.empty() ? folder / "accuracy.md" : std::filesystem::path(options.table);
+  write_report(folder, table);
+  std::fprintf(stderr, "%s and its figures written\n", table.c_str());
+  return 0;
+}
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_flag("--quick", options.quick,
+               "A few cells, seconds; exit code 1 where the search misses its bound");
+  app.add_option("--shard", options.shard, "i/n: every n-th cell, for several machines");
+  app.add_option("--only", options.only,
+                 "Studies: fig2, fig3, fig4, fig4-2ms, fig5, fig9, experiment")
+      ->delimiter(',');
+  app.add_option("--trials", options.trials, "Frames a cell (1000; --quick: 300)")
+      ->check(CLI::Range(1, 1'000'000));
+  app.add_option("--output", options.output, "Folder of the results, one CSV a shard")
+      ->capture_default_str();
+  app.add_option("--method", options.method, "Estimators to run")
+      ->check(CLI::IsMember({"search", "paper", "both"}))
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "Cells at the same time")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_option("--report", options.report, "Run nothing: make tables and figures of this folder");
+  app.add_option("--table", options.table, "With --report: where the tables go (in the folder)");
+}
+
+}  // namespace
+}  // namespace splid::studies
+
+int main(int argc, char** argv) {
+  using namespace splid;
+  CLI::App app{
+      "Measures splid's estimators against the bound, figure by figure of [P]. Runs what "
+      "is not yet in the output folder.",
+      "studies"};
+  studies::Options options;
+  studies::add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(Fault::usage);
+  }
+  try {
+    return options.report.empty() ? studies::run(options) : studies::report(options);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "studies: error: %s\n", error.what());
+    return error.exit_code();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "studies: error: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,75 @@
+#include "bench/studies/score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace splid::studies {
+namespace {
+
+// The smallest value that `share` of all do not exceed.
+double quantile(std::vector<double> sorted, double share) {
+  std::sort(sorted.begin(), sorted.end());
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  return sorted[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
+}
+
+bool publishes_deviations(const TrialOutcome& outcome) {
+  return std::all_of(outcome.deviation.begin(), outcome.deviation.end(),
+                     [](double deviation) { return deviation > 0; });
+}
+
+// Sums for now; score() divides.
+void add_right(const TrialOutcome& outcome, Score& sums) {
+  const bool published = publishes_deviations(outcome);
+  sums.with_deviation += published ? 1 : 0;
+  for (std::size_t i = 0; i < values; ++i) {
+    sums.rmse[i] += outcome.error[i] * outcome.error[i];
+    const double off = std::abs(outcome.error[i]);
+    sums.inside_one[i] += published && off <= outcome.deviation[i] ? 1 : 0;
+    sums.inside_two[i] += published && off <= 2 * outcome.deviation[i] ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+Share wilson_95(int hits, int trials) {
+  constexpr double z = 1.959964;
+  const double n = trials;
+  const double share = hits / n;
+  const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
+  const double half =
+      z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
+  // At the ends the two sides cancel but for rounding.
+  return {hits == 0 ? 0 : middle - half, hits == trials ? 1 : middle + half};
+}
+
+double Score::relative_error() const { return 1 / std::sqrt(2.0 * right()); }
+
+Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_ns) {
+  Score found;
+  std::vector<double> times_ms;
+  for (const TrialOutcome& outcome : outcomes) {
+    ++found.trials;
+    times_ms.push_back(outcome.compute_ms);
+    if (!outcome.has_values) {
+      ++found.no_value;
+    } else if (std::abs(outcome.error[delay]) > wrong_peak_limit_ns) {
+      ++found.wrong;
+    } else {
+      add_right(outcome, found);
+    }
+  }
+  for (std::size_t i = 0; i < values; ++i) {
+    found.rmse[i] = std::sqrt(found.rmse[i] / std::max(1, found.right()));
+    found.inside_one[i] /= std::max(1, found.with_deviation);
+    found.inside_two[i] /= std::max(1, found.with_deviation);
+  }
+  if (!times_ms.empty()) {
+    found.p50_ms = quantile(times_ms, 0.5);
+    found.p99_ms = quantile(times_ms, 0.99);
+  }
+  return found;
+}
+
+}  // namespace splid::studies

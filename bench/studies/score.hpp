@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+namespace splid::studies {
+
+// Order of the values of a frame in the arrays here.
+enum Value { delay, velocity, signal, background, values };
+using FourValues = std::array<double, values>;
+
+// One frame's estimate less the truth, as far as it has values.
+struct TrialOutcome {
+  bool has_values = false;
+  FourValues error{};      // delay at mid-frame ns, velocity m/s, S counts/pulse, b counts/ns
+  FourValues deviation{};  // published with them; 0: none
+  double compute_ms = 0;   // of the thread's own time
+};
+
+struct Share {
+  double low = 0, high = 0;
+};
+
+// 95 % interval of a share seen `hits` times in `trials` (Wilson 1927); good at 0 hits too.
+// trials > 0.
+Share wilson_95(int hits, int trials);
+
+// What a job found, in numbers that the tables print.
+struct Score {
+  int trials = 0;
+  int no_value = 0;                       // no_target, or none found
+  int wrong = 0;                          // wrong peaks: delay off by more than limit_ns
+  FourValues rmse{};                      // of the rest, units of TrialOutcome::error
+  FourValues inside_one{}, inside_two{};  // shares of errors inside one and two deviations
+  int with_deviation = 0;                 // frames that published deviations
+  double p50_ms = 0, p99_ms = 0;
+
+  [[nodiscard]] int right() const { return trials - no_value - wrong; }
+  // One standard deviation of rmse, relative: 1 / sqrt(2 N). right() > 0.
+  [[nodiscard]] double relative_error() const;
+};
+
+Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_ns);
+
+}  // namespace splid::studies

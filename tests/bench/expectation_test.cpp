@@ -1,0 +1,69 @@
+#include "bench/studies/expectation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace splid::studies {
+namespace {
+
+TEST(Expectation, PhotonsAreThoseOfThePaper) {
+  const Expectation forty = expect({.study = Study::fig2, .mode = Mode::interleaved});
+  EXPECT_NEAR(forty.signal_photons, 96, 2);
+  const Expectation one = expect({.study = Study::fig2, .mode = Mode::baseline});
+  EXPECT_NEAR(one.signal_photons, 2.4, 0.05);
+  const Expectation few = expect({.study = Study::fig4, .mode = Mode::random, .length_ms = 0.1});
+  EXPECT_NEAR(few.signal_photons, 19, 1);
+  EXPECT_NEAR(few.background_photons, 100, 3);
+  EXPECT_FALSE(photons_decide(one));
+  EXPECT_TRUE(is_easy(forty));
+}
+
+// The gain of drawn frames, each photon's taken where it was drawn: mean, deviation and the far
+// tail that decides whether a target can be found at all.
+TEST(Expectation, GainIsThatOfDrawnFrames) {
+  const Cell cell{.study = Study::fig4, .mode = Mode::random, .length_ms = 0.1};
+  const Expectation e = expect(cell);
+  const double flat = (e.signal_photons + e.background_photons) / e.length_ns;
+  const auto nats = [&](double offset_ns) {
+    const double u = offset_ns / pulse_sigma_ns;
+    const double h = std::exp(-u * u / 2) / (pulse_sigma_ns * std::sqrt(2 * M_PI));
+    return std::log((cell.background_per_ns + cell.signal_per_pulse * h) / flat);
+  };
+  std::mt19937_64 random(7);
+  std::poisson_distribution<int> signals(e.signal_photons), backgrounds(e.background_photons);
+  std::normal_distribution<double> jitter(0, pulse_sigma_ns);
+  // Some background falls on pulses: one in 3780 ns / 40.
+  std::uniform_real_distribution<double> anywhere(-3780.0 / 80, 3780.0 / 80);
+  constexpr int frames = 100'000;
+  double sum = 0, squares = 0;
+  int lost = 0;
+  for (int n = 0; n < frames; ++n) {
+    double gain = 0;
+    for (int k = signals(random); k > 0; --k) gain += nats(jitter(random));
+    for (int k = backgrounds(random); k > 0; --k) gain += nats(anywhere(random));
+    sum += gain;
+    squares += gain * gain;
+    lost += gain < e.threshold_nats - 1.5 ? 1 : 0;
+  }
+  const double mean = sum / frames;
+  EXPECT_NEAR(e.gain_nats, mean, 5 * e.gain_deviation_nats / std::sqrt(frames));
+  EXPECT_NEAR(e.gain_deviation_nats / std::sqrt(squares / frames - mean * mean), 1, 0.02);
+  EXPECT_NEAR(e.chance_lost, static_cast<double>(lost) / frames, 5 * std::sqrt(lost) / frames);
+  EXPECT_GT(lost, 100);
+}
+
+// 0.3 ns between remainders: in 0.5 ms a frame in 1000 agrees better another turn off, in 2 ms
+// none.
+TEST(Expectation, PeriodsOfFig5NeedTime) {
+  Cell cell{.study = Study::fig5, .mode = Mode::mrr, .length_ms = 0.5};
+  const double short_frame = expect(cell).chance_lost;
+  EXPECT_GT(short_frame, 3e-4);
+  EXPECT_LT(short_frame, 3e-3);
+  cell.length_ms = 2;
+  EXPECT_TRUE(is_easy(expect(cell)));
+}
+
+}  // namespace
+}  // namespace splid::studies

@@ -1,0 +1,89 @@
+#include "bench/studies/report.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "protocol/error.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace splid::studies {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// Every cell of Fig. 2 with errors as large as the bound.
+Results made_results() {
+  Results results;
+  for (const Job& job : full_jobs(1000)) {
+    if (job.cell.study != Study::fig2) continue;
+    Result result;
+    result.job = job;
+    result.expectation = expect(job.cell);
+    result.score.trials = 1000;
+    const Bound& bound = result.expectation.bound;
+    result.score.rmse = {bound.delay_ns, bound.velocity_mps, bound.signal_per_pulse,
+                         bound.background_per_ns};
+    result.machine = "Some Processor";
+    result.date = "2026-11-21";
+    results[key(job)] = result;
+  }
+  return results;
+}
+
+TEST(Report, TablesSayWhatWasRunAndWhatWasFound) {
+  Results results = made_results();
+  const std::string name = "fig2,interleaved,balanced,0.5,0.018,0.001,any,search";
+  results.at(name).score.wrong = 3;
+  const std::string text = tables(results, "studies");
+  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor; trials a cell: 1000"));
+  EXPECT_THAT(text, HasSubstr("| fig2 | search | 35 |"));
+  EXPECT_THAT(text, HasSubstr("studies/fig2.svg"));
+  EXPECT_THAT(text, HasSubstr("t_a, ms: 0.5; S, counts/pulse: 0.018; v, m/s: any"));
+  EXPECT_THAT(text, HasSubstr("3 of 1000 (0.102 to 0.878 %)"));
+  EXPECT_THAT(text, HasSubstr("1.000 ± 0.022"));
+  EXPECT_THAT(text, Not(HasSubstr("Fig. 4: few photons")));
+}
+
+TEST(Report, RowsWhosePhotonsDoNotDecideAreMarked) {
+  Results results = made_results();
+  std::erase_if(results,
+                [](const auto& one) { return one.second.job.cell.mode != Mode::baseline; });
+  EXPECT_THAT(tables(results, "."), HasSubstr("✗ |"));
+  EXPECT_THAT(tables(results, "."),
+              HasSubstr("| fig2 | search | 7 | 0 | 0 | – | – | 0 of 0 | 0 |"));
+}
+
+TEST(Report, FiguresHaveABoundAModeAndMarkersWherePhotonsDecide) {
+  const Chart chart = figure(made_results(), Study::fig2);
+  ASSERT_EQ(chart.panels.size(), 5U);
+  int bounds = 0, markers = 0;
+  for (const ChartSeries& series : chart.panels.front().series) {
+    bounds += series.line == LineStyle::solid ? 1 : 0;
+    markers += series.line == LineStyle::none && !series.points.empty() ? 1 : 0;
+  }
+  EXPECT_EQ(bounds, 5);
+  EXPECT_EQ(markers, 8);  // two estimators; baseline has two photons a frame
+  EXPECT_TRUE(figure(made_results(), Study::fig9).panels.empty());
+}
+
+TEST(Report, FilesAreWrittenAndAnEmptyFolderIsAnError) {
+  const test::TempFolder folder;
+  const std::filesystem::path results = folder.path("studies");
+  std::filesystem::create_directory(results);
+  EXPECT_THROW(write_report(results, folder.path("accuracy.md")), Error);
+  const ResultFile file(results / "results.csv");
+  for (const auto& [name, result] : made_results()) file.append(result);
+  write_report(results, folder.path("accuracy.md"));
+  EXPECT_TRUE(std::filesystem::exists(results / "fig2.svg"));
+  EXPECT_FALSE(std::filesystem::exists(results / "fig3.svg"));
+  std::ifstream in(folder.path("accuracy.md"));
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_THAT(text, HasSubstr("(studies/fig2.svg)"));
+}
+
+}  // namespace
+}  // namespace splid::studies
