@@ -188,6 +188,11 @@ struct Box {
   }
 };
 
+struct Label {
+  double x, y;  // of the marker
+  std::string text;
+};
+
 class PanelWriter {
  public:
   PanelWriter(const ChartPanel& panel, double top)
@@ -255,10 +260,12 @@ class PanelWriter {
         const auto [low, high] = clipped(*point.x_range, x_);
         out_ += line_between(x_at(low), y, x_at(high), y, thin);
         out_ += line_between(x_at(high), y - 3, x_at(high), y + 3, thin);
+        taken_.push_back({x_at(low), y - 3, x_at(high), y + 3});
       }
       if (point.y_range) {
         const auto [low, high] = clipped(*point.y_range, y_);
         out_ += line_between(x, y_at(low), x, y_at(high), thin);
+        taken_.push_back({x - 1, y_at(high), x + 1, y_at(low)});
       }
       out_ += marker_at(series, x, y);
       if (series.marker == Marker::none) continue;
@@ -281,14 +288,20 @@ class PanelWriter {
     }
   }
 
-  // Above, below, right or left of the marker, where nothing else is.
+  // Above or below the marker, where nothing else is; not where the same text stands already.
   void place_label(const ChartPoint& point) {
+    constexpr double same_place = 30;
+    for (const Label& other : labels_) {
+      const double away = std::hypot(other.x - x_at(point.x), other.y - y_at(point.y));
+      if (other.text == point.label && away < same_place) return;
+    }
     const double half = static_cast<double>(point.label.size()) * character_width / 2 * 0.85;
     const double x = x_at(point.x);
     const double y = y_at(point.y);
-    const double beside = half + marker_radius + 3;
+    // Diagonally, since error bars go the straight ways.
+    const double aside = half + 4;
     for (const auto& [dx, dy] :
-         {std::pair{0.0, -13.0}, {0.0, 13.0}, {beside, 0.0}, {-beside, 0.0}}) {
+         {std::pair{aside, -11.0}, {aside, 11.0}, {-aside, -11.0}, {-aside, 11.0}}) {
       const Box box{x + dx - half, y + dy - 5, x + dx + half, y + dy + 5};
       const bool inside =
           box.x0 > left && box.x1 < width - right && box.y0 > top_ && box.y1 < top_ + panel_height;
@@ -296,6 +309,7 @@ class PanelWriter {
                                      [&](const Box& other) { return box.overlaps(other); });
       if (!inside || !free) continue;
       taken_.push_back(box);
+      labels_.push_back({x, y, point.label});
       out_ += text_at(x + dx, y + dy + 3.5, "label", "middle", point.label);
       return;
     }
@@ -307,6 +321,7 @@ class PanelWriter {
   Scale y_;
   std::string out_;
   std::vector<Box> taken_;
+  std::vector<Label> labels_;
 };
 
 // The legend's rows from `y` on; moves y below them.

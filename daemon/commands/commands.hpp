@@ -21,5 +21,6 @@ void add_listen(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_pattern(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);
+void add_tradeoff(CLI::App& app, Action& action);
 
 }  // namespace splid

@@ -153,8 +153,13 @@ TEST(SvgChart, ALabelGivesWayToWhatIsThere) {
   const std::string apart =
       to_svg(chart_of({series("s", {{2, 5, {}, {}, "20"}, {50, 5, {}, {}, "21"}})}));
   EXPECT_EQ(count_of(apart, "class=\"label\""), 2u);
-  std::vector<ChartPoint> crowd(9, ChartPoint{10, 5, {}, {}, "50 ms"});
-  EXPECT_EQ(count_of(to_svg(chart_of({series("s", crowd)})), "class=\"label\""), 4u);
+  const auto labels_at_one_place = [](const std::vector<std::string>& texts) {
+    std::vector<ChartPoint> crowd;
+    for (const std::string& text : texts) crowd.push_back({10, 5, {}, {}, text});
+    return count_of(to_svg(chart_of({series("s", crowd)})), "class=\"label\"");
+  };
+  EXPECT_EQ(labels_at_one_place({"1", "2", "3", "4", "5", "6"}), 4u);
+  EXPECT_EQ(labels_at_one_place({"1", "1", "2"}), 2u);
 }
 
 }  // namespace
