@@ -108,7 +108,7 @@ void add_options(CLI::App& app, Options& options) {
                "A few cells, seconds; exit code 1 where the search misses its bound");
   app.add_option("--shard", options.shard, "i/n: every n-th cell, for several machines");
   app.add_option("--only", options.only,
-                 "Studies: fig2, fig3, fig4, fig4-2ms, fig5, fig9, experiment")
+                 "Studies: fig2, fig3, fig4, fig4-10ms, fig5, fig9, experiment")
       ->delimiter(',');
   app.add_option("--trials", options.trials, "Frames a cell (1000; --quick: 300)")
       ->check(CLI::Range(1, 1'000'000));

@@ -23,6 +23,10 @@ its own parameters, so that a reader can compare. Pulses are gaussian, σ = 0.1 
 3780 ns; ambiguous one each 94.5 ns; MRR one each 180 ns for the first half of the frame and each 189 ns for the second
 (Fig. 5: 99.9 and 104.1 ns, unambiguous to 34,665.3 ns); random 40 pulses in 3780 ns, at least 9 ns apart; interleaved
 the union of 180 and 189 ns, 40 pulses in 3780 ns. Frames are whole numbers of pattern periods.
+Fig. 5 is in 2 ms: the remainders of its periods are 0.3 ns apart, which 0.5 ms of photons tell apart in 999 of 1000
+frames only. [P]'s random mode starts at v = 0 and is said to fail above 20 to 30 m/s in Fig. 4; with 0.1 ms, as
+reconstructed, 150 m/s are one pulse width, and it does not, so a second table has the same velocities in 10 ms.
+Wang's remainder theorem (Fig. 5) works on periods rounded to whole nanoseconds, and is not refined.
 
 | column | |
 |---|---|
