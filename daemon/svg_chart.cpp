@@ -71,19 +71,20 @@ std::vector<double> even_ticks(ChartRange range, int count) {
   const double step = round_step((range.high - range.low) / std::max(1, count));
   const double spare = step * 1e-6;
   std::vector<double> ticks;
-  for (double n = std::ceil((range.low - spare) / step); n * step <= range.high + spare; ++n) {
-    ticks.push_back(n * step);
-  }
+  const double first = std::ceil((range.low - spare) / step);
+  const auto more = static_cast<int>(std::floor((range.high + spare) / step - first));
+  for (int n = 0; n <= more; ++n) ticks.push_back((first + n) * step);
   return ticks;
 }
 
 std::vector<double> decade_ticks(ChartRange range, int count) {
   const double decades = std::log10(range.high / range.low);
   const bool between = decades * 3 <= count + 2;
-  const double every = std::max(1.0, std::ceil(decades / std::max(1, count)));
+  const int every = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, count))));
+  const auto first = static_cast<int>(std::floor(std::log10(range.low)));
+  const auto last = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));
   std::vector<double> ticks;
-  for (double power = std::floor(std::log10(range.low)); power <= std::log10(range.high) + 1e-9;
-       power += every) {
+  for (int power = first; power <= last; power += every) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double tick = factor * std::pow(10.0, power);
       const bool inside = tick >= range.low * (1 - 1e-9) && tick <= range.high * (1 + 1e-9);
