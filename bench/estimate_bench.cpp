@@ -14,7 +14,6 @@
 namespace splid {
 namespace {
 
-constexpr int frames_made = 64;
 
 double thread_ms() {
   timespec now{};
@@ -26,6 +25,9 @@ double thread_ms() {
 void estimate(benchmark::State& state, const test::FrameMaker& made, Effort effort) {
   EstimatorOptions options;
   options.effort = effort;
+  // Seeds enough for the spread, few enough to be made in a second.
+  const double expected = made.background_per_ns * made.length_ms * 1e6;
+  const int frames_made = expected < 2e5 ? 64 : 4;
   std::vector<test::FrameMaker::Frame> frames;
   double photons = 0;
   std::size_t most = 0;
@@ -90,6 +92,24 @@ void bright_day(benchmark::State& state) {
   estimate(state, made, Effort::balanced);
 }
 BENCHMARK(bright_day)->Unit(benchmark::kMillisecond);
+
+// A million photons: half of them signal.
+void million_bright(benchmark::State& state) {
+  test::FrameMaker made = experiment(true);
+  made.background_per_ns = 1e-2;
+  made.signal_per_pulse = 0.95;
+  estimate(state, made, Effort::balanced);
+}
+BENCHMARK(million_bright)->Unit(benchmark::kMillisecond);
+
+// A million photons, of which 800 are signal: 90 nats.
+void million_buried(benchmark::State& state) {
+  test::FrameMaker made = experiment(true);
+  made.background_per_ns = 2e-2;
+  made.signal_per_pulse = 1.5e-3;
+  estimate(state, made, Effort::exhaustive);
+}
+BENCHMARK(million_buried)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace splid

@@ -120,6 +120,7 @@ void Pipeline::Stages::estimate(std::size_t index) {
   pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
   Lane& lane = *lanes[index];
   FrameEstimator& estimator = estimators[index];
+  Track track;
   while (!lane.estimator_done()) {
     LaneSlot* slot = lane.filled_slot();
     if (slot == nullptr) {
@@ -127,7 +128,8 @@ void Pipeline::Stages::estimate(std::size_t index) {
       continue;
     }
     const std::int64_t begin_ns = clock.steady_ns();
-    slot->estimate = estimator.estimate(slot->frame.view());
+    slot->estimate =
+        estimator.estimate(slot->frame.view(), config.estimator.tracked ? &track : nullptr);
     slot->compute_ms = static_cast<double>(clock.steady_ns() - begin_ns) / 1e6;
     lane.estimated();
     publisher_wake.notify();

@@ -51,6 +51,8 @@ class CombWindow {
   [[nodiscard]] int shift() const { return shift_; }
   [[nodiscard]] double first_ns() const { return first_ns_; }
   [[nodiscard]] double last_ns() const { return last_ns_; }
+  // Of all pulses, or 0 where they differ.
+  [[nodiscard]] double uniform_amplitude() const { return uniform_amplitude_; }
   // The most pulses that any phase has.
   [[nodiscard]] std::size_t max_overlap() const { return max_overlap_; }
 
@@ -62,6 +64,7 @@ class CombWindow {
   double first_ns_;
   double last_ns_;
   int shift_;
+  double uniform_amplitude_;
   std::size_t max_overlap_ = 0;
   std::vector<Pulse> pulses_;  // ascending in time, with copies at whole periods around
   std::vector<Range> buckets_;

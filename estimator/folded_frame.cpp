@@ -7,6 +7,21 @@
 #include "estimator/units.hpp"
 
 namespace splid {
+namespace {
+
+// NearSet::gather(): what an evaluation of 16,384 entries costs, half a millisecond, is worth the
+// saving.
+constexpr std::size_t gathered_from = 16384;
+constexpr std::size_t gathered_rows = 32;
+constexpr double cells_a_width = 8;
+
+// The nearest whole number: std::round is a call where the processor's own cannot be counted on.
+double whole(double x) {
+  constexpr double rounder = 0x1.8p52;
+  return (x + rounder) - rounder;
+}
+
+}  // namespace
 
 FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns)
     : reach_ns_(reach_ns) {
@@ -42,17 +57,15 @@ void FoldedFrame::fold_times(const FrameView& frame, double period_ns) {
   length_ns = static_cast<double>(frame.end_ps - frame.start_ps) * to_ns;
 
   // Integers up to mid-frame, doubles from there: a 50 ms frame's ps are exact in them.
-  const double start_phase_ps =
-      static_cast<double>(frame.sync.origin_ps - mid_ps) + frame.sync.phase_ps;
+  const double start_phase_ps = static_cast<double>(frame.sync.origin_ps - mid_ps) +
+                                frame.sync.phase_ps - frame.sync.bend_ps * frame.sync.bend_zero;
+  const double half_ps = static_cast<double>(frame.end_ps - frame.start_ps) / 2;
   const double turns_per_ps = 1 / frame.sync.period_ps;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto time_ps = static_cast<double>(frame.photons_ps[i] - mid_ps);
-    double turns = (time_ps - start_phase_ps) * turns_per_ps;
-    turns -= std::floor(turns);
-    time_ns[i] = time_ps * to_ns;
-    phase_ns[i] = turns * period_ns;
-    phase_32[i] = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
-  }
+  best_search_kernels().fold(time_ns.data(), phase_ns.data(), phase_32.data(),
+                             frame.photons_ps.data(),
+                             {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
+                              frame.sync.bend_ps * turns_per_ps / (half_ps * half_ps), period_ns},
+                             count);
 
   seen_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;
   lost_begin_ns.clear();
@@ -96,11 +109,30 @@ void FoldedFrame::group_by_stretch(const PulseTrain& train) {
   next.back() = size();
 }
 
+void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
+  length_ns = all.length_ns;
+  seen_ns = all.seen_ns;
+  scale = all.scale;
+  for (auto* values : {&phase_ns, &time_ns}) values->clear();
+  phase_32.clear();
+  group_end.clear();
+  for (std::size_t group = 0; group < all.group_end.size(); ++group) {
+    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step) {
+      phase_ns.push_back(all.phase_ns[i]);
+      time_ns.push_back(all.time_ns[i]);
+      phase_32.push_back(all.phase_32[i]);
+    }
+    group_end.push_back(size());
+  }
+}
+
 NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
   residual_ns.reserve(max_entries);
   position.reserve(max_entries);
   amplitude.reserve(max_entries);
   first.reserve(max_photons + 1);
+  weight.reserve(max_photons);
+  if (max_photons > gathered_from) cells_.reserve(gathered_from);
   phase_32_.reserve(max_photons);
   picked_.reserve(max_photons);
 }
@@ -117,7 +149,48 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   }
   if (!train.single()) collect_between(frame, windows, train);
   far_photons = frame.size() - first.size();
+  near_photons = static_cast<double>(first.size());
+  first_ns_ = windows.front().first_ns();
+  last_ns_ = windows.front().last_ns();
+  uniform_ = std::all_of(windows.begin(), windows.end(), [&](const CombWindow& window) {
+    return window.uniform_amplitude() > 0 &&
+           window.uniform_amplitude() == windows.front().uniform_amplitude();
+  });
+  weight.assign(first.size(), 1.0);
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
+}
+
+void NearSet::gather(double width_ns) {
+  if (photons() < gathered_from || entries() != photons()) return;
+  const double per_cell = cells_a_width / width_ns;
+  const double columns = std::floor((last_ns_ - first_ns_) * per_cell) + 1;
+  if (!uniform_ || columns * gathered_rows > static_cast<double>(gathered_from)) return;
+  const auto width = static_cast<std::size_t>(columns);
+  cells_.assign(width * gathered_rows, {});
+  for (std::size_t k = 0; k < photons(); ++k) {
+    const auto row = static_cast<std::size_t>(
+        std::clamp((position[k] + 0.5) * gathered_rows, 0.0, gathered_rows - 1.0));
+    const auto column = static_cast<std::size_t>((residual_ns[k] - first_ns_) * per_cell);
+    Cell& cell = cells_[row * width + column];
+    cell.weight += 1;
+    cell.residual += residual_ns[k];
+    cell.position += position[k];
+  }
+  std::size_t kept = 0;
+  for (const Cell& cell : cells_) {
+    if (cell.weight == 0) continue;
+    residual_ns[kept] = cell.residual / cell.weight;
+    position[kept] = cell.position / cell.weight;
+    weight[kept] = cell.weight;
+    first[kept] = static_cast<std::uint32_t>(kept);
+    ++kept;
+  }
+  residual_ns.resize(kept);
+  position.resize(kept);
+  amplitude.resize(kept);
+  weight.resize(kept);
+  first.resize(kept + 1);
+  first.back() = static_cast<std::uint32_t>(kept);
 }
 
 void NearSet::collect_group(const FoldedFrame& frame, std::size_t begin, std::size_t end,
@@ -129,6 +202,7 @@ void NearSet::collect_group(const FoldedFrame& frame, std::size_t begin, std::si
   const double period_ns = stretch.comb.period_ns;
   const double slope = line.drift_ns / frame.length_ns;
   const double to_32 = 0x1p32 / period_ns;
+  const double turns_per_ns = 1 / period_ns;
   kernels.line_phases(phase_32_.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
                       std::remainder(line.delay_ns, period_ns) * to_32, slope * to_32, count);
   const std::size_t picked =
@@ -140,7 +214,8 @@ void NearSet::collect_group(const FoldedFrame& frame, std::size_t begin, std::si
     const double coarse = phase_32 / to_32;
     const double phase =
         frame.phase_ns[i] - stretch.begin_ns - line.delay_ns - slope * frame.time_ns[i];
-    add_photon(frame, i, coarse + std::remainder(phase - coarse, period_ns),
+    const double apart = phase - coarse;
+    add_photon(frame, i, coarse + (apart - period_ns * whole(apart * turns_per_ns)),
                window.candidates(phase_32), window);
   }
 }

@@ -40,6 +40,9 @@ struct FoldedFrame {
   FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns = 0);
   // The frame must be locked to its syncs; the train is the constructor's.
   void fold(const FrameView& frame, const PulseTrain& train);
+  // Every step-th photon of another's: what they say is the same, the exposure that many times
+  // less.
+  void take_every(std::size_t step, const FoldedFrame& all);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
   [[nodiscard]] std::size_t group_begin(std::size_t group) const {
     return group == 0 ? 0 : group_end[group - 1];
@@ -69,13 +72,20 @@ struct NearSet {
   std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
   std::vector<double> amplitude;     // a_p
   std::vector<std::uint32_t> first;  // entries of photon k are [first[k], first[k + 1])
+  std::vector<double> weight;        // photons that photon k stands for; 1 but after gather()
   std::size_t far_photons = 0;       // those with no entry
+  double near_photons = 0;           // those with one, the sum of weights
 
   // Room for sets of up to max_entries from frames of up to max_photons without allocation.
   NearSet(std::size_t max_photons, std::size_t max_entries);
   // windows: one for each stretch of the train.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                const PulseTrain& train, DelayLine about);
+  // Where there are very many photons, each with one entry and all of one amplitude, puts those
+  // together that lie within an eighth of a pulse width of one another and a 32nd of the frame, at
+  // their mean. What the likelihood loses is 0.1 % of its information at most: the spread inside
+  // such a cell, (1/8)^2 / 12 of the pulse's. Else leaves them as they are.
+  void gather(double width_ns);
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 
@@ -87,7 +97,13 @@ struct NearSet {
   void add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
                   std::span<const CombWindow::Pulse> pulses, const CombWindow& window);
 
+  double first_ns_ = 0, last_ns_ = 0;  // the windows that residuals lie in
+  bool uniform_ = true;                // all pulses of one amplitude
+  struct Cell {
+    double weight = 0, residual = 0, position = 0;  // sums
+  };
   std::vector<std::uint32_t> phase_32_, picked_;  // scratch: one a photon of the frame
+  std::vector<Cell> cells_;                       // scratch of gather()
 };
 
 }  // namespace splid

@@ -6,14 +6,15 @@
 #include "estimator/estimate.hpp"
 #include "estimator/frame.hpp"
 #include "estimator/options.hpp"
+#include "estimator/track.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
 
 // Estimates a target's delay, velocity, signal and background from one frame of photons, by a
 // global search over (delay, velocity) and refinement by maximum likelihood. A function of its
-// input: the same frame gives the same bits, whatever came before and on whichever machine's vector
-// width.
+// input: the same frame (and track) gives the same bits, whatever came before and on whichever
+// machine's vector width.
 //
 // Threads: one an object; objects share nothing. Errors: none after construction; a frame that
 // cannot be estimated has a status that says why. No allocation in estimate() for frames of up to
@@ -26,7 +27,9 @@ class FrameEstimator {
   ~FrameEstimator();
   FrameEstimator(FrameEstimator&&) noexcept;
 
-  Estimate estimate(const FrameView& view);
+  // track: where to look first, and where to put what was found; null: the whole range is searched.
+  // A track that finds nothing keeps what it knows, for a second of gap at most.
+  Estimate estimate(const FrameView& view, Track* track = nullptr);
 
  private:
   struct Workspace;

@@ -77,23 +77,26 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
       g22 += a * (d2_[j] * o2 * o2 + d1_[j] * o22);
     }
     const double lambda = b + S * density_[k];
-    const double weight = 1 / lambda;
-    point.value += std::log(lambda);
-    const double l1 = S * g1 * weight;
-    const double l2 = S * g2 * weight;
-    const double lS = density_[k] * weight;
-    point.gradient += Eigen::Vector4d(l1, l2, lS, weight);
+    const double n = near.weight[k];
+    const double inverse = 1 / lambda;
+    // Sums of n / lambda, and of products of two derivatives over lambda squared.
+    const double weight = n * inverse;
+    point.value += n * std::log(lambda);
+    const double l1 = S * g1 * inverse;
+    const double l2 = S * g2 * inverse;
+    const double lS = density_[k] * inverse;
+    point.gradient += n * Eigen::Vector4d(l1, l2, lS, inverse);
     Eigen::Matrix4d& H = point.hessian;
-    H(0, 0) += S * g11 * weight - l1 * l1;
-    H(0, 1) += S * g12 * weight - l1 * l2;
-    H(1, 1) += S * g22 * weight - l2 * l2;
-    H(0, 2) += g1 * weight - l1 * lS;
-    H(1, 2) += g2 * weight - l2 * lS;
-    H(2, 2) -= lS * lS;
+    H(0, 0) += S * g11 * weight - n * l1 * l1;
+    H(0, 1) += S * g12 * weight - n * l1 * l2;
+    H(1, 1) += S * g22 * weight - n * l2 * l2;
+    H(0, 2) += g1 * weight - n * l1 * lS;
+    H(1, 2) += g2 * weight - n * l2 * lS;
+    H(2, 2) -= n * lS * lS;
     H(0, 3) -= l1 * weight;
     H(1, 3) -= l2 * weight;
     H(2, 3) -= lS * weight;
-    H(3, 3) -= weight * weight;
+    H(3, 3) -= inverse * weight;
   }
   point.hessian.triangularView<Eigen::StrictlyLower>() = point.hessian.transpose();
   return point;
@@ -103,7 +106,7 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
                                         DelayLine line) {
   load(near, exposure, line);
   const auto far = static_cast<double>(near.far_photons);
-  const double total = far + static_cast<double>(near.photons());
+  const double total = far + near.near_photons;
   Profile result;
   result.parameters.line = line;
   if (total == 0) return result;
@@ -117,11 +120,11 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
   for (int round = 0; round < 60; ++round) {
     double slope = far > 0 ? -far / (1 - f) : 0;
     double curvature = far > 0 ? -far / ((1 - f) * (1 - f)) : 0;
-    for (const double density : density_) {
-      const double excess = density * ratio_scale - 1;
+    for (std::size_t k = 0; k < near.photons(); ++k) {
+      const double excess = density_[k] * ratio_scale - 1;
       const double term = excess / (1 + f * excess);
-      slope += term;
-      curvature -= term * term;
+      slope += near.weight[k] * term;
+      curvature -= near.weight[k] * term * term;
     }
     (slope > 0 ? lo : hi) = f;
     double next = curvature < 0 ? f - slope / curvature : f;
@@ -136,7 +139,9 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
     if (settled || f < 1e-12 || (far == 0 && 1 - f < 1e-14)) break;
   }
   double gain = far > 0 ? far * std::log1p(-f) : 0;
-  for (const double density : density_) gain += std::log1p(f * (density * ratio_scale - 1));
+  for (std::size_t k = 0; k < near.photons(); ++k) {
+    gain += near.weight[k] * std::log1p(f * (density_[k] * ratio_scale - 1));
+  }
   result.parameters.signal_per_pulse = f * total / amplitude;
   result.parameters.background_per_ns = (1 - f) * total / exposure.seen_ns;
   result.gain_nats = gain;

@@ -6,7 +6,7 @@ namespace splid {
 namespace {
 
 constexpr std::array<const char*, 3> motion_names = {"static", "moving", "auto"};
-constexpr std::array<const char*, 1> method_names = {"search"};
+constexpr std::array<const char*, 2> method_names = {"search", "paper"};
 constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
 constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
 constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
@@ -27,8 +27,12 @@ void SceneOptions::describe(OptionVisitor& visitor) {
 }
 
 void EstimatorOptions::describe(OptionVisitor& visitor) {
-  choose(visitor, "method", method, method_names, "how the target is searched");
+  choose(visitor, "method", method, method_names,
+         "search: over all delays and velocities; paper: as [P] does, for comparison");
   choose(visitor, "effort", effort, effort_names, "how fine the search may get before it gives up");
+  visitor.flag("tracked", tracked,
+               "a frame first looks where the one before found its target, and searches where "
+               "it is not there, and every 20th frame");
   visitor.number("false_alarm_rate", false_alarm_rate, {1e-12, 0.5},
                  "fraction of frames without a target that may claim one");
 }

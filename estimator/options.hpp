@@ -9,7 +9,7 @@
 namespace splid {
 
 enum class Motion { static_target, moving, automatic };
-enum class Method { search };
+enum class Method { search, paper };
 enum class Effort { fast, balanced, exhaustive };
 enum class Shape { gaussian, tabulated };
 
@@ -27,6 +27,7 @@ struct SceneOptions {
 struct EstimatorOptions {
   Method method = Method::search;
   Effort effort = Effort::balanced;
+  bool tracked = false;            // a frame first looks where the one before found its target
   double false_alarm_rate = 1e-3;  // frames without a target that claim one
   void describe(OptionVisitor& visitor);
 };

@@ -27,6 +27,7 @@ struct PulseTrain {
   double circle_ns = 0;  // delays are told apart modulo this: the pattern period, or for MRR the
                          // unambiguous delay, which its pattern period exceeds
   double amplitude_per_ns = 0;  // mean over the period
+  double pulses_per_ns = 0;     // mean over the period
   double closest_ns = 0;        // smallest distance between two pulses of a stretch
 
   explicit PulseTrain(const Pattern& pattern);

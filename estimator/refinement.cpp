@@ -71,6 +71,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
     near_.collect(frame, windows_, train_, start);
+    near_.gather(width_ns_);
     fit = climb_within(exposure, start, moving);
     const DelayLine& line = fit.parameters.line;
     // Ends of the line included: half the drift each.
@@ -80,6 +81,18 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
     start = line;
   }
   add_covariance(exposure, moving, fit);
+  return fit;
+}
+
+Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
+                      bool moving) {
+  near_.collect(frame, windows_, train_, at.line);
+  Fit fit;
+  fit.parameters = at;
+  const double all = static_cast<double>(near_.far_photons) + near_.near_photons;
+  const double no_target = all * std::log(all / exposure.seen_ns) - all;
+  fit.gain_nats = likelihood_.evaluate(near_, exposure, at).value - no_target;
+  if (std::isfinite(fit.gain_nats)) add_covariance(exposure, moving, fit);
   return fit;
 }
 

@@ -31,6 +31,10 @@ class Refinement {
   // start: within about two pulse widths of the maximum. moving false keeps start's drift.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving);
 
+  // The likelihood and its curvature at given parameters, without a step.
+  Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
+            bool moving);
+
  private:
   Fit climb_within(const Exposure& exposure, DelayLine start, bool moving);
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);

@@ -26,6 +26,16 @@ struct SearchKernels {
   // |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                       double delay, double slope, std::size_t count);
+  // A photon at `ps` less zero_ps is at time = that * ns_per_ps and turn = that * turns_per_ps -
+  // turns_at_zero - bend * that^2. phases[i] = the turn's part beyond a whole number, in [0, 1),
+  // times period_ns; phases_32[i] the same in 2^-32 of a period. Differences and turns are below
+  // 2^51.
+  struct Fold {
+    std::int64_t zero_ps;
+    double ns_per_ps, turns_per_ps, turns_at_zero, bend, period_ns;
+  };
+  void (*fold)(double* times_ns, double* phases_ns, std::uint32_t* phases_32,
+               const std::int64_t* photons_ps, const Fold& by, std::size_t count);
   // Indices, ascending, of the phases whose flags[phase >> shift] is not zero; returns their
   // number. indices has room for count.
   std::size_t (*pick)(std::uint32_t* indices, const std::uint32_t* phases,

@@ -332,6 +332,38 @@ void fill_line(SyncFit& fit, DriftMethod method, double calibrated_ps, const Fou
   fit.jitter_ps = std::sqrt(s.squares(offset, slope) / s.n);
 }
 
+// What a changing rate leaves of the syncs about the fit's line.
+void fill_bend(SyncFit& fit, std::span<const double> syncs, double half_length_ps) {
+  constexpr double least_deviations = 4;
+  const double gate_ps = outlier_sigmas * fit.jitter_ps + least_sigma_ps;
+  double n = 0, u = 0, r = 0, uu = 0, ur = 0, rr = 0;
+  for (const double x_ps : syncs) {
+    const double from_phase_ps = x_ps - fit.phase_ps;
+    const double k = round_quickly(from_phase_ps / fit.period_ps);
+    const double off_ps = from_phase_ps - k * fit.period_ps;
+    if (std::abs(off_ps) > gate_ps) continue;
+    const double x = x_ps / half_length_ps;
+    const double square = x * x;
+    n += 1;
+    u += square;
+    r += off_ps;
+    uu += square * square;
+    ur += square * off_ps;
+    rr += off_ps * off_ps;
+  }
+  const double spread = uu - u * u / n;
+  if (n < 16 || !(spread > 0)) return;
+  const double bend_ps = (ur - u * r / n) / spread;
+  const double about_line = rr - r * r / n;
+  const double about_bend = std::max(about_line - bend_ps * bend_ps * spread, 0.0);
+  const double sigma_ps = std::max(std::sqrt(about_bend / (n - 3)), least_sigma_ps / 2);
+  if (std::abs(bend_ps) < least_deviations * sigma_ps / std::sqrt(spread)) return;
+  fit.bend_ps = bend_ps;
+  fit.bend_zero = u / n;
+  const double less = std::sqrt(about_bend / about_line);
+  for (double* value : {&fit.jitter_ps, &fit.std_phase_ps, &fit.std_period_ps}) *value *= less;
+}
+
 // Pattern starts in [begin, end) that no accepted sync belongs to. Those within a sync's jitter of
 // either side are left out: their syncs may be in the next frame.
 double missing_syncs(const Found& found, double begin_ps, double end_ps, double scale) {
@@ -382,6 +414,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   fit.locked = true;
   period_ps_ = period_ps;
   fill_line(fit, method_, calibrated_period_ps_, *found);
+  if (method_ == DriftMethod::regression) {
+    fill_bend(fit, syncs, static_cast<double>(end_ps - begin_ps) / 2);
+  }
   const double scale = static_cast<double>(syncs_ps.size()) / static_cast<double>(taken);
   fit.missing =
       static_cast<std::size_t>(missing_syncs(*found, static_cast<double>(begin_ps - fit.origin_ps),

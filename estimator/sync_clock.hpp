@@ -14,8 +14,9 @@ enum class DriftMethod {
   off,         // the calibrated period; the syncs give the phase alone
 };
 
-// The pattern's clock as seen by the tagger in one frame: period k starts at
-// origin_ps + phase_ps + k * period_ps.
+// The pattern's clock as seen by the tagger in one frame: period k starts at origin_ps + phase_ps +
+// k * period_ps, and where the clock's rate changes bend_ps (x^2 - bend_zero) later, x from -1 to 1
+// over the frame.
 struct SyncFit {
   bool locked = false;         // false: too few syncs (< 3) or none that agree; only counts hold
   std::int64_t origin_ps = 0;  // tagger's clock, near mid-frame, so that phase_ps stays small
@@ -23,6 +24,8 @@ struct SyncFit {
   double period_ps = 0;        // in the tagger's clock
   double std_phase_ps = 0;     // one standard deviation of phase_ps, at origin
   double std_period_ps = 0;
+  double bend_ps = 0;        // 0 unless 4 of its standard deviations; 1 ppm/s in 50 ms is 312 ps
+  double bend_zero = 0;      // mean of x^2: 1/3 with syncs all over the frame
   double drift_ppm = 0;      // (period_ps / calibrated - 1) * 1e6
   double jitter_ps = 0;      // rms of the accepted syncs about the line
   std::size_t count = 0;     // sync tags given

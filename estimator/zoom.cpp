@@ -3,47 +3,74 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/search_dispatch.hpp"
+
 namespace splid {
+namespace {
+
+constexpr int box_steps = 4;  // a box of four widths holds 95 % of a gaussian pulse
+
+}  // namespace
 
 Zoom::Zoom(double width_ns, double peak_offset_ns)
-    : width_ns_(width_ns), peak_offset_ns_(peak_offset_ns), counts_(2 * max_steps + 2) {}
+    : kernels_(best_search_kernels()),
+      width_ns_(width_ns),
+      peak_offset_ns_(peak_offset_ns),
+      rows_(std::size_t{slices} * bins),
+      counts_(bins) {}
 
-DelayLine Zoom::find(const NearSet& near, double reach_ns, bool moving) {
-  const double finest_ns = 2 * width_ns_;
+ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
   DelayLine line = near.line;
   double reach = reach_ns;
   while (true) {
-    const double step = std::max(finest_ns, reach / max_steps);
-    line = best_of(near, line, reach, step, moving);
-    if (step <= finest_ns) return line;
+    const double step = std::max(width_ns_, reach / max_steps);
+    const ZoomResult best = best_of(near, line, reach, step, moving);
+    if (step <= width_ns_) return best;
+    line = best.line;
     reach = 2 * step;
   }
 }
 
-DelayLine Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
-                        bool moving) {
-  const int delays = std::min(max_steps, static_cast<int>(std::ceil(reach_ns / step_ns)));
-  // A drift step moves the ends of the line by half of what it moves the sum of both.
-  const int drifts = moving ? static_cast<int>(std::ceil(reach_ns / step_ns)) : 0;
-  const double per_step = 1 / step_ns;
-  DelayLine best = about;
-  std::uint32_t most = 0;
+// Row r holds the entries of slice r by their distance from the line `about`, in steps.
+void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double per_bin) {
+  std::fill(rows_.begin(), rows_.end(), 0);
+  const double slope = about.drift_ns - near.line.drift_ns;
+  const double start = about.delay_ns - near.line.delay_ns + peak_offset_ns_ + first_ns;
+  for (std::size_t j = 0; j < near.entries(); ++j) {
+    const double s = near.position[j];
+    const double bin = (near.residual_ns[j] - slope * s - start) * per_bin;
+    if (!(bin >= 0 && bin < bins)) continue;
+    const double slice = std::clamp((s + 0.5) * slices, 0.0, slices - 1.0);
+    ++rows_[static_cast<std::size_t>(slice) * bins + static_cast<std::size_t>(bin)];
+  }
+}
+
+ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
+                         bool moving) {
+  // Half steps in drift: the ends of a line move by half of what its drift does.
+  const int steps = std::min(max_steps, static_cast<int>(std::ceil(reach_ns / step_ns)));
+  const int drifts = moving ? steps : 0;
+  fill(near, about, -margin * step_ns, 1 / step_ns);
+  ZoomResult best = {about, 0, box_steps * step_ns};
+  const int first = margin - steps - box_steps / 2;  // of the bins that boxes reach
+  const int count = 2 * steps + box_steps;
   for (int drift = -drifts; drift <= drifts; ++drift) {
-    std::fill(counts_.begin(), counts_.end(), 0);
-    const double slope = about.drift_ns - near.line.drift_ns + 2 * drift * step_ns;
-    const double start = about.delay_ns - near.line.delay_ns + peak_offset_ns_ - delays * step_ns;
-    for (std::size_t j = 0; j < near.entries(); ++j) {
-      const double at = (near.residual_ns[j] - slope * near.position[j] - start) * per_step;
-      if (at >= 0 && at < 2 * delays + 1) ++counts_[static_cast<std::size_t>(at)];
+    std::fill_n(counts_.begin(), count, 0);
+    for (int slice = 0; slice < slices; ++slice) {
+      const double s = (slice + 0.5) / slices - 0.5;
+      const int shift = static_cast<int>(std::lround(2 * drift * s));
+      kernels_.accumulate_32(counts_.data(), rows_.data() + slice * bins + first + shift,
+                             static_cast<std::size_t>(count));
     }
-    // Two neighbouring steps together hold a pulse of four widths wherever it lies in them.
-    for (int d = 0; d < 2 * delays; ++d) {
-      const auto k = static_cast<std::size_t>(d);
-      const std::uint32_t count = counts_[k] + counts_[k + 1];
-      if (count > most) {
-        most = count;
-        best = {about.delay_ns + (d + 1 - delays) * step_ns, about.drift_ns + 2 * drift * step_ns};
-      }
+    std::uint32_t in_box = 0;
+    for (int k = 0; k < count; ++k) {
+      in_box += counts_[static_cast<std::size_t>(k)];
+      if (k >= box_steps) in_box -= counts_[static_cast<std::size_t>(k - box_steps)];
+      if (k < box_steps - 1 || in_box <= best.count) continue;
+      // The box ends with bin first + k: its middle is box_steps / 2 before that bin's end.
+      const int middle = first + k + 1 - box_steps / 2 - margin;
+      best.count = in_box;
+      best.line = {about.delay_ns + middle * step_ns, about.drift_ns + 2 * drift * step_ns};
     }
   }
   return best;

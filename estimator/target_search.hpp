@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "estimator/folded_frame.hpp"
+#include "estimator/line_search.hpp"
+#include "estimator/options.hpp"
+#include "estimator/pulse_shape.hpp"
+#include "estimator/pulse_train.hpp"
+#include "estimator/refinement.hpp"
+#include "estimator/zoom.hpp"
+
+namespace splid {
+
+// What is looked for, and how hard.
+struct SearchScope {
+  double frame_length_ns = 0;  // nominal
+  double max_drift_ns = 0;     // largest |g t_a| over such a frame; 0: the target is at rest
+  double threshold_nats = 0;   // gain over no target that is significant
+  Effort effort = Effort::balanced;
+  bool near_copies = true;  // a comb that nearly fits itself at another delay is to be told apart
+};
+
+// Finds a frame's target: searches all delays and drifts, coarse at first and finer only where that
+// has shown nothing significant, zooms into the best cells and climbs to the best of their maxima.
+//
+// Threads: one an object. Errors: none. No allocation in the calls for frames of up to max_photons.
+class TargetSearch {
+ public:
+  TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
+               std::size_t max_photons);
+
+  // The best maximum found; empty where no cell held a photon.
+  std::optional<Fit> find(const FoldedFrame& frame);
+  // The maximum within a coarse search cell of a line.
+  Fit find_near(const FoldedFrame& frame, DelayLine line);
+  // The maximum near a delay for a target at rest.
+  Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
+  // What the likelihood says of a target found otherwise.
+  Fit judge(const FoldedFrame& frame, const FrameParameters& at);
+
+ private:
+  // One way of looking: its grid, and the windows that a zoom into one of its cells needs.
+  struct Level {
+    SearchGrid grid;
+    double reach_ns;
+    std::vector<CombWindow> windows;  // one a stretch
+  };
+  // Where a zoom into a cell has ended.
+  struct Spot {
+    DelayLine line;
+    double box_gain_nats;
+  };
+
+  [[nodiscard]] std::vector<Level> make_levels(const SearchScope& scope) const;
+  [[nodiscard]] std::vector<SearchGrid> grids() const;
+  [[nodiscard]] std::size_t widest_level_overlap() const;
+  [[nodiscard]] bool has_shoulders() const;
+  std::optional<Fit> find_by_sample(const FoldedFrame& frame);
+  std::optional<Fit> find_in(const FoldedFrame& photons);
+  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
+  Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
+               DelayLine line);
+  void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
+                     Fit& best);
+  void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
+                 double shift_ns, DelayLine from, Fit& best);
+  ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
+  [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, const ZoomResult& spot) const;
+  [[nodiscard]] static double most_gain_nats(const Spot& spot);
+  [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
+                                          const SearchGrid& grid, const Exposure& exposure) const;
+  [[nodiscard]] bool is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const;
+
+  const PulseTrain& train_;
+  const PulseShape& shape_;
+  double threshold_nats_;
+  double max_slope_;  // of a line: the largest g
+  bool moving_;
+  std::vector<Level> levels_;
+  SearchGrid recheck_;             // three widths: a pulse fills one or two bins
+  std::vector<double> copies_ns_;  // see near_copies_ns
+  FoldedFrame sample_;             // of very many photons
+  LineSearch search_;
+  NearSet near_;
+  Zoom zoom_;
+  Refinement refinement_;
+  std::vector<Spot> spots_;
+};
+
+}  // namespace splid

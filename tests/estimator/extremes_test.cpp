@@ -1,0 +1,383 @@
+// Scenes at the edges of what can be asked: each frame is right within its stated deviation, or has
+// a status that says why not; never NaN, infinity, an exception or a hang.
+//
+// SPLID_EXTREMES=FILE writes the table of docs/extremes.md.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "estimator/frame_estimator.hpp"
+#include "estimator/sync_clock.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double c_m_per_ns = 0.299792458;
+
+struct Scene {
+  test::FrameMaker made;
+  SceneOptions options;
+  PulseOptions pulse;
+  double sync_jitter_ps = 0;
+  double syncs_missing = 0;  // fraction
+  double chirp_ppm_per_s = 0;
+  int frames = 20;
+  int measured = 20;  // frames that must be ok
+};
+
+struct Extreme {
+  const char* name;
+  std::function<void(Scene&)> set;
+};
+
+Scene paper_scene() {
+  Scene scene;
+  scene.made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  scene.made.velocity_mps = 12.5;
+  return scene;
+}
+
+// A pattern clock whose rate changes over the frame: all that it times comes later by a parabola,
+// which leaves the rate and the phase at mid-frame as they are.
+std::int64_t chirped(std::int64_t t_ps, const test::FrameMaker::Frame& frame, double ppm_per_s) {
+  const double s = static_cast<double>(t_ps - frame.start_ps) * 1e-12;
+  const double mid_s = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-12;
+  return t_ps + std::llround(0.5 * ppm_per_s * 1e-6 * (s - mid_s) * (s - mid_s) * 1e12);
+}
+
+// The frame's syncs as an instrument would send them, through the sync clock.
+SyncFit fit_syncs(const test::FrameMaker::Frame& frame, double period_ps, const Scene& scene,
+                  std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> jitter(0, 1);
+  std::bernoulli_distribution missing(scene.syncs_missing);
+  std::vector<std::int64_t> syncs;
+  for (std::int64_t k = 0;; ++k) {
+    const auto at = static_cast<double>(k) * frame.sync.period_ps;
+    const double noise = scene.sync_jitter_ps * jitter(random);
+    const std::int64_t t =
+        chirped(frame.start_ps + std::llround(at + noise), frame, scene.chirp_ppm_per_s);
+    if (t >= frame.end_ps) break;
+    if (t >= frame.start_ps && !missing(random)) syncs.push_back(t);
+  }
+  SyncClock clock(period_ps, DriftMethod::regression, syncs.size() + 16);
+  return clock.fit(syncs, frame.start_ps, frame.end_ps);
+}
+
+void at_pulse_width(Scene& scene, double sigma_ns) {
+  scene.made.sigma_ns = sigma_ns;
+  scene.pulse.sigma_ps = sigma_ns * 1e3;
+}
+
+void at_speed(Scene& scene, double velocity_mps) {
+  scene.made.velocity_mps = velocity_mps;
+  scene.options.max_speed_mps = std::max(150.0, std::abs(velocity_mps));
+}
+
+void without_target(Scene& scene) {
+  scene.made.signal_per_pulse = 0;
+  scene.measured = 0;
+}
+
+void of_length(Scene& scene, double length_ms, int frames) {
+  scene.made.length_ms = length_ms;
+  scene.frames = scene.measured = frames;
+}
+
+const std::array<Extreme, 48> extremes = {{
+    {"b = 0", [](Scene& s) { s.made.background_per_ns = 0; }},
+    {"b = 1e-6 /ns", [](Scene& s) { s.made.background_per_ns = 1e-6; }},
+    {"b = 1e-2 /ns, S = 5e-3",
+     [](Scene& s) {
+       s.made.background_per_ns = 1e-2;
+       s.made.signal_per_pulse = 5e-3;
+       s.frames = s.measured = 8;
+     }},
+    {"b = 1e-1 /ns, S = 2e-2",
+     [](Scene& s) {
+       s.made.background_per_ns = 1e-1;
+       s.made.signal_per_pulse = 2e-2;
+       s.frames = s.measured = 3;
+     }},
+    {"b = 1e-1 /ns, no target",
+     [](Scene& s) {
+       s.made.background_per_ns = 1e-1;
+       s.frames = 2;
+       without_target(s);
+     }},
+    {"S = 0", [](Scene& s) { without_target(s); }},
+    {"S = 0, b = 0",
+     [](Scene& s) {
+       s.made.background_per_ns = 0;
+       without_target(s);
+     }},
+    {"S = 1e-5 (5 photons a frame)",
+     [](Scene& s) {
+       s.made.signal_per_pulse = 1e-5;
+       s.measured = 0;
+     }},
+    {"S = 0.1", [](Scene& s) { s.made.signal_per_pulse = 0.1; }},
+    {"S = 10 (5,300,000 photons a frame)",
+     [](Scene& s) {
+       s.made.signal_per_pulse = 10;
+       s.frames = s.measured = 3;
+     }},
+    {"10,000,000 photons, S = 10, b = 0.1 /ns",
+     [](Scene& s) {
+       s.made.signal_per_pulse = 10;
+       s.made.background_per_ns = 0.1;
+       s.frames = s.measured = 2;
+     }},
+    {"sigma = 1 ps", [](Scene& s) { at_pulse_width(s, 1e-3); }},
+    {"sigma = 10 ps", [](Scene& s) { at_pulse_width(s, 1e-2); }},
+    {"sigma = 1 ns", [](Scene& s) { at_pulse_width(s, 1); }},
+    {"sigma = 5 ns, S = 1e-2",
+     [](Scene& s) {
+       at_pulse_width(s, 5);
+       s.made.signal_per_pulse = 1e-2;
+     }},
+    {"sigma = 9 ns, the closest pulses' spacing, S = 2e-2",
+     [](Scene& s) {
+       at_pulse_width(s, 9);
+       s.made.signal_per_pulse = 2e-2;
+     }},
+    {"v = 0", [](Scene& s) { at_speed(s, 0); }},
+    {"v = 1e-6 m/s", [](Scene& s) { at_speed(s, 1e-6); }},
+    {"v = -1e-6 m/s", [](Scene& s) { at_speed(s, -1e-6); }},
+    {"v = 150 m/s, the limit", [](Scene& s) { at_speed(s, 150); }},
+    {"v = -150 m/s, the limit", [](Scene& s) { at_speed(s, -150); }},
+    {"v = 3,000 m/s",
+     [](Scene& s) {
+       at_speed(s, 3000);
+       s.frames = s.measured = 6;
+     }},
+    {"v = -3,000 m/s",
+     [](Scene& s) {
+       at_speed(s, -3000);
+       s.frames = s.measured = 6;
+     }},
+    {"v = 30,000 m/s, 5 ms",
+     [](Scene& s) {
+       at_speed(s, 30000);
+       of_length(s, 5, 6);
+       s.made.signal_per_pulse = 1e-2;
+     }},
+    {"v = -30,000 m/s, 5 ms",
+     [](Scene& s) {
+       at_speed(s, -30000);
+       of_length(s, 5, 6);
+       s.made.signal_per_pulse = 1e-2;
+     }},
+    {"v = 400 m/s, beyond the limit",
+     [](Scene& s) {
+       s.made.velocity_mps = 400;
+       s.measured = 0;
+     }},
+    {"delay 0", [](Scene& s) { s.made.distance_m = 0; }},
+    {"delay of a pattern period", [](Scene& s) { s.made.distance_m = 3780 * c_m_per_ns / 2; }},
+    {"delay crossing 0 at -150 m/s",
+     [](Scene& s) {
+       s.made.distance_m = 0.01;
+       at_speed(s, -150);
+     }},
+    {"t_a = 100 us, S = 0.03",
+     [](Scene& s) {
+       of_length(s, 0.1, 20);
+       s.made.signal_per_pulse = 0.03;
+     }},
+    {"t_a = 1 s", [](Scene& s) { of_length(s, 1000, 3); }},
+    {"t_a = 10 s, b = 1e-5 /ns",
+     [](Scene& s) {
+       of_length(s, 10000, 1);
+       s.made.background_per_ns = 1e-5;
+       s.made.signal_per_pulse = 1e-4;
+     }},
+    {"t_r = 12 ns, one pulse, sigma = 50 ps",
+     [](Scene& s) {
+       s.made.pattern = test::periodic_pattern(12000);
+       at_pulse_width(s, 0.05);
+       s.frames = s.measured = 5;
+     }},
+    {"t_r = 1 ms, 4 pulses, S = 1",
+     [](Scene& s) {
+       s.made.pattern = test::random_pattern(1e9, 4, 1e7, 3);
+       s.made.signal_per_pulse = 1;
+       s.frames = s.measured = 5;
+     }},
+    {"amplitudes over 1:100",
+     [](Scene& s) {
+       auto& amplitudes = s.made.pattern.segments.front().amplitudes;
+       for (std::size_t p = 0; p < amplitudes.size(); ++p) {
+         amplitudes[p] = std::pow(100.0, static_cast<double>(p) / 39.0 - 0.5);
+       }
+     }},
+    {"device clock at 3.4e17 ps", [](Scene& s) { s.made.start_ps = 340'000'000'000'000'000; }},
+    {"device clock at 9e18 ps", [](Scene& s) { s.made.start_ps = 9'000'000'000'000'000'000; }},
+    {"device clock at -9e18 ps", [](Scene& s) { s.made.start_ps = -9'000'000'000'000'000'000; }},
+    {"clock drift 1 ppm", [](Scene& s) { s.made.drift_ppm = 1; }},
+    {"clock drift 100 ppm", [](Scene& s) { s.made.drift_ppm = 100; }},
+    {"clock drift -100 ppm", [](Scene& s) { s.made.drift_ppm = -100; }},
+    {"clock drift of 1 ppm/s, sync jitter 10 ps",
+     [](Scene& s) {
+       s.chirp_ppm_per_s = 1;
+       s.sync_jitter_ps = 10;
+     }},
+    {"sync jitter 10 ps", [](Scene& s) { s.sync_jitter_ps = 10; }},
+    {"sync jitter 500 ps", [](Scene& s) { s.sync_jitter_ps = 500; }},
+    {"30 % of syncs missing, jitter 100 ps",
+     [](Scene& s) {
+       s.syncs_missing = 0.3;
+       s.sync_jitter_ps = 100;
+     }},
+    {"rates in turn, 180 and 189 ns, -150 m/s",
+     [](Scene& s) {
+       s.made.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2e9);
+       s.made.signal_per_pulse = 3e-3;
+       at_speed(s, -150);
+     }},
+    {"rates in turn, three of them",
+     [](Scene& s) {
+       s.made.pattern = test::mrr_pattern({180000, 189000, 210000}, 3780000, 3e9);
+       s.made.signal_per_pulse = 3e-3;
+     }},
+    {"interleaved, three rates",
+     [](Scene& s) {
+       s.made.pattern = test::interleaved_pattern({180000, 189000, 210000}, 3780000);
+     }},
+}};
+
+void expect_finite(const Estimate& e) {
+  for (const double value :
+       {e.delay_ns, e.delay_start_ns, e.velocity_mps, e.signal_per_pulse, e.background_per_ns,
+        e.std_delay_ns, e.std_velocity_mps, e.std_signal_per_pulse, e.std_background_per_ns,
+        e.significance_nats, e.threshold_nats}) {
+    EXPECT_TRUE(std::isfinite(value));
+  }
+}
+
+struct Sums {
+  int ok = 0;
+  double delay = 0, velocity = 0, worst = 0;
+
+  void add(double delay_off, double velocity_off) {
+    ++ok;
+    delay += delay_off * delay_off;
+    velocity += velocity_off * velocity_off;
+    worst = std::max({worst, std::abs(delay_off), std::abs(velocity_off)});
+  }
+  [[nodiscard]] double rms(double sum) const { return ok > 0 ? std::sqrt(sum / ok) : 0; }
+};
+
+void write_row(const Extreme& extreme, const Scene& scene, const Sums& sums) {
+  const char* file = std::getenv("SPLID_EXTREMES");
+  if (file == nullptr) return;
+  std::array<char, 256> row{};
+  if (sums.ok > 0) {
+    std::snprintf(row.data(), row.size(), "| %s | %d of %d | %.2f | %.2f | %.1f |\n", extreme.name,
+                  sums.ok, scene.frames, sums.rms(sums.delay), sums.rms(sums.velocity), sums.worst);
+  } else {
+    std::snprintf(row.data(), row.size(), "| %s | %d of %d, `no_target` | | | |\n", extreme.name,
+                  sums.ok, scene.frames);
+  }
+  std::ofstream(file, std::ios::app) << row.data();
+}
+
+class Extremes : public testing::TestWithParam<Extreme> {};
+
+TEST_P(Extremes, RightWithinItsDeviationOrSaysWhyNot) {
+  Scene scene = paper_scene();
+  GetParam().set(scene);
+  const double period_ps = pattern_period_ps(scene.made.pattern);
+  const double circle_ns = scene.made.pattern.unambiguous_delay_ps * 1e-3;
+  Sums sums;
+  std::optional<FrameEstimator> estimator;
+  for (int n = 0; n < scene.frames; ++n) {
+    const auto seed = static_cast<std::uint64_t>(n + 1);
+    auto frame = scene.made.make(seed);
+    for (std::int64_t& t : frame.photons_ps) t = chirped(t, frame, scene.chirp_ppm_per_s);
+    if (scene.sync_jitter_ps > 0) frame.sync = fit_syncs(frame, period_ps, scene, seed);
+    if (!estimator) {
+      estimator.emplace(scene.made.pattern, scene.pulse, scene.options, EstimatorOptions{},
+                        scene.made.length_ms, frame.photons_ps.size() * 11 / 10 + 100);
+    }
+    const Estimate e = estimator->estimate(frame.view());
+    expect_finite(e);
+    if (e.status != FrameStatus::ok) {
+      EXPECT_EQ(e.status, FrameStatus::no_target) << n;
+      continue;
+    }
+    const double delay_off =
+        std::remainder(e.delay_ns - 2 * scene.made.distance_m / c_m_per_ns, circle_ns);
+    ASSERT_GT(e.std_delay_ns, 0);
+    ASSERT_GT(e.std_velocity_mps, 0);
+    sums.add(delay_off / e.std_delay_ns,
+             (e.velocity_mps - scene.made.velocity_mps) / e.std_velocity_mps);
+  }
+  write_row(GetParam(), scene, sums);
+  EXPECT_EQ(sums.ok, scene.measured);
+  EXPECT_LT(sums.worst, 5);
+  if (sums.ok >= 20) {
+    // The rms of 20 normal errors is 1 within 0.16: 4 deviations.
+    EXPECT_NEAR(sums.rms(sums.delay), 1, 0.64);
+    EXPECT_NEAR(sums.rms(sums.velocity), 1, 0.64);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Extremes, testing::ValuesIn(extremes),
+                         [](const testing::TestParamInfo<Extreme>& tested) {
+                           std::string name;
+                           for (const char c : std::string(tested.param.name)) {
+                             const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0;
+                             if (plain) name += c;
+                             if (c == '-') name += "minus";
+                             if (c == '.') name += "point";
+                           }
+                           return name;
+                         });
+
+TEST(ExtremeFrames, NoneOneAndTwoPhotons) {
+  const Scene scene = paper_scene();
+  for (const std::size_t photons : {0, 1, 2}) {
+    auto frame = scene.made.make(1);
+    frame.photons_ps.resize(photons);
+    FrameEstimator estimator(scene.made.pattern, {}, {}, {}, 50, 100);
+    const Estimate e = estimator.estimate(frame.view());
+    expect_finite(e);
+    EXPECT_EQ(e.status, FrameStatus::no_target);
+    EXPECT_EQ(e.photons, photons);
+  }
+}
+
+TEST(ExtremeFrames, AllPhotonsAtOneTime) {
+  const Scene scene = paper_scene();
+  for (const std::size_t photons : {3, 1000, 300000}) {
+    auto frame = scene.made.make(1);
+    frame.photons_ps.assign(photons, frame.start_ps + 12345678901);
+    FrameEstimator estimator(scene.made.pattern, {}, {}, {}, 50, photons);
+    expect_finite(estimator.estimate(frame.view()));
+  }
+}
+
+TEST(ExtremeFrames, PhotonsOutOfOrderChangeNothing) {
+  const Scene scene = paper_scene();
+  auto frame = scene.made.make(7);
+  FrameEstimator estimator(scene.made.pattern, {}, {}, {}, 50, frame.photons_ps.size());
+  const Estimate sorted = estimator.estimate(frame.view());
+  std::mt19937_64 random(3);
+  std::shuffle(frame.photons_ps.begin(), frame.photons_ps.end(), random);
+  const Estimate shuffled = estimator.estimate(frame.view());
+  EXPECT_NEAR(shuffled.delay_ns, sorted.delay_ns, 1e-6 * sorted.std_delay_ns);
+  EXPECT_NEAR(shuffled.velocity_mps, sorted.velocity_mps, 1e-6 * sorted.std_velocity_mps);
+}
+
+}  // namespace
+}  // namespace splid
