@@ -111,11 +111,13 @@ class LengthMeasurement {
     const TradeoffSetting& setting = measured.setting;
     const std::string doing =
         format("%s, frames of %g ms", setting_name(setting.estimator).c_str(), setting.length_ms);
+    Track track;
+    Track* const tracked = setting.estimator.tracked ? &track : nullptr;
     for (const KeptFrame& frame : frames_) {
       if (stop_.stop_requested()) return;
       const FrameView view = frame.view();
       const double begin_ms = clock_();
-      const Estimate estimate = estimator.estimate(view);
+      const Estimate estimate = estimator.estimate(view, tracked);
       measured.results.push_back(frame_result(estimate, clock_() - begin_ms));
       const std::size_t n = measured.results.size();
       const double part = static_cast<double>(n) / static_cast<double>(frames_.size());
@@ -182,7 +184,10 @@ std::optional<double> TradeoffRow::velocity_ratio() const {
   return ratio(velocity_rmse_mps, velocity_bound_mps);
 }
 
-std::string setting_name(const EstimatorOptions& options) { return to_string(options.effort); }
+std::string setting_name(const EstimatorOptions& options) {
+  if (options.method == Method::paper) return "paper";
+  return to_string(options.effort) + std::string(options.tracked ? ", tracked" : "");
+}
 
 double thread_cpu_ms() {
   timespec now{};
@@ -193,11 +198,19 @@ double thread_cpu_ms() {
 std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configured,
                                                 double length_ms) {
   std::vector<TradeoffSetting> settings;
-  for (const Effort effort : {Effort::exhaustive, Effort::balanced, Effort::fast}) {
-    TradeoffSetting setting{configured, length_ms};
-    setting.estimator.effort = effort;
-    settings.push_back(setting);
+  EstimatorOptions options = configured;
+  options.method = Method::search;
+  for (const bool tracked : {false, true}) {
+    for (const Effort effort : {Effort::exhaustive, Effort::balanced, Effort::fast}) {
+      options.effort = effort;
+      options.tracked = tracked;
+      settings.push_back({options, length_ms});
+    }
   }
+  options = configured;
+  options.method = Method::paper;
+  options.tracked = false;
+  settings.push_back({options, length_ms});
   return settings;
 }
 

@@ -53,7 +53,7 @@ struct TradeoffEvents {
   Warn warn;
 };
 
-// For people: "balanced".
+// For people: "balanced, tracked".
 std::string setting_name(const EstimatorOptions& options);
 
 // The settings of a length, in the order in which they are measured; the first is the most

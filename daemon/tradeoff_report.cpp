@@ -63,7 +63,10 @@ Marks marks_of(const TradeoffReport& report, std::size_t row) {
 std::vector<Member> members_of(const TradeoffReport& report, std::size_t index) {
   const TradeoffRow& row = report.rows[index];
   const Marks marks = marks_of(report, index);
-  return {{"effort", json_string(to_string(row.setting.estimator.effort))},
+  const EstimatorOptions& estimator = row.setting.estimator;
+  return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
+          {"tracked", estimator.tracked ? "true" : "false"},
+          {"effort", json_string(to_string(estimator.effort))},
           {"length_ms", number_text(row.setting.length_ms)},
           {"frames", std::to_string(row.frames)},
           {"photons", number_text(row.photons)},
@@ -89,8 +92,10 @@ std::string column(const char* pattern, const std::optional<double>& value, doub
 }
 
 constexpr const char* headings =
-    "  frame  effort        one core, ms     distance RMSE     velocity RMSE    wrong    no\n"
-    "     ms                p50      p99       mm  /bound      cm/s  /bound    peaks  value  "
+    "  frame  setting               one core, ms     distance RMSE     velocity RMSE    wrong    "
+    "no\n"
+    "     ms                        p50      p99       mm  /bound      cm/s  /bound    peaks  "
+    "value  "
     "frames\n";
 
 // Colours that keep apart for the colour-blind (Okabe and Ito).
@@ -125,8 +130,11 @@ ChartSeries& series_of(std::vector<ChartSeries>& all, const TradeoffSetting& set
   }
   ChartSeries series;
   series.label = name;
-  series.color = color_of(setting.estimator.effort);
-  series.marker = marker_of(setting.estimator.effort);
+  const bool paper = setting.estimator.method == Method::paper;
+  series.color = paper ? "#555" : color_of(setting.estimator.effort);
+  series.marker = paper ? Marker::diamond : marker_of(setting.estimator.effort);
+  series.hollow = setting.estimator.tracked;
+  if (series.hollow) series.line = LineStyle::dashed;
   all.push_back(series);
   return all.back();
 }
@@ -244,7 +252,7 @@ std::string tradeoff_table(const TradeoffReport& report) {
     const TradeoffRow& row = report.rows[i];
     const Marks marks = marks_of(report, i);
     text +=
-        format("%7g  %-11s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
+        format("%7g  %-19s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
         format("%7.3g  %7.3g", row.p50_ms, row.p99_ms) + "  " +
         column("%7.3g", row.distance_rmse_m, 1e3, 7) + column("%8.3f", row.distance_ratio(), 1, 8) +
         "   " + column("%7.3g", row.velocity_rmse_mps, 1e2, 7) +

@@ -46,6 +46,28 @@ std::size_t PulseTrain::stretch_at(double time_ns) const {
   return s;
 }
 
+std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
+  if (train.single()) return near_copies_ns(train.stretches.front().comb, 3 * width_ns);
+  constexpr std::size_t most_copies = 32;
+  const double tolerance_ns = 8 * width_ns;
+  const double first_period_ns = train.stretches.front().comb.period_ns;
+  std::vector<double> copies;
+  for (double shift = first_period_ns; shift < train.circle_ns - tolerance_ns;
+       shift += first_period_ns) {
+    double sum_ns = 0;
+    double worst_ns = 0;
+    for (const PulseTrain::Stretch& stretch : train.stretches) {
+      const double off_ns = std::remainder(shift, stretch.comb.period_ns);
+      sum_ns += off_ns;
+      worst_ns = std::max(worst_ns, std::abs(off_ns));
+    }
+    if (worst_ns > tolerance_ns) continue;
+    copies.push_back(shift - sum_ns / static_cast<double>(train.stretches.size()));
+    if (copies.size() == most_copies) break;
+  }
+  return copies;
+}
+
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns) {
   std::vector<CombWindow> windows;
   for (const PulseTrain::Stretch& stretch : train.stretches) {

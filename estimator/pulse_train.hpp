@@ -37,6 +37,12 @@ struct PulseTrain {
   [[nodiscard]] bool single() const { return stretches.size() == 1; }
 };
 
+// Shifts in (0, circle) by which a train nearly fits itself, delays that a frame can take for the
+// right one: for a single comb those of near_copies_ns(comb) within three pulse widths; for several
+// those within eight, since a wrong velocity makes up for part of what they differ by (99.9 and
+// 104.1 ns: 124 periods of one are 119 of the other less 0.3 ns). Ascending.
+std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns);
+
 // One for each stretch.
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns);
 

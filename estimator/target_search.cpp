@@ -16,8 +16,17 @@ constexpr double level_widths[] = {10, 5, 2.5};
 constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20,
                                        std::size_t{1} << 22};
 
+constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // a tenth of a millisecond
+
+// A zoom reaches at least this far: a comb's near copies, and what drift makes up for, are within.
+constexpr double least_reach_widths = 8;
+
 // A gain this far above the threshold ends the search: e^-6 of the false-alarm rate.
 constexpr double settled_margin_nats = 6;
+
+// A gain this far above it tells a target's peak from the shoulders that its comb makes, which have
+// two thirds of it at most; in weaker frames every cell is tried.
+constexpr double shoulder_margin_nats = 60;
 
 // Design note: of a million photons 65,536 are searched in 3 ms instead of 20. A target that is
 // 30 nats above the threshold in them is no chance, nor taken for a shoulder of its own.
@@ -38,12 +47,15 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t leve
   // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse; but
   // pulses that overlap are one to the search.
   const double widest_ns = std::max(train.closest_ns / 2, level_widths[2] * width_ns);
-  double bin_ns = std::min(widest_ns, level_widths[level] * width_ns);
+  const double wanted_ns = std::min(widest_ns, level_widths[level] * width_ns);
+  const std::uint32_t fitting = fitting_bins(train);
+  // Short frames have few cells however fine: then the finest cost nothing.
+  double bin_ns = std::min(wanted_ns, level_widths[2] * width_ns);
   while (true) {
-    const SearchGrid grid =
-        SearchGrid::cover(train.circle_ns, bin_ns, max_drift_ns, fitting_bins(train));
-    if (grid.cells() <= level_cells[level] || bin_ns >= widest_ns) return grid;
-    bin_ns = std::min(widest_ns, bin_ns * 1.25);
+    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_drift_ns, fitting);
+    const std::size_t most = bin_ns < wanted_ns ? cheap_cells : level_cells[level];
+    if (grid.cells() <= most || bin_ns >= widest_ns) return grid;
+    bin_ns = std::min(bin_ns < wanted_ns ? wanted_ns : widest_ns, bin_ns * 1.25);
   }
 }
 
@@ -60,9 +72,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       recheck_(SearchGrid::cover(
           train.circle_ns, std::max(3 * shape.width_ns(), train.circle_ns / most_recheck_bins), 0,
           fitting_bins(train))),
-      copies_ns_(scope.near_copies && train.single()
-                     ? near_copies_ns(train.stretches.front().comb, 3 * shape.width_ns())
-                     : std::vector<double>()),
+      copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
+                                   : std::vector<double>()),
       sample_(train, max_photons < sampled_from ? 0 : sampled_from),
       search_(train, max_photons, grids()),
       near_(max_photons, max_photons * widest_level_overlap()),
@@ -79,7 +90,7 @@ std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& sc
   for (std::size_t level = first; level < end; ++level) {
     const SearchGrid grid = level_grid(train_, shape_.width_ns(), level, scope.max_drift_ns);
     if (!made.empty() && grid.cells() == made.back().grid.cells()) continue;
-    const double reach_ns = 1.5 * grid.bin_ns;
+    const double reach_ns = std::max(1.5 * grid.bin_ns, least_reach_widths * shape_.width_ns());
     const double about_ns = 2 * reach_ns + 4 * shape_.width_ns();
     const double peak_ns = shape_.peak_offset_ns();
     made.push_back({grid, reach_ns, comb_windows(train_, peak_ns - about_ns, peak_ns + about_ns)});
@@ -166,8 +177,10 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
 }
 
 ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line) {
-  // The search_ sees where the photons are; a pulse may have its peak beside its time.
+  // The search sees where the photons are; a pulse may have its peak beside its time. A delay
+  // beyond the circle would have photons leave in a stretch before the right one.
   line.delay_ns -= shape_.peak_offset_ns();
+  line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
   near_.collect(photons, level.windows, train_, line);
   return zoom_.find(near_, level.reach_ns, moving_);
 }
@@ -192,16 +205,23 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 
 // A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
 // even one by all of them and not quite. Where the best cell was such a shoulder, the peak has the
-// same drift.
+// same drift; a near copy's own copies may be better again.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best) {
+  constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
   const DelayLine most = search_.best_delay(photons, found.drift_ns, recheck_).line;
   const double apart =
       std::remainder(most.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
-  if (std::abs(apart) > 3 * recheck_.bin_ns)
+  if (std::abs(apart) > 3 * recheck_.bin_ns) {
     try_delay(photons, level, exposure, apart, found, best);
-  for (const double copy : copies_ns_) try_delay(photons, level, exposure, copy, found, best);
+  }
+  for (int step = 0; step < most_steps; ++step) {
+    const double before = best.gain_nats;
+    const DelayLine from = best.parameters.line;
+    for (const double copy : copies_ns_) try_delay(photons, level, exposure, copy, from, best);
+    if (best.gain_nats == before) break;
+  }
 }
 
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
@@ -226,7 +246,7 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 // A target that is surely there shows at the delays where its comb fits itself in part, with its
 // own drift. recheck_delay() looks at all of those at once.
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
-  return best.gain_nats > threshold_nats_ + settled_margin_nats &&
+  return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
          std::abs(line.drift_ns - best.parameters.line.drift_ns) < 2.2 * grid.bin_ns;
 }
 

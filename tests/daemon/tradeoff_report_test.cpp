@@ -56,7 +56,8 @@ TEST(TradeoffTable, HasALineASettingAndMarksTheKnees) {
   const auto lines = lines_of(tradeoff_table(report));
   ASSERT_EQ(lines.size(), 3 + rows.size());
   EXPECT_EQ(lines[3],
-            "     20  exhaustive       4        6     0.62   1.240       4.3   1.075        0      "
+            "     20  exhaustive               4        6     0.62   1.240       4.3   1.075       "
+            " 0      "
             "1     200");
   EXPECT_THAT(lines[4], HasSubstr("200 *"));
   EXPECT_THAT(lines[5], Not(HasSubstr("*")));
@@ -75,14 +76,15 @@ TEST(TradeoffTable, ShowsADashForWhatIsNotKnown) {
 TEST(TradeoffJson, IsAnObjectALine) {
   const auto lines = lines_of(tradeoff_json(report_of(rows)));
   ASSERT_EQ(lines.size(), rows.size());
-  EXPECT_EQ(lines[1],
-            R"({"schema":"splid.tradeoff","v":[1,0],)"
-            R"("effort":"fast","length_ms":20,"frames":200,"photons":9470,)"
-            R"("compute_ms_p50":1,"compute_ms_p99":1.5,"reference":"scene","compared":199,)"
-            R"("distance_rmse_m":0.00062,"distance_bound_m":5e-04,)"
-            R"("distance_rmse_over_bound":1.24,"velocity_rmse_mps":0.043,)"
-            R"("velocity_bound_mps":0.04,"velocity_rmse_over_bound":1.075,)"
-            R"("wrong_peaks":0,"no_value":1,"knee":true})");
+  EXPECT_EQ(
+      lines[1],
+      R"({"schema":"splid.tradeoff","v":[1,0],)"
+      R"("method":"search","tracked":false,"effort":"fast","length_ms":20,"frames":200,"photons":9470,)"
+      R"("compute_ms_p50":1,"compute_ms_p99":1.5,"reference":"scene","compared":199,)"
+      R"("distance_rmse_m":0.00062,"distance_bound_m":5e-04,)"
+      R"("distance_rmse_over_bound":1.24,"velocity_rmse_mps":0.043,)"
+      R"("velocity_bound_mps":0.04,"velocity_rmse_over_bound":1.075,)"
+      R"("wrong_peaks":0,"no_value":1,"knee":true})");
   TradeoffRow rest = rows[0];
   rest.velocity_rmse_mps.reset();
   EXPECT_THAT(tradeoff_json(report_of(std::vector{rest})), Not(HasSubstr("velocity_rmse")));
@@ -94,9 +96,10 @@ TEST(TradeoffCsv, HasTheMembersOfTheJsonAsColumns) {
   const auto lines = lines_of(tradeoff_csv(report));
   ASSERT_EQ(lines.size(), 1 + rows.size());
   for (const std::string& line : lines) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 17) << line;
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 19) << line;
   }
-  EXPECT_THAT(lines[0], AllOf(HasSubstr("effort,length_ms"), HasSubstr("knee,within_budget")));
+  EXPECT_THAT(lines[0],
+              AllOf(HasSubstr("method,tracked,effort,length_ms"), HasSubstr("knee,within_budget")));
   EXPECT_THAT(lines[2], HasSubstr("fast,20,200,9470,1,1.5,scene,"));
 }
 
