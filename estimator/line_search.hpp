@@ -26,7 +26,7 @@ struct SearchCell {
 // allocation in run() and best_delay().
 class LineSearch {
  public:
-  static constexpr std::size_t max_cells = 8;
+  static constexpr std::size_t max_cells = 16;
 
   // grids: all that run() and best_delay() will be given.
   LineSearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,

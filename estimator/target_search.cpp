@@ -34,6 +34,14 @@ constexpr std::size_t sampled_photons = 65536;
 constexpr std::size_t sampled_from = 3 * sampled_photons;
 constexpr double sample_margin_nats = 30;
 
+// Design note: few photons make many cells alike and each costs little; of 19 signal photons eight
+// cells miss the best maximum in 0.03 % of frames, sixteen in none of 6,000. Of a million photons a
+// zoom costs 3 ms.
+std::size_t cells_tried(std::size_t photons) {
+  if (photons < 4096) return LineSearch::max_cells;
+  return photons < 131072 ? 8 : 4;
+}
+
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
 constexpr double most_recheck_bins = 262144;
@@ -153,7 +161,8 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
-  for (const SearchCell& cell : search_.run(photons, level.grid, limit_ns)) {
+  const auto cells = search_.run(photons, level.grid, limit_ns);
+  for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
     if (best && (best->gain_nats > best_possible_gain(photons, cell, level.grid, exposure) ||
                  is_shoulder(cell.line, level.grid, *best))) {
       continue;
