@@ -5,26 +5,18 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <vector>
 
+#include "bench/thread_clock.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {
 namespace {
 
-
-double thread_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
-
 // Reports the median and the 99th percentile of the thread's own time a frame, beside the mean.
-void estimate(benchmark::State& state, const test::FrameMaker& made, Effort effort) {
-  EstimatorOptions options;
-  options.effort = effort;
+void estimate(benchmark::State& state, const test::FrameMaker& made,
+              const EstimatorOptions& options = {}, const SceneOptions& scene = {}) {
   // Seeds enough for the spread, few enough to be made in a second.
   const double expected = made.background_per_ns * made.length_ms * 1e6;
   const int frames_made = expected < 2e5 ? 64 : 4;
@@ -36,15 +28,17 @@ void estimate(benchmark::State& state, const test::FrameMaker& made, Effort effo
     photons += static_cast<double>(frames.back().photons_ps.size()) / frames_made;
     most = std::max(most, frames.back().photons_ps.size());
   }
-  FrameEstimator estimator(made.pattern, {}, {}, options, made.length_ms, most);
+  FrameEstimator estimator(made.pattern, {}, scene, options, made.length_ms, most);
   estimator.estimate(frames.front().view());
   std::vector<double> times_ms;
+  Track track;
   std::size_t next = 0;
   double found = 0;
   for (auto _ : state) {
-    const double begin = thread_ms();
-    const Estimate e = estimator.estimate(frames[next++ % frames.size()].view());
-    times_ms.push_back(thread_ms() - begin);
+    const double begin = bench::thread_ms();
+    const FrameView view = frames[next++ % frames.size()].view();
+    const Estimate e = estimator.estimate(view, options.tracked ? &track : nullptr);
+    times_ms.push_back(bench::thread_ms() - begin);
     found += e.has_values ? 1 : 0;
   }
   std::sort(times_ms.begin(), times_ms.end());
@@ -62,17 +56,54 @@ test::FrameMaker experiment(bool random) {
   return made;
 }
 
-void interleaved(benchmark::State& state) { estimate(state, experiment(false), Effort::balanced); }
+void interleaved(benchmark::State& state) { estimate(state, experiment(false)); }
 BENCHMARK(interleaved)->Unit(benchmark::kMillisecond);
 
-void random(benchmark::State& state) { estimate(state, experiment(true), Effort::balanced); }
+void random(benchmark::State& state) { estimate(state, experiment(true)); }
 BENCHMARK(random)->Unit(benchmark::kMillisecond);
+
+// What a scene does not need.
+
+void followed(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.velocity_mps = 0;  // all frames are the same instant's
+  estimate(state, made, {.tracked = true});
+}
+BENCHMARK(followed)->Unit(benchmark::kMillisecond);
+
+void at_rest(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.velocity_mps = 0;
+  estimate(state, made, {}, {.motion = Motion::static_target});
+}
+BENCHMARK(at_rest)->Unit(benchmark::kMillisecond);
+
+void slow(benchmark::State& state) {
+  estimate(state, experiment(false), {}, {.max_speed_mps = 15});
+}
+BENCHMARK(slow)->Unit(benchmark::kMillisecond);
+
+void without_background(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.background_per_ns = 0;
+  estimate(state, made);
+}
+BENCHMARK(without_background)->Unit(benchmark::kMillisecond);
+
+// One pulse a period, as bright as the forty: nothing to tell apart.
+void one_pulse(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.pattern = test::periodic_pattern(3780000);
+  made.signal_per_pulse *= 40;
+  estimate(state, made);
+}
+BENCHMARK(one_pulse)->Unit(benchmark::kMillisecond);
 
 // A seventh of [P]'s signal.
 void weak(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.signal_per_pulse = 2e-4;
-  estimate(state, made, Effort::balanced);
+  estimate(state, made);
 }
 BENCHMARK(weak)->Unit(benchmark::kMillisecond);
 
@@ -80,7 +111,7 @@ BENCHMARK(weak)->Unit(benchmark::kMillisecond);
 void no_target(benchmark::State& state) {
   test::FrameMaker made = experiment(false);
   made.signal_per_pulse = 0;
-  estimate(state, made, Effort(state.range(0)));
+  estimate(state, made, {.effort = Effort(state.range(0))});
 }
 BENCHMARK(no_target)->ArgName("effort")->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
@@ -89,7 +120,7 @@ void bright_day(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 2e-3;
   made.velocity_mps = 50;
-  estimate(state, made, Effort::balanced);
+  estimate(state, made);
 }
 BENCHMARK(bright_day)->Unit(benchmark::kMillisecond);
 
@@ -98,7 +129,7 @@ void million_bright(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 1e-2;
   made.signal_per_pulse = 0.95;
-  estimate(state, made, Effort::balanced);
+  estimate(state, made);
 }
 BENCHMARK(million_bright)->Unit(benchmark::kMillisecond);
 
@@ -107,7 +138,7 @@ void million_buried(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 2e-2;
   made.signal_per_pulse = 1.5e-3;
-  estimate(state, made, Effort::exhaustive);
+  estimate(state, made, {.effort = Effort::exhaustive});
 }
 BENCHMARK(million_buried)->Unit(benchmark::kMillisecond);
 

@@ -82,6 +82,7 @@ struct FrameEstimator::Workspace {
   std::optional<Fit> follow(const Track& track, std::int64_t mid_ps);
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
+  bool moves_after_all(const Fit& still_fit);
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync) const;
   void remember(const FrameView& view, const Estimate& estimate, Track& track) const;
 };
@@ -130,6 +131,14 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   if (off_ns > 20 * shape->width_ns()) return moving_fit;
   const Fit fit = search.fit_at_rest(frame, moving_fit.parameters.line.delay_ns);
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
+}
+
+// Scene `static`: its deviations would be far too small for a target that moves. 10 nats are 4.5
+// standard deviations of velocity, 7 frames in a million.
+bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
+  constexpr double nats_for_motion = 10;
+  return search.fit_moving(frame, still_fit.parameters.line).gain_nats >
+         still_fit.gain_nats + nats_for_motion;
 }
 
 void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
@@ -218,6 +227,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track) {
     fit = w.drop_motion_unless_seen(*fit);
     if (!fit->has_covariance) return estimate;
   }
+  if (!w.moving() && w.moves_after_all(*fit)) return estimate;
   w.fill(estimate, *fit, view.sync);
   estimate.status = w.mode == Mode::ambiguous ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) w.remember(view, estimate, *track);

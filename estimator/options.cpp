@@ -16,10 +16,11 @@ constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
 const char* to_string(Effort effort) { return effort_names.at(static_cast<std::size_t>(effort)); }
 
 void SceneOptions::describe(OptionVisitor& visitor) {
-  choose(
-      visitor, "motion", motion, motion_names,
-      "static: velocity is zero and not estimated; moving: always estimated; auto: estimated, and "
-      "reported as zero where the photons do not ask for it");
+  choose(visitor, "motion", motion, motion_names,
+         "static: velocity is zero and not estimated, a frame whose target moves has status "
+         "no_target; "
+         "moving: always estimated; auto: estimated, and "
+         "reported as zero where the photons do not ask for it");
   visitor.number("max_speed_mps", max_speed_mps, {0, 30000},
                  "largest speed along the line of sight that is searched, m/s");
   visitor.number("range_offset_m", range_offset_m, {-1e7, 1e7},

@@ -263,6 +263,10 @@ Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {
   return refinement_.climb(frame, Exposure(frame, train_), {delay_ns, 0}, false);
 }
 
+Fit TargetSearch::fit_moving(const FoldedFrame& frame, DelayLine line) {
+  return refinement_.climb(frame, Exposure(frame, train_), line, true);
+}
+
 Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
   return refinement_.judge(frame, Exposure(frame, train_), at, moving_);
 }

@@ -38,6 +38,8 @@ class TargetSearch {
   Fit find_near(const FoldedFrame& frame, DelayLine line);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
+  // The maximum near a line for a target that may move.
+  Fit fit_moving(const FoldedFrame& frame, DelayLine line);
   // What the likelihood says of a target found otherwise.
   Fit judge(const FoldedFrame& frame, const FrameParameters& at);
 

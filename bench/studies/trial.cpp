@@ -3,23 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <ctime>
 #include <random>
 #include <string_view>
 
 #include "bench/studies/wang.hpp"
+#include "bench/thread_clock.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/units.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::studies {
 namespace {
-
-double thread_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
 
 // FNV-1a, the same everywhere, which std::hash is not.
 std::uint64_t hash(std::string_view text) {
@@ -53,9 +47,9 @@ class Bench {
     made_.distance_m = delay_ns * 1e-9 * speed_of_light_mps / 2;
     made_.velocity_mps = cell_.velocity_mps.value_or(drawn_mps);
     const auto frame = made_.make(random());
-    const double begin_ms = thread_ms();
+    const double begin_ms = bench::thread_ms();
     const Estimate found = estimate(frame.view());
-    const double compute_ms = thread_ms() - begin_ms;
+    const double compute_ms = bench::thread_ms() - begin_ms;
     return compare(found, delay_ns, compute_ms);
   }
 

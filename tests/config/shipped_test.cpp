@@ -25,8 +25,9 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(), ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json",
-                                                "interleaved.json", "random.json", "replay.json"));
+  EXPECT_THAT(shipped(),
+              ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json",
+                                     "interleaved.json", "mrr.json", "random.json", "replay.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
@@ -34,7 +35,8 @@ TEST(ShippedConfig, AllLoad) {
 }
 
 TEST(ShippedConfig, EachModesOwnHasItsPattern) {
-  for (const Mode mode : {Mode::baseline, Mode::ambiguous, Mode::random, Mode::interleaved}) {
+  for (const Mode mode :
+       {Mode::baseline, Mode::ambiguous, Mode::mrr, Mode::random, Mode::interleaved}) {
     const Config config = load_config(folder + to_string(mode) + ".json");
     EXPECT_EQ(config.pattern.mode, mode);
     EXPECT_EQ(config.source_driver, "simulator");
