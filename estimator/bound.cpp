@@ -78,7 +78,9 @@ struct Moments {
 Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, double length_ns) {
   if (train.single()) return {1, 0, 1.0 / 12};
   Moments m;
-  for (double turn = 0; turn < length_ns; turn += train.period_ns) {
+  const auto turns = static_cast<std::size_t>(std::ceil(length_ns / train.period_ns));
+  for (std::size_t n = 0; n < turns; ++n) {
+    const double turn = static_cast<double>(n) * train.period_ns;
     const double from = std::min(1.0, (turn + stretch.begin_ns) / length_ns) - 0.5;
     const double to = std::min(1.0, (turn + stretch.end_ns) / length_ns) - 0.5;
     m.share += to - from;

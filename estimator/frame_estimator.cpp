@@ -62,7 +62,7 @@ struct FrameEstimator::Workspace {
         scene(scene_options),
         max_drift_ns(moving() ? drift_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(
-            {train.circle_ns, max_drift_ns, shape->width_ns()}, options.false_alarm_rate)),
+            {train.circle_ns, drift_looked_at_ns(), shape->width_ns()}, options.false_alarm_rate)),
         frame(train, max_photons,
               max_drift_ns / 2 + std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()))),
         search(train, *shape,
@@ -76,6 +76,12 @@ struct FrameEstimator::Workspace {
 
   [[nodiscard]] bool moving() const {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
+  }
+
+  // Fits are not held to the speeds that the search starts from: where a frame is so short that
+  // these are within a few pulse widths, much of what is looked through lies beyond.
+  [[nodiscard]] double drift_looked_at_ns() const {
+    return moving() ? max_drift_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
   std::optional<Fit> find(const FrameView& view, Track* track);

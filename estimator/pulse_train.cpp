@@ -52,8 +52,9 @@ std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
   const double tolerance_ns = 8 * width_ns;
   const double first_period_ns = train.stretches.front().comb.period_ns;
   std::vector<double> copies;
-  for (double shift = first_period_ns; shift < train.circle_ns - tolerance_ns;
-       shift += first_period_ns) {
+  const auto turns = static_cast<std::size_t>((train.circle_ns - tolerance_ns) / first_period_ns);
+  for (std::size_t n = 1; n <= turns; ++n) {
+    const double shift = static_cast<double>(n) * first_period_ns;
     double sum_ns = 0;
     double worst_ns = 0;
     for (const PulseTrain::Stretch& stretch : train.stretches) {

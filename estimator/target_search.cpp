@@ -18,9 +18,6 @@ constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 2
 
 constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // a tenth of a millisecond
 
-// A zoom reaches at least this far: a comb's near copies, and what drift makes up for, are within.
-constexpr double least_reach_widths = 8;
-
 // A gain this far above the threshold ends the search: e^-6 of the false-alarm rate.
 constexpr double settled_margin_nats = 6;
 
@@ -125,7 +122,7 @@ bool TargetSearch::has_shoulders() const {
 
 std::optional<Fit> TargetSearch::find(const FoldedFrame& frame) {
   if (frame.size() >= sampled_from) {
-    if (const std::optional<Fit> found = find_by_sample(frame)) return found;
+    if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
   return find_in(frame);
 }
@@ -141,7 +138,7 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
 std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons) {
   std::optional<Fit> best;
   for (const Level& level : levels_) {
-    const std::optional<Fit> found = find_at_level(photons, level);
+    std::optional<Fit> found = find_at_level(photons, level);
     if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
     if (best && best->gain_nats > threshold_nats_ + settled_margin_nats) break;
   }

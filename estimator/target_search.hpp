@@ -29,6 +29,10 @@ struct SearchScope {
 // Threads: one an object. Errors: none. No allocation in the calls for frames of up to max_photons.
 class TargetSearch {
  public:
+  // A zoom reaches at least so many pulse widths in delay, and twice as far in drift: a comb's near
+  // copies, and what drift makes up for, are within.
+  static constexpr double least_reach_widths = 8;
+
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
 
