@@ -65,9 +65,9 @@ TEST(Publisher, WaitsInVainWithoutSubscriber) {
   EXPECT_FALSE(publisher.wait_for_subscriber(milliseconds{200}));
 }
 
-// The queue is a thousand long: libzmq learns what a subscriber has taken once in 3 million ticks of
-// the processor's clock, some 100 ms where that is a slow virtual one, and a queue of 100 looks full
-// to it by then, with or without the one that does not read.
+// The queue is a thousand long: libzmq learns what a subscriber has taken once in 3 million ticks
+// of the processor's clock, some 100 ms where that is a slow virtual one, and a queue of 100 looks
+// full to it by then, with or without the one that does not read.
 TEST(Publisher, ASubscriberThatDoesNotReadCostsTheOthersNothing) {
   Publisher publisher(any_port, 1000);
   zmq::context_t context;
