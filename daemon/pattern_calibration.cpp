@@ -1,12 +1,9 @@
 #include "daemon/pattern_calibration.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "daemon/channel_map.hpp"
+#include "daemon/direct_framing.hpp"
 #include "daemon/format.hpp"
 #include "daemon/frame.hpp"
 #include "daemon/frame_plan.hpp"
@@ -17,8 +14,6 @@
 
 namespace splid {
 namespace {
-
-constexpr std::size_t block_tags = 65536;
 
 // Folds each frame and uses it again.
 class FoldingSink final : public FrameSink {
@@ -31,23 +26,6 @@ class FoldingSink final : public FrameSink {
  private:
   Frame frame_;
   PulseFinder& finder_;
-};
-
-// Frames on the source's own thread: nothing here has to keep up with an instrument.
-class FramingSink final : public TagSink {
- public:
-  FramingSink(Framer& framer, std::stop_token stop)
-      : framer_(framer), stop_(std::move(stop)), block_(block_tags) {}
-  std::span<Tag> claim(std::size_t max_count) override {
-    if (stop_.stop_requested()) return {};
-    return std::span(block_).first(std::min(max_count, block_.size()));
-  }
-  void publish(std::size_t count) override { framer_.push(std::span(block_).first(count), 0); }
-
- private:
-  Framer& framer_;
-  std::stop_token stop_;
-  std::vector<Tag> block_;
 };
 
 Pattern pattern_of(const Pattern& nominal, const std::vector<FoundPulse>& pulses,
@@ -85,7 +63,7 @@ Pattern calibrate_pattern(const Config& config, TagSource& source, const std::st
   const ChannelMap channels(config.channels);
   Framer framer(framer_options(config.frame.length_ms, config.pattern, config.drift.method),
                 channels, folding);
-  FramingSink sink(framer, stop);
+  DirectFraming sink(framer, stop);
   source.run(sink, stop);
   framer.finish();
 
