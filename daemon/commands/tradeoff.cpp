@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
@@ -69,6 +70,14 @@ std::vector<TradeoffRow> measure(const Config& config, const FrameOrigin& origin
   return measure_tradeoff(config, origin, plan, thread_cpu_ms, events, stop);
 }
 
+// Before minutes of work whose plot would have nowhere to go.
+void check_folder_of(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  if (folder.empty() || std::filesystem::is_directory(folder)) return;
+  throw Error(Fault::usage, file + ": there is no folder " + folder.string() +
+                                "; make it, or name a file in another");
+}
+
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
   if (!options.csv.empty()) {
     write_text_file(options.csv, tradeoff_csv(report));
@@ -85,6 +94,7 @@ void print(const std::string& text) {
 
 int tradeoff(const TradeoffCommand& options) {
   const StopSignals signals;
+  for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
   const Config config = load_config(options.config);
   FrameOrigin origin = find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "tests/support/real_recording.hpp"
 #include "tests/support/sync_stream.hpp"
@@ -311,6 +313,27 @@ TEST(SyncClock, EveryFrameOfARealTaggerHasItsPeriodAndJitter) {
       ++frames;
     }
     EXPECT_EQ(frames, 5);
+  }
+}
+
+// 1 ppm/s over 50 ms: the syncs at either end come 312.5 ps after those of a steady clock.
+TEST(SyncClock, ARateThatChangesBendsTheFit) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> jitter(0, 10);
+  for (const double chirp_per_s : {1e-6, -1e-6, 0.0}) {
+    std::vector<std::int64_t> syncs;
+    for (int k = -6613; k < 6613; ++k) {
+      const double at_ps = 3780000.0 * k;
+      const double s = at_ps * 1e-12;
+      syncs.push_back(std::llround(at_ps + 0.5 * chirp_per_s * s * s * 1e12 + jitter(random)));
+    }
+    const std::int64_t half_ps = 6613LL * 3780000;
+    SyncClock clock(3780000, DriftMethod::regression, syncs.size());
+    const SyncFit fit = clock.fit(syncs, -half_ps, half_ps);
+    ASSERT_TRUE(fit.locked);
+    EXPECT_NEAR(fit.bend_ps, chirp_per_s * 312.5e6, 1.5);
+    EXPECT_NEAR(fit.jitter_ps, 10, 0.5);
+    EXPECT_LE(fit.missing, 2U);  // at either end, where the bend is largest
   }
 }
 
