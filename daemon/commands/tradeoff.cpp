@@ -74,8 +74,8 @@ std::vector<TradeoffRow> measure(const Config& config, const FrameOrigin& origin
 void check_folder_of(const std::string& file) {
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
   if (folder.empty() || std::filesystem::is_directory(folder)) return;
-  throw Error(Fault::usage, file + ": there is no folder " + folder.string() +
-                                "; make it, or name a file in another");
+  throw Error(Fault::device, file + ": there is no folder " + folder.string() +
+                                 "; make it, or name a file in another");
 }
 
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
