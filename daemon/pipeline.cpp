@@ -81,6 +81,7 @@ struct Pipeline::Stages {
   std::vector<FrameEstimator> estimators;
   std::unique_ptr<Framing> framing;
   Wake publisher_wake;  // a frame was estimated
+  DeviceMonitor* device = nullptr;
   FrameObserver observer;
   bool observer_done = false;
   std::exception_ptr observer_fault;
@@ -95,6 +96,8 @@ Pipeline::Pipeline(const Config& config, std::unique_ptr<TagSource> source, Publ
 Pipeline::~Pipeline() = default;
 
 void Pipeline::observe(FrameObserver observer) { stages_->observer = std::move(observer); }
+
+void Pipeline::watch(DeviceMonitor& device) { stages_->device = &device; }
 
 PipelineSummary Pipeline::run(const std::stop_token& stop) {
   Stages& stages = *stages_;
@@ -188,6 +191,7 @@ StreamHealth Pipeline::Stages::health() {
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
+  if (device != nullptr) health.device_reports = device->take();
   return health;
 }
 

@@ -11,6 +11,7 @@
 
 #include "config/config.hpp"
 #include "daemon/clock.hpp"
+#include "daemon/device_monitor.hpp"
 #include "daemon/framer.hpp"
 #include "daemon/publisher.hpp"
 #include "drivers/source.hpp"
@@ -53,6 +54,8 @@ class Pipeline {
   Pipeline& operator=(const Pipeline&) = delete;
 
   void observe(FrameObserver observer);
+  // What the source reports goes into the status. device: outlives run().
+  void watch(DeviceMonitor& device);
 
   // Runs until the stream ends or a stop is requested; then what the ring holds still becomes
   // frames, for at most stop_patience_ms, and everything is published. Once.

@@ -67,18 +67,27 @@ void check_locked(const PipelineSummary& summary) {
 
 }  // namespace
 
-std::unique_ptr<TagSource> open_source(const Config& config) {
+std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device) {
   SourceContext context;
   context.pattern = &config.pattern;
   context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  context.report = [device](const DeviceReport& report) {
+    const bool is_well = report.state == DeviceState::connected;
+    if (!report.reason.empty()) {
+      spdlog::log(is_well ? spdlog::level::info : spdlog::level::warn, "{}: {}",
+                  to_string(report.state), report.reason);
+    }
+    if (device != nullptr) device->report(report);
+  };
   return config.source->open(context);
 }
 
-int run_session(const Config& config, std::unique_ptr<TagSource> source,
+int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
   const std::string source_name = source->info().name;
   Publisher publisher(config.publish.endpoint, options.queue_messages);
   Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  pipeline.watch(device);
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
   pipeline.observe([&](const FrameMessage& message, const std::string& json) {

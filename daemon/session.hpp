@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/device_monitor.hpp"
 #include "daemon/pipeline.hpp"
 #include "drivers/source.hpp"
 
@@ -19,15 +20,16 @@ struct SessionOptions {
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
 };
 
-// Opens the configured source; its warnings go to the log.
-std::unique_ptr<TagSource> open_source(const Config& config);
+// Opens the configured source; its warnings, and what it reports of its instrument, go to the log
+// and to `device` (where not null; outlives the source).
+std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device = nullptr);
 
 // Runs the source through the pipeline to the subscribers, says in the log what it does and at the
 // end what came of it; returns the exit code.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
 // frame could lock although syncs came.
-int run_session(const Config& config, std::unique_ptr<TagSource> source,
+int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop);
 
 }  // namespace splid

@@ -58,11 +58,18 @@ void StatusReporter::frame_published(const FrameMessage& message) {
 
 void StatusReporter::tick(const StreamHealth& health) {
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
+  for (const DeviceReport& report : health.device_reports) {
+    device_ = report;
+    judge(health);
+    publish(health);
+  }
   const DaemonState state = status_.state;
   const std::string reason = status_.reason;
   judge(health);
-  const bool changed = state != status_.state || reason != status_.reason;
-  if (changed || clock_.steady_ns() >= next_ns_) publish(health);
+  const bool due = clock_.steady_ns() >= next_ns_;
+  if (due || state != status_.state || reason != status_.reason) publish(health);
+  // What is over has then been said for a second.
+  if (due && device_.state == DeviceState::connected) device_.reason.clear();
 }
 
 void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
@@ -73,6 +80,22 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
 }
 
 void StatusReporter::judge(const StreamHealth& health) {
+  status_.device = device_.state;
+  switch (device_.state) {
+    case DeviceState::no_device:
+      status_.state = DaemonState::waiting_for_device;
+      break;
+    case DeviceState::failing:
+      status_.state = DaemonState::degraded;
+      break;
+    case DeviceState::connected:
+      judge_stream(health);
+      if (!status_.reason.empty()) return;
+  }
+  status_.reason = device_.reason;
+}
+
+void StatusReporter::judge_stream(const StreamHealth& health) {
   const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
   status_.reason.clear();
   if (source_.live && static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {

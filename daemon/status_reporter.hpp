@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
 #include "daemon/clock.hpp"
@@ -13,17 +14,19 @@ namespace splid {
 
 // What a stream is like at a moment.
 struct StreamHealth {
-  std::uint64_t tags = 0;            // taken from the source
-  std::int64_t last_arrival_ns = 0;  // of a tag or heartbeat; 0: none yet
-  double ring_fill_ratio = 0;        // highest since the last call
-  std::string sync_fault;            // a sentence; empty: none
+  std::uint64_t tags = 0;                         // taken from the source
+  std::int64_t last_arrival_ns = 0;               // of a tag or heartbeat; 0: none yet
+  double ring_fill_ratio = 0;                     // highest since the last call
+  std::string sync_fault;                         // a sentence; empty: none
+  std::vector<DeviceReport> device_reports = {};  // since the last call, in order
 };
 
-// Publishes `version` once and `status` once a second and on every change of state or reason.
+// Publishes `version` once and `status` once a second and on every change of state or reason, and
+// for each thing that the driver reports of its instrument.
 //
-// States: starting until the first frame; waiting_for_device while a live source has been silent
-// for four frames; degraded while the last frame was no_sync, incomplete or saturated; stopping
-// from stop() on.
+// States: starting until the first frame; waiting_for_device while the driver says no_device or a
+// live source has been silent for four frames; degraded while the driver says failing or the last
+// frame was no_sync, incomplete or saturated; stopping from stop() on.
 //
 // Threads: one. Errors: none.
 class StatusReporter {
@@ -41,6 +44,7 @@ class StatusReporter {
 
  private:
   void judge(const StreamHealth& health);
+  void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
 
@@ -49,6 +53,7 @@ class StatusReporter {
   const Clock& clock_;
   VersionMessage version_;
   StatusMessage status_;
+  DeviceReport device_;
   FrameStatus last_frame_ = FrameStatus::not_run;
   double last_frame_s_ = 0;
   double silence_limit_ns_;

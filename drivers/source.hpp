@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/device_report.hpp"
 #include "protocol/options.hpp"
 #include "protocol/pattern.hpp"
 #include "protocol/tag.hpp"
@@ -36,6 +38,14 @@ struct SourceInfo {
       start_unix_s;  // UTC at device time 0; absent: the daemon takes the host's clock
 };
 
+// Something that a driver counts, for the metrics.
+struct SourceCounter {
+  std::string name;         // Prometheus' way, such as splid_usb_transfers_total
+  std::string label;        // such as status="stall"; empty: none
+  std::string help;         // what is counted, in a sentence
+  std::uint64_t value = 0;  // since the source was opened
+};
+
 // A stream of tags: an instrument, a recording or a simulated scene.
 //
 // Threads: run() is called once, on a thread of its own; info() before it. run() returns when the
@@ -47,12 +57,18 @@ class TagSource {
   virtual ~TagSource() = default;
   [[nodiscard]] virtual SourceInfo info() const = 0;
   virtual void run(TagSink& sink, std::stop_token stop) = 0;
+  // Any thread, at any time. The names and their order do not change.
+  [[nodiscard]] virtual std::vector<SourceCounter> counters() const { return {}; }
 };
 
 // What a source may need to know beyond its own options.
 struct SourceContext {
-  const Pattern* pattern = nullptr;              // the configured one; never null
-  std::function<void(const std::string&)> warn;  // one sentence for people; never empty
+  const Pattern* pattern = nullptr;  // the configured one; never null
+  // One sentence for people; never empty.
+  std::function<void(const std::string&)> warn = [](const std::string&) {};
+  // What happened to the instrument; any thread, but not on the way of a tag: it locks. Never
+  // empty.
+  std::function<void(const DeviceReport&)> report = [](const DeviceReport&) {};
 };
 
 // A driver's block of options under `source` in the configuration; see OptionVisitor.

@@ -16,6 +16,7 @@ constexpr std::array<const char*, 7> frame_status_names = {
     "not_run", "ok", "no_target", "ambiguous", "incomplete", "no_sync", "saturated"};
 constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
                                                            "streaming", "degraded", "stopping"};
+constexpr std::array<const char*, 3> device_state_names = {"connected", "no_device", "failing"};
 
 JsonWriter head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
   JsonWriter json;
@@ -197,6 +198,10 @@ const char* to_string(DaemonState state) {
   return daemon_state_names.at(static_cast<std::size_t>(state));
 }
 
+const char* to_string(DeviceState state) {
+  return device_state_names.at(static_cast<std::size_t>(state));
+}
+
 std::string to_json(const FrameMessage& message) {
   JsonWriter json = head("splid.frame", message.timestamp_s, message.sequence);
   json.text("status", to_string(message.status))
@@ -220,6 +225,7 @@ std::string to_json(const StatusMessage& message) {
       .text("state", to_string(message.state))
       .text("reason", message.reason)
       .text("source", message.source)
+      .text("device", to_string(message.device))
       .integer("tags", message.tags)
       .integer("lost_tags", message.lost_tags)
       .integer("frames", message.frames)

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "protocol/device_report.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
@@ -77,8 +78,9 @@ struct StatusMessage {
   double timestamp_s = 0;
   std::uint64_t sequence = 0;
   DaemonState state = DaemonState::starting;
-  std::string reason;           // one sentence; empty when there is nothing to say
-  std::string source;           // driver's name
+  std::string reason;  // one sentence; empty when there is nothing to say
+  std::string source;  // driver's name
+  DeviceState device = DeviceState::connected;
   std::uint64_t tags = 0;       // events taken from the source
   std::uint64_t lost_tags = 0;  // known count
   std::uint64_t frames = 0;     // published

@@ -89,13 +89,14 @@ int replay(const ReplayCommand& options) {
   source->speed = speed;
   config.source = std::move(source);
   config.source_driver = "replay";
-  std::unique_ptr<TagSource> recording = open_source(config);
+  DeviceMonitor device;
+  std::unique_ptr<TagSource> recording = open_source(config, &device);
   warn_of_absent_channels(config, options.recording);
   SessionOptions session;
   session.json = options.json;
   session.queue_messages = queue_messages;
   session.wait_for_subscriber_s = options.wait_for_subscriber_s;
-  return run_session(config, std::move(recording), session, signals.token());
+  return run_session(config, std::move(recording), device, session, signals.token());
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ void add_run(CLI::App& app, Action& action) {
     action = [file] {
       const StopSignals signals;
       const Config config = load_config(*file);
-      return run_session(config, open_source(config), {}, signals.token());
+      DeviceMonitor device;
+      return run_session(config, open_source(config, &device), device, {}, signals.token());
     };
   });
 }

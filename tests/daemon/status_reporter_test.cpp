@@ -96,6 +96,45 @@ TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
                                                       HasSubstr("scripted sends nothing"))));
 }
 
+TEST_F(StatusReports, SayEachThingThatTheDriverReports) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports = {{DeviceState::no_device, "tagger 12 is gone"},
+                           {DeviceState::failing, "it does not start"},
+                           {DeviceState::connected, "tagger 12 is back"}};
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"streaming\""),
+                               AllOf(HasSubstr("\"waiting_for_device\""),
+                                     HasSubstr("\"no_device\""), HasSubstr("tagger 12 is gone")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("\"failing\""),
+                                     HasSubstr("it does not start")),
+                               AllOf(HasSubstr("\"streaming\""), HasSubstr("\"connected\""),
+                                     HasSubstr("tagger 12 is back"))));
+}
+
+TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a stall, cleared"}}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports.clear();
+  for (int second = 0; second < 2; ++second) {
+    clock.advance_ms(1000);
+    health.last_arrival_ns = clock.steady_ns();
+    reporter.tick(health);
+  }
+  health.device_reports = {{DeviceState::no_device, "gone"}};
+  reporter.tick(health);
+  health.device_reports.clear();
+  clock.advance_ms(5000);
+  reporter.tick(health);
+  const auto cleared = HasSubstr("a stall, cleared");
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\""), cleared, cleared,
+                                                HasSubstr("\"reason\":\"\""), HasSubstr("gone"),
+                                                HasSubstr("gone")));
+}
+
 class ReplayStatusReports : public StatusReports {
  protected:
   ReplayStatusReports() : StatusReports(false) {}
