@@ -1,0 +1,273 @@
+#include "protocol/tags16.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace splid {
+namespace {
+
+constexpr std::array<std::byte, 4> magic = {std::byte{'S'}, std::byte{'P'}, std::byte{'T'},
+                                            std::byte{'B'}};
+constexpr std::uint16_t version = 1;
+
+// Blocks may overlap by as much as streams may be unsorted.
+constexpr std::uint64_t disorder_ps = 1'000'000;
+
+// The types of a record.
+constexpr std::uint64_t type_tag = 0;
+constexpr std::uint64_t type_time_base_broken = 1;
+constexpr std::uint64_t type_overflow_begin = 2;
+constexpr std::uint64_t type_overflow_end = 3;
+constexpr std::uint64_t type_missed = 4;
+
+template <class Number>
+Number little_endian(const std::byte* bytes) {
+  Number value = 0;
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(&value, bytes, sizeof value);
+  } else {
+    for (std::size_t i = sizeof value; i-- > 0;) {
+      value = static_cast<Number>((value << 8U) | std::to_integer<Number>(bytes[i]));
+    }
+  }
+  return value;
+}
+
+std::int64_t time_at(const std::byte* bytes) {
+  return static_cast<std::int64_t>(little_endian<std::uint64_t>(bytes));
+}
+
+bool is_magic(std::span<const std::byte> bytes) {
+  return std::equal(magic.begin(), magic.end(), bytes.begin());
+}
+
+// The first 8 bytes of a record: type, reserved, missed (16 bits), channel (32 bits).
+std::uint64_t type_of(std::uint64_t head) { return head & 0xFFU; }
+std::int32_t missed_of(std::uint64_t head) {
+  return static_cast<std::int32_t>((head >> 16U) & 0xFFFFU);
+}
+std::uint32_t channel_of(std::uint64_t head) { return static_cast<std::uint32_t>(head >> 32U); }
+
+// All but the time of a photon tag, as its last 8 bytes.
+struct Photon {
+  std::uint32_t channel = 0;
+  std::uint32_t kind_and_reserved = 0;
+};
+
+// Two stores of 8 bytes. As an assignment of a Tag it is six times as slow: the compiler makes the
+// tag on the stack and waits to read it back.
+void put_photon(std::uint64_t time, std::uint32_t channel, Tag& tag) {
+  static_assert(offsetof(Tag, time_ps) == 0 && offsetof(Tag, value) == sizeof time);
+  static_assert(static_cast<int>(TagKind::photon) == 0 && sizeof(Photon) == 8);
+  const Photon photon{channel, 0};
+  auto* bytes = reinterpret_cast<std::byte*>(&tag);
+  std::memcpy(bytes, &time, sizeof time);
+  std::memcpy(bytes + sizeof time, &photon, sizeof photon);
+}
+
+}  // namespace
+
+struct Tags16Decoder::Input {
+  std::span<const std::byte> left;
+
+  [[nodiscard]] const std::byte* data() const { return left.data(); }
+  void skip(std::size_t bytes) { left = left.subspan(bytes); }
+};
+
+struct Tags16Decoder::Output {
+  std::span<Tag> room;
+
+  void put(const Tag& tag) {
+    room.front() = tag;
+    room = room.subspan(1);
+  }
+};
+
+Tags16Decoder::Progress Tags16Decoder::decode(std::span<const std::byte> bytes,
+                                              std::span<Tag> out) {
+  Input input{bytes};
+  Output output{out};
+  for (;;) {
+    const std::size_t written = std::min(waiting_count_, output.room.size());
+    for (std::size_t i = 0; i < written; ++i) output.put(waiting_[i]);
+    std::copy(waiting_.begin() + written, waiting_.begin() + waiting_count_, waiting_.begin());
+    waiting_count_ -= written;
+    if (waiting_count_ > 0) break;
+    if (!(in_block_ ? read_tags(input, output) : read_header(input))) break;
+  }
+  return {bytes.size() - input.left.size(), out.size() - output.room.size()};
+}
+
+void Tags16Decoder::cut() {
+  counts_.skipped_bytes += held_bytes_;
+  held_bytes_ = 0;
+  if (in_block_) damaged();
+  doubted_ = true;
+}
+
+// Completes the `bytes` that are held; false where they are still too few.
+bool Tags16Decoder::hold(Input& in, std::size_t bytes) {
+  const std::size_t taken = std::min(bytes - held_bytes_, in.left.size());
+  std::copy_n(in.left.begin(), taken, held_.begin() + held_bytes_);
+  held_bytes_ += taken;
+  in.skip(taken);
+  return held_bytes_ == bytes;
+}
+
+bool Tags16Decoder::read_header(Input& in) {
+  if (!hold(in, header_bytes)) return false;
+  if (is_magic(held_)) {
+    take_header();
+  } else {
+    skip_to_magic();
+  }
+  return true;
+}
+
+void Tags16Decoder::take_header() {
+  const auto count = little_endian<std::uint32_t>(&held_[8]);
+  const std::int64_t begin_ps = time_at(&held_[16]);
+  const std::int64_t end_ps = time_at(&held_[24]);
+  const bool known = little_endian<std::uint16_t>(&held_[4]) == version &&
+                     little_endian<std::uint16_t>(&held_[6]) == 0;
+  if (!known || count > max_block_tags || end_ps < begin_ps) {
+    ++counts_.bad_headers;
+    skip_to_magic();
+    return;
+  }
+  held_bytes_ = 0;
+  in_block_ = true;
+  tags_left_ = count;
+  begin_ps_ = begin_ps;
+  end_ps_ = end_ps;
+  follow(little_endian<std::uint32_t>(&held_[12]));
+  if (tags_left_ == 0) end_block();
+}
+
+// Leaves away the first held byte, and all up to the next that could begin a block.
+void Tags16Decoder::skip_to_magic() {
+  const auto held_end = held_.begin() + held_bytes_;
+  const auto place = std::find(held_.begin() + 1, held_end, magic.front());
+  counts_.skipped_bytes += static_cast<std::uint64_t>(place - held_.begin());
+  held_bytes_ = static_cast<std::size_t>(held_end - place);
+  std::copy(place, held_end, held_.begin());
+  doubted_ = true;
+}
+
+// Says how the block that begins follows the one before.
+void Tags16Decoder::follow(std::uint32_t sequence) {
+  const std::uint32_t gap = sequence - next_sequence_;
+  next_sequence_ = sequence + 1;
+  const bool followed = !doubted_ && gap == 0;
+  // A sequence that steps back is that of a sender which began anew.
+  if (begun_ && gap < (1U << 31U)) counts_.lost_blocks += gap;
+  doubted_ = false;
+  if (begun_) {
+    const std::uint64_t back_ps =
+        static_cast<std::uint64_t>(reached_ps_) - static_cast<std::uint64_t>(begin_ps_);
+    if (begin_ps_ < reached_ps_ && back_ps > disorder_ps) {
+      wait({begin_ps_, 0, TagKind::clock_break, {}});
+    } else if (!followed || begin_ps_ > reached_ps_) {
+      wait({reached_ps_, 0, TagKind::loss_begin, {}});
+      wait({std::max(begin_ps_, reached_ps_), -1, TagKind::loss_end, {}});
+    }
+  }
+  begun_ = true;
+  reached_ps_ = begin_ps_;
+}
+
+bool Tags16Decoder::read_tags(Input& in, Output& out) {
+  if (out.room.empty()) return false;
+  if (held_bytes_ > 0) {
+    if (!hold(in, tag_bytes)) return false;
+    Input one{std::span(held_).first(tag_bytes)};
+    read_run(one, out);
+    if (!one.left.empty() && !read_special(one.data(), out)) return true;  // held for a header
+    held_bytes_ = 0;
+  } else {
+    read_run(in, out);
+    if (tags_left_ > 0) {
+      if (out.room.empty()) return false;
+      if (in.left.size() < tag_bytes) {
+        hold(in, tag_bytes);
+        return false;
+      }
+      if (!read_special(in.data(), out)) return true;
+      in.skip(tag_bytes);
+    }
+  }
+  if (tags_left_ == 0) end_block();
+  return true;
+}
+
+// The hot loop: tags up to the first that is none, or lies outside its block.
+void Tags16Decoder::read_run(Input& in, Output& out) {
+  const std::size_t most =
+      std::min({std::size_t{tags_left_}, in.left.size() / tag_bytes, out.room.size()});
+  const auto begin = static_cast<std::uint64_t>(begin_ps_);
+  const std::uint64_t length = static_cast<std::uint64_t>(end_ps_) - begin;
+  const std::byte* record = in.data();
+  Tag* const tags = out.room.data();
+  std::size_t count = 0;
+  for (; count < most; ++count, record += tag_bytes) {
+    const auto head = little_endian<std::uint64_t>(record);
+    const auto time = little_endian<std::uint64_t>(record + 8);
+    if (type_of(head) != type_tag || time - begin > length) break;
+    put_photon(time, channel_of(head), tags[count]);
+  }
+  if (count > 0) reached_ps_ = tags[count - 1].time_ps;
+  tags_left_ -= static_cast<std::uint32_t>(count);
+  in.skip(count * tag_bytes);
+  out.room = out.room.subspan(count);
+}
+
+// A record that read_run left. False, and nothing taken, where it is none and the block ends.
+bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
+  const auto head = little_endian<std::uint64_t>(record);
+  const std::int64_t record_ps = time_at(record + 8);
+  const bool inside = record_ps >= begin_ps_ && record_ps <= end_ps_;
+  const std::int64_t time_ps = inside ? record_ps : reached_ps_;
+  switch (type_of(head)) {
+    case type_tag:
+      ++counts_.outside_tags;
+      out.put({time_ps, 1, TagKind::missed, {}});
+      break;
+    case type_time_base_broken:
+      out.put({time_ps, 0, TagKind::clock_break, {}});
+      break;
+    case type_overflow_begin:
+      counted_overflow_ = false;
+      out.put({time_ps, 0, TagKind::loss_begin, {}});
+      break;
+    case type_overflow_end:
+      // Records of missed events have said how many, where the sender knows.
+      out.put({time_ps, counted_overflow_ ? 0 : -1, TagKind::loss_end, {}});
+      break;
+    case type_missed:
+      counted_overflow_ = true;
+      out.put({time_ps, missed_of(head), TagKind::missed, {}});
+      break;
+    default:
+      damaged();
+      return false;
+  }
+  reached_ps_ = time_ps;
+  --tags_left_;
+  return true;
+}
+
+void Tags16Decoder::damaged() {
+  ++counts_.damaged_blocks;
+  in_block_ = false;
+  doubted_ = true;
+}
+
+void Tags16Decoder::end_block() {
+  ++counts_.blocks;
+  in_block_ = false;
+  reached_ps_ = end_ps_;
+  wait(heartbeat_tag(end_ps_));
+}
+
+}  // namespace splid

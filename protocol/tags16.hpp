@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// What a stream of tags16 blocks held besides its tags. Each counts from the start of the stream.
+struct Tags16Counts {
+  std::uint64_t blocks = 0;          // whole ones
+  std::uint64_t lost_blocks = 0;     // gaps in the sequence numbers
+  std::uint64_t damaged_blocks = 0;  // cut off at a record that is no tag, or at a new connection
+  std::uint64_t bad_headers = 0;     // with the magic, but a version, count or end that cannot be
+  std::uint64_t outside_tags = 0;    // with a time outside their block; each is one missed tag
+  std::uint64_t skipped_bytes = 0;   // that belong to no block
+};
+
+// Turns tags16 blocks (docs/tags16.md) into tags, from bytes however they are cut:
+//
+//  - a tag is a photon tag whose value is the channel, negative for a falling edge;
+//  - the end of a block is a heartbeat;
+//  - a broken time base, and a block that begins more than 1 us before the end of the one before,
+//    is a clock_break;
+//  - an overflow is a loss, missed events are `missed`, as is a tag outside its block;
+//  - time between two blocks, a gap in the sequence and bytes that are no block are a loss of
+//    unknown count from where the stream was to where the next block begins.
+//
+// Nothing is said about the time before the first block.
+//
+// Threads: one. Errors: none, whatever the bytes; see counts(). No allocation.
+class Tags16Decoder {
+ public:
+  static constexpr std::size_t header_bytes = 32;
+  static constexpr std::size_t tag_bytes = 16;
+  // Design note: a block of a million tags is 16 MiB, a tenth of a second of the fastest tagger. A
+  // larger count is taken for damage, so that a wrong one costs no more than that.
+  static constexpr std::uint32_t max_block_tags = 1 << 20;
+
+  struct Progress {
+    std::size_t bytes = 0;  // used
+    std::size_t tags = 0;   // written
+  };
+
+  // Decodes until either side is used up. Call it again, with what is left of the bytes or none,
+  // as long as it fills `out`: more tags may be waiting.
+  Progress decode(std::span<const std::byte> bytes, std::span<Tag> out);
+
+  // What comes next does not follow what came before, as after a new connection.
+  void cut();
+
+  [[nodiscard]] const Tags16Counts& counts() const { return counts_; }
+  // Up to where the blocks so far told of all tags, in the tagger's time; 0 before the first.
+  [[nodiscard]] std::int64_t reached_ps() const { return reached_ps_; }
+
+ private:
+  struct Input;
+  struct Output;
+
+  bool read_header(Input& in);
+  void take_header();
+  void skip_to_magic();
+  void follow(std::uint32_t sequence);
+  bool read_tags(Input& in, Output& out);
+  void read_run(Input& in, Output& out);
+  bool read_special(const std::byte* record, Output& out);
+  bool hold(Input& in, std::size_t bytes);
+  void damaged();
+  void end_block();
+  void wait(const Tag& tag) { waiting_[waiting_count_++] = tag; }
+
+  std::array<std::byte, header_bytes> held_{};  // of a header or tag that the bytes cut in two
+  std::size_t held_bytes_ = 0;
+  std::array<Tag, 3> waiting_{};  // between blocks, for room to be written
+  std::size_t waiting_count_ = 0;
+
+  bool in_block_ = false;
+  std::uint32_t tags_left_ = 0;  // of the block
+  std::int64_t begin_ps_ = 0;
+  std::int64_t end_ps_ = 0;
+
+  bool begun_ = false;   // a block has come
+  bool doubted_ = true;  // bytes are missing since the last block
+  bool counted_overflow_ = false;
+  std::uint32_t next_sequence_ = 0;
+  std::int64_t reached_ps_ = 0;
+  Tags16Counts counts_;
+};
+
+}  // namespace splid

@@ -1,0 +1,248 @@
+#include "protocol/tags16.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "tests/support/tags16_block.hpp"
+
+namespace splid {
+namespace {
+
+using test::append_block;
+using test::block_bytes;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::int64_t max_ps = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t min_ps = std::numeric_limits<std::int64_t>::min();
+
+Tag loss_begin(std::int64_t time_ps) { return {time_ps, 0, TagKind::loss_begin, {}}; }
+Tag loss_end(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::loss_end, {}}; }
+Tag missed(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::missed, {}}; }
+Tag clock_break(std::int64_t time_ps) { return {time_ps, 0, TagKind::clock_break, {}}; }
+
+// bytes_at_once, room: how the caller cuts both sides.
+std::vector<Tag> decode(Tags16Decoder& decoder, std::span<const std::byte> bytes,
+                        std::size_t bytes_at_once = 1 << 20, std::size_t room = 1 << 10) {
+  std::vector<Tag> tags;
+  std::vector<Tag> out(room);
+  while (!bytes.empty()) {
+    std::span<const std::byte> piece = bytes.first(std::min(bytes_at_once, bytes.size()));
+    bytes = bytes.subspan(piece.size());
+    Tags16Decoder::Progress progress;
+    do {
+      progress = decoder.decode(piece, out);
+      piece = piece.subspan(progress.bytes);
+      tags.insert(tags.end(), out.begin(),
+                  out.begin() + static_cast<std::ptrdiff_t>(progress.tags));
+    } while (progress.tags == out.size());
+    EXPECT_THAT(piece, IsEmpty());
+  }
+  return tags;
+}
+
+std::vector<Tag> decoded(std::span<const std::byte> bytes) {
+  Tags16Decoder decoder;
+  return decode(decoder, bytes);
+}
+
+std::vector<std::byte> bytes_of(const std::vector<test::Tags16Block>& blocks) {
+  std::vector<std::byte> bytes;
+  for (const test::Tags16Block& block : blocks) append_block(block, bytes);
+  return bytes;
+}
+
+// The bytes in the manual.
+std::vector<std::byte> documented_bytes() {
+  std::ifstream page(SPLID_SOURCE_DIR "/docs/tags16.md");
+  std::vector<std::byte> bytes;
+  bool inside = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("```")) inside = line == "```hex";
+    if (!inside || line.starts_with("```")) continue;
+    std::istringstream words(line);
+    for (std::string word; words >> word;) {
+      bytes.push_back(static_cast<std::byte>(std::stoi(word, nullptr, 16)));
+    }
+  }
+  return bytes;
+}
+
+std::vector<Tag> documented_tags() {
+  constexpr std::int64_t start_ps = 340'000'000'000'000'000;
+  return {photon_tag(start_ps + 1'855, 1),      photon_tag(start_ps + 2'355, -1),
+          photon_tag(start_ps + 3'780'000, 8),  loss_begin(start_ps + 4'000'000),
+          missed(start_ps + 4'500'000, 513),    loss_end(start_ps + 5'000'000, 0),
+          heartbeat_tag(start_ps + 10'000'000), heartbeat_tag(start_ps + 10'010'000'000)};
+}
+
+TEST(Tags16, TheManualsTestVector) {
+  Tags16Decoder decoder;
+  EXPECT_EQ(decode(decoder, documented_bytes()), documented_tags());
+  EXPECT_EQ(decoder.counts().blocks, 2U);
+  EXPECT_EQ(decoder.counts().skipped_bytes, 0U);
+}
+
+TEST(Tags16, TheBytesMayBeCutAnywhereAndTheRoomBeSmall) {
+  for (std::size_t bytes_at_once = 1; bytes_at_once < 50; ++bytes_at_once) {
+    for (const std::size_t room : {1, 2, 3, 7}) {
+      Tags16Decoder decoder;
+      EXPECT_EQ(decode(decoder, documented_bytes(), bytes_at_once, room), documented_tags())
+          << bytes_at_once << " bytes, room for " << room;
+    }
+  }
+}
+
+TEST(Tags16, SmallestAndLargestNumbers) {
+  EXPECT_THAT(decoded(block_bytes({0, 0, 0, {{0, 0}}})),
+              ElementsAre(photon_tag(0, 0), heartbeat_tag(0)));
+  constexpr std::int32_t max_channel = std::numeric_limits<std::int32_t>::max();
+  EXPECT_THAT(decoded(block_bytes(
+                  {~0U, min_ps, max_ps, {{min_ps, -max_channel - 1}, {max_ps, max_channel}}})),
+              ElementsAre(photon_tag(min_ps, -max_channel - 1), photon_tag(max_ps, max_channel),
+                          heartbeat_tag(max_ps)));
+}
+
+TEST(Tags16, SequenceGoesOnAfterItsLargest) {
+  Tags16Decoder decoder;
+  EXPECT_THAT(decode(decoder, bytes_of({{~0U, 0, 10, {}}, {0, 10, 20, {}}})),
+              ElementsAre(heartbeat_tag(10), heartbeat_tag(20)));
+  EXPECT_EQ(decoder.counts().lost_blocks, 0U);
+}
+
+TEST(Tags16, LostBlocksAreALossBetweenTheirNeighbours) {
+  Tags16Decoder decoder;
+  EXPECT_THAT(decode(decoder, bytes_of({{4, 0, 10, {}}, {7, 40, 50, {{45, 1}}}})),
+              ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(40, -1), photon_tag(45, 1),
+                          heartbeat_tag(50)));
+  EXPECT_EQ(decoder.counts().lost_blocks, 2U);
+}
+
+TEST(Tags16, TimeThatNoBlockCoversIsALoss) {
+  EXPECT_THAT(decoded(bytes_of({{4, 0, 10, {}}, {5, 11, 20, {}}})),
+              ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(11, -1), heartbeat_tag(20)));
+}
+
+TEST(Tags16, ABlockMayBeginAMicrosecondEarlyAndNotMore) {
+  EXPECT_THAT(decoded(bytes_of({{0, 0, 5'000'000, {}}, {1, 4'000'000, 6'000'000, {}}})),
+              ElementsAre(heartbeat_tag(5'000'000), heartbeat_tag(6'000'000)));
+  EXPECT_THAT(
+      decoded(bytes_of({{0, 0, 5'000'000, {}}, {1, 3'999'999, 6'000'000, {}}})),
+      ElementsAre(heartbeat_tag(5'000'000), clock_break(3'999'999), heartbeat_tag(6'000'000)));
+}
+
+TEST(Tags16, ABrokenTimeBaseIsAClockBreak) {
+  EXPECT_THAT(decoded(block_bytes({0, 0, 10, {{4, 0, 1}, {5, 2}}})),
+              ElementsAre(clock_break(4), photon_tag(5, 2), heartbeat_tag(10)));
+}
+
+TEST(Tags16, AnOverflowWithoutCountLostNobodyKnowsHowMany) {
+  EXPECT_THAT(decoded(block_bytes(
+                  {0, 0, 10, {{4, 0, 2}, {5, 0, 4, 0xFFFF}, {6, 0, 3}, {7, 0, 2}, {8, 0, 3}}})),
+              ElementsAre(loss_begin(4), missed(5, 65'535), loss_end(6, 0), loss_begin(7),
+                          loss_end(8, -1), heartbeat_tag(10)));
+}
+
+TEST(Tags16, ATagOutsideItsBlockIsOneMissed) {
+  Tags16Decoder decoder;
+  EXPECT_THAT(
+      decode(decoder, block_bytes({0, 100, 200, {{99, 1}, {150, 1}, {201, 1}, {min_ps, 1}}})),
+      ElementsAre(missed(100, 1), photon_tag(150, 1), missed(150, 1), missed(150, 1),
+                  heartbeat_tag(200)));
+  EXPECT_EQ(decoder.counts().outside_tags, 3U);
+}
+
+TEST(Tags16, BytesBeforeTheFirstBlockAreSkippedWithoutALoss) {
+  std::vector<std::byte> bytes(13, std::byte{'S'});
+  append_block({5, 0, 10, {{3, 1}}}, bytes);
+  Tags16Decoder decoder;
+  EXPECT_THAT(decode(decoder, bytes), ElementsAre(photon_tag(3, 1), heartbeat_tag(10)));
+  EXPECT_EQ(decoder.counts().skipped_bytes, 13U);
+}
+
+TEST(Tags16, ABlockCutOffEndsWhereTheNextBegins) {
+  std::vector<std::byte> bytes = block_bytes({0, 0, 10, {{3, 1}, {4, 1}, {5, 1}}});
+  bytes.resize(bytes.size() - 2 * Tags16Decoder::tag_bytes);
+  append_block({1, 10, 20, {{15, 2}}}, bytes);
+  for (std::size_t bytes_at_once = 1; bytes_at_once < 50; ++bytes_at_once) {
+    Tags16Decoder decoder;
+    EXPECT_THAT(decode(decoder, bytes, bytes_at_once),
+                ElementsAre(photon_tag(3, 1), loss_begin(3), loss_end(10, -1), photon_tag(15, 2),
+                            heartbeat_tag(20)));
+    EXPECT_EQ(decoder.counts().damaged_blocks, 1U);
+    EXPECT_EQ(decoder.counts().skipped_bytes, 0U);
+  }
+}
+
+TEST(Tags16, BytesThatAreNoBlockAreALoss) {
+  std::vector<std::byte> bytes = block_bytes({0, 0, 10, {}});
+  bytes.insert(bytes.end(), 100, std::byte{0xEE});
+  append_block({1, 10, 20, {}}, bytes);
+  Tags16Decoder decoder;
+  EXPECT_THAT(decode(decoder, bytes),
+              ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(10, -1), heartbeat_tag(20)));
+  EXPECT_EQ(decoder.counts().skipped_bytes, 100U);
+}
+
+TEST(Tags16, HeadersThatLieAreNotBelieved) {
+  test::Tags16Block too_many{0, 0, 10, {}};
+  too_many.more_count = Tags16Decoder::max_block_tags + 1;
+  test::Tags16Block other_version{0, 0, 10, {}};
+  other_version.version = 2;
+  test::Tags16Block flagged{0, 0, 10, {}};
+  flagged.flags = 1;
+  const test::Tags16Block backwards{0, 11, 10, {}};
+  for (const auto& block : {too_many, other_version, flagged, backwards}) {
+    Tags16Decoder decoder;
+    EXPECT_THAT(decode(decoder, bytes_of({block, {1, 10, 20, {}}})),
+                ElementsAre(heartbeat_tag(20)));
+    EXPECT_EQ(decoder.counts().bad_headers, 1U);
+    EXPECT_EQ(decoder.counts().skipped_bytes, Tags16Decoder::header_bytes);
+  }
+}
+
+TEST(Tags16, AfterANewConnectionTheStreamGoesOnWithALoss) {
+  Tags16Decoder decoder;
+  std::vector<std::byte> bytes = block_bytes({0, 0, 10, {{3, 1}, {4, 1}}});
+  bytes.resize(bytes.size() - 3);
+  EXPECT_THAT(decode(decoder, bytes), ElementsAre(photon_tag(3, 1)));
+  decoder.cut();
+  EXPECT_THAT(decode(decoder, block_bytes({0, 500, 600, {}})),
+              ElementsAre(loss_begin(3), loss_end(500, -1), heartbeat_tag(600)));
+  EXPECT_EQ(decoder.counts().damaged_blocks, 1U);
+  EXPECT_EQ(decoder.counts().skipped_bytes, 13U);
+  EXPECT_EQ(decoder.reached_ps(), 600);
+  decoder.cut();
+  EXPECT_THAT(decode(decoder, block_bytes({0, -2'000'000, 0, {}})),
+              ElementsAre(clock_break(-2'000'000), heartbeat_tag(0)));
+}
+
+// Whatever the bytes, all are used, and each whole block's end and tags come out.
+TEST(Tags16, DamagedStreamsAreReadToTheirEnd) {
+  std::mt19937 random(1);
+  for (int run = 0; run < 200; ++run) {
+    std::vector<std::byte> bytes;
+    for (std::uint32_t block = 0; block < 20; ++block) {
+      append_block({block, block * 10, block * 10 + 10, {{block * 10, 1}, {block * 10 + 5, 2}}},
+                   bytes);
+    }
+    for (int i = 0; i < 10; ++i) {
+      bytes[random() % bytes.size()] = static_cast<std::byte>(random() % 256);
+    }
+    Tags16Decoder decoder;
+    const std::vector<Tag> tags = decode(decoder, bytes, 1 + random() % 100, 1 + random() % 5);
+    std::uint64_t heartbeats = 0;
+    for (const Tag& tag : tags) heartbeats += tag.kind == TagKind::heartbeat ? 1 : 0;
+    EXPECT_EQ(heartbeats, decoder.counts().blocks);
+    EXPECT_GE(decoder.counts().blocks, 10U);
+  }
+}
+
+}  // namespace
+}  // namespace splid
