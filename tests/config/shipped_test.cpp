@@ -25,9 +25,9 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(),
-              ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json",
-                                     "interleaved.json", "mrr.json", "random.json", "replay.json"));
+  EXPECT_THAT(shipped(), ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json",
+                                                "interleaved.json", "mrr.json", "random.json",
+                                                "replay.json", "swabian-bridge.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {

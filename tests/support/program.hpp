@@ -28,11 +28,11 @@ inline std::string file_text(const std::string& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// The built program, running with the given arguments; ended when it goes out of scope.
+// The built program, or another, running with the given arguments; ended when it goes out of scope.
 class Program {
  public:
-  explicit Program(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), SPLID_BINARY);
+  explicit Program(std::vector<std::string> arguments, const std::string& file = SPLID_BINARY) {
+    arguments.insert(arguments.begin(), file);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

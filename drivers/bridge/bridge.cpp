@@ -1,0 +1,124 @@
+#include "drivers/bridge/bridge.hpp"
+
+#include <algorithm>
+#include <span>
+#include <thread>
+#include <utility>
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds shortest_pause{100};
+constexpr milliseconds longest_pause{2000};
+constexpr milliseconds block_patience{1000};
+constexpr milliseconds silence_patience{3000};
+
+// One look at the socket, and one sleep: a stop waits no longer.
+constexpr milliseconds slice{20};
+
+// Design note: a socket hands on some 200 KB at a time; more room would never be filled.
+constexpr std::size_t buffer_bytes = 1 << 18;
+
+const bool registered = register_source("bridge", std::make_unique<BridgeOptions>);
+
+void sleep(milliseconds time, const std::stop_token& stop) {
+  const auto until = steady_clock::now() + time;
+  while (!stop.stop_requested() && steady_clock::now() < until) std::this_thread::sleep_for(slice);
+}
+
+}  // namespace
+
+void BridgeOptions::describe(OptionVisitor& visitor) {
+  visitor.text("address", address,
+               "where the bridge listens: unix:PATH or tcp:HOST:PORT; it sends tags16 blocks");
+  visitor.require("address");
+}
+
+std::optional<OptionFault> BridgeOptions::validate() const {
+  const std::optional<std::string> fault = socket_address_fault(address);
+  if (!fault) return std::nullopt;
+  return OptionFault{"/address", "\"" + address + "\" " + *fault};
+}
+
+std::unique_ptr<TagSource> BridgeOptions::open(const SourceContext& context) const {
+  return std::make_unique<BridgeSource>(*this, context);
+}
+
+BridgeSource::BridgeSource(const BridgeOptions& options, SourceContext context)
+    : context_(std::move(context)), socket_(options.address), buffer_(buffer_bytes) {}
+
+SourceInfo BridgeSource::info() const {
+  return {"bridge at " + socket_.address(), true, std::nullopt};
+}
+
+void BridgeSource::run(TagSink& sink, std::stop_token stop) {
+  while (!stop.stop_requested()) {
+    if (socket_.is_open()) {
+      read(sink);
+    } else {
+      connect(stop);
+    }
+  }
+  socket_.close();
+}
+
+void BridgeSource::connect(const std::stop_token& stop) {
+  sleep(pause_, stop);
+  pause_ = std::clamp(2 * pause_, shortest_pause, longest_pause);
+  if (!socket_.connect(stop)) {
+    if (!stop.stop_requested()) report(DeviceState::no_device, socket_.failure());
+    return;
+  }
+  connections_.fetch_add(1, std::memory_order_relaxed);
+  heard_ = block_seen_ = steady_clock::now();
+}
+
+void BridgeSource::read(TagSink& sink) {
+  const std::size_t bytes = socket_.read(buffer_, slice);
+  if (bytes > 0) {
+    heard_ = steady_clock::now();
+    stream_.feed(std::span(buffer_).first(bytes), sink);
+  }
+  if (socket_.is_open()) watch_blocks();
+  if (socket_.is_open()) return;
+  stream_.cut();
+  report(DeviceState::no_device, socket_.failure());
+}
+
+void BridgeSource::watch_blocks() {
+  const auto now = steady_clock::now();
+  if (stream_.blocks() != blocks_) {
+    blocks_ = stream_.blocks();
+    block_seen_ = now;
+    pause_ = milliseconds{0};
+    report(DeviceState::connected, "");
+  } else if (now - heard_ > silence_patience) {
+    socket_.end("silent for 3 s; connecting anew");
+  } else if (now - block_seen_ > block_patience) {
+    report(DeviceState::failing,
+           socket_.address() +
+               (now - heard_ > block_patience
+                    ? ": connected, but nothing came for a second; a bridge sends a block every "
+                      "10 ms or sooner"
+                    : ": what comes is no tags16 block of version 1; look at docs/tags16.md"));
+  }
+}
+
+// Once a change: it locks and goes to the log.
+void BridgeSource::report(DeviceState state, const std::string& reason) {
+  if (report_ && report_->state == state && report_->reason == reason) return;
+  report_ = DeviceReport{state, reason};
+  context_.report(*report_);
+}
+
+std::vector<SourceCounter> BridgeSource::counters() const {
+  std::vector<SourceCounter> all = stream_.counters();
+  all.push_back({"splid_bridge_connections_total", "", "Connections made to the bridge.",
+                 connections_.load(std::memory_order_relaxed)});
+  return all;
+}
+
+}  // namespace splid

@@ -1,0 +1,69 @@
+#include "drivers/tags16_stream.hpp"
+
+namespace splid {
+namespace {
+
+struct CounterText {
+  const char* name;
+  const char* help;
+};
+
+constexpr std::array<CounterText, 7> counter_texts = {{
+    {"splid_tags16_bytes_total", "Bytes received of the stream of blocks."},
+    {"splid_tags16_blocks_total", "Whole blocks received."},
+    {"splid_tags16_blocks_lost_total", "Blocks missing by their sequence numbers."},
+    {"splid_tags16_blocks_damaged_total", "Blocks that were cut off."},
+    {"splid_tags16_headers_bad_total", "Headers with a version, count or end that cannot be."},
+    {"splid_tags16_tags_outside_total", "Tags with a time outside their block."},
+    {"splid_tags16_bytes_skipped_total", "Bytes that belong to no block."},
+}};
+
+// Room asked for at a time: 1 MiB, some milliseconds of the fastest tagger.
+constexpr std::size_t block_tags = 65'536;
+
+}  // namespace
+
+bool Tags16Stream::feed(std::span<const std::byte> bytes, TagSink& sink) {
+  bytes_ += bytes.size();
+  bool full = false;
+  while (full || !bytes.empty()) {
+    const std::span<Tag> room = sink.claim(block_tags);
+    if (room.empty()) return false;
+    const Tags16Decoder::Progress progress = decoder_.decode(bytes, room);
+    note();  // first, so that whoever sees the tags sees them counted
+    sink.publish(progress.tags);
+    bytes = bytes.subspan(progress.bytes);
+    full = progress.tags == room.size();
+  }
+  return true;
+}
+
+void Tags16Stream::cut() {
+  decoder_.cut();
+  note();
+}
+
+void Tags16Stream::note() {
+  const Tags16Counts& counts = decoder_.counts();
+  const std::array<std::uint64_t, kinds> values = {
+      bytes_,
+      counts.blocks,
+      counts.lost_blocks,
+      counts.damaged_blocks,
+      counts.bad_headers,
+      counts.outside_tags,
+      counts.skipped_bytes,
+  };
+  for (std::size_t i = 0; i < kinds; ++i) noted_[i].store(values[i], std::memory_order_relaxed);
+}
+
+std::vector<SourceCounter> Tags16Stream::counters() const {
+  std::vector<SourceCounter> all;
+  for (std::size_t i = 0; i < kinds; ++i) {
+    all.push_back({counter_texts[i].name, "", counter_texts[i].help,
+                   noted_[i].load(std::memory_order_relaxed)});
+  }
+  return all;
+}
+
+}  // namespace splid
