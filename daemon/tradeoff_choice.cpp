@@ -65,8 +65,10 @@ nlohmann::ordered_json json_of(EstimatorOptions options) {
 
 std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
                                      const EstimatorOptions& configured) {
-  std::vector<std::size_t> left =
-      those(rows, [&](const TradeoffRow& row) { return row.setting.length_ms == length_ms; });
+  std::vector<std::size_t> left = those(rows, [&](const TradeoffRow& row) {
+    return row.setting.length_ms == length_ms &&
+           (configured.tracked || !row.setting.estimator.tracked);
+  });
   keep_least(rows, left, 1, lost_share);
   const double best_distance = least(rows, left, distance) * alike_rmse;
   const double best_velocity = least(rows, left, velocity) * alike_rmse;

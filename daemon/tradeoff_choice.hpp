@@ -14,7 +14,9 @@ namespace splid {
 // The knee of a length's curve: the cheapest setting, by its median time, that loses as few frames
 // (on a wrong peak or without a value) as any other and whose RMSE, of distance and of velocity, is
 // within 2 % of the best such. Of settings within 10 % of that time the configured one, if it is
-// among them: what costs the same is no reason to change.
+// among them: what costs the same is no reason to change. Tracked settings only where the
+// configured one is: the last digits of a tracked frame depend on those before it, which a replay
+// that starts elsewhere does not repeat, so that is to be chosen, or asked for by a budget.
 std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
                                      const EstimatorOptions& configured);
 

@@ -70,8 +70,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
                       bool moving) {
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
-    near_.collect(frame, windows_, train_, start);
-    near_.gather(width_ns_);
+    near_.collect(frame, windows_, train_, start, width_ns_);
     fit = climb_within(exposure, start, moving);
     const DelayLine& line = fit.parameters.line;
     // Ends of the line included: half the drift each.

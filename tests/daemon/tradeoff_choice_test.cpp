@@ -69,6 +69,15 @@ TEST(Knee, LeavesTheConfiguredSettingWhereTheOthersSaveNothing) {
               Optional(2));
 }
 
+TEST(Knee, IsTrackedOnlyWhereTheConfiguredSettingIs) {
+  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1.2, 0.6),
+                                   row(Effort::balanced, 50, 0.3, 0.6)};
+  rows[1].setting.estimator.tracked = true;
+  EXPECT_THAT(find_knee(rows, 50, {}), Optional(0));
+  EXPECT_THAT(find_knee(rows, 50, {.tracked = true}), Optional(1));
+  EXPECT_THAT(find_within_budget(rows, 1), Optional(1));
+}
+
 TEST(Knee, IsOfOneLength) {
   const std::vector<TradeoffRow> rows = {row(Effort::balanced, 20, 1, 0.9),
                                          row(Effort::balanced, 50, 2, 0.6)};

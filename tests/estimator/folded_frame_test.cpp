@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/frame_maker.hpp"
@@ -85,6 +86,52 @@ TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
     EXPECT_EQ(near.far_photons, far);
     EXPECT_EQ(near.photons() + near.far_photons, folded.size());
   }
+}
+
+// Cell by cell the same photons: their number and their means.
+TEST(NearSet, GathersVeryManyPhotonsAtTheirMeans) {
+  test::FrameMaker bright = maker();
+  bright.signal_per_pulse = 2;
+  const auto frame = bright.make(4);
+  const PulseTrain train(bright.pattern);
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
+  const DelayLine line = {2 * bright.distance_m / 0.299792458, 1.4};
+  const double width_ns = 0.1;
+  const std::vector<CombWindow> windows = comb_windows(train, -1, 1);
+  NearSet all(folded.size(), folded.size());
+  all.collect(folded, windows, train, line);
+  NearSet gathered(folded.size(), folded.size());
+  gathered.collect(folded, windows, train, line, width_ns);
+  ASSERT_GT(all.photons(), 80'000U);
+  EXPECT_LT(gathered.photons(), 10'000U);
+  EXPECT_EQ(gathered.near_photons, all.near_photons);
+  EXPECT_EQ(gathered.far_photons, all.far_photons);
+
+  struct Sums {
+    double weight = 0, residual = 0, square = 0, slant = 0;
+  };
+  const auto sums_of = [](const NearSet& near) {
+    Sums sums;
+    for (std::size_t k = 0; k < near.photons(); ++k) {
+      const double r = near.residual_ns[k];
+      sums.weight += near.weight[k];
+      sums.residual += near.weight[k] * r;
+      sums.square += near.weight[k] * r * r;
+      sums.slant += near.weight[k] * r * near.position[k];
+    }
+    return sums;
+  };
+  const Sums one = sums_of(all);
+  const Sums other = sums_of(gathered);
+  EXPECT_EQ(other.weight, one.weight);
+  EXPECT_NEAR(other.residual, one.residual, 1e-6);
+  // What lies within a cell: a twelfth of its width squared, and as a covariance next to nothing.
+  const double inside = one.weight * std::pow(width_ns / 8, 2) / 12;
+  EXPECT_NEAR(one.square - other.square, inside, 0.1 * inside);
+  EXPECT_NEAR(other.slant, one.slant, 0.1);
+  EXPECT_EQ(gathered.position.size(), gathered.photons());
+  EXPECT_LT(*std::max_element(gathered.position.begin(), gathered.position.end()), 0.5);
 }
 
 }  // namespace

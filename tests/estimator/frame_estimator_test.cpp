@@ -394,17 +394,34 @@ TEST(FrameEstimator, RefusesWhatDoesNotFitTogether) {
   EXPECT_THROW(FrameEstimator(made.pattern, pulse, {}, {}, 50, 1000), Error);
 }
 
-TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
-  test::FrameMaker made = paper_scene();
-  FrameEstimator estimator = estimator_for(made);
+// Bright and dark frames of a scene, each on its own and followed.
+void expect_no_allocation(test::FrameMaker made, const EstimatorOptions& options = {}) {
+  FrameEstimator estimator(made.pattern, {}, {}, options, made.length_ms, 400000);
   const auto bright = made.make(1);
   made.signal_per_pulse = 0;
   made.background_per_ns = 5e-4;
   const auto dark = made.make(2);
+  Track track;
   const std::uint64_t before = test::allocations;
-  estimator.estimate(bright.view());
-  estimator.estimate(dark.view());
+  for (Track* followed : {static_cast<Track*>(nullptr), &track, &track}) {
+    EXPECT_EQ(estimator.estimate(bright.view(), followed).status, FrameStatus::ok);
+    EXPECT_EQ(estimator.estimate(dark.view(), followed).status, FrameStatus::no_target);
+  }
   EXPECT_EQ(test::allocations, before);
+}
+
+TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
+  test::FrameMaker made = paper_scene();
+  expect_no_allocation(made);
+  expect_no_allocation(made, {.effort = Effort::exhaustive});
+  made.pattern = test::random_pattern(3780000, 40, 9000, 5);
+  expect_no_allocation(made);
+  made.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2 * 3780000);
+  expect_no_allocation(made);
+  // So many that they are sampled, and those near the pulses gathered.
+  made = paper_scene();
+  made.signal_per_pulse = 0.6;
+  expect_no_allocation(made);
 }
 
 }  // namespace
