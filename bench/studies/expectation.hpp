@@ -22,6 +22,16 @@ struct Expectation {
 // Errors: as the pattern's maker.
 Expectation expect(const Cell& cell);
 
+// What few photons leave of the bound: RMSE over bound of somebody who knows which photons are
+// signal. Their number and where in the frame they come differ from frame to frame, and so does
+// what they tell, whose inverse has a larger mean than the inverse of its mean. 1 where there are
+// many (500), and no figure at all where photons_decide() says no.
+struct CountFloor {
+  double delay = 1;
+  double velocity = 1;
+};
+CountFloor count_floor(const Bound& bound);
+
 // Less than one frame in 100 is lost. Where more are, errors and wrong peaks are no method's fault.
 bool photons_decide(const Expectation& expectation);
 // No frame in a million is lost.

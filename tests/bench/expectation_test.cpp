@@ -65,5 +65,51 @@ TEST(Expectation, PeriodsOfFig5NeedTime) {
   EXPECT_TRUE(is_easy(expect(cell)));
 }
 
+// Least squares through drawn photons, the arrival's errors drawn too.
+TEST(CountFloor, IsWhatAStraightLineThroughKnownPhotonsReaches) {
+  const Expectation e = expect({.study = Study::fig3,
+                                .mode = Mode::random,
+                                .length_ms = 0.1,
+                                .signal_per_pulse = 0.018,
+                                .background_per_ns = 1e-6});
+  EXPECT_NEAR(e.signal_photons, 19, 1);
+  std::mt19937_64 random(3);
+  std::poisson_distribution<int> count(e.signal_photons);
+  std::uniform_real_distribution<double> place(-0.5, 0.5);
+  std::normal_distribution<double> jitter(0, pulse_sigma_ns);
+  constexpr int frames = 100'000;
+  double delay = 0, drift = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    const int n = std::max(5, count(random));
+    double u1 = 0, u2 = 0, r = 0, ru = 0;
+    for (int k = 0; k < n; ++k) {
+      const double u = place(random), error = jitter(random);
+      u1 += u / n;
+      u2 += u * u / n;
+      r += error / n;
+      ru += error * u / n;
+    }
+    const double slope = (ru - r * u1) / (u2 - u1 * u1);
+    drift += slope * slope / frames;
+    delay += std::pow(r - slope * u1, 2) / frames;
+  }
+  const CountFloor floor = count_floor(e.bound);
+  EXPECT_NEAR(floor.delay, std::sqrt(delay) / e.bound.delay_ns, 0.01);
+  const double drift_bound = std::sqrt(12.0) * e.bound.delay_ns;
+  EXPECT_NEAR(floor.velocity, std::sqrt(drift) / drift_bound, 0.015);
+  EXPECT_GT(floor.velocity, 1.04);
+}
+
+TEST(CountFloor, IsNoneWithManyPhotons) {
+  const CountFloor floor = count_floor(expect({.study = Study::experiment,
+                                               .mode = Mode::interleaved,
+                                               .length_ms = 50,
+                                               .signal_per_pulse = 13.5e-4,
+                                               .background_per_ns = 1.75e-4})
+                                           .bound);
+  EXPECT_NEAR(floor.delay, 1, 0.003);
+  EXPECT_NEAR(floor.velocity, 1, 0.005);
+}
+
 }  // namespace
 }  // namespace splid::studies
