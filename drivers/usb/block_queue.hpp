@@ -1,0 +1,60 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace splid {
+
+// What one transfer brought.
+struct Block {
+  std::span<const std::byte> bytes;  // until pop()
+  std::uint32_t cuts = 0;            // cuts that come before these bytes, since the queue was made
+};
+
+// The way of the bytes from libusb's callbacks to the thread that decodes them: blocks of any
+// length in a ring of bytes, each in one piece. A cut is a place in the stream at which bytes may
+// be missing; push() makes one itself where there was no room.
+//
+// Threads: push and cut are the producer's, front and pop the consumer's, cuts anyone's. Errors:
+// none. No allocation after construction, no lock.
+class BlockQueue {
+ public:
+  // capacity: bytes, a power of two of at least 64. Its memory is not touched before it is used.
+  explicit BlockQueue(std::size_t capacity);
+
+  // False, and a cut, where there is no room.
+  bool push(std::span<const std::byte> bytes);
+  void cut() { cuts_.store(cuts_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+
+  // The oldest block; absent where there is none.
+  std::optional<Block> front();
+  // Its room may be written again.
+  void pop();
+
+  // A consumer that reads this, then finds the queue empty, has all bytes before the last cut.
+  [[nodiscard]] std::uint32_t cuts() const { return cuts_.load(std::memory_order_acquire); }
+
+ private:
+  struct Header {
+    std::uint32_t bytes = 0;
+    std::uint32_t cuts = 0;
+  };
+  // A length that says: nothing more before the ring's end.
+  static constexpr std::uint32_t rest_unused = 0xFFFFFFFF;
+  static constexpr std::size_t cache_line = 64;
+
+  [[nodiscard]] std::size_t place(std::uint64_t at) const { return at & (capacity_ - 1); }
+
+  std::size_t capacity_;
+  std::unique_ptr<std::byte[]> ring_;
+  alignas(cache_line) std::atomic<std::uint64_t> written_{0};  // producer writes
+  std::atomic<std::uint32_t> cuts_{0};                         // producer writes
+  alignas(cache_line) std::atomic<std::uint64_t> read_{0};     // consumer writes
+  std::uint64_t next_ = 0;                                     // consumer only: after the front
+};
+
+}  // namespace splid

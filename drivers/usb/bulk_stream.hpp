@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "drivers/usb/block_queue.hpp"
+#include "drivers/usb/usb_device.hpp"
+#include "drivers/wake.hpp"
+
+struct libusb_transfer;
+
+namespace splid {
+
+// What came of the transfers, for whoever wants to know. Written by the thread of the events.
+struct UsbCounters {
+  static constexpr std::size_t statuses = 7;
+  std::array<std::atomic<std::uint64_t>, statuses> transfers{};  // index: libusb_transfer_status
+  std::atomic<std::uint64_t> bytes{0};
+  std::atomic<std::uint64_t> dropped_bytes{0};  // no room in the queue
+  std::atomic<std::uint64_t> reopens{0};        // times a device was opened again
+};
+
+// Names for the index of UsbCounters::transfers.
+const char* transfer_status_name(std::size_t status);
+
+// Asynchronous transfers from a bulk IN endpoint, so many in flight that the device never waits. A
+// finished one is copied into the queue and submitted again, and nothing else is done about it.
+// What may be missing after one that failed is a cut in the queue. A transfer that cannot be
+// submitted again, because the endpoint stalled, the device is gone, or too many have failed, stays
+// down and trouble() says why; stop() and start() bring it back where that helps.
+//
+// Threads: that of the events runs the callbacks; all else is the owner's. Errors: UsbError.
+class BulkStream {
+ public:
+  enum Trouble : unsigned {
+    none = 0,
+    stalled = 1,  // the endpoint is halted until clear_halt()
+    no_room = 2,  // the kernel has no memory for another transfer
+    failing = 4,  // max_failures transfers in a row have failed
+    gone = 8,     // the device is
+  };
+
+  static constexpr int max_failures = 100;
+
+  // device, queue, counters, wake (posted when there is something to do): outlive this.
+  // transfer_bytes: of each transfer; rounded up to whole packets, so that a device cannot send
+  // more than there is room for.
+  BulkStream(const UsbDevice& device, std::uint8_t endpoint, std::size_t transfer_bytes,
+             BlockQueue& queue, UsbCounters& counters, Wake& wake);
+  // Stops first. Transfers that do not come back are left to the kernel and never freed.
+  ~BulkStream();
+  BulkStream(const BulkStream&) = delete;
+  BulkStream& operator=(const BulkStream&) = delete;
+
+  // Puts so many transfers in flight; where the kernel has no room half as many, and so on. Returns
+  // how many. Call when none is in flight.
+  std::size_t start(std::size_t transfers);
+  // Cancels what flies and waits until all of it is back; false where it is not within 1 s.
+  bool stop();
+
+  [[nodiscard]] unsigned trouble() const;
+  // What the last failed transfer failed of, such as "overflow".
+  [[nodiscard]] const char* last_failure() const;
+
+ private:
+  struct Flight;
+
+  bool submit_all(std::size_t transfers);
+
+  const UsbDevice& device_;
+  std::unique_ptr<Flight> flight_;
+};
+
+}  // namespace splid

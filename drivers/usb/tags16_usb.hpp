@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/usb/usb_source.hpp"
+
+namespace splid {
+
+// Any device that sends tags16 blocks (docs/tags16.md) over a bulk IN endpoint, such as an FPGA of
+// one's own. JSON: `source` with the driver "tags16-usb".
+struct Tags16UsbOptions : SourceOptions {
+  std::string usb_id;  // vendor and product, "1209:5a1d"
+  std::string endpoint = "0x81";
+  UsbOptions usb;
+
+  void describe(OptionVisitor& visitor) override;
+  [[nodiscard]] std::optional<OptionFault> validate() const override;
+  [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
+};
+
+}  // namespace splid

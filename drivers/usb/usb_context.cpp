@@ -1,0 +1,39 @@
+#include "drivers/usb/usb_context.hpp"
+
+#include <libusb.h>
+#include <pthread.h>
+
+#include <string>
+
+#include "drivers/usb/usb_error.hpp"
+
+namespace splid {
+
+UsbContext::UsbContext() {
+  const int code = libusb_init(&context_);
+  if (code == 0) return;
+  // LIBUSB_ERROR_OTHER (-99) comes before any device is touched, where netlink is shut.
+  throw UsbError("libusb",
+                 code == LIBUSB_ERROR_OTHER ? "cannot start; a service needs AF_NETLINK in its "
+                                              "RestrictAddressFamilies to hear of devices"
+                                            : "cannot start",
+                 code);
+}
+
+UsbContext::~UsbContext() { libusb_exit(context_); }
+
+UsbEventThread::UsbEventThread(const UsbContext& context)
+    : context_(context.get()), thread_([this](const std::stop_token& stop) {
+        pthread_setname_np(pthread_self(), "usb-events");
+        while (!stop.stop_requested()) {
+          timeval patience{0, 100'000};  // a lost interrupt costs that much
+          libusb_handle_events_timeout_completed(context_, &patience, nullptr);
+        }
+      }) {}
+
+UsbEventThread::~UsbEventThread() {
+  thread_.request_stop();
+  libusb_interrupt_event_handler(context_);
+}
+
+}  // namespace splid

@@ -1,0 +1,32 @@
+#include "drivers/usb/usb_error.hpp"
+
+#include <libusb.h>
+
+namespace splid {
+namespace {
+
+const char* advice(int code) {
+  switch (code) {
+    case LIBUSB_ERROR_ACCESS:
+      return "; install systemd/60-splid.rules as /etc/udev/rules.d/60-splid.rules, join the group "
+             "splid and plug it in again";
+    case LIBUSB_ERROR_BUSY:
+      return "; another program or a kernel driver holds it: end that one";
+    case LIBUSB_ERROR_NO_MEM:
+      return "; the kernel's room for USB buffers is used up: lower source.transfers or raise "
+             "/sys/module/usbcore/parameters/usbfs_memory_mb";
+    case LIBUSB_ERROR_TIMEOUT:
+      return "; it does not answer: plug it in again";
+    default:
+      return "";
+  }
+}
+
+}  // namespace
+
+UsbError::UsbError(const std::string& device, const std::string& call, int code)
+    : UsbError(device + ": " + call + ": " + libusb_error_name(code) + advice(code), code) {}
+
+bool UsbError::device_is_gone() const { return code_ == LIBUSB_ERROR_NO_DEVICE; }
+
+}  // namespace splid

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+
+// A call into libusb that failed, or a device that does not answer as it should.
+class UsbError : public Error {
+ public:
+  // code: libusb's, negative; 0 where libusb itself had nothing against it.
+  UsbError(const std::string& what, int code) : Error(Fault::device, what), code_(code) {}
+  // device: for people. call: what was tried, as in "cannot open it".
+  UsbError(const std::string& device, const std::string& call, int code);
+
+  [[nodiscard]] int code() const { return code_; }
+  [[nodiscard]] bool device_is_gone() const;
+
+ private:
+  int code_;
+};
+
+}  // namespace splid

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace splid {
+
+// What kind of device it is, as it says itself.
+struct UsbId {
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+
+  friend bool operator==(const UsbId&, const UsbId&) = default;
+};
+
+// "3137:200a", as lsusb prints it.
+std::string to_string(const UsbId& id);
+
+// Absent where the text is not two times four hexadecimal digits with a colon between.
+std::optional<UsbId> parse_usb_id(const std::string& text);
+
+}  // namespace splid

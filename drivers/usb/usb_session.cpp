@@ -1,0 +1,182 @@
+#include "drivers/usb/usb_session.hpp"
+
+#include <libusb.h>
+
+#include <array>
+#include <utility>
+
+#include "drivers/usb/usb_error.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+
+// How long an idle loop sleeps: heartbeats are due every 10 ms.
+constexpr milliseconds idle{2};
+
+// Decoded before the instrument is tended again: 20 ms at 200 MB/s.
+constexpr std::size_t most_bytes = 4 << 20;
+
+// Two frames of 50 ms: an instrument that owes data every 10 ms has then missed ten times.
+constexpr milliseconds silence_reported{100};
+// Then it is opened anew, which frees an endpoint that hangs.
+constexpr milliseconds silence_ended{2000};
+
+// A device whose transfers fail one after another is reported ten times a second.
+constexpr milliseconds between_reports{100};
+
+// What an instrument sent before it was asked to: thrown away until it is quiet for 5 ms, and for
+// 20 ms at most, since one that streams by itself is never quiet.
+constexpr milliseconds quiet{5};
+constexpr milliseconds longest_drain{20};
+
+}  // namespace
+
+UsbSession::UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream,
+                       BlockQueue& queue, Wake& wake, Report report)
+    : device_(device),
+      instrument_(instrument),
+      stream_(stream),
+      queue_(queue),
+      wake_(wake),
+      report_(std::move(report)),
+      cuts_(queue.cuts()),
+      reported_cuts_(cuts_) {}
+
+void UsbSession::run(std::size_t transfers, TagSink& sink, const std::stop_token& stop) {
+  // Of the session before: its instrument is gone.
+  while (queue_.front()) queue_.pop();
+  start(transfers);
+  try {
+    stream_until(stop, sink);
+  } catch (const UsbError&) {
+    // What came before the end is still good.
+    stream_.stop();
+    while (decode_queued(sink)) {
+    }
+    instrument_.end(sink);
+    throw;
+  }
+  // The instrument first, so that nothing is left in it.
+  try {
+    instrument_.stop(device_);
+  } catch (const UsbError&) {
+    // It is no longer needed; the next start finds out.
+  }
+  stream_.stop();
+}
+
+void UsbSession::start(std::size_t transfers) {
+  instrument_.prepare(device_);
+  std::array<std::byte, 16384> stale;
+  const auto deadline = Clock::now() + longest_drain;
+  while (device_.read(instrument_.data_endpoint(), stale, quiet) > 0 && Clock::now() < deadline) {
+  }
+  transfers_ = stream_.start(transfers);
+  instrument_.start(device_);
+  heard_ = Clock::now();
+  report_(DeviceState::connected, transfers_ == transfers
+                                      ? ""
+                                      : device_.name() + ": the kernel had room for " +
+                                            std::to_string(transfers_) + " of " +
+                                            std::to_string(transfers) + " transfers only");
+}
+
+void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
+  while (!stop.stop_requested()) {
+    const bool any = decode_queued(sink);
+    const std::string told = instrument_.tend(device_, sink);
+    if (!told.empty()) report_(DeviceState::connected, device_.name() + ": " + told);
+    report_failures();
+    recover();
+    watch_silence();
+    if (!any) wake_.wait_for(idle);
+  }
+}
+
+// False where there was nothing.
+bool UsbSession::decode_queued(TagSink& sink) {
+  const std::uint32_t cuts = queue_.cuts();
+  std::size_t bytes = 0;
+  while (bytes < most_bytes) {
+    const auto block = queue_.front();
+    if (!block) {
+      take_cuts(cuts, sink);
+      break;
+    }
+    take_cuts(block->cuts, sink);
+    instrument_.decode(block->bytes, sink);
+    bytes += block->bytes.size();
+    queue_.pop();
+  }
+  if (bytes == 0) return false;
+  const auto now = Clock::now();
+  if (silent_) {
+    const auto silence = std::chrono::duration_cast<milliseconds>(now - heard_);
+    report_(DeviceState::connected,
+            device_.name() + ": it sent nothing for " + std::to_string(silence.count()) + " ms");
+    silent_ = false;
+  }
+  heard_ = now;
+  return true;
+}
+
+void UsbSession::take_cuts(std::uint32_t cuts, TagSink& sink) {
+  // Cuts are counted in the order of the stream, so a smaller count is an older one.
+  if (static_cast<std::int32_t>(cuts - cuts_) <= 0) return;
+  cuts_ = cuts;
+  instrument_.cut(sink);
+}
+
+void UsbSession::report_failures() {
+  if (reported_cuts_ == cuts_ || Clock::now() < next_report_) return;
+  const std::uint32_t count = cuts_ - reported_cuts_;
+  reported_cuts_ = cuts_;
+  next_report_ = Clock::now() + between_reports;
+  report_(DeviceState::connected, device_.name() + ": tags were lost in " + std::to_string(count) +
+                                      " transfers; the last failure was " + stream_.last_failure());
+}
+
+void UsbSession::watch_silence() {
+  if (!instrument_.owes_data()) return;
+  const auto silence = Clock::now() - heard_;
+  if (silence < silence_reported) return;
+  if (silence >= silence_ended) {
+    throw UsbError(device_.name() + ": it has sent nothing for 2 s; it is opened anew", 0);
+  }
+  if (silent_) return;
+  silent_ = true;
+  report_(DeviceState::failing, device_.name() +
+                                    ": it sends nothing, not even an empty block; look whether "
+                                    "it runs");
+}
+
+void UsbSession::recover() {
+  const unsigned trouble = stream_.trouble();
+  if (trouble == BulkStream::none) return;
+  if ((trouble & BulkStream::gone) != 0) device_.check(LIBUSB_ERROR_NO_DEVICE, "it was unplugged");
+  if ((trouble & BulkStream::failing) != 0) {
+    throw UsbError(device_.name() + ": " + std::to_string(BulkStream::max_failures) +
+                       " transfers in a row failed, the last of " + stream_.last_failure() +
+                       "; it is opened anew; look at its cable",
+                   0);
+  }
+  if ((trouble & BulkStream::stalled) != 0) {
+    restart(transfers_, "its endpoint stalled and was cleared; tags were lost");
+  } else {
+    restart((transfers_ + 1) / 2, "the kernel had no more room for USB buffers");
+  }
+}
+
+void UsbSession::restart(std::size_t transfers, const std::string& why) {
+  if (!stream_.stop()) throw UsbError(device_.name() + ": its transfers do not come back", 0);
+  if ((stream_.trouble() & BulkStream::stalled) != 0) {
+    device_.clear_halt(instrument_.data_endpoint());
+  }
+  transfers_ = stream_.start(transfers);
+  report_(DeviceState::connected, device_.name() + ": " + why + "; " + std::to_string(transfers_) +
+                                      " transfers are in flight");
+}
+
+}  // namespace splid

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include "drivers/usb/bulk_stream.hpp"
+#include "drivers/usb/usb_instrument.hpp"
+
+namespace splid {
+
+// One stretch of streaming: from the start of an open device to its loss, or to the stop.
+//
+// Threads: the source's. Errors: UsbError when the device is gone, fails for good or is silent.
+class UsbSession {
+ public:
+  using Report = std::function<void(DeviceState, const std::string&)>;
+
+  // All outlive this.
+  UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream, BlockQueue& queue,
+             Wake& wake, Report report);
+
+  void run(std::size_t transfers, TagSink& sink, const std::stop_token& stop);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void start(std::size_t transfers);
+  void stream_until(const std::stop_token& stop, TagSink& sink);
+  bool decode_queued(TagSink& sink);
+  void take_cuts(std::uint32_t cuts, TagSink& sink);
+  void report_failures();
+  void watch_silence();
+  void recover();
+  void restart(std::size_t transfers, const std::string& why);
+
+  UsbDevice& device_;
+  UsbInstrument& instrument_;
+  BulkStream& stream_;
+  BlockQueue& queue_;
+  Wake& wake_;
+  Report report_;
+  std::size_t transfers_ = 0;  // in flight
+  std::uint32_t cuts_ = 0;     // of the queue, told to the instrument
+  std::uint32_t reported_cuts_ = 0;
+  Clock::time_point next_report_;  // of failed transfers
+  Clock::time_point heard_;        // of bytes
+  bool silent_ = false;
+};
+
+}  // namespace splid

@@ -1,0 +1,111 @@
+#include "drivers/usb/usb_source.hpp"
+
+#include <utility>
+
+#include "drivers/tag_writer.hpp"
+#include "drivers/usb/usb_error.hpp"
+#include "drivers/usb/usb_session.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+
+// 100 ms of 20 M tags/s in blocks of 16 bytes each.
+constexpr std::size_t queue_bytes = 32 << 20;
+
+// Looking costs 30 us. Opening a device that does not do what it should is tried less often, so
+// that it is not kept busy with that.
+constexpr milliseconds between_looks{10};
+constexpr milliseconds between_tries{250};
+
+}  // namespace
+
+void UsbOptions::describe(OptionVisitor& visitor) {
+  visitor.text("serial", serial,
+               "serial number of the device, as splid devices lists it; empty: the first found");
+  visitor.integer("transfers", transfers, 2, 128,
+                  "transfers in flight; all together the kernel lends 16 MiB to a system");
+  visitor.integer("transfer_kib", transfer_kib, 1, 8192, "length of a transfer, KiB");
+}
+
+void put_clock_end(std::int64_t time_ps, TagSink& sink) {
+  TagWriter out(sink);
+  out.put({time_ps, 0, TagKind::loss_begin, {}});
+  out.put({time_ps, -1, TagKind::loss_end, {}});
+  out.put({time_ps, 0, TagKind::clock_break, {}});
+  out.publish();
+}
+
+UsbSource::UsbSource(std::string name, UsbOptions options, MakeInstrument make,
+                     const SourceContext& context)
+    : name_(std::move(name)),
+      options_(std::move(options)),
+      make_(std::move(make)),
+      context_(context),
+      queue_(queue_bytes) {}
+
+SourceInfo UsbSource::info() const { return {name_, true, std::nullopt}; }
+
+void UsbSource::run(TagSink& sink, std::stop_token stop) {
+  const UsbContext context;
+  const UsbEventThread events(context);
+  while (!stop.stop_requested()) {
+    milliseconds pause = between_looks;
+    try {
+      run_session(context, sink, stop);
+    } catch (const UsbError& error) {
+      report(error.device_is_gone() ? DeviceState::no_device : DeviceState::failing, error.what());
+      if (!error.device_is_gone()) pause = between_tries;
+    }
+    for (; pause.count() > 0 && !stop.stop_requested(); pause -= between_looks) {
+      wake_.wait_for(between_looks);
+    }
+  }
+}
+
+void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std::stop_token& stop) {
+  const UsbSelection selection{options_.ids, options_.serial};
+  const auto device = UsbDevice::open(context, selection);
+  if (device == nullptr) {
+    // Where one was unplugged, that has been said.
+    if (last_report_.state == DeviceState::no_device) return;
+    report(DeviceState::no_device,
+           "no " + splid::describe(selection) + " is plugged in (splid devices lists what is)");
+    return;
+  }
+  if (std::exchange(opened_before_, true)) counters_.reopens.fetch_add(1);
+  const auto instrument = make_();
+  BulkStream stream(*device, instrument->data_endpoint(),
+                    static_cast<std::size_t>(options_.transfer_kib) << 10U, queue_, counters_,
+                    wake_);
+  UsbSession session(
+      *device, *instrument, stream, queue_, wake_,
+      [this](DeviceState state, const std::string& reason) { report(state, reason); });
+  session.run(static_cast<std::size_t>(options_.transfers), sink, stop);
+}
+
+// The same again is not said twice, but for what is over, which is something new each time.
+void UsbSource::report(DeviceState state, const std::string& reason) {
+  const DeviceReport report{state, reason};
+  if (state != DeviceState::connected && report == last_report_) return;
+  last_report_ = report;
+  context_.report(report);
+}
+
+std::vector<SourceCounter> UsbSource::counters() const {
+  std::vector<SourceCounter> list;
+  for (std::size_t i = 0; i < UsbCounters::statuses; ++i) {
+    list.push_back({"splid_usb_transfers_total",
+                    std::string("status=\"") + transfer_status_name(i) + '"',
+                    "Finished USB transfers by what came of them", counters_.transfers.at(i)});
+  }
+  list.push_back({"splid_usb_bytes_total", "", "Bytes read from the device", counters_.bytes});
+  list.push_back({"splid_usb_dropped_bytes_total", "",
+                  "Bytes read but dropped, since decoding was too slow", counters_.dropped_bytes});
+  list.push_back(
+      {"splid_usb_reopens_total", "", "Times the device was opened again", counters_.reopens});
+  return list;
+}
+
+}  // namespace splid
