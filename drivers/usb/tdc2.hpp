@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/usb/usb_source.hpp"
+
+namespace splid {
+
+// As S-Fifteen sells it, and as it comes with its maker's kit.
+inline constexpr std::array<UsbId, 2> tdc2_ids = {{{0x3137, 0x200a}, {0x04b4, 0x123a}}};
+
+// An S-Fifteen TDC2 time tagger. JSON: `source` with the driver "tdc2".
+struct Tdc2Options : SourceOptions {
+  std::vector<double> thresholds_mv = {-448, -448, -448, -448};  // of inputs 1 to 4; NIM
+  // Bits of the instrument's status word that mean lost tags when they come up.
+  std::int64_t loss_bits = 0xFFFFFFFF;
+  UsbOptions usb;
+
+  void describe(OptionVisitor& visitor) override;
+  [[nodiscard]] std::optional<OptionFault> validate() const override;
+  [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
+};
+
+}  // namespace splid

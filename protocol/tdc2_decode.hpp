@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// Turns the records of an S-Fifteen TDC2 (timestamp7) into tags. A record is 64 bits, little
+// endian: bits 63 to 10 time in 1/256 ns; 9 to 5 internal; 4 dummy; 3 to 0 the inputs that it saw.
+// Source: readevents7 of S-Fifteen's qcrypto.
+//
+//  - each input's bit gives a photon tag; value: the input, 1 to 4;
+//  - a dummy gives a heartbeat and no photon, an all-zero word, which is padding, nothing;
+//  - a time more than 1 ms before the latest, or past the horizon, cannot be: the record is left
+//    out and is one missed tag. After 64 of those in a row the clock is taken to have been set
+//    anew: clock_break.
+//
+// Times are 125/32 ps a unit, rounded to the nearest from the whole count, so that no error adds
+// up. The 54 bits wrap every 19.5 h, which is followed as long as a record comes in half of that. A
+// tag's 64 bits last 106 days: every 53 days there is a clock_break and times go on from 0.
+//
+// Threads: one. Errors: none, whatever the bytes. No allocation.
+class Tdc2Decoder {
+ public:
+  static constexpr std::size_t record_bytes = 8;
+  static constexpr std::size_t most_tags_a_record = 6;
+
+  struct Progress {
+    std::size_t bytes = 0;  // used, a whole number of records; a cut one is left for the caller
+    std::size_t tags = 0;   // written
+  };
+
+  // Decodes until fewer than record_bytes are left, or less room than most_tags_a_record.
+  Progress decode(std::span<const std::byte> bytes, std::span<Tag> out);
+
+  // No later record can be later than this, in the tags' time.
+  void set_horizon(std::int64_t time_ps) { horizon_ps_ = time_ps; }
+
+  // Time of the latest record; absent before the first.
+  [[nodiscard]] std::optional<std::int64_t> reached_ps() const { return reached_ps_; }
+  [[nodiscard]] std::uint64_t dummies() const { return dummies_; }
+  // Records left out since their time cannot be.
+  [[nodiscard]] std::uint64_t strays() const { return strays_; }
+
+ private:
+  Tag* take(std::uint64_t record, Tag* out);
+  bool is_possible(std::int64_t step) const;
+  void begin_at(std::uint64_t units);
+
+  std::optional<std::int64_t> reached_ps_;
+  std::uint64_t last_units_ = 0;   // of the latest record, as it came
+  std::int64_t since_origin_ = 0;  // of that, units since the tags' time 0
+  std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
+  int strays_in_row_ = 0;
+  std::uint64_t strays_ = 0;
+  std::uint64_t dummies_ = 0;
+};
+
+}  // namespace splid
