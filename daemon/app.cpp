@@ -55,6 +55,7 @@ int parse_and_run(int argc, char** argv) {
   add_pattern(app, action);
   add_calibrate(app, action);
   add_tradeoff(app, action);
+  add_devices(app, action);
   check_command(app, argc, argv);
   try {
     app.parse(argc, argv);
