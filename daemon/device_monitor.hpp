@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <mutex>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -8,29 +10,40 @@
 
 namespace splid {
 
-// Carries what a driver says of its instrument to the publishing thread.
+// Carries what a driver says of its instrument, and what else subscribers should hear of, to the
+// publishing thread.
 //
-// Threads: report() any, take() one. Locks; never on the way of a tag. Errors: none.
+// Threads: report() and notice() any, the others one. Locks; never on the way of a tag. Errors:
+// none.
 class DeviceMonitor {
  public:
-  void report(const DeviceReport& report) {
-    const std::scoped_lock lock(mutex_);
-    // Of an instrument that flaps faster than it is looked at, what came last.
-    if (pending_.size() == max_pending) pending_.erase(pending_.begin());
-    pending_.push_back(report);
-  }
+  void report(const DeviceReport& report) { put(reports_, report); }
+  // One sentence on something that is over, such as a configuration that was not reloaded.
+  void notice(const std::string& sentence) { put(notices_, sentence); }
 
-  // What was reported since the last call, in order, the last 64 of it.
-  std::vector<DeviceReport> take() {
-    const std::scoped_lock lock(mutex_);
-    return std::exchange(pending_, {});
-  }
+  // What came since the last call, in order, the last 64 of it.
+  std::vector<DeviceReport> take_reports() { return take(reports_); }
+  std::vector<std::string> take_notices() { return take(notices_); }
 
  private:
   static constexpr std::size_t max_pending = 64;
 
+  template <class Item>
+  void put(std::vector<Item>& items, const Item& item) {
+    const std::scoped_lock lock(mutex_);
+    // Of an instrument that flaps faster than it is looked at, what came last.
+    if (items.size() == max_pending) items.erase(items.begin());
+    items.push_back(item);
+  }
+  template <class Item>
+  std::vector<Item> take(std::vector<Item>& items) {
+    const std::scoped_lock lock(mutex_);
+    return std::exchange(items, {});
+  }
+
   std::mutex mutex_;
-  std::vector<DeviceReport> pending_;
+  std::vector<DeviceReport> reports_;
+  std::vector<std::string> notices_;
 };
 
 }  // namespace splid

@@ -82,7 +82,6 @@ FrameContext frame_context(const Config& config) {
   context.min_seen_fraction = config.frame.min_seen_fraction;
   context.dead_time_ns = config.detector.dead_time_ns;
   context.period_ps = pattern_period_ps(config.pattern);
-  context.effort = to_string(config.estimator.effort);
   for (const PatternSegment& segment : config.pattern.segments) {
     double sum = 0;
     for (const double amplitude : segment.amplitudes) sum += amplitude;
@@ -105,7 +104,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   message.lost_tags = frame.lost_tags;
   message.seen_fraction = frame.seen_fraction;
   message.sync = sync_message(frame.sync);
-  message.effort = context.effort;
+  message.effort = to_string(times.effort);
   message.compute_ms = times.compute_ms;
   if (times.latency_ms >= 0) message.latency_ms = times.latency_ms;
   if (estimate.status != FrameStatus::not_run) {

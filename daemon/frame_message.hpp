@@ -18,16 +18,16 @@ struct FrameContext {
   double dead_time_ns = 0;       // 0: not known
   double period_ps = 0;          // of the pattern, for frames that did not measure it
   double amplitude_sum = 0;      // of all pulses in one pattern period
-  std::string effort;
 };
 
 FrameContext frame_context(const Config& config);
 
-// When things happened to a frame.
+// When things happened to a frame, and how hard it was looked at.
 struct FrameTimes {
   double mid_unix_s = 0;   // UTC at mid-frame
   double compute_ms = 0;   // of its estimation
   double latency_ms = -1;  // arrival of its last tag to publication; negative: no tag
+  Effort effort = Effort::balanced;
 };
 
 // What is published of a frame. Status: that of the estimate, but `incomplete` where less than

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace splid {
 namespace {
@@ -23,13 +24,15 @@ constexpr std::int64_t ns_per_ms = 1'000'000;
 
 Framing::Framing(const Config& config, const SourceInfo& source, const Clock& clock, TagRing& ring,
                  Lanes& lanes)
-    : host_(clock),
+    : configured_effort(config.estimator.effort),
+      host_(clock),
       ring_(ring),
       lanes_(lanes),
       channels_(config.channels),
       framer_(framer_options(config.frame.length_ms, config.pattern, config.drift.method),
               channels_, *this),
-      device_clock_(source, clock) {}
+      device_clock_(source, clock),
+      effort_(config.estimator.effort, source.live) {}
 
 void Framing::run(const std::stop_token& stop, int patience_ms) {
   pthread_setname_np(pthread_self(), "framer");
@@ -74,7 +77,10 @@ bool Framing::out_of_patience(const std::stop_token& stop, int patience_ms) {
 
 Frame& Framing::open() {
   // The publisher goes on releasing slots until the lanes are closed, so this ends.
-  while ((slot_ = lanes_[lane_]->free_slot()) == nullptr) released_.wait_for(idle);
+  while ((slot_ = lanes_[lane_]->free_slot()) == nullptr) {
+    waited_ = true;
+    released_.wait_for(idle);
+  }
   return slot_->frame;
 }
 
@@ -84,6 +90,8 @@ void Framing::close() {
   if (clock_set_back) device_clock_.anchor(frame.end_ps);
   last_end_ps_ = frame.end_ps;
   slot_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
+  effort_.configure(configured_effort.load(std::memory_order_relaxed));
+  slot_->effort = effort_.next(std::exchange(waited_, false));
   lanes_[lane_]->fill();
   lanes_[lane_]->estimator_wake.notify();
   lane_ = (lane_ + 1) % lanes_.size();

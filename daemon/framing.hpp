@@ -12,6 +12,7 @@
 #include "daemon/channel_map.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/device_clock.hpp"
+#include "daemon/effort_governor.hpp"
 #include "daemon/framer.hpp"
 #include "daemon/lane.hpp"
 #include "daemon/ring.hpp"
@@ -41,6 +42,7 @@ class Framing : private FrameSink {
   std::atomic<std::size_t> highest_fill{0};  // tags in the ring; whoever reads it sets it to 0
   std::atomic<std::int64_t> last_arrival_ns{0};
   std::atomic<bool> diagnosed{false};
+  std::atomic<Effort> configured_effort;  // from the next frame on
 
   [[nodiscard]] const FramerTotals& totals() const { return framer_.totals(); }
   [[nodiscard]] const std::optional<SyncDiagnosis>& diagnosis() const {
@@ -60,6 +62,8 @@ class Framing : private FrameSink {
   ChannelMap channels_;
   Framer framer_;
   DeviceClock device_clock_;
+  EffortGovernor effort_;
+  bool waited_ = false;  // for the slot of the open frame
   Wake released_;
   std::size_t lane_ = 0;  // of the open frame
   LaneSlot* slot_ = nullptr;

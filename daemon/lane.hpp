@@ -9,6 +9,7 @@
 #include "daemon/frame.hpp"
 #include "daemon/wake.hpp"
 #include "estimator/estimate.hpp"
+#include "estimator/options.hpp"
 
 namespace splid {
 
@@ -16,10 +17,11 @@ namespace splid {
 struct LaneSlot {
   explicit LaneSlot(const FrameCapacity& capacity) : frame(capacity) {}
 
-  Frame frame;            // framer
-  double mid_unix_s = 0;  // framer; UTC at mid-frame
-  Estimate estimate;      // estimator
-  double compute_ms = 0;  // estimator
+  Frame frame;                       // framer
+  double mid_unix_s = 0;             // framer; UTC at mid-frame
+  Effort effort = Effort::balanced;  // framer; what there is time for
+  Estimate estimate;                 // estimator
+  double compute_ms = 0;             // estimator
 };
 
 // The way of every N-th frame: a ring of preallocated slots that three threads pass through in

@@ -4,7 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -38,6 +41,50 @@ std::size_t ring_capacity(const Config& config) {
   return std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags));
 }
 
+// How a lane's frames are estimated: what reload() replaces as one.
+struct EstimatorInUse {
+  FrameEstimator estimator;
+  bool tracked;
+};
+
+// A lane's estimator, and the way by which reload() hands in another: the estimation thread takes
+// it between two frames by exchanging pointers, and leaves the old one to be freed elsewhere.
+struct LaneEstimator {
+  explicit LaneEstimator(EstimatorInUse made)
+      : in_use(std::make_unique<EstimatorInUse>(std::move(made))) {}
+  ~LaneEstimator() {
+    delete next.load();
+    delete retired.load();
+  }
+  LaneEstimator(const LaneEstimator&) = delete;
+  LaneEstimator& operator=(const LaneEstimator&) = delete;
+
+  void hand_in(EstimatorInUse made) {
+    delete next.exchange(new EstimatorInUse(std::move(made)));
+    // The place must be free for the one that the new one retires.
+    delete retired.exchange(nullptr);
+  }
+  // True where there was one.
+  bool take_next() {
+    if (next.load(std::memory_order_relaxed) == nullptr || retired.load() != nullptr) return false;
+    retired.store(in_use.release());
+    in_use.reset(next.exchange(nullptr));
+    return true;
+  }
+
+  std::unique_ptr<EstimatorInUse> in_use;
+  std::atomic<EstimatorInUse*> next{nullptr};
+  std::atomic<EstimatorInUse*> retired{nullptr};
+};
+
+// Since when nothing came of the daemon's work; see Stages::is_alive().
+struct Liveness {
+  std::uint64_t frames = 0;
+  std::int64_t frame_ns = 0;
+  std::uint64_t touches = 0;
+  std::int64_t touch_ns = 0;
+};
+
 }  // namespace
 
 struct Pipeline::Stages {
@@ -53,20 +100,23 @@ struct Pipeline::Stages {
     check_frame_fits(config.frame.length_ms, config.pattern, ring.capacity());
     const FrameCapacity capacity =
         frame_capacity(config.frame.length_ms, config.pattern, ring.capacity());
+    max_photons = std::min(capacity.photons, max_estimated_photons);
     for (std::int64_t i = 0; i < config.pipeline.estimation_threads; ++i) {
       lanes.push_back(std::make_unique<Lane>(capacity, lane_depth));
-      estimators.emplace_back(config.pattern, config.pulse, config.scene, config.estimator,
-                              config.frame.length_ms,
-                              std::min(capacity.photons, max_estimated_photons));
+      estimators.push_back(std::make_unique<LaneEstimator>(make_estimator(config)));
     }
     framing = std::make_unique<Framing>(config, source->info(), clock, ring, lanes);
   }
 
+  [[nodiscard]] EstimatorInUse make_estimator(const Config& from) const;
+  void reload(const Config& next);
   void estimate(std::size_t index);
   void publish_all(std::stop_source& stop);
   void publish(const LaneSlot& slot);
   void tell_observer(const FrameMessage& message, const std::string& json);
   [[nodiscard]] StreamHealth health();
+  [[nodiscard]] bool is_alive();
+  void take_reloaded_context();
   void look_around();
   void finish(const std::exception_ptr& fault);
 
@@ -78,10 +128,16 @@ struct Pipeline::Stages {
   FrameContext context;
   StatusReporter reporter;
   Lanes lanes;
-  std::vector<FrameEstimator> estimators;
+  std::size_t max_photons = 0;
+  std::vector<std::unique_ptr<LaneEstimator>> estimators;
   std::unique_ptr<Framing> framing;
   Wake publisher_wake;  // a frame was estimated
   DeviceMonitor* device = nullptr;
+  ServiceNotifier* notifier = nullptr;
+  Liveness liveness;
+  std::mutex reload_mutex;
+  std::optional<FrameContext> reloaded_context;  // under the mutex
+  Effort reloaded_effort = Effort::balanced;     // likewise
   FrameObserver observer;
   bool observer_done = false;
   std::exception_ptr observer_fault;
@@ -98,6 +154,10 @@ Pipeline::~Pipeline() = default;
 void Pipeline::observe(FrameObserver observer) { stages_->observer = std::move(observer); }
 
 void Pipeline::watch(DeviceMonitor& device) { stages_->device = &device; }
+
+void Pipeline::serve(ServiceNotifier& notifier) { stages_->notifier = &notifier; }
+
+void Pipeline::reload(const Config& config) { stages_->reload(config); }
 
 PipelineSummary Pipeline::run(const std::stop_token& stop) {
   Stages& stages = *stages_;
@@ -119,10 +179,26 @@ PipelineSummary Pipeline::run(const std::stop_token& stop) {
   return stages.summary;
 }
 
+EstimatorInUse Pipeline::Stages::make_estimator(const Config& from) const {
+  return {FrameEstimator(config.pattern, from.pulse, from.scene, from.estimator,
+                         config.frame.length_ms, max_photons),
+          from.estimator.tracked};
+}
+
+void Pipeline::Stages::reload(const Config& next) {
+  const std::scoped_lock lock(reload_mutex);
+  std::vector<EstimatorInUse> made;
+  for (std::size_t i = 0; i < lanes.size(); ++i) made.push_back(make_estimator(next));
+  for (std::size_t i = 0; i < lanes.size(); ++i) estimators[i]->hand_in(std::move(made[i]));
+  framing->configured_effort = next.estimator.effort;
+  reloaded_context = frame_context(next);
+  reloaded_effort = next.estimator.effort;
+}
+
 void Pipeline::Stages::estimate(std::size_t index) {
   pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
   Lane& lane = *lanes[index];
-  FrameEstimator& estimator = estimators[index];
+  LaneEstimator& estimator = *estimators[index];
   Track track;
   while (!lane.estimator_done()) {
     LaneSlot* slot = lane.filled_slot();
@@ -130,9 +206,10 @@ void Pipeline::Stages::estimate(std::size_t index) {
       lane.estimator_wake.wait_for(milliseconds{100});
       continue;
     }
+    if (estimator.take_next()) track = {};
     const std::int64_t begin_ns = clock.steady_ns();
-    slot->estimate =
-        estimator.estimate(slot->frame.view(), config.estimator.tracked ? &track : nullptr);
+    slot->estimate = estimator.in_use->estimator.estimate(
+        slot->frame.view(), estimator.in_use->tracked ? &track : nullptr, slot->effort);
     slot->compute_ms = static_cast<double>(clock.steady_ns() - begin_ns) / 1e6;
     lane.estimated();
     publisher_wake.notify();
@@ -159,8 +236,9 @@ void Pipeline::Stages::publish_all(std::stop_source& stop) {
 
 void Pipeline::Stages::publish(const LaneSlot& slot) {
   const double latency_ms = static_cast<double>(clock.steady_ns() - slot.frame.arrival_ns) / 1e6;
-  const FrameMessage message = make_frame_message(slot.frame, slot.estimate, context,
-                                                  {slot.mid_unix_s, slot.compute_ms, latency_ms});
+  const FrameMessage message =
+      make_frame_message(slot.frame, slot.estimate, context,
+                         {slot.mid_unix_s, slot.compute_ms, latency_ms, slot.effort});
   const std::string json = to_json(message);
   publisher.publish_frame(json);
   ++summary.frames;
@@ -191,8 +269,36 @@ StreamHealth Pipeline::Stages::health() {
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
-  if (device != nullptr) health.device_reports = device->take();
+  if (device != nullptr) {
+    health.device_reports = device->take_reports();
+    health.notices = device->take_notices();
+  }
   return health;
+}
+
+// Frames come out; or none can, because nothing comes in while the source is at work and says so.
+// A stage that hangs, or a source that does, is neither: tags then wait in the ring, or nobody
+// touches it.
+bool Pipeline::Stages::is_alive() {
+  constexpr std::int64_t source_patience_ns = 1'000'000'000;
+  constexpr double least_frame_patience_ms = 2000;
+  const std::int64_t now_ns = clock.steady_ns();
+  if (liveness.frame_ns == 0) liveness.frame_ns = liveness.touch_ns = now_ns;
+  if (std::exchange(liveness.frames, summary.frames) != summary.frames) liveness.frame_ns = now_ns;
+  const std::uint64_t touches = ring.touches();
+  if (std::exchange(liveness.touches, touches) != touches) liveness.touch_ns = now_ns;
+  const double patience_ms = std::max(least_frame_patience_ms, 4 * config.frame.length_ms);
+  if (static_cast<double>(now_ns - liveness.frame_ns) < patience_ms * 1e6) return true;
+  const bool source_works = !source->info().live || now_ns - liveness.touch_ns < source_patience_ns;
+  return ring.fill() == 0 && source_works;
+}
+
+void Pipeline::Stages::take_reloaded_context() {
+  const std::unique_lock lock(reload_mutex, std::try_to_lock);
+  if (!lock || !reloaded_context) return;
+  context = *reloaded_context;
+  reporter.configure(reloaded_effort);
+  reloaded_context.reset();
 }
 
 void Pipeline::Stages::look_around() {
@@ -200,8 +306,10 @@ void Pipeline::Stages::look_around() {
     sync_fault = describe(*framing->diagnosis());
     spdlog::warn("{}", sync_fault);
   }
+  take_reloaded_context();
   publisher.greet();
   reporter.tick(health());
+  if (notifier != nullptr) notifier->tick(reporter.status(), is_alive());
 }
 
 void Pipeline::Stages::finish(const std::exception_ptr& fault) {
@@ -217,6 +325,7 @@ void Pipeline::Stages::finish(const std::exception_ptr& fault) {
   }
   publisher.greet();
   reporter.stop(health(), reason);
+  if (notifier != nullptr) notifier->tick(reporter.status(), true);
 }
 
 }  // namespace splid

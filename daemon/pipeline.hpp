@@ -14,6 +14,7 @@
 #include "daemon/device_monitor.hpp"
 #include "daemon/framer.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/service_notifier.hpp"
 #include "drivers/source.hpp"
 #include "protocol/messages.hpp"
 
@@ -56,6 +57,12 @@ class Pipeline {
   void observe(FrameObserver observer);
   // What the source reports goes into the status. device: outlives run().
   void watch(DeviceMonitor& device);
+  // Who is told that the daemon works. notifier: outlives run().
+  void serve(ServiceNotifier& notifier);
+  // Frames from now on are estimated as this configuration says, in what can change while frames
+  // flow (see ConfigChanges::live); the rest of it is not looked at. Any thread, while run() runs.
+  // Errors: Error(Fault::usage) where the estimator refuses it; nothing has changed then.
+  void reload(const Config& config);
 
   // Runs until the stream ends or a stop is requested; then what the ring holds still becomes
   // frames, for at most stop_patience_ms, and everything is published. Once.

@@ -94,6 +94,7 @@ std::span<Tag> TagRing::wait_claim(std::size_t max_count, const std::stop_token&
 }
 
 void TagRing::publish(std::size_t count) {
+  touch();
   if (count == 0) return;
   producer_at_ += count;
   written_.store(producer_at_);
@@ -175,6 +176,7 @@ void DroppingSink::publish(std::size_t count) {
     ring_.publish(count);
     return;
   }
+  ring_.touch();
   drop(std::span(scratch_).first(count));
 }
 

@@ -45,6 +45,8 @@ class TagRing {
   std::span<Tag> wait_claim(std::size_t max_count, const std::stop_token& stop);
   // The first count tags of the last claim are written and may be read; count may be 0.
   void publish(std::size_t count);
+  // The producer is at work, though it has nothing to publish.
+  void touch() { touches_.store(touches_.load(std::memory_order_relaxed) + 1); }
   // End of the stream: nothing is published any more.
   void close();
 
@@ -56,6 +58,9 @@ class TagRing {
   void consume(std::size_t count);
   // Closed, and every tag consumed.
   [[nodiscard]] bool ended() const;
+
+  // How often the producer published or touched, for anyone who watches whether it still does.
+  [[nodiscard]] std::uint64_t touches() const { return touches_.load(); }
 
   // Tags in the ring; exact for neither side while the other runs.
   [[nodiscard]] std::size_t fill() const;
@@ -78,6 +83,7 @@ class TagRing {
   std::unique_ptr<Tag[]> tags_;
 
   alignas(cache_line) std::atomic<std::uint64_t> written_{0};  // producer writes
+  std::atomic<std::uint64_t> touches_{0};                      // producer writes
   alignas(cache_line) std::atomic<std::uint64_t> read_{0};     // consumer writes
   alignas(cache_line) std::atomic<bool> closed_{false};        // producer writes, once
   alignas(cache_line) std::uint64_t producer_at_ = 0;          // producer only: own index,

@@ -12,6 +12,8 @@
 #include "daemon/line_writer.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/reload.hpp"
+#include "daemon/service_notifier.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -65,6 +67,67 @@ void check_locked(const PipelineSummary& summary) {
                summary.tags.syncs, summary.frames);
 }
 
+std::string joined(const std::vector<std::string>& pointers) {
+  std::string text;
+  for (const std::string& pointer : pointers) text += (text.empty() ? "" : ", ") + pointer;
+  return text;
+}
+
+// Reads the configuration anew on SIGHUP and says, in the log and in the status, what came of it.
+class Reloader {
+ public:
+  // config, pipeline, device: outlive this.
+  Reloader(const Config& config, Pipeline& pipeline, DeviceMonitor& device)
+      : original_(config), pipeline_(pipeline), device_(device) {}
+
+  void reload() {
+    notifier_.reloading();
+    try {
+      auto next = std::make_unique<Config>(load_config(original_.file));
+      const ConfigChanges since_start = changes_between(original_, *next);
+      const ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next);
+      if (!now.live.empty()) pipeline_.reload(*next);
+      in_use_ = std::move(next);
+      say(spdlog::level::info, "reloaded " + original_.file + ": " +
+                                   (now.live.empty() ? "nothing new" : joined(now.live)));
+      if (!since_start.restart.empty()) {
+        say(spdlog::level::warn, "takes a restart: " + joined(since_start.restart));
+      }
+    } catch (const Error& error) {
+      say(spdlog::level::err, std::string("not reloaded, going on as before: ") + error.what());
+    }
+    notifier_.reloaded();
+  }
+
+ private:
+  void say(spdlog::level::level_enum level, const std::string& sentence) {
+    spdlog::log(level, "{}", sentence);
+    device_.notice(sentence);
+  }
+
+  const Config& original_;
+  std::unique_ptr<Config> in_use_;  // null: the original
+  Pipeline& pipeline_;
+  DeviceMonitor& device_;
+  ServiceNotifier notifier_{host_clock()};
+};
+
+// Takes a signals' hangup for as long as it lives.
+class HangupTaken {
+ public:
+  HangupTaken(StopSignals* signals, std::function<void()> action) : signals_(signals) {
+    if (signals_ != nullptr) signals_->on_hangup(std::move(action));
+  }
+  ~HangupTaken() {
+    if (signals_ != nullptr) signals_->on_hangup(nullptr);
+  }
+  HangupTaken(const HangupTaken&) = delete;
+  HangupTaken& operator=(const HangupTaken&) = delete;
+
+ private:
+  StopSignals* signals_;
+};
+
 }  // namespace
 
 std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device) {
@@ -88,6 +151,10 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   Publisher publisher(config.publish.endpoint, options.queue_messages);
   Pipeline pipeline(config, std::move(source), publisher, host_clock());
   pipeline.watch(device);
+  ServiceNotifier notifier(host_clock());
+  pipeline.serve(notifier);
+  Reloader reloader(config, pipeline, device);
+  const HangupTaken hangup(options.signals, [&reloader] { reloader.reload(); });
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
   pipeline.observe([&](const FrameMessage& message, const std::string& json) {

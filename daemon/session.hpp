@@ -7,6 +7,7 @@
 #include "config/config.hpp"
 #include "daemon/device_monitor.hpp"
 #include "daemon/pipeline.hpp"
+#include "daemon/stop_signals.hpp"
 #include "drivers/source.hpp"
 
 namespace splid {
@@ -18,6 +19,7 @@ struct SessionOptions {
   // Messages kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
+  StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; null: none does
 };
 
 // Opens the configured source; its warnings, and what it reports of its instrument, go to the log

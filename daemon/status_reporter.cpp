@@ -39,6 +39,7 @@ StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, P
   version_.pattern = std::filesystem::path(config.pattern_file).stem().string();
   version_.mode = config.pattern.mode;
   status_.source = config.source_driver;
+  configure(config.estimator.effort);
 }
 
 void StatusReporter::start() {
@@ -53,6 +54,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
   last_frame_ = message.status;
+  last_effort_ = message.effort.value_or(configured_effort_);
   last_frame_s_ = message.timestamp_s;
 }
 
@@ -63,13 +65,20 @@ void StatusReporter::tick(const StreamHealth& health) {
     judge(health);
     publish(health);
   }
+  for (const std::string& notice : health.notices) {
+    notice_ = notice;
+    judge(health);
+    publish(health);
+  }
   const DaemonState state = status_.state;
   const std::string reason = status_.reason;
   judge(health);
   const bool due = clock_.steady_ns() >= next_ns_;
   if (due || state != status_.state || reason != status_.reason) publish(health);
   // What is over has then been said for a second.
-  if (due && device_.state == DeviceState::connected) device_.reason.clear();
+  if (!due) return;
+  notice_.clear();
+  if (device_.state == DeviceState::connected) device_.reason.clear();
 }
 
 void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
@@ -80,6 +89,12 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
 }
 
 void StatusReporter::judge(const StreamHealth& health) {
+  judge_device(health);
+  if (notice_.empty()) return;
+  status_.reason += (status_.reason.empty() ? "" : "; ") + notice_;
+}
+
+void StatusReporter::judge_device(const StreamHealth& health) {
   status_.device = device_.state;
   switch (device_.state) {
     case DeviceState::no_device:
@@ -108,6 +123,10 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
                          ? health.sync_fault
                          : reason;
+  } else if (!last_effort_.empty() && last_effort_ != configured_effort_) {
+    status_.state = DaemonState::degraded;
+    status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
+                     last_effort_ + " until it keeps up";
   } else {
     status_.state = DaemonState::streaming;
   }

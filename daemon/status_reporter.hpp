@@ -8,6 +8,7 @@
 #include "daemon/clock.hpp"
 #include "daemon/publisher.hpp"
 #include "drivers/source.hpp"
+#include "estimator/options.hpp"
 #include "protocol/messages.hpp"
 
 namespace splid {
@@ -19,10 +20,12 @@ struct StreamHealth {
   double ring_fill_ratio = 0;                     // highest since the last call
   std::string sync_fault;                         // a sentence; empty: none
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
+  std::vector<std::string> notices = {};          // likewise: sentences on other things
 };
 
-// Publishes `version` once and `status` once a second and on every change of state or reason, and
-// for each thing that the driver reports of its instrument.
+// Publishes `version` once and `status` once a second, on every change of state or reason, and for
+// each thing that the driver reports of its instrument or that is noticed elsewhere; what is over
+// is repeated for a second.
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
@@ -41,9 +44,15 @@ class StatusReporter {
   void tick(const StreamHealth& health);
   // The stream is over. reason: why, empty where nothing is wrong.
   void stop(const StreamHealth& health, const std::string& reason);
+  // The effort that frames are to have; with less the daemon is degraded.
+  void configure(Effort effort) { configured_effort_ = to_string(effort); }
+
+  // As last judged.
+  [[nodiscard]] const StatusMessage& status() const { return status_; }
 
  private:
   void judge(const StreamHealth& health);
+  void judge_device(const StreamHealth& health);
   void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -54,7 +63,10 @@ class StatusReporter {
   VersionMessage version_;
   StatusMessage status_;
   DeviceReport device_;
+  std::string notice_;
   FrameStatus last_frame_ = FrameStatus::not_run;
+  std::string configured_effort_;
+  std::string last_effort_;
   double last_frame_s_ = 0;
   double silence_limit_ns_;
   std::int64_t started_ns_ = 0;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <csignal>
+#include <functional>
+#include <mutex>
 #include <stop_token>
 #include <thread>
 
@@ -12,18 +15,24 @@ namespace splid {
 // ignores SIGPIPE: a reader of standard output that leaves is an error of the write.
 class StopSignals {
  public:
-  StopSignals();
+  // takes_hangup: SIGHUP calls what on_hangup() was given; otherwise it ends the process, as when a
+  // terminal is closed.
+  explicit StopSignals(bool takes_hangup = false);
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
   [[nodiscard]] std::stop_token token() const { return stop_.get_token(); }
   void request_stop() { stop_.request_stop(); }
+  // On the signals' thread; null: nothing. A call that is running has ended when this returns.
+  void on_hangup(std::function<void()> action);
 
  private:
-  void wait();
+  void wait(sigset_t signals);
 
   std::stop_source stop_;
+  std::mutex hangup_mutex_;
+  std::function<void()> hangup_;
   std::thread waiter_;
 };
 

@@ -27,7 +27,7 @@ class TagSink {
   virtual ~TagSink() = default;
   // Contiguous room for 1 to max_count tags; empty only once a stop was requested.
   virtual std::span<Tag> claim(std::size_t max_count) = 0;
-  // The first count tags of the last claim are written. count may be 0.
+  // The first count tags of the last claim are written. count may be 0, also without a claim.
   virtual void publish(std::size_t count) = 0;
 };
 
@@ -52,6 +52,8 @@ struct SourceCounter {
 // stream ends or soon (< 100 ms) after a stop is requested.
 // Errors: throws Error (Fault::device or Fault::data) naming its place; tags published before stay.
 // Timeouts: a live source publishes a heartbeat at least every 10 ms when it has nothing else.
+// Where its instrument is gone, and tells no time, it publishes no tags ten times a second at
+// least: so a source that waits is told from one that hangs, which the watchdog ends.
 class TagSource {
  public:
   virtual ~TagSource() = default;

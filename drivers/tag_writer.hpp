@@ -22,9 +22,9 @@ class TagWriter {
     return true;
   }
 
-  // Hands on what was written.
+  // Hands on what was written; nothing is fine, it tells that the source is at work.
   void publish() {
-    if (!room_.empty()) sink_.publish(used_);
+    sink_.publish(used_);
     room_ = {};
     used_ = 0;
   }

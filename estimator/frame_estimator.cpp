@@ -84,7 +84,7 @@ struct FrameEstimator::Workspace {
     return moving() ? max_drift_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
-  std::optional<Fit> find(const FrameView& view, Track* track);
+  std::optional<Fit> find(const FrameView& view, Track* track, Effort most);
   std::optional<Fit> follow(const Track& track, std::int64_t mid_ps);
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
@@ -93,7 +93,8 @@ struct FrameEstimator::Workspace {
   void remember(const FrameView& view, const Estimate& estimate, Track& track) const;
 };
 
-std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Track* track) {
+std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Track* track,
+                                                   Effort most) {
   if (paper) return find_as_paper(view);
   const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   std::optional<Fit> fit;
@@ -101,7 +102,7 @@ std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Track*
     fit = follow(*track, mid_ps);
     track->followed = fit ? track->followed + 1 : 0;
   }
-  return fit ? fit : search.find(frame);
+  return fit ? fit : search.find(frame, most);
 }
 
 std::optional<Fit> FrameEstimator::Workspace::follow(const Track& track, std::int64_t mid_ps) {
@@ -205,7 +206,7 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 
-Estimate FrameEstimator::estimate(const FrameView& view, Track* track) {
+Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort most) {
   Workspace& w = *workspace_;
   Estimate estimate;
   estimate.photons = view.photons_ps.size();
@@ -225,7 +226,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track) {
   if (estimate.photons == 0 || seen_ns <= 0) return estimate;
 
   w.frame.fold(view, w.train);
-  std::optional<Fit> fit = w.find(view, track);
+  std::optional<Fit> fit = w.find(view, track, most);
   if (!fit) return estimate;
   estimate.significance_nats = fit->gain_nats;
   if (fit->gain_nats < w.threshold_nats || !fit->has_covariance) return estimate;

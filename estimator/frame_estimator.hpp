@@ -28,8 +28,10 @@ class FrameEstimator {
   FrameEstimator(FrameEstimator&&) noexcept;
 
   // track: where to look first, and where to put what was found; null: the whole range is searched.
-  // A track that finds nothing keeps what it knows, for a second of gap at most.
-  Estimate estimate(const FrameView& view, Track* track = nullptr);
+  // A track that finds nothing keeps what it knows, for a second of gap at most. most: levels of
+  // the search beyond this effort are left out, for when there is no time; those of method search.
+  Estimate estimate(const FrameView& view, Track* track = nullptr,
+                    Effort most = Effort::exhaustive);
 
  private:
   struct Workspace;

@@ -120,11 +120,11 @@ bool TargetSearch::has_shoulders() const {
   return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
 }
 
-std::optional<Fit> TargetSearch::find(const FoldedFrame& frame) {
+std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
-  return find_in(frame);
+  return find_in(frame, most);
 }
 
 // A target that shows plainly in a part of the photons is found by that part, and refined on all.
@@ -135,9 +135,9 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   return refinement_.climb(frame, Exposure(frame, train_), found->parameters.line, moving_);
 }
 
-std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons) {
+std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most) {
   std::optional<Fit> best;
-  for (const Level& level : levels_) {
+  for (const Level& level : std::span(levels_).first(std::min(levels_.size(), levels_of(most)))) {
     std::optional<Fit> found = find_at_level(photons, level);
     if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
     if (best && best->gain_nats > threshold_nats_ + settled_margin_nats) break;

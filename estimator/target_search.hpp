@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "estimator/folded_frame.hpp"
@@ -36,8 +37,8 @@ class TargetSearch {
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
 
-  // The best maximum found; empty where no cell held a photon.
-  std::optional<Fit> find(const FoldedFrame& frame);
+  // The best maximum found; empty where no cell held a photon. most: no level beyond this effort.
+  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
   // The maximum within a coarse search cell of a line.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
   // The maximum near a delay for a target at rest.
@@ -65,7 +66,7 @@ class TargetSearch {
   [[nodiscard]] std::size_t widest_level_overlap() const;
   [[nodiscard]] bool has_shoulders() const;
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
-  std::optional<Fit> find_in(const FoldedFrame& photons);
+  std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line);

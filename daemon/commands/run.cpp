@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
@@ -17,10 +19,13 @@ void add_run(CLI::App& app, Action& action) {
   add_log_options(*command);
   command->callback([&action, file] {
     action = [file] {
-      const StopSignals signals;
+      // On a terminal a hangup means that it was closed.
+      StopSignals signals(::isatty(STDERR_FILENO) == 0);
       const Config config = load_config(*file);
       DeviceMonitor device;
-      return run_session(config, open_source(config, &device), device, {}, signals.token());
+      SessionOptions options;
+      options.signals = &signals;
+      return run_session(config, open_source(config, &device), device, options, signals.token());
     };
   });
 }

@@ -17,7 +17,6 @@ class FrameMessages : public testing::Test {
     context.min_seen_fraction = 0.9;
     context.period_ps = 3'780'000;
     context.amplitude_sum = 40;
-    context.effort = "balanced";
     frame.sequence = 7;
     frame.start_ps = 1'000;
     frame.end_ps = 50'000'001'000;
