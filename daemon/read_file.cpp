@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
 
@@ -30,6 +32,17 @@ std::string read_start(const std::string& file, std::size_t count) {
 
 std::string read_file(const std::string& file) {
   return read_start(file, std::numeric_limits<std::size_t>::max());
+}
+
+void write_file(const std::string& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text << std::flush;
+  if (!out) throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno));
+}
+
+void check_may_write(const std::string& file, bool force) {
+  if (force || !std::filesystem::exists(file)) return;
+  throw Error(Fault::usage, file + ": exists; --force writes over it");
 }
 
 }  // namespace splid

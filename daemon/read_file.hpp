@@ -12,4 +12,12 @@ std::string read_file(const std::string& file);
 // Its first bytes, at most count; likewise.
 std::string read_start(const std::string& file, std::size_t count);
 
+// Writes a whole file, over one that is there.
+// Errors: Error(Fault::device) with the file and the errno text.
+void write_file(const std::string& file, const std::string& text);
+
+// Errors: Error(Fault::usage) where `file` is there and `force` is not given, for a command's
+// --force.
+void check_may_write(const std::string& file, bool force);
+
 }  // namespace splid

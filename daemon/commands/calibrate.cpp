@@ -1,9 +1,5 @@
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -12,6 +8,7 @@
 #include "daemon/format.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/pattern_calibration.hpp"
+#include "daemon/read_file.hpp"
 #include "daemon/session.hpp"
 #include "daemon/stop_signals.hpp"
 #include "drivers/replay/replay.hpp"
@@ -43,19 +40,13 @@ int calibrate(const CalibrateCommand& options) {
   replay->recording = options.recording;
   config.source = std::move(replay);
   config.source_driver = "replay";
-  if (!options.force && std::filesystem::exists(options.output)) {
-    throw Error(Fault::usage, options.output + ": exists; --force writes over it");
-  }
+  check_may_write(options.output, options.force);
   const std::unique_ptr<TagSource> source = open_source(config);
   const Pattern pattern = calibrate_pattern(config, *source, options.recording, signals.token());
   if (signals.token().stop_requested()) {
     throw Error(Fault::usage, "stopped; " + options.output + " was not written");
   }
-  std::ofstream out(options.output, std::ios::binary);
-  out << to_json_file(pattern) << std::flush;
-  if (!out) {
-    throw Error(Fault::device, options.output + ": cannot be written: " + std::strerror(errno));
-  }
+  write_file(options.output, to_json_file(pattern));
   print_pulses(pattern);
   std::fprintf(stderr, "%s: %s; calibrated period %.6f ps\n", options.output.c_str(),
                describe_pattern(pattern).c_str(), *pattern.calibrated_period_ps);

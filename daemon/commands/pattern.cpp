@@ -1,20 +1,15 @@
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cerrno>
-#include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
-#include "protocol/error.hpp"
+#include "daemon/read_file.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/pattern_make.hpp"
+#include "protocol/pattern_side_lobes.hpp"
 
 namespace splid {
 namespace {
@@ -26,6 +21,7 @@ struct PatternCommand {
   std::vector<double> subperiods_ns;
   double period_ns = 3780;
   std::size_t pulses = 40;
+  std::size_t periodic_pulses = 1;
   double min_spacing_ns = 9;
   std::uint64_t seed = 1;
   bool stratified = false;
@@ -39,10 +35,15 @@ std::vector<double> in_ps(std::vector<double> times_ns) {
 }
 
 int write_pattern(const Pattern& pattern, const std::string& file) {
-  std::ofstream out(file, std::ios::binary);
-  out << to_json_file(pattern) << std::flush;
-  if (!out) throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno));
+  write_file(file, to_json_file(pattern));
   std::fprintf(stderr, "%s: %s\n", file.c_str(), describe_pattern(pattern).c_str());
+  if (const auto lobe = highest_side_lobe(pattern)) {
+    std::fprintf(stderr,
+                 "%s: highest side lobe of its autocorrelation: %zu of %zu pulses (%.3g %%) within "
+                 "%g ps at a shift of %.10g ns\n",
+                 file.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
+                 side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
+  }
   return 0;
 }
 
@@ -68,7 +69,7 @@ Pattern random(const PatternCommand& options) {
 
 Pattern periodic(const PatternCommand& options) {
   return make_periodic(options.ambiguous ? Mode::ambiguous : Mode::baseline,
-                       options.period_ns * ps_per_ns, options.pulses);
+                       options.period_ns * ps_per_ns, options.periodic_pulses);
 }
 
 Pattern mrr(const PatternCommand& options) {
@@ -92,7 +93,7 @@ void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
   kind->add_flag("--stratified", options.stratified, "One pulse in each of equal slots instead");
   kind = add_kind(pattern, "periodic", "Evenly spaced pulses", options, action, periodic);
   kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
-  kind->add_option("--pulses", options.pulses, "Pulses a period")->default_val(1);
+  kind->add_option("--pulses", options.periodic_pulses, "Pulses a period")->capture_default_str();
   kind->add_flag("--ambiguous", options.ambiguous, "Say that targets may be beyond the range");
   kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
   kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180 189")

@@ -313,5 +313,19 @@ TEST_F(CommandLine, PatternsOfEachKindCanBeMade) {
                HasSubstr("two"));
 }
 
+TEST_F(CommandLine, PatternsHaveTheSetUpAsDefaultAndTellTheirSideLobes) {
+  const std::string out = folder.path("p.json");
+  const ProgramResult random = run_program({"pattern", "random", "--output", out});
+  EXPECT_THAT(random.err,
+              AllOf(HasSubstr("random, 40 pulses in 3780 ns"),
+                    HasSubstr("highest side lobe of its autocorrelation: 3 of 40 pulses (7.5 %) "
+                              "within 200 ps at a shift of ")));
+  EXPECT_THAT(run_program({"pattern", "periodic", "--output", out}).err,
+              AllOf(HasSubstr("baseline, 1 pulses in 3780 ns"), Not(HasSubstr("side lobe"))));
+  EXPECT_THAT(
+      run_program({"pattern", "interleaved", "--subperiods-ns", "180", "189", "--output", out}).err,
+      HasSubstr("21 of 40 pulses (52.5 %) within 200 ps at a shift of 180 ns"));
+}
+
 }  // namespace
 }  // namespace splid
