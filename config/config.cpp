@@ -78,6 +78,7 @@ void check_all(const Config& config) {
   check(config.file, "/source", config.source->validate());
   check(config.file, "/channels", config.channels.validate());
   check(config.file, "/publish", config.publish.validate());
+  check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));
   check(config.file, "/pulse", pulse_fault(config));
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/daemon_options.hpp"
+#include "drivers/awg/awg_options.hpp"
 #include "drivers/source.hpp"
 #include "estimator/options.hpp"
 #include "protocol/pattern.hpp"
@@ -27,6 +28,7 @@ struct Config {
   DetectorOptions detector;
   PipelineOptions pipeline;
   PublishOptions publish;
+  AwgOptions awg;
 };
 
 // Errors: Error(Fault::usage) with the file, the JSON pointer, the value and the bound; for text

@@ -56,6 +56,7 @@ int parse_and_run(int argc, char** argv) {
   add_calibrate(app, action);
   add_tradeoff(app, action);
   add_devices(app, action);
+  add_upload(app, action);
   check_command(app, argc, argv);
   try {
     app.parse(argc, argv);

@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -94,6 +96,11 @@ bool ClientSocket::connect(const std::stop_token& stop) {
   close();
   descriptor_ = ::socket(place_.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor_ == -1) return fail("socket", errno);
+  if (place_.ss_family != AF_UNIX) {
+    // A short command would wait up to 200 ms for the acknowledgement of the one before.
+    const int on = 1;
+    ::setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  }
   if (::connect(descriptor_, reinterpret_cast<const sockaddr*>(&place_), place_bytes_) == 0) {
     return true;
   }
@@ -117,9 +124,21 @@ std::size_t ClientSocket::read(std::span<std::byte> room, milliseconds patience)
   const ssize_t got = ::recv(descriptor_, room.data(), room.size(), 0);
   if (got > 0) return static_cast<std::size_t>(got);
   if (got == 0) {
-    end("the bridge closed the connection");
+    end("the other side closed the connection");
   } else if (errno != EAGAIN && errno != EINTR) {
     fail("recv", errno);
+  }
+  return 0;
+}
+
+std::size_t ClientSocket::write(std::string_view bytes, milliseconds patience) {
+  if (!wait_for(descriptor_, POLLOUT, patience)) return 0;
+  const ssize_t sent = ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  if (sent >= 0) return static_cast<std::size_t>(sent);
+  if (errno == EPIPE) {
+    end("the other side closed the connection");
+  } else if (errno != EAGAIN && errno != EINTR) {
+    fail("send", errno);
   }
   return 0;
 }

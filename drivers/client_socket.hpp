@@ -8,16 +8,17 @@
 #include <span>
 #include <stop_token>
 #include <string>
+#include <string_view>
 
 namespace splid {
 
-// Where a bridge listens: "unix:PATH" or "tcp:HOST:PORT".
+// Where an instrument or a bridge listens: "unix:PATH" or "tcp:HOST:PORT".
 //
 // Null where `text` is such an address; otherwise what is wrong with it, to go behind the address
 // in a sentence.
 std::optional<std::string> socket_address_fault(const std::string& text);
 
-// The client's end of a byte stream to a bridge on this machine or another.
+// The client's end of a byte stream to a bridge or an instrument, on this machine or another.
 //
 // Threads: one. Errors: none after construction; a failure is a sentence.
 class ClientSocket {
@@ -39,6 +40,8 @@ class ClientSocket {
   // What has come, within `patience`; 0 where nothing did, or the other side or a failure closed
   // the connection, which is_open() then tells.
   std::size_t read(std::span<std::byte> room, std::chrono::milliseconds patience);
+  // Of `bytes` as many as go out within `patience`; 0 as of read().
+  std::size_t write(std::string_view bytes, std::chrono::milliseconds patience);
   // Closes it; why: for failure().
   void end(const std::string& why);
   void close();

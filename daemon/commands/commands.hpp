@@ -23,5 +23,6 @@ void add_pattern(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);
 void add_tradeoff(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
+void add_upload(CLI::App& app, Action& action);
 
 }  // namespace splid

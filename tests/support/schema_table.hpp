@@ -93,7 +93,7 @@ class SchemaTable {
 
   static std::string unit(std::string_view key) {
     // The longest ending first.
-    static constexpr std::array<std::pair<std::string_view, std::string_view>, 14> units = {{
+    static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> units = {{
         {"_ppm_per_s", "ppm/s"},
         {"_per_pulse", "counts a pulse"},
         {"_per_s", "counts/s"},
@@ -108,6 +108,7 @@ class SchemaTable {
         {"_ms", "ms"},
         {"_s", "s"},
         {"_m", "m"},
+        {"_v", "V"},
     }};
     for (const auto& [ending, unit] : units) {
       if (key.ends_with(ending)) return std::string(unit);

@@ -101,7 +101,7 @@ TEST(Bridge, ANewConnectionIsALossInTheStream) {
   server.send(bytes);
   EXPECT_EQ(bridge.sink.wait(3).size(), 3U);
   server.hang_up();
-  EXPECT_TRUE(bridge.reports.wait(DeviceState::no_device, "the bridge closed the connection"));
+  EXPECT_TRUE(bridge.reports.wait(DeviceState::no_device, "the other side closed the connection"));
   ASSERT_TRUE(server.accept());
   server.send(block_bytes({0, 500, 600, {}}));
   EXPECT_THAT(bridge.sink.wait(6),

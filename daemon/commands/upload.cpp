@@ -1,0 +1,90 @@
+#include "drivers/awg/upload.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/format.hpp"
+#include "daemon/log_level.hpp"
+#include "daemon/progress.hpp"
+#include "daemon/read_file.hpp"
+#include "daemon/stop_signals.hpp"
+#include "drivers/awg/awg_model.hpp"
+#include "drivers/awg/waveform_plan.hpp"
+#include "protocol/pattern_json.hpp"
+
+namespace splid {
+namespace {
+
+struct UploadCommand {
+  std::string config;
+  std::string output;
+  bool force = false;
+  bool dry_run = false;
+  bool stop = false;
+};
+
+void keep(const Pattern& played, const std::string& output) {
+  if (output.empty()) return;
+  write_file(output, to_json_file(played));
+  spdlog::info("{}: the pattern as it is played: {}", output, describe_pattern(played));
+}
+
+Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
+  Progress line(host_clock());
+  return upload(
+      config.awg, config.pattern,
+      [&](const char* what, double part) {
+        if (line.due()) line.show(format("%s, %.0f %%", what, 100 * part));
+      },
+      stop);
+}
+
+int run_upload(const UploadCommand& options) {
+  const StopSignals signals;
+  const Config config = load_config(options.config);
+  if (options.stop) {
+    spdlog::info("{}: plays nothing, its output is off; its error queue is empty",
+                 stop_awg(config.awg, signals.token()));
+    return 0;
+  }
+  if (!options.output.empty()) check_may_write(options.output, options.force);
+  const AwgModel& model = awg_models()[config.awg.model];
+  const WaveformPlan plan = plan_waveform(config.pattern, model, config.awg);
+  spdlog::info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),
+               model.name, describe(plan));
+  if (options.dry_run) {
+    keep(played_pattern(config.pattern, plan, plan.rate_hz), options.output);
+    return 0;
+  }
+  const Uploaded uploaded = upload_shown(config, signals.token());
+  spdlog::info("{}: plays {}; its error queue is empty", uploaded.instrument,
+               describe_pattern(uploaded.played));
+  keep(uploaded.played, options.output);
+  return 0;
+}
+
+}  // namespace
+
+void add_upload(CLI::App& app, Action& action) {
+  CLI::App* command =
+      app.add_subcommand("upload", "Have the waveform generator play the configured pattern");
+  const auto options = std::make_shared<UploadCommand>();
+  command->add_option("--config,-c", options->config, "Configuration file: pattern, awg")
+      ->required();
+  command->add_option("--output,-o", options->output,
+                      "Pattern file to write: the pattern as it is played");
+  command->add_flag("--force", options->force, "Write over an existing file");
+  command->add_flag("--dry-run", options->dry_run, "Say what would be played; connect to nothing");
+  command->add_flag("--stop", options->stop, "End play and switch the output off instead");
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return run_upload(*options); }; });
+}
+
+}  // namespace splid

@@ -1,0 +1,249 @@
+#include "drivers/awg/waveform_plan.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "protocol/error.hpp"
+#include "protocol/json_writer.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ps_per_s = 1e12;
+constexpr double ps_per_ns = 1e3;
+
+// Design note: more periods in memory can bring pulses nearer to their times, but they are within
+// 8 ps at 60 GSa/s anyway; up to an M8195A's internal memory that costs no time worth speaking of.
+constexpr std::int64_t max_samples_of_copies = 262'144;
+
+[[noreturn]] void refuse(const AwgModel& model, const std::string& what) {
+  throw Error(Fault::data, std::string("awg ") + model.name + ": " + what);
+}
+
+std::string ns_text(double time_ps) {
+  // Three decimals of a nanosecond, none that are zero.
+  return number_text(std::round(time_ps) / ps_per_ns) + " ns";
+}
+
+// Of all pulses in one pattern period, ascending.
+std::vector<double> all_pulse_times_ps(const Pattern& pattern) {
+  std::vector<double> times_ps;
+  times_ps.reserve(pulses_per_period(pattern));
+  double begin_ps = 0;
+  for (const PatternSegment& segment : pattern.segments) {
+    const std::int64_t repeats = pattern.segments.size() == 1 ? 1 : segment.repeats;
+    for (std::int64_t i = 0; i < repeats; ++i, begin_ps += segment.period_ps) {
+      for (const double time_ps : segment.pulse_times_ps) times_ps.push_back(begin_ps + time_ps);
+    }
+  }
+  return times_ps;
+}
+
+void check_spacing(const std::vector<double>& times_ps, double period_ps, const AwgModel& model,
+                   const AwgOptions& options) {
+  // A thousandth of a picosecond for times that doubles cannot hold exactly.
+  const double least_ps = options.min_spacing_ns * ps_per_ns - 1e-3;
+  for (std::size_t i = 0; i < times_ps.size(); ++i) {
+    const bool is_last = i + 1 == times_ps.size();
+    const double next_ps = is_last ? times_ps.front() + period_ps : times_ps[i + 1];
+    if (next_ps - times_ps[i] >= least_ps) continue;
+    refuse(model, "pulse " + std::to_string(i) + " at " + ns_text(times_ps[i]) + " and pulse " +
+                      (is_last ? "0 of the next period" : std::to_string(i + 1)) + " at " +
+                      ns_text(next_ps) + " are " + ns_text(next_ps - times_ps[i]) +
+                      " apart; awg.min_spacing_ns is " + number_text(options.min_spacing_ns));
+  }
+}
+
+// The lowest rate worth playing: a pulse has at least two samples, so that its width is within a
+// quarter of what was asked for.
+double lowest_rate_hz(const AwgModel& model, const AwgOptions& options) {
+  constexpr double min_pulse_samples = 2;
+  const double needed_hz = min_pulse_samples / (options.pulse_width_ns * 1e-9);
+  if (needed_hz > model.max_rate_hz) {
+    refuse(model, "a pulse of " + number_text(options.pulse_width_ns) +
+                      " ns is under two samples; the shortest is " +
+                      number_text(min_pulse_samples / model.max_rate_hz * 1e9) + " ns");
+  }
+  return std::max(model.min_rate_hz, needed_hz);
+}
+
+// The repeats of each segment cut alike until the whole is within longest_ps; empty: not even one
+// of each is.
+std::string fitting_repeats(const Pattern& pattern, double longest_ps) {
+  const double part = longest_ps / pattern_period_ps(pattern);
+  std::string text;
+  double total_ps = 0;
+  for (const PatternSegment& segment : pattern.segments) {
+    const double repeats = std::max(1.0, std::floor(static_cast<double>(segment.repeats) * part));
+    total_ps += repeats * segment.period_ps;
+    text += (text.empty() ? "" : ", ") + number_text(repeats);
+  }
+  return total_ps <= longest_ps ? text : "";
+}
+
+void check_memory(const Pattern& pattern, double lowest_hz, const AwgModel& model) {
+  const double period_ps = pattern_period_ps(pattern);
+  const double longest_ps = static_cast<double>(model.max_samples) / lowest_hz * ps_per_s;
+  if (period_ps <= longest_ps) return;
+  std::string nearest = "the longest that fits is " + ns_text(std::floor(longest_ps));
+  if (pattern.segments.size() > 1) {
+    const std::string repeats = fitting_repeats(pattern, longest_ps);
+    nearest +=
+        repeats.empty() ? "; not even one of each segment does" : ", as with repeats " + repeats;
+  }
+  refuse(model, "a pattern of " + ns_text(period_ps) + " is " +
+                    number_text(std::ceil(period_ps / ps_per_s * lowest_hz)) +
+                    " samples at the lowest rate, and the memory holds " +
+                    std::to_string(model.max_samples) + "; " + nearest);
+}
+
+// Of the pulse that lies worst, ps; given up at the first that is not better than `best_ps`.
+double worst_deviation_ps(const std::vector<double>& times_ps, double sample_ps, double best_ps) {
+  double worst_ps = 0;
+  for (const double time_ps : times_ps) {
+    const double off_ps = std::abs(std::round(time_ps / sample_ps) * sample_ps - time_ps);
+    worst_ps = std::max(worst_ps, off_ps);
+    if (worst_ps >= best_ps) break;
+  }
+  return worst_ps;
+}
+
+struct Grid {
+  std::int64_t samples_per_period = 0;  // 0: none found
+  std::int64_t periods = 0;
+  double max_deviation_ps = std::numeric_limits<double>::infinity();
+};
+
+// Tries every period length at which `copies` of it are whole granules, the highest rate first.
+void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double period_ps,
+                double lowest_hz, const AwgModel& model, Grid& best) {
+  // Deviations less different than this are the same but for rounding.
+  constexpr double same_ps = 1e-3;
+  const std::int64_t step = model.granule_samples / copies;
+  const std::int64_t most = copies == 1 ? model.max_samples : max_samples_of_copies / copies;
+  const auto highest = static_cast<std::int64_t>(
+      std::min(std::floor(period_ps / ps_per_s * model.max_rate_hz), static_cast<double>(most)));
+  const double lowest = period_ps / ps_per_s * lowest_hz;
+  for (std::int64_t samples = highest / step * step;
+       samples > 0 && static_cast<double>(samples) >= lowest && best.max_deviation_ps > same_ps;
+       samples -= step) {
+    // Enough of them to reach the shortest waveform.
+    const std::int64_t least = model.min_samples;
+    const std::int64_t groups =
+        std::max<std::int64_t>(1, (least + samples * copies - 1) / (samples * copies));
+    const double off_ps = worst_deviation_ps(times_ps, period_ps / static_cast<double>(samples),
+                                             best.max_deviation_ps - same_ps);
+    if (off_ps >= best.max_deviation_ps - same_ps) continue;
+    best = {samples, copies * groups, off_ps};
+  }
+}
+
+Grid find_grid(const std::vector<double>& times_ps, double period_ps, double lowest_hz,
+               const AwgModel& model) {
+  Grid best;
+  for (std::int64_t copies = 1; copies <= model.granule_samples; ++copies) {
+    if (model.granule_samples % copies != 0) continue;
+    try_copies(copies, times_ps, period_ps, lowest_hz, model, best);
+  }
+  if (best.samples_per_period == 0) {
+    refuse(model, "no rate from " + number_text(lowest_hz) + " to " +
+                      number_text(model.max_rate_hz) + " Sa/s makes " + ns_text(period_ps) +
+                      " a whole number of " + std::to_string(model.granule_samples) +
+                      " samples; change the period by a thousandth");
+  }
+  return best;
+}
+
+std::int64_t whole_samples(double time_ns, double rate_hz) {
+  return std::max<std::int64_t>(1, std::llround(time_ns * 1e-9 * rate_hz));
+}
+
+void check_marker(const WaveformPlan& plan, const AwgModel& model) {
+  if (plan.samples_per_period - plan.marker_samples >= model.marker_gap_samples) return;
+  const auto most = static_cast<double>(plan.samples_per_period - model.marker_gap_samples);
+  refuse(model, "the marker leaves less than " + std::to_string(model.marker_gap_samples) +
+                    " samples to the next; awg.marker_width_ns must be at most " +
+                    number_text(std::floor(std::max(0.0, most) / plan.rate_hz * 1e12) / 1e3));
+}
+
+void check_width(const WaveformPlan& plan, const AwgModel& model, const AwgOptions& options) {
+  for (std::size_t i = 0; i < plan.pulse_starts.size(); ++i) {
+    const bool is_last = i + 1 == plan.pulse_starts.size();
+    const std::int64_t next =
+        is_last ? plan.pulse_starts.front() + plan.samples_per_period : plan.pulse_starts[i + 1];
+    if (next - plan.pulse_starts[i] > plan.pulse_samples) continue;
+    refuse(model, "pulse " + std::to_string(i) + " of " + number_text(options.pulse_width_ns) +
+                      " ns reaches the next; awg.pulse_width_ns must be below " +
+                      ns_text(static_cast<double>(next - plan.pulse_starts[i] - 1) / plan.rate_hz *
+                              ps_per_s));
+  }
+}
+
+}  // namespace
+
+WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
+                           const AwgOptions& options) {
+  const double period_ps = pattern_period_ps(pattern);
+  const double lowest_hz = lowest_rate_hz(model, options);
+  check_memory(pattern, lowest_hz, model);
+  const std::vector<double> times_ps = all_pulse_times_ps(pattern);
+  check_spacing(times_ps, period_ps, model, options);
+  const Grid grid = find_grid(times_ps, period_ps, lowest_hz, model);
+  WaveformPlan plan;
+  plan.samples_per_period = grid.samples_per_period;
+  plan.periods = grid.periods;
+  plan.max_deviation_ps = grid.max_deviation_ps;
+  plan.rate_hz = static_cast<double>(grid.samples_per_period) / period_ps * ps_per_s;
+  const double sample_ps = period_ps / static_cast<double>(grid.samples_per_period);
+  for (const double time_ps : times_ps) {
+    // A pulse nearest to the period's end is one of the next period's start.
+    plan.pulse_starts.push_back(std::llround(time_ps / sample_ps) % grid.samples_per_period);
+  }
+  std::sort(plan.pulse_starts.begin(), plan.pulse_starts.end());
+  plan.pulse_samples = whole_samples(options.pulse_width_ns, plan.rate_hz);
+  plan.marker_samples = whole_samples(options.marker_width_ns, plan.rate_hz);
+  check_width(plan, model, options);
+  check_marker(plan, model);
+  return plan;
+}
+
+std::string describe(const WaveformPlan& plan) {
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "%lld samples at %.9g GSa/s, %lld a period; pulses %.4g ns wide, at most %.3g ps "
+                "from their times",
+                static_cast<long long>(plan.samples()), plan.rate_hz / 1e9,
+                static_cast<long long>(plan.samples_per_period),
+                static_cast<double>(plan.pulse_samples) / plan.rate_hz * 1e9,
+                plan.max_deviation_ps);
+  return text.data();
+}
+
+Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double rate_hz) {
+  Pattern played = pattern;
+  played.calibrated_period_ps.reset();
+  const double stretch = plan.rate_hz / rate_hz;
+  played.unambiguous_delay_ps *= stretch;
+  for (double& period_ps : played.subperiods_ps) period_ps *= stretch;
+  for (PatternSegment& segment : played.segments) {
+    segment.period_ps *= stretch;
+    for (double& time_ps : segment.pulse_times_ps) time_ps *= stretch;
+  }
+  if (played.segments.size() > 1) return played;
+  PatternSegment& segment = played.segments.front();
+  const double sample_ps = segment.period_ps / static_cast<double>(plan.samples_per_period);
+  for (std::size_t i = 0; i < segment.pulse_times_ps.size(); ++i) {
+    segment.pulse_times_ps[i] = static_cast<double>(plan.pulse_starts[i]) * sample_ps;
+  }
+  const double last_sample = pattern.segments.front().pulse_times_ps.back() / sample_ps * stretch;
+  if (std::llround(last_sample) == plan.samples_per_period) {
+    // It became the next period's first.
+    std::rotate(segment.amplitudes.begin(), segment.amplitudes.end() - 1, segment.amplitudes.end());
+  }
+  return played;
+}
+
+}  // namespace splid
