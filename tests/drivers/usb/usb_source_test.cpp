@@ -1,0 +1,300 @@
+#include "drivers/usb/usb_source.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "drivers/usb/tags16_usb.hpp"
+#include "tests/support/stream_firmware.hpp"
+#include "tests/support/tags16_sender.hpp"
+#include "tests/support/usb_double.hpp"
+#include "tests/support/usb_run.hpp"
+
+// The engine against an emulated kernel device that sends tags16 blocks: streaming, and everything
+// that can happen to a device.
+
+namespace splid {
+namespace {
+
+using test::comes_true;
+
+// Photons are 10 us apart: where some are missing, a loss or a new clock is said in between.
+::testing::AssertionResult every_gap_is_said(const std::vector<Tag>& tags) {
+  std::int64_t last_ps = -1;
+  bool said = true;
+  for (const Tag& tag : tags) {
+    if (tag.kind == TagKind::photon) {
+      const std::int64_t gap_ps = tag.time_ps - last_ps;
+      if (!said && gap_ps != test::steady_gap_ps) {
+        return ::testing::AssertionFailure()
+               << "from " << last_ps << " to " << tag.time_ps << " ps without a word";
+      }
+      last_ps = tag.time_ps;
+      said = false;
+    } else if (tag.kind != TagKind::heartbeat) {
+      said = true;
+    }
+  }
+  return ::testing::AssertionSuccess();
+}
+
+std::size_t open_files() {
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}));
+}
+
+class UsbSourceOnDouble : public ::testing::Test {
+ protected:
+  static Tags16UsbOptions options() {
+    Tags16UsbOptions chosen;
+    chosen.usb_id = "1209:5a1d";
+    chosen.usb.transfers = 8;
+    chosen.usb.transfer_kib = 64;
+    return chosen;
+  }
+
+  // More photons come than there are.
+  static bool goes_on(const test::SourceRun& run, std::size_t more = 1000) {
+    const std::size_t before = run.photons();
+    return comes_true([&] { return run.photons() > before + more; });
+  }
+
+  test::Tags16Sender sender{test::steady_records};
+  test::StreamFirmware firmware{[this](std::span<std::byte> room) { return sender(room); }};
+  test::UsbDouble device{{{0x1209, 0x5a1d}, "A-7"}, firmware};
+};
+
+TEST_F(UsbSourceOnDouble, StreamsWithoutAnyLoss) {
+  device.plug();
+  test::SourceRun run(options());
+  EXPECT_TRUE(goes_on(run, 5000));
+  EXPECT_EQ(device.transfers_in_flight(), 8U);
+  run.stop();
+  EXPECT_EQ(device.transfers_in_flight(), 0U);
+  EXPECT_EQ(run.count(TagKind::loss_begin), 0U);
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+  EXPECT_THAT(run.reports(), ::testing::ElementsAre(DeviceReport{DeviceState::connected, ""}));
+  EXPECT_GE(run.counter("splid_usb_bytes_total"), 5000 * 16U);
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+}
+
+TEST_F(UsbSourceOnDouble, WaitsForADeviceWithTheSerialAskedFor) {
+  device.plug();
+  Tags16UsbOptions other = options();
+  other.usb.serial = "A-8";
+  test::SourceRun none(other);
+  EXPECT_TRUE(comes_true([&] { return none.said(DeviceState::no_device, "with serial A-8"); }));
+  none.stop();
+  EXPECT_EQ(none.reports().size(), 1U);  // said once, however long it waits
+  Tags16UsbOptions right = options();
+  right.usb.serial = "A-7";
+  test::SourceRun run(right);
+  EXPECT_TRUE(goes_on(run));
+}
+
+TEST_F(UsbSourceOnDouble, StartsWhenTheDeviceIsPluggedIn) {
+  test::SourceRun run(options());
+  EXPECT_TRUE(comes_true(
+      [&] { return run.said(DeviceState::no_device, "no USB device 1209:5a1d is plugged in"); }));
+  device.plug();
+  EXPECT_TRUE(goes_on(run));
+}
+
+TEST_F(UsbSourceOnDouble, AnEndpointThatItDoesNotHaveIsAnError) {
+  device.plug();
+  Tags16UsbOptions wrong = options();
+  wrong.endpoint = "0x85";
+  test::SourceRun run(wrong);
+  ASSERT_TRUE(comes_true([&] { return run.error().has_value(); }));
+  EXPECT_EQ(run.error()->fault(), Fault::usage);
+  EXPECT_THAT(run.error()->what(), ::testing::HasSubstr("no bulk endpoint 0x85; it has 0x81"));
+}
+
+TEST_F(UsbSourceOnDouble, ShortAndEmptyTransfersAreNormal) {
+  device.plug();
+  firmware.set_most_bytes(100);  // in the midst of records
+  test::SourceRun run(options());
+  EXPECT_TRUE(goes_on(run));
+  firmware.fail(0, 5);
+  EXPECT_TRUE(goes_on(run));
+  run.stop();
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+  EXPECT_EQ(run.count(TagKind::loss_begin), 0U);
+}
+
+struct Failure {
+  const char* name;
+  int status;
+};
+
+class UsbTransferFails : public UsbSourceOnDouble, public ::testing::WithParamInterface<Failure> {};
+
+TEST_P(UsbTransferFails, IsALossAndSaidAndTheStreamGoesOn) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  sender.skip(3);
+  firmware.fail(GetParam().status);
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "tags were lost"); }));
+  run.stop();
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+  EXPECT_GE(
+      run.counter("splid_usb_transfers_total", std::string("status=\"") + GetParam().name + '"'),
+      1U);
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, UsbTransferFails,
+                         ::testing::Values(Failure{"overflow", -EOVERFLOW},
+                                           Failure{"error", -EPROTO}, Failure{"error", -ETIME},
+                                           Failure{"error", -EILSEQ}, Failure{"stall", -EPIPE}));
+
+TEST_F(UsbSourceOnDouble, AStallIsCleared) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.fail(-EPIPE);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "stalled and was"); }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(firmware.halts_cleared(), 1);
+  EXPECT_EQ(device.transfers_in_flight(), 8U);
+}
+
+TEST_F(UsbSourceOnDouble, OneThatKeepsFailingIsOpenedAnew) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.fail(-EPROTO, 100);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "in a row failed"); }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(run.reports().back().state, DeviceState::connected);
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 1U);
+  EXPECT_GE(run.count(TagKind::clock_break), 1U);
+}
+
+TEST_F(UsbSourceOnDouble, AGapInTheBlocksIsALoss) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  sender.skip(5);
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(goes_on(run));
+  run.stop();
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+}
+
+TEST_F(UsbSourceOnDouble, GarbageIsALossAndTheStreamIsFoundAgain) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  std::mt19937 random(5);
+  std::vector<std::byte> garbage(4999);
+  for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
+  firmware.send(garbage);
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(goes_on(run));
+  run.stop();
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+}
+
+TEST_F(UsbSourceOnDouble, SilenceIsSaidAndSoIsItsEnd) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.set_silent(true);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "sends nothing"); }));
+  firmware.set_silent(false);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "it sent nothing for"); }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+}
+
+TEST_F(UsbSourceOnDouble, OneThatStaysSilentIsOpenedAnew) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.set_silent(true);
+  EXPECT_TRUE(comes_true([&] { return run.counter("splid_usb_reopens_total") > 0; }));
+  firmware.set_silent(false);
+  EXPECT_TRUE(goes_on(run));
+}
+
+// Of a device that sends as fast as it is asked, 32 MiB wait; what comes then is dropped.
+TEST_F(UsbSourceOnDouble, WhatTheQueueCannotHoldIsALoss) {
+  sender.set_unpaced(true);
+  device.plug();
+  test::SourceRun run(options(), false);
+  ASSERT_TRUE(goes_on(run));
+  run.block(true);
+  const auto dropped = [&] { return run.counter("splid_usb_dropped_bytes_total"); };
+  EXPECT_TRUE(comes_true([&] { return dropped() > 0; }));
+  run.block(false);
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(goes_on(run));
+  run.stop();
+  EXPECT_EQ(run.count(TagKind::loss_begin), run.count(TagKind::loss_end));
+}
+
+TEST_F(UsbSourceOnDouble, UnpluggedAndPluggedInAgain) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.unplug();
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
+  EXPECT_EQ(run.count(TagKind::clock_break), 1U);
+  sender.restart();
+  device.plug();
+  EXPECT_TRUE(goes_on(run));
+  run.stop();
+  EXPECT_TRUE(every_gap_is_said(run.tags()));
+  EXPECT_EQ(run.reports().back(), (DeviceReport{DeviceState::connected, ""}));
+}
+
+TEST_F(UsbSourceOnDouble, TwoHundredTimesLeaveNothingBehind) {
+  test::SourceRun run(options(), false);
+  ASSERT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "plugged in"); }));
+  const std::size_t files = open_files();
+  for (int cycle = 0; cycle < 200; ++cycle) {
+    sender.restart();
+    device.plug();
+    const std::size_t before = run.photons();
+    ASSERT_TRUE(comes_true([&] { return run.photons() > before; })) << cycle;
+    device.unplug();
+    const auto breaks = static_cast<std::size_t>(cycle) + 1;
+    ASSERT_TRUE(comes_true([&] { return run.count(TagKind::clock_break) == breaks; })) << cycle;
+  }
+  EXPECT_TRUE(comes_true([&] { return open_files() <= files; })) << open_files() << " " << files;
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 199U);
+}
+
+TEST_F(UsbSourceOnDouble, TheKernelLosesItsRoomInMidStream) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.set_most_transfers(5);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "no more room"); }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(device.transfers_in_flight(), 4U);
+}
+
+TEST_F(UsbSourceOnDouble, TheKernelHasRoomForFewerTransfers) {
+  device.set_most_transfers(3);
+  device.plug();
+  test::SourceRun run(options());
+  EXPECT_TRUE(
+      comes_true([&] { return run.said(DeviceState::connected, "room for 2 of 8 transfers"); }));
+  EXPECT_TRUE(goes_on(run));
+}
+
+}  // namespace
+}  // namespace splid
