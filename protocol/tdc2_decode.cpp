@@ -71,7 +71,6 @@ Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
   const std::int64_t time_ps = to_ps(since_origin_);
   reached_ps_ = time_ps;
   if ((record & dummy_bit) != 0) {
-    ++dummies_;
     *out++ = heartbeat_tag(time_ps);
     return out;
   }

@@ -43,7 +43,6 @@ class Tdc2Decoder {
 
   // Time of the latest record; absent before the first.
   [[nodiscard]] std::optional<std::int64_t> reached_ps() const { return reached_ps_; }
-  [[nodiscard]] std::uint64_t dummies() const { return dummies_; }
   // Records left out since their time cannot be.
   [[nodiscard]] std::uint64_t strays() const { return strays_; }
 
@@ -58,7 +57,6 @@ class Tdc2Decoder {
   std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
   int strays_in_row_ = 0;
   std::uint64_t strays_ = 0;
-  std::uint64_t dummies_ = 0;
 };
 
 }  // namespace splid

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "drivers/tag_writer.hpp"
@@ -165,7 +167,12 @@ std::string Tdc2Instrument::tend(UsbDevice& device, TagSink& sink) {
   }
   if (now < next_poll_) return {};
   next_poll_ = now + between_polls;
-  return poll_status(device, sink);
+  const std::string told = poll_status(device, sink);
+  const std::uint64_t strays = decoder_.strays() + cut_records_;
+  const std::uint64_t more = strays - std::exchange(told_strays_, strays);
+  if (more == 0) return told;
+  return (told.empty() ? told : told + "; ") + std::to_string(more) +
+         " of its records are none that can be";
 }
 
 // Never ahead of a record that is still to come.
@@ -215,6 +222,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
   }
   // A transfer begins with a whole record, so the rest of one belongs to nothing.
   if (!bytes.empty() && decoder_.reached_ps()) {
+    ++cut_records_;
     put(Tag{*decoder_.reached_ps(), 1, TagKind::missed, {}}, sink);
   }
 }

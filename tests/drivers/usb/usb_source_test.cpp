@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "drivers/usb/tags16_usb.hpp"
+#include "tests/support/scene_records.hpp"
 #include "tests/support/stream_firmware.hpp"
 #include "tests/support/tags16_sender.hpp"
 #include "tests/support/usb_double.hpp"
@@ -188,6 +189,7 @@ TEST_F(UsbSourceOnDouble, AGapInTheBlocksIsALoss) {
   ASSERT_TRUE(goes_on(run));
   sender.skip(5);
   EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "5 blocks missing"); }));
   EXPECT_TRUE(goes_on(run));
   run.stop();
   EXPECT_TRUE(every_gap_is_said(run.tags()));
@@ -202,6 +204,7 @@ TEST_F(UsbSourceOnDouble, GarbageIsALossAndTheStreamIsFoundAgain) {
   for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
   firmware.send(garbage);
   EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) > 0; }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "to no block"); }));
   EXPECT_TRUE(goes_on(run));
   run.stop();
   EXPECT_TRUE(every_gap_is_said(run.tags()));
@@ -243,6 +246,27 @@ TEST_F(UsbSourceOnDouble, WhatTheQueueCannotHoldIsALoss) {
   EXPECT_TRUE(goes_on(run));
   run.stop();
   EXPECT_EQ(run.count(TagKind::loss_begin), run.count(TagKind::loss_end));
+}
+
+// 10 million tags of a scene, as fast as they go. bench/usb_rate measures how fast that is.
+TEST(UsbRate, TensOfMillionsOfTagsComeThroughWithoutALoss) {
+  test::SceneLoop scene({test::paper_pattern(), test::bright_scene()}, 20, 24);
+  test::StreamFirmware firmware([&](std::span<std::byte> room) { return scene(room); });
+  test::UsbDouble device({{0x1209, 0x5a1d}, "A-7"}, firmware);
+  Tags16UsbOptions options;
+  options.usb_id = "1209:5a1d";
+  options.usb.transfers = 12;
+  options.usb.transfer_kib = 1024;
+  firmware.set_silent(true);  // what comes before the start is thrown away
+  device.plug();
+  test::SourceRun run(options, false);
+  ASSERT_TRUE(comes_true([&] { return !run.reports().empty(); }));
+  firmware.set_silent(false);
+  EXPECT_TRUE(comes_true([&] { return run.photons() == scene.tags(); })) << run.photons();
+  run.stop();
+  EXPECT_GT(scene.tags(), 9'000'000U);
+  EXPECT_EQ(run.count(TagKind::loss_begin), 0U);
+  EXPECT_EQ(run.counter("splid_usb_dropped_bytes_total"), 0U);
 }
 
 TEST_F(UsbSourceOnDouble, UnpluggedAndPluggedInAgain) {

@@ -1,0 +1,212 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "daemon/subscriber.hpp"
+#include "protocol/messages.hpp"
+#include "protocol/pattern_json.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/scene_records.hpp"
+#include "tests/support/stream_firmware.hpp"
+#include "tests/support/tags16_sender.hpp"
+#include "tests/support/temp_folder.hpp"
+#include "tests/support/usb_double.hpp"
+
+// The built program, unmodified and in a process of its own, from an emulated USB device in to
+// ZeroMQ out. Times until it says what happened are printed, not asserted.
+
+namespace splid {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::steady_clock;
+using ::testing::HasSubstr;
+
+constexpr const char* pattern_file = SPLID_SOURCE_DIR "/config/patterns/interleaved-180-189.json";
+
+SimulatorOptions scene_options() {
+  SimulatorOptions options;
+  options.target.distance_m = 284.5;
+  return options;
+}
+
+class UsbDaemon : public ::testing::Test {
+ protected:
+  UsbDaemon() {
+    setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
+    // The preloaded library comes before a sanitizer's, which that does not like but bears.
+    setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 1);
+    daemon = std::make_unique<test::Program>(
+        std::vector<std::string>{"run", "--config", write_config()});
+    unsetenv("LD_PRELOAD");
+    unsetenv("ASAN_OPTIONS");
+  }
+
+  ~UsbDaemon() override {
+    daemon->signal(SIGTERM);
+    const test::ProgramResult result = daemon->wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  }
+
+  [[nodiscard]] std::string write_config() const {
+    return folder.write("config.json",
+                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"tags16-usb",)"
+                        R"("usb_id":"1209:5a1d","transfers":8,"transfer_kib":64},)"
+                        R"("channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
+                        R"("pattern":{"file":")" +
+                            std::string(pattern_file) + R"("},"publish":{"endpoint":"ipc://)" +
+                            folder.path("socket") + R"("}})");
+  }
+
+  // The first message of that topic from now on that is meant.
+  std::optional<std::string> await(const std::string& topic,
+                                   const std::function<bool(const std::string&)>& meant) {
+    const auto began = steady_clock::now();
+    while (steady_clock::now() - began < 20s) {
+      const auto message = subscriber.receive(100ms);
+      if (message && message->topic == topic && meant(message->json)) {
+        waited = std::chrono::duration<double, std::milli>(steady_clock::now() - began);
+        return message->json;
+      }
+    }
+    ADD_FAILURE() << "no such " << topic << "; the program said: " << daemon->err();
+    return std::nullopt;
+  }
+
+  bool await_status(const std::string& state, const std::string& reason) {
+    const bool came = await(topic_status, [&](const std::string& json) {
+                        return json.find("\"device\":\"" + state + '"') != std::string::npos &&
+                               json.find(reason) != std::string::npos;
+                      }).has_value();
+    std::printf("status \"%s\" after %.1f ms\n", reason.c_str(), waited.count());
+    return came;
+  }
+
+  // A frame that measures the target, of that time or later.
+  std::optional<FrameMessage> await_frame(std::int64_t start_ps = 0) {
+    std::optional<FrameMessage> frame;
+    await(topic_frame, [&](const std::string& json) {
+      frame = frame_from_json(json);
+      return frame->status == FrameStatus::ok && frame->start_ps >= start_ps;
+    });
+    std::printf("a frame after %.1f ms, from %.1f ms of the device's time\n", waited.count(),
+                frame ? static_cast<double>(frame->start_ps) * 1e-9 : 0.0);
+    if (frame && frame->distance_m) {
+      EXPECT_NEAR(*frame->distance_m, 284.5, 0.5);
+    }
+    return frame;
+  }
+
+  // Everything that was published before is passed over.
+  void forget() {
+    while (subscriber.receive(0ms)) {
+    }
+  }
+
+  void plug_in_and_measure() {
+    device.plug();
+    ASSERT_TRUE(await_frame());
+    forget();
+  }
+
+  test::TempFolder folder;
+  test::Tags16Sender sender{test::SceneRecords(
+      pattern_from_json(test::file_text(pattern_file), pattern_file), scene_options())};
+  test::StreamFirmware firmware{[this](std::span<std::byte> room) { return sender(room); }};
+  test::UsbDouble device{{{0x1209, 0x5a1d}, "A-7"}, firmware};
+  Subscriber subscriber{"ipc://" + folder.path("socket"), {topic_frame, topic_status}};
+  std::unique_ptr<test::Program> daemon;
+  std::chrono::duration<double, std::milli> waited{0};
+};
+
+TEST_F(UsbDaemon, WaitsForTheDeviceAndMeasuresOnceItIsThere) {
+  EXPECT_TRUE(await_status("no_device", "no USB device 1209:5a1d is plugged in"));
+  plug_in_and_measure();
+  EXPECT_TRUE(await_status("connected", "\"state\":\"streaming\""));
+}
+
+// Three times: the status says so, and frames come of the new clock's first tenth of a second.
+TEST_F(UsbDaemon, UnpluggedAndPluggedInAgain) {
+  plug_in_and_measure();
+  for (int i = 0; i < 3; ++i) {
+    device.unplug();
+    EXPECT_TRUE(await_status("no_device", "it was unplugged"));
+    sender.restart();
+    device.plug();
+    const auto frame = await_frame();
+    ASSERT_TRUE(frame);
+    EXPECT_LT(frame->start_ps, 2'000'000'000'000);
+    forget();
+  }
+}
+
+TEST_F(UsbDaemon, ASilentDeviceIsSaidAndSoIsItsReturn) {
+  plug_in_and_measure();
+  firmware.set_silent(true);
+  EXPECT_TRUE(await_status("failing", "sends nothing"));
+  firmware.set_silent(false);
+  EXPECT_TRUE(await_status("connected", "it sent nothing for"));
+  EXPECT_TRUE(await_frame());
+}
+
+TEST_F(UsbDaemon, AStallIsClearedAndSaid) {
+  plug_in_and_measure();
+  sender.skip(3);
+  firmware.fail(-EPIPE);
+  EXPECT_TRUE(await_status("connected", "stalled and was cleared"));
+  EXPECT_TRUE(await_frame());
+}
+
+TEST_F(UsbDaemon, AFailedTransferIsALossInItsFrame) {
+  plug_in_and_measure();
+  sender.skip(3);
+  firmware.fail(-EPROTO);
+  // 3 of 50 ms or of two frames; the frame still measures.
+  EXPECT_TRUE(await(topic_frame, [](const std::string& json) {
+    const FrameMessage frame = frame_from_json(json);
+    return frame.seen_fraction && *frame.seen_fraction < 0.999 && frame.valid();
+  }));
+}
+
+TEST_F(UsbDaemon, GarbageInPlaceOfBlocksIsALossAndFramesGoOn) {
+  plug_in_and_measure();
+  std::mt19937 random(5);
+  std::vector<std::byte> garbage(5003);
+  for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
+  sender.skip(3);
+  firmware.send(garbage);
+  EXPECT_TRUE(await(topic_frame, [](const std::string& json) {
+    return frame_from_json(json).seen_fraction.value_or(1) < 1;
+  }));
+  firmware.send(garbage);
+  EXPECT_TRUE(await_status("connected", "bytes that belong to no block"));
+  EXPECT_TRUE(await_frame());
+}
+
+TEST_F(UsbDaemon, DevicesListsIt) {
+  device.plug();
+  setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
+  setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 1);
+  const test::ProgramResult all = test::run_program({"devices", "--all"});
+  const test::ProgramResult known = test::run_program({"devices"});
+  unsetenv("LD_PRELOAD");
+  unsetenv("ASAN_OPTIONS");
+  EXPECT_EQ(all.exit_code, 0) << all.err;
+  EXPECT_THAT(all.out, HasSubstr("001:002 1209:5a1d  480 Mbit/s    -       A-7"));
+  EXPECT_EQ(known.exit_code, 0) << known.err;
+  EXPECT_EQ(known.out, "");
+  EXPECT_THAT(known.err, HasSubstr("no USB device that splid knows is plugged in"));
+}
+
+}  // namespace
+}  // namespace splid
