@@ -280,7 +280,8 @@ StreamHealth Pipeline::Stages::health() {
 // A stage that hangs, or a source that does, is neither: tags then wait in the ring, or nobody
 // touches it.
 bool Pipeline::Stages::is_alive() {
-  constexpr std::int64_t source_patience_ns = 1'000'000'000;
+  // Connecting to a bridge that does not answer takes a second.
+  constexpr std::int64_t source_patience_ns = 3'000'000'000;
   constexpr double least_frame_patience_ms = 2000;
   const std::int64_t now_ns = clock.steady_ns();
   if (liveness.frame_ns == 0) liveness.frame_ns = liveness.touch_ns = now_ns;

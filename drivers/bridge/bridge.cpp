@@ -24,9 +24,13 @@ constexpr std::size_t buffer_bytes = 1 << 18;
 
 const bool registered = register_source("bridge", std::make_unique<BridgeOptions>);
 
-void sleep(milliseconds time, const std::stop_token& stop) {
+void sleep(milliseconds time, TagSink& sink, const std::stop_token& stop) {
   const auto until = steady_clock::now() + time;
-  while (!stop.stop_requested() && steady_clock::now() < until) std::this_thread::sleep_for(slice);
+  do {
+    sink.publish(0);
+    if (steady_clock::now() >= until) return;
+    std::this_thread::sleep_for(slice);
+  } while (!stop.stop_requested());
 }
 
 }  // namespace
@@ -59,14 +63,14 @@ void BridgeSource::run(TagSink& sink, std::stop_token stop) {
     if (socket_.is_open()) {
       read(sink);
     } else {
-      connect(stop);
+      connect(sink, stop);
     }
   }
   socket_.close();
 }
 
-void BridgeSource::connect(const std::stop_token& stop) {
-  sleep(pause_, stop);
+void BridgeSource::connect(TagSink& sink, const std::stop_token& stop) {
+  sleep(pause_, sink, stop);
   pause_ = std::clamp(2 * pause_, shortest_pause, longest_pause);
   if (!socket_.connect(stop)) {
     if (!stop.stop_requested()) report(DeviceState::no_device, socket_.failure());
@@ -81,6 +85,8 @@ void BridgeSource::read(TagSink& sink) {
   if (bytes > 0) {
     heard_ = steady_clock::now();
     stream_.feed(std::span(buffer_).first(bytes), sink);
+  } else {
+    sink.publish(0);
   }
   if (socket_.is_open()) watch_blocks();
   if (socket_.is_open()) return;

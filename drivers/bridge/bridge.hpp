@@ -48,7 +48,7 @@ class BridgeSource : public TagSource {
  private:
   using SteadyTime = std::chrono::steady_clock::time_point;
 
-  void connect(const std::stop_token& stop);
+  void connect(TagSink& sink, const std::stop_token& stop);
   void read(TagSink& sink);
   void watch_blocks();
   void report(DeviceState state, const std::string& reason);

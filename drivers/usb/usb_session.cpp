@@ -91,7 +91,9 @@ void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
     report_failures();
     recover();
     watch_silence();
-    if (!any) wake_.wait_for(idle);
+    if (any) continue;
+    sink.publish(0);
+    wake_.wait_for(idle);
   }
 }
 

@@ -59,6 +59,7 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
       if (!error.device_is_gone()) pause = between_tries;
     }
     for (; pause.count() > 0 && !stop.stop_requested(); pause -= between_looks) {
+      sink.publish(0);
       wake_.wait_for(between_looks);
     }
   }
