@@ -1,24 +1,54 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "config/config.hpp"
 #include "drivers/source.hpp"
+#include "estimator/calibration.hpp"
+#include "estimator/phase_fold.hpp"
+#include "estimator/rest_check.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
 
-// The pattern that a recording of a static target shows: the period from the syncs, the pulses from
-// the photons folded on it. Its times hold the target's own delay, so distances measured with it
-// are relative to that target.
+struct CalibrationPlan {
+  std::string recording;             // its name
+  CalibrationGoal goal;              // the time is also the most that the target may have moved
+  std::optional<double> distance_m;  // that the target is at: what `run` is to read for it
+};
+
+struct PatternCalibration {
+  Pattern pattern;  // to be written
+  Calibration calibration;
+  RestReport rest;
+  PhaseFold fold;
+};
+
+// A source of the same tags each time.
+using OpenRecording = std::function<std::unique_ptr<TagSource>()>;
+// Called once a frame: what is done, and how many seconds of the recording are through.
+using CalibrationProgress = std::function<void(const char* doing, double seconds)>;
+
+// The pattern that a recording of a static target shows: the period from the syncs, pulse times,
+// amplitudes and shape from the photons folded on it. The recording is read twice: to be folded,
+// and to see frame by frame whether the target was at rest.
 //
-// The configured pattern gives the nominal period; mode and range are kept where the recording has
-// as many pulses, otherwise the pattern is baseline (one pulse) or random (several).
+// Its times hold the target's own delay, so distances measured with it are relative to that target
+// unless its distance is given. The configured pattern gives the nominal period; mode and range are
+// kept where the recording has as many pulses, otherwise the pattern is baseline (one pulse) or
+// random (several). The configured pulse width (pulse.sigma_ps) need hold within a factor of two.
 //
-// Threads: the caller's. Errors: the source's; Error(Fault::data) where the syncs do not fit the
-// nominal period or no pulse stands out, saying what was seen.
-Pattern calibrate_pattern(const Config& config, TagSource& source, const std::string& recording,
-                          const std::stop_token& stop);
+// Threads: the caller's. Errors: the source's; Error(Fault::usage) for a pattern of several
+// segments and after a stop request; Error(Fault::data) where the syncs do not fit the nominal
+// period, no pulse stands out, the target moved (with its velocity) or the photons are too few
+// (with how many it needs), saying what was seen.
+PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
+                                     const CalibrationPlan& plan,
+                                     const CalibrationProgress& progress,
+                                     const std::stop_token& stop);
 
 }  // namespace splid

@@ -45,4 +45,11 @@ void check_may_write(const std::string& file, bool force) {
   throw Error(Fault::usage, file + ": exists; --force writes over it");
 }
 
+void check_folder_of(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  if (folder.empty() || std::filesystem::is_directory(folder)) return;
+  throw Error(Fault::device, file + ": there is no folder " + folder.string() +
+                                 "; make it, or name a file in another");
+}
+
 }  // namespace splid

@@ -20,4 +20,8 @@ void write_file(const std::string& file, const std::string& text);
 // --force.
 void check_may_write(const std::string& file, bool force);
 
+// Before minutes of work whose result would have nowhere to go. Nothing for an empty name.
+// Errors: Error(Fault::device) where the file's folder does not exist.
+void check_folder_of(const std::string& file);
+
 }  // namespace splid

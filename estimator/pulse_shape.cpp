@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/quadratic_spline.hpp"
 #include "estimator/units.hpp"
 
 namespace splid {
@@ -102,7 +103,8 @@ class Tabulated final : public PulseShape {
     const double right = coefficients_[k + 1];
     const double l = 0.5 - t;
     const double r = 0.5 + t;
-    return {0.5 * l * l * left + (0.75 - t * t) * mid + 0.5 * r * r * right,
+    const SplineWeights weights(t);
+    return {weights.before * left + weights.at * mid + weights.after * right,
             (r * right - l * left - 2 * t * mid) / step_ns_,
             (left - 2 * mid + right) / (step_ns_ * step_ns_)};
   }

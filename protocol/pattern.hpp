@@ -23,14 +23,30 @@ struct PatternSegment {
   friend bool operator==(const PatternSegment&, const PatternSegment&) = default;
 };
 
-// A measured pulse shape: h at evenly spaced offsets from the pulse time, linear between them, zero
-// outside. Normalised by its user.
+// A measured pulse shape: h at evenly spaced offsets from the pulse time, smooth between them (a
+// quadratic B-spline of which these are the coefficients: see make_tabulated), zero outside. Normalised by its user.
 struct TabulatedPulse {
   double first_ps = 0;          // offset of the first value from the pulse time
   double step_ps = 0;           // > 0
   std::vector<double> density;  // >= 0, any scale, at least two, not all zero
 
   friend bool operator==(const TabulatedPulse&, const TabulatedPulse&) = default;
+};
+
+// Where a calibrated pattern comes from, and how well it is known: standard deviations.
+struct CalibrationFacts {
+  std::string recording;                   // file
+  double seconds = 0;                      // of it that were used
+  std::uint64_t photons = 0;               // in it
+  double signal_photons = 0;               // of which so many from the pulses
+  double std_period_ps = 0;                // of calibrated_period_ps
+  std::vector<double> std_pulse_times_ps;  // one a pulse, of the only segment
+  std::vector<double> std_amplitudes;      // likewise
+  std::vector<double> std_density;         // one a value of the pulse's table
+  std::optional<double> distance_m;  // of the target, where it was given; absent: distances are
+                                     // relative to it
+
+  friend bool operator==(const CalibrationFacts&, const CalibrationFacts&) = default;
 };
 
 // What the waveform generator plays: the pulse times and amplitudes of one pattern period, which it
@@ -42,6 +58,7 @@ struct Pattern {
   std::vector<PatternSegment> segments;        // one; for MRR one a repetition period, run in turn
   std::optional<double> calibrated_period_ps;  // t_r,cal of [P] Eq. 20, in the tagger's clock
   std::optional<TabulatedPulse> pulse;         // calibrated shape
+  std::optional<CalibrationFacts> calibration;
 
   friend bool operator==(const Pattern&, const Pattern&) = default;
 };

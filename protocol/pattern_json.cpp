@@ -18,12 +18,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array<const char*, 8> pattern_keys = {
-    "schema",        "v",        "mode",  "unambiguous_delay_ps",
-    "subperiods_ps", "segments", "pulse", "calibrated_period_ps"};
+constexpr std::array<const char*, 9> pattern_keys = {
+    "schema",   "v",     "mode",        "unambiguous_delay_ps", "subperiods_ps",
+    "segments", "pulse", "calibration", "calibrated_period_ps"};
 constexpr std::array<const char*, 4> segment_keys = {"period_ps", "pulse_times_ps", "amplitudes",
                                                      "repeats"};
 constexpr std::array<const char*, 4> pulse_keys = {"shape", "first_ps", "step_ps", "density"};
+constexpr std::array<const char*, 9> calibration_keys = {
+    "recording",          "seconds",        "photons",     "signal_photons", "std_period_ps",
+    "std_pulse_times_ps", "std_amplitudes", "std_density", "distance_m"};
 constexpr std::array<const char*, 5> mode_keys = {"baseline", "ambiguous", "mrr", "random",
                                                   "interleaved"};
 
@@ -172,6 +175,24 @@ TabulatedPulse read_pulse(const Object& object) {
   return {object.number("first_ps"), object.number("step_ps"), object.numbers("density")};
 }
 
+CalibrationFacts read_calibration(const Object& object) {
+  CalibrationFacts facts;
+  facts.recording = object.text("recording");
+  facts.seconds = object.number("seconds");
+  const std::int64_t photons = object.integer("photons");
+  if (photons < 0) {
+    object.fail("/calibration/photons", std::to_string(photons) + "; it must be at least 0");
+  }
+  facts.photons = static_cast<std::uint64_t>(photons);
+  facts.signal_photons = object.number("signal_photons");
+  facts.std_period_ps = object.number("std_period_ps");
+  facts.std_pulse_times_ps = object.numbers("std_pulse_times_ps");
+  facts.std_amplitudes = object.numbers("std_amplitudes");
+  facts.std_density = object.numbers("std_density");
+  if (object.has("distance_m")) facts.distance_m = object.number("distance_m");
+  return facts;
+}
+
 std::string segment_json(const PatternSegment& segment) {
   return JsonWriter()
       .number("period_ps", segment.period_ps)
@@ -187,6 +208,20 @@ std::string pulse_json(const TabulatedPulse& pulse) {
       .number("first_ps", pulse.first_ps)
       .number("step_ps", pulse.step_ps)
       .raw("density", json_numbers(pulse.density))
+      .finish();
+}
+
+std::string calibration_json(const CalibrationFacts& facts) {
+  return JsonWriter()
+      .text("recording", facts.recording)
+      .number("seconds", facts.seconds)
+      .integer("photons", facts.photons)
+      .number("signal_photons", facts.signal_photons)
+      .number("std_period_ps", facts.std_period_ps)
+      .raw("std_pulse_times_ps", json_numbers(facts.std_pulse_times_ps))
+      .raw("std_amplitudes", json_numbers(facts.std_amplitudes))
+      .raw("std_density", json_numbers(facts.std_density))
+      .number("distance_m", facts.distance_m)
       .finish();
 }
 
@@ -228,6 +263,10 @@ Pattern pattern_from_json(const std::string& text, const std::string& file) {
   if (object.has("pulse")) {
     pattern.pulse = read_pulse(object.member(object.required("pulse"), "/pulse", pulse_keys));
   }
+  if (object.has("calibration")) {
+    pattern.calibration = read_calibration(
+        object.member(object.required("calibration"), "/calibration", calibration_keys));
+  }
   if (const auto fault = validate(pattern)) throw Error(Fault::data, file + ": " + *fault);
   return pattern;
 }
@@ -247,6 +286,7 @@ std::string to_json(const Pattern& pattern) {
   writer.raw("segments", "[" + segments + "]");
   writer.number("calibrated_period_ps", pattern.calibrated_period_ps);
   if (pattern.pulse) writer.raw("pulse", pulse_json(*pattern.pulse));
+  if (pattern.calibration) writer.raw("calibration", calibration_json(*pattern.calibration));
   return writer.finish();
 }
 

@@ -15,6 +15,9 @@ namespace splid {
 //   calibrated_period_ps number; only in a calibrated pattern
 //   pulse                {"shape":"tabulated","first_ps":n,"step_ps":n,"density":[n,...]}; only in
 //                        a calibrated pattern: see TabulatedPulse
+//   calibration          {recording, seconds, photons, signal_photons, std_period_ps,
+//                        std_pulse_times_ps, std_amplitudes, std_density, distance_m}; only in a
+//                        calibrated pattern, and there it may be left out: see CalibrationFacts
 // Numbers print with the fewest digits that read back as the same double, so that a pattern comes
 // back from its file bit for bit.
 

@@ -153,6 +153,34 @@ Finding check_calibrated_period(double calibrated_ps, double period_ps) {
                "it must be within 1 % of the pattern period, " + number_text(period_ps) + " ps");
 }
 
+Finding check_deviations(const std::string& key, const std::vector<double>& values,
+                         std::size_t count, const char* of_what) {
+  const std::string pointer = "/calibration/" + key;
+  if (values.size() != count) {
+    return fault(pointer, std::to_string(values.size()) + " values",
+                 std::string("there must be one a ") + of_what + ", " + std::to_string(count));
+  }
+  return std::all_of(values.begin(), values.end(),
+                     [](double value) { return std::isfinite(value) && value >= 0; })
+             ? std::nullopt
+             : fault(pointer, "a value negative or not finite", "all must be at least 0");
+}
+
+Finding check_calibration(const Pattern& pattern) {
+  const CalibrationFacts& facts = *pattern.calibration;
+  const std::size_t pulses = pattern.segments.front().pulse_times_ps.size();
+  if (auto found =
+          check_deviations("std_pulse_times_ps", facts.std_pulse_times_ps, pulses, "pulse")) {
+    return found;
+  }
+  if (auto found = check_deviations("std_amplitudes", facts.std_amplitudes, pulses, "pulse")) {
+    return found;
+  }
+  return check_deviations("std_density", facts.std_density,
+                          pattern.pulse ? pattern.pulse->density.size() : 0,
+                          "value of /pulse/density");
+}
+
 }  // namespace
 
 std::optional<std::string> validate(const Pattern& pattern) {
@@ -171,7 +199,10 @@ std::optional<std::string> validate(const Pattern& pattern) {
       return found;
     }
   }
-  return pattern.pulse ? check_pulse(*pattern.pulse) : std::nullopt;
+  if (pattern.pulse) {
+    if (auto found = check_pulse(*pattern.pulse)) return found;
+  }
+  return pattern.calibration ? check_calibration(pattern) : std::nullopt;
 }
 
 }  // namespace splid

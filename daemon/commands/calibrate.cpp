@@ -1,13 +1,19 @@
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/calibration_report.hpp"
+#include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/pattern_calibration.hpp"
+#include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/session.hpp"
 #include "daemon/stop_signals.hpp"
@@ -19,38 +25,74 @@ namespace splid {
 namespace {
 
 struct CalibrateCommand {
-  std::string recording;
+  CalibrationPlan plan;
   std::string config;
   std::string output;
+  std::string plot;
+  double amplitude_percent = 2;
   bool force = false;
 };
 
-void print_pulses(const Pattern& pattern) {
-  const PatternSegment& segment = pattern.segments.front();
-  std::printf("%5s  %14s  %9s\n", "pulse", "time ps", "amplitude");
-  for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-    std::printf("%5zu  %14.2f  %9.4f\n", p, segment.pulse_times_ps[p], segment.amplitudes[p]);
-  }
+void check_output(const CalibrateCommand& options) {
+  for (const std::string& file : {options.output, options.plot}) check_folder_of(file);
+  check_may_write(options.output, options.force);
 }
 
-int calibrate(const CalibrateCommand& options) {
+PatternCalibration calibrate_recording(const Config& config, const CalibrationPlan& plan,
+                                       const std::stop_token& stop) {
+  Progress progress(host_clock());
+  const auto show = [&](const char* doing, double seconds) {
+    if (progress.due()) progress.show(plan.recording + ": " + doing + format(", %.1f s", seconds));
+  };
+  return calibrate_pattern(
+      config, [&] { return open_source(config); }, plan, show, stop);
+}
+
+int calibrate(CalibrateCommand options) {
   const StopSignals signals;
+  options.plan.goal.std_amplitude = options.amplitude_percent / 100;
+  check_output(options);
   Config config = load_config(options.config);
   auto replay = std::make_unique<ReplayOptions>();
-  replay->recording = options.recording;
+  replay->recording = options.plan.recording;
   config.source = std::move(replay);
   config.source_driver = "replay";
-  check_may_write(options.output, options.force);
-  const std::unique_ptr<TagSource> source = open_source(config);
-  const Pattern pattern = calibrate_pattern(config, *source, options.recording, signals.token());
-  if (signals.token().stop_requested()) {
-    throw Error(Fault::usage, "stopped; " + options.output + " was not written");
+  const PatternCalibration calibrated = calibrate_recording(config, options.plan, signals.token());
+  write_file(options.output, to_json_file(calibrated.pattern));
+  if (!options.plot.empty()) {
+    const Chart chart = calibration_chart(calibrated, options.plan, config.pulse.sigma_ps);
+    write_file(options.plot, to_svg(chart));
+    spdlog::info("the plot is in {}", options.plot);
   }
-  write_file(options.output, to_json_file(pattern));
-  print_pulses(pattern);
-  std::fprintf(stderr, "%s: %s; calibrated period %.6f ps\n", options.output.c_str(),
-               describe_pattern(pattern).c_str(), *pattern.calibrated_period_ps);
+  std::fputs(calibration_table(calibrated.pattern).c_str(), stdout);
+  std::fputs(calibration_summary(calibrated, options.output).c_str(), stderr);
   return 0;
+}
+
+void add_options(CLI::App& command, CalibrateCommand& options) {
+  command.add_option("recording", options.plan.recording, "PTU file, T2 mode")->required();
+  command
+      .add_option("--config,-c", options.config,
+                  "Configuration: channels, nominal pattern, pulse width")
+      ->required();
+  command.add_option("--output,-o", options.output, "Pattern file to write")->required();
+  command.add_option(
+      "--distance-m", options.plan.distance_m,
+      "Where the target is: what is measured with the pattern then reads so (without "
+      "it, distances are relative to the target)");
+  command
+      .add_option("--time-ps", options.plan.goal.std_time_ps,
+                  "How well each pulse's time has to be known, one standard deviation, and how far "
+                  "the target may have moved")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option("--amplitude-percent", options.amplitude_percent,
+                  "How well each pulse's amplitude has to be known, in percent of the mean pulse")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command.add_option("--plot", options.plot, "SVG file to draw the pulse in");
+  command.add_flag("--force", options.force, "Write over an existing file");
 }
 
 }  // namespace
@@ -59,13 +101,7 @@ void add_calibrate(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Find a pattern's pulses in a static target's recording");
   const auto options = std::make_shared<CalibrateCommand>();
-  command->add_option("recording", options->recording, "PTU file, T2 mode")->required();
-  command
-      ->add_option("--config,-c", options->config,
-                   "Configuration: channels, nominal pattern, pulse width")
-      ->required();
-  command->add_option("--output,-o", options->output, "Pattern file to write")->required();
-  command->add_flag("--force", options->force, "Write over an existing file");
+  add_options(*command, *options);
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return calibrate(*options); }; });
 }

@@ -3,11 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,6 +16,7 @@
 #include "daemon/line_writer.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/progress.hpp"
+#include "daemon/read_file.hpp"
 #include "daemon/stop_signals.hpp"
 #include "daemon/tradeoff_choice.hpp"
 #include "daemon/tradeoff_report.hpp"
@@ -39,12 +36,6 @@ struct TradeoffCommand {
   std::string csv;
   std::string plot = "tradeoff.svg";
 };
-
-void write_text_file(const std::string& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text << std::flush;
-  if (!out) throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno));
-}
 
 // "exhaustive, frames of 50 ms: 17 of 201; 43 %, 12 s left".
 std::string progress_text(const std::string& doing, double done, double took_s) {
@@ -70,20 +61,12 @@ std::vector<TradeoffRow> measure(const Config& config, const FrameOrigin& origin
   return measure_tradeoff(config, origin, plan, thread_cpu_ms, events, stop);
 }
 
-// Before minutes of work whose plot would have nowhere to go.
-void check_folder_of(const std::string& file) {
-  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  if (folder.empty() || std::filesystem::is_directory(folder)) return;
-  throw Error(Fault::device, file + ": there is no folder " + folder.string() +
-                                 "; make it, or name a file in another");
-}
-
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
   if (!options.csv.empty()) {
-    write_text_file(options.csv, tradeoff_csv(report));
+    write_file(options.csv, tradeoff_csv(report));
     spdlog::info("the table is in {}", options.csv);
   }
-  write_text_file(options.plot, to_svg(tradeoff_chart(report)));
+  write_file(options.plot, to_svg(tradeoff_chart(report)));
   spdlog::info("the plot is in {}", options.plot);
 }
 

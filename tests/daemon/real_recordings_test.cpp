@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "protocol/messages.hpp"
+#include "protocol/pattern_json.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/real_recording.hpp"
 
@@ -26,13 +27,15 @@ class RealRecordings : public ::testing::Test {
     }
   }
 
+  // pulse: a member with a comma before it, or nothing.
   [[nodiscard]] std::string write_config(const std::string& name, const std::string& photon,
-                                         const std::string& pattern) const {
+                                         const std::string& pattern,
+                                         const std::string& pulse = "") const {
     return folder.write(name, R"({"schema":"splid.config","v":[1,0],"source":{"driver":"replay",)"
                               R"("recording":")" +
                                   recording + R"("},"channels":{"photon":)" + photon +
-                                  R"(},"pattern":{"file":")" + pattern +
-                                  R"("},"pipeline":{"ring_capacity_tags":8388608},)"
+                                  R"(},"pattern":{"file":")" + pattern + R"("})" + pulse +
+                                  R"(,"pipeline":{"ring_capacity_tags":8388608},)"
                                   R"("publish":{"endpoint":"ipc://)" +
                                   folder.path("socket") + R"("}})");
   }
@@ -50,12 +53,47 @@ class RealRecordings : public ::testing::Test {
   std::string recording;
 };
 
-// A pulsed source at rest: the pattern is found in one detector's photons, then every frame
+// Spread of the distances about their mean, and the mean published deviation.
+struct Spread {
+  double measured_mm = 0;
+  double published_mm = 0;
+};
+
+// Distances lie about 0, and so on either side of the range's end.
+Spread spread_of(const std::vector<FrameMessage>& frames, double range_m) {
+  Spread spread;
+  double mean_m = 0;
+  const auto count = static_cast<double>(frames.size());
+  const auto at_m = [&](const FrameMessage& frame) {
+    return std::remainder(*frame.distance_m, range_m);
+  };
+  for (const FrameMessage& frame : frames) {
+    mean_m += at_m(frame) / count;
+    spread.published_mm += *frame.std_distance_m * 1e3 / count;
+  }
+  for (const FrameMessage& frame : frames) {
+    spread.measured_mm += std::pow((at_m(frame) - mean_m) * 1e3, 2) / (count - 1);
+  }
+  spread.measured_mm = std::sqrt(spread.measured_mm);
+  return spread;
+}
+
+// Sharp before, a tail of some 150 ps after: five of those are seen.
+void expect_tailed(const Pattern& pattern) {
+  ASSERT_TRUE(pattern.pulse && pattern.calibration);
+  EXPECT_GT(pattern.pulse->first_ps, -300);
+  const auto steps = static_cast<double>(pattern.pulse->density.size());
+  EXPECT_GT(pattern.pulse->first_ps + steps * pattern.pulse->step_ps, 700);
+  for (const double std_ps : pattern.calibration->std_pulse_times_ps) EXPECT_LT(std_ps, 1);
+}
+
+// A pulsed source at rest: pattern and pulse are found in one detector's photons, then every frame
 // measures the period, the jitter and a velocity of zero (an independent fit: 0 to 2.6 cm/s, +- 1
-// to 2).
+// to 2) with a smaller spread than any gaussian gives.
 TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
+  constexpr double range_m = 12512.626e-12 * 299792458 / 2;
   folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
                                R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
                                R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
@@ -66,21 +104,37 @@ TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
                      write_config("nominal" + input, input, "nominal.json"), "--output", found});
     ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
     EXPECT_NE(calibrated.err.find("4 pulses"), std::string::npos) << calibrated.err;
+    EXPECT_NE(calibrated.err.find("target at rest"), std::string::npos) << calibrated.err;
+    expect_tailed(pattern_from_json(test::file_text(found), found));
 
-    const std::vector<FrameMessage> frames = replay(write_config("found" + input, input, found));
+    auto frames =
+        replay(write_config("found" + input, input, found, R"(,"pulse":{"shape":"tabulated"})"));
     ASSERT_EQ(frames.size(), 6U);
+    double drift_ppm = 0;
     for (std::size_t k = 0; k < frames.size(); ++k) {
       const FrameMessage& frame = frames[k];
       // The recording ends within the sixth frame.
       EXPECT_EQ(frame.status, k < 5 ? FrameStatus::ok : FrameStatus::incomplete);
       ASSERT_TRUE(frame.sync && frame.sync->period_ps && frame.sync->jitter_ps);
       EXPECT_NEAR(*frame.sync->period_ps, 12512.626, 0.005);
+      drift_ppm += *frame.sync->drift_ppm / 6;
       EXPECT_GE(*frame.sync->jitter_ps, 9);
       EXPECT_LE(*frame.sync->jitter_ps, 12);
-      ASSERT_TRUE(frame.velocity_mps && frame.std_velocity_mps && frame.delay_ns);
+      ASSERT_TRUE(frame.velocity_mps && frame.std_velocity_mps && frame.std_distance_m);
       EXPECT_LT(std::abs(*frame.velocity_mps), 3 * *frame.std_velocity_mps) << k;
-      EXPECT_LT(*frame.std_velocity_mps, 0.025);
-      EXPECT_NEAR(*frame.distance_m, *frames[0].distance_m, 0.0006) << k;  // 4 ps
+      EXPECT_LT(*frame.std_velocity_mps, 0.02);  // the sixth frame is short
+      EXPECT_NEAR(std::remainder(*frame.distance_m, range_m), 0, 0.0006) << k;  // 4 ps
+    }
+    EXPECT_LT(std::abs(drift_ppm), 1e-4);
+    frames.resize(5);
+    const Spread by_table = spread_of(frames, range_m);
+    for (const std::string sigma_ps : {"60", "80", "100", "130", "160"}) {
+      auto by_gaussian = replay(
+          write_config("gaussian", input, found, R"(,"pulse":{"sigma_ps":)" + sigma_ps + "}"));
+      by_gaussian.resize(5);
+      const Spread spread = spread_of(by_gaussian, range_m);
+      EXPECT_LT(by_table.measured_mm, spread.measured_mm) << sigma_ps;
+      EXPECT_LT(by_table.published_mm, spread.published_mm) << sigma_ps;
     }
   }
 }

@@ -20,7 +20,10 @@ const char* const calibrated =
     R"("subperiods_ps":[500,250],"segments":[{"period_ps":1000,)"
     R"("pulse_times_ps":[0,250.125,0.1e3,999.9999999999999],"amplitudes":[1,0.5,0,2],)"
     R"("repeats":0}],"calibrated_period_ps":1000.0000001,"pulse":{"shape":"tabulated",)"
-    R"("first_ps":-12.5,"step_ps":0.5,"density":[0,1,0.25]}})";
+    R"("first_ps":-12.5,"step_ps":0.5,"density":[0,1,0.25]},"calibration":{)"
+    R"("recording":"still.ptu","seconds":8.5,"photons":9007199254740993,"signal_photons":1000000,)"
+    R"("std_period_ps":1e-07,"std_pulse_times_ps":[0.5,0,1,2],"std_amplitudes":[0,0.01,0,0],)"
+    R"("std_density":[0,0.1,0.2],"distance_m":-1.5}})";
 
 std::string with(const std::string& from, const std::string& to) {
   std::string json = calibrated;
@@ -52,6 +55,9 @@ TEST(PatternJson, ReadsEveryMember) {
   expected.segments = {{1'000, {0, 100, 250.125, 999.9999999999999}, {1, 0.5, 0, 2}, 0}};
   expected.calibrated_period_ps = 1'000.0000001;
   expected.pulse = TabulatedPulse{-12.5, 0.5, {0, 1, 0.25}};
+  expected.calibration = {
+      "still.ptu",   8.5, 9'007'199'254'740'993, 1e6, 1e-7, {0.5, 0, 1, 2}, {0, 0.01, 0, 0},
+      {0, 0.1, 0.2}, -1.5};
   EXPECT_EQ(pattern, expected);
 }
 
@@ -103,6 +109,27 @@ TEST(PatternJson, UnknownMembersNameTheNearest) {
               HasSubstr("/pulse/densities: unknown member; did you mean density?"));
   EXPECT_THAT(error_of(with("\"interleaved\"", "\"interleave\"")),
               HasSubstr("/mode: interleave is no mode; did you mean interleaved?"));
+}
+
+TEST(PatternJson, CalibrationsDistanceMayBeLeftOut) {
+  const Pattern pattern = pattern_from_json(with(",\"distance_m\":-1.5", ""), "a.json");
+  EXPECT_FALSE(pattern.calibration->distance_m);
+  EXPECT_EQ(to_json(pattern), with(",\"distance_m\":-1.5", ""));
+}
+
+TEST(PatternJson, CalibrationsFaultsAreNamed) {
+  EXPECT_THAT(error_of(with("\"seconds\"", "\"second\"")),
+              HasSubstr("/calibration/second: unknown member; did you mean seconds?"));
+  EXPECT_THAT(error_of(with("9007199254740993", "-1")),
+              HasSubstr("/calibration/photons: -1; it must be at least 0"));
+  EXPECT_THAT(error_of(with("[0.5,0,1,2]", "[0.5,0,1]")),
+              HasSubstr("/calibration/std_pulse_times_ps: 3 values; there must be one a pulse, 4"));
+  EXPECT_THAT(
+      error_of(with("[0,0.01,0,0]", "[0,-0.01,0,0]")),
+      HasSubstr("/calibration/std_amplitudes: a value negative or not finite; all must be"));
+  EXPECT_THAT(error_of(with("[0,0.1,0.2]", "[]")),
+              HasSubstr("/calibration/std_density: 0 values; there must be one a value of "
+                        "/pulse/density, 3"));
 }
 
 TEST(PatternJson, OtherSchemasAndVersionsAreRefused) {
