@@ -124,9 +124,12 @@ void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double
   constexpr double same_ps = 1e-3;
   const std::int64_t step = model.granule_samples / copies;
   const std::int64_t most = copies == 1 ? model.max_samples : max_samples_of_copies / copies;
-  const auto highest = static_cast<std::int64_t>(
-      std::min(std::floor(period_ps / ps_per_s * model.max_rate_hz), static_cast<double>(most)));
-  const double lowest = period_ps / ps_per_s * lowest_hz;
+  // 30 ns at 8 GSa/s are 239.99999999999997 samples in doubles, and must be 240.
+  constexpr double slack = 1e-12;
+  const double longest = period_ps / ps_per_s * model.max_rate_hz * (1 + slack);
+  const auto highest =
+      static_cast<std::int64_t>(std::min(std::floor(longest), static_cast<double>(most)));
+  const double lowest = period_ps / ps_per_s * lowest_hz * (1 - slack);
   for (std::int64_t samples = highest / step * step;
        samples > 0 && static_cast<double>(samples) >= lowest && best.max_deviation_ps > same_ps;
        samples -= step) {
@@ -151,8 +154,7 @@ Grid find_grid(const std::vector<double>& times_ps, double period_ps, double low
   if (best.samples_per_period == 0) {
     refuse(model, "no rate from " + number_text(lowest_hz) + " to " +
                       number_text(model.max_rate_hz) + " Sa/s makes " + ns_text(period_ps) +
-                      " a whole number of " + std::to_string(model.granule_samples) +
-                      " samples; change the period by a thousandth");
+                      " a whole number of samples; a larger awg.pulse_width_ns allows lower rates");
   }
   return best;
 }
@@ -196,7 +198,8 @@ WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
   plan.samples_per_period = grid.samples_per_period;
   plan.periods = grid.periods;
   plan.max_deviation_ps = grid.max_deviation_ps;
-  plan.rate_hz = static_cast<double>(grid.samples_per_period) / period_ps * ps_per_s;
+  plan.rate_hz = std::clamp(static_cast<double>(grid.samples_per_period) / period_ps * ps_per_s,
+                            model.min_rate_hz, model.max_rate_hz);
   const double sample_ps = period_ps / static_cast<double>(grid.samples_per_period);
   for (const double time_ps : times_ps) {
     // A pulse nearest to the period's end is one of the next period's start.

@@ -95,6 +95,9 @@ TEST(AwgUpload, OtherModelsPlayTheSame) {
     options = options_for(m8190a);
     options.model = 2;
     check_played(mrr, m8190a, options);
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+      check_played(make_random({3'780'000, 40, 9'000, seed}), m8190a, options);
+    }
     const Uploaded uploaded =
         upload(options, make_interleaved(std::array{180e3, 189e3}), ignore, never);
     EXPECT_THAT(uploaded.instrument, HasSubstr("M8190A"));

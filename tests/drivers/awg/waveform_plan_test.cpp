@@ -153,6 +153,15 @@ TEST(WaveformPlan, NamesTheWidthsThatCanBePlayed) {
               HasSubstr("samples to the next; awg.marker_width_ns must be at most 8"));
 }
 
+TEST(WaveformPlan, NarrowPulsesMayLeaveNoRate) {
+  AwgOptions options;
+  options.pulse_width_ns = 0.25;  // two samples at 8 GSa/s, the only rate
+  options.marker_width_ns = 1;
+  EXPECT_EQ(plan_waveform(make_periodic(Mode::baseline, 30'000), m8190a, options).periods, 1);
+  EXPECT_THAT(refusal(make_periodic(Mode::baseline, 30'100), m8190a, options),
+              HasSubstr("to 8000000000 Sa/s makes 30.1 ns a whole number of samples; a larger"));
+}
+
 TEST(WaveformPlan, APulseAtThePeriodsEndIsOneOfTheNextStart) {
   Pattern pattern = make_periodic(Mode::baseline, 3'780'000);
   pattern.mode = Mode::random;
