@@ -85,6 +85,15 @@ TEST(RestCheck, ToAndFroIsWander) {
   }
 }
 
+// 2,400 signal photons a frame know it to 2 ps: no frame shows a slow sway of 1.7 ps, means of
+// several do.
+TEST(RestCheck, ASlowSwayShowsInMeans) {
+  const auto sway = [](double t) { return 1.7 * std::sin(2 * M_PI * 5 * t); };
+  const RestReport rest = report_of(watch(sway, 4));
+  EXPECT_TRUE(rest.wanders());
+  EXPECT_NEAR(rest.wander_ps, 1.2, 0.4);
+}
+
 TEST(RestCheck, TooFewFramesSayNothing) {
   auto watched = watch(still, 1);
   watched.resize(1);
