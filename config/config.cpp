@@ -74,9 +74,18 @@ std::optional<OptionFault> pulse_fault(const Config& config) {
                                    "write \"gaussian\""};
 }
 
+std::optional<OptionFault> encoder_channel_fault(const Config& config) {
+  const bool has_counts = !config.encoder.file.empty() || !config.encoder.address.empty();
+  if (!has_counts || !config.channels.encoder.empty()) return std::nullopt;
+  return OptionFault{"/encoder",
+                     "\"\" names no channel, but /encoder has counts to be joined to its tags"};
+}
+
 void check_all(const Config& config) {
   check(config.file, "/source", config.source->validate());
   check(config.file, "/channels", config.channels.validate());
+  check(config.file, "/encoder", config.encoder.validate());
+  check(config.file, "/channels", encoder_channel_fault(config));
   check(config.file, "/publish", config.publish.validate());
   check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));

@@ -6,6 +6,7 @@
 
 #include "config/daemon_options.hpp"
 #include "drivers/awg/awg_options.hpp"
+#include "drivers/encoder/encoder_options.hpp"
 #include "drivers/source.hpp"
 #include "estimator/options.hpp"
 #include "protocol/pattern.hpp"
@@ -20,6 +21,7 @@ struct Config {
   std::string pattern_file;  // resolved path
   Pattern pattern;           // read from pattern_file and valid
   ChannelOptions channels;
+  EncoderOptions encoder;
   PulseOptions pulse;
   FrameOptions frame;
   DriftOptions drift;

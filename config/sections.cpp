@@ -42,6 +42,8 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
   section(visitor, "channels", config.channels,
           "which inputs of the instrument mean what: sync, marker:1 to marker:15, or an input "
           "number as the instrument counts them; in a PTU the record's channel, from 0");
+  section(visitor, "encoder", config.encoder,
+          "an encoder on the target, to compare with; its sample clock is channels.encoder");
   visitor.require("pattern");
   const auto pattern = [&](OptionVisitor& members) {
     members.require("file");

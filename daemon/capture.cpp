@@ -4,10 +4,14 @@
 #include <bit>
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "daemon/device_clock.hpp"
+#include "daemon/encoder_feed.hpp"
+#include "daemon/encoder_log.hpp"
 #include "daemon/format.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/recorder.hpp"
@@ -24,12 +28,13 @@ constexpr std::size_t tags_at_once = 65'536;
 // A killed recorder may lose half a second; a little less leaves time for the write.
 constexpr std::int64_t flush_interval_ns = 400'000'000;
 
-PtuFacts facts_of(const Config& config, const SourceInfo& source) {
+PtuFacts facts_of(const Config& config, const SourceInfo& source, const std::string& encoder) {
   PtuFacts facts;
   facts.instrument = source.name;
   facts.release = SPLID_VERSION;
   facts.pattern_json = to_json(config.pattern);
   facts.config_json = config_to_json(config);
+  facts.encoder_file = encoder.substr(encoder.rfind('/') + 1);
   return facts;
 }
 
@@ -61,7 +66,11 @@ void show(Progress& progress, const Recorder& recorder, double stream_s, double 
 CaptureSummary capture(const Config& config, TagSource& source, const std::string& file,
                        bool overwrite, const Clock& clock, const std::stop_token& stop) {
   const SourceInfo info = source.info();
-  Recorder recorder(file, facts_of(config, info), DeviceClock(info, clock), overwrite);
+  std::unique_ptr<EncoderSource> counts = open_encoder(config);
+  Recorder recorder(file, facts_of(config, info, counts ? encoder_file_of(file) : ""),
+                    DeviceClock(info, clock), overwrite);
+  std::optional<EncoderLog> encoder;
+  if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));
   TagRing ring(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags)));
   SourceThread thread(source, ring, stop);
   Progress progress(clock);
@@ -73,16 +82,22 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
     const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
     extent.take(tags);
     recorder.write(tags);
+    if (encoder) encoder->write(tags);
     ring.consume(tags.size());
     const std::int64_t now_ns = clock.steady_ns();
     if (now_ns - flushed_ns > flush_interval_ns) {
       recorder.flush();
+      if (encoder) encoder->flush();
       flushed_ns = now_ns;
     }
     const double took_s = static_cast<double>(now_ns - begin_ns) / 1e9;
     if (progress.due()) show(progress, recorder, extent.seconds(), took_s);
   }
   recorder.close();
+  if (encoder) {
+    encoder->write({});  // what came meanwhile
+    encoder->flush();
+  }
   thread.join();
   if (thread.fault()) std::rethrow_exception(thread.fault());
   return {recorder.records(), recorder.lost_tags(), recorder.bytes(), extent.seconds()};

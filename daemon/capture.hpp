@@ -18,7 +18,8 @@ struct CaptureSummary {
 };
 
 // From a source straight into a PTU recording, until the stream ends or a stop is requested; what
-// the ring then holds is written too. Shows its progress on a terminal.
+// the ring then holds is written too. The counts of an encoder, where there is one, go beside it.
+// Shows its progress on a terminal.
 //
 // Threads: made and run on one; the source gets its own. Errors: those of the source, after the
 // recording was closed, and of the recorder.

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/encoder_feed.hpp"
 #include "daemon/frame_message.hpp"
 #include "daemon/framing.hpp"
 #include "daemon/lane.hpp"
@@ -106,6 +107,8 @@ struct Pipeline::Stages {
       estimators.push_back(std::make_unique<LaneEstimator>(make_estimator(config)));
     }
     framing = std::make_unique<Framing>(config, source->info(), clock, ring, lanes);
+    if (auto counts = open_encoder(config))
+      encoder.emplace(std::move(counts), config.encoder, clock);
   }
 
   [[nodiscard]] EstimatorInUse make_estimator(const Config& from) const;
@@ -131,7 +134,8 @@ struct Pipeline::Stages {
   std::size_t max_photons = 0;
   std::vector<std::unique_ptr<LaneEstimator>> estimators;
   std::unique_ptr<Framing> framing;
-  Wake publisher_wake;  // a frame was estimated
+  Wake publisher_wake;                 // a frame was estimated
+  std::optional<EncoderFeed> encoder;  // publisher only
   DeviceMonitor* device = nullptr;
   ServiceNotifier* notifier = nullptr;
   Liveness liveness;
@@ -235,10 +239,12 @@ void Pipeline::Stages::publish_all(std::stop_source& stop) {
 }
 
 void Pipeline::Stages::publish(const LaneSlot& slot) {
+  const auto reference = encoder ? encoder->reference(slot.frame) : std::nullopt;
   const double latency_ms = static_cast<double>(clock.steady_ns() - slot.frame.arrival_ns) / 1e6;
-  const FrameMessage message =
+  FrameMessage message =
       make_frame_message(slot.frame, slot.estimate, context,
                          {slot.mid_unix_s, slot.compute_ms, latency_ms, slot.effort});
+  message.reference = reference;
   const std::string json = to_json(message);
   publisher.publish_frame(json);
   ++summary.frames;

@@ -71,6 +71,9 @@ std::string report_own_facts(const PtuHeader& header) {
   std::string text;
   if (!header.pattern_json.empty()) text += "  holds the pattern it was recorded with\n";
   if (!header.config_json.empty()) text += "  holds the configuration it was recorded with\n";
+  if (const auto encoder = header.text("Splid_Encoder")) {
+    text += "  counts of its encoder are beside it in " + *encoder + "\n";
+  }
   if (header.losses.empty()) return text;
   std::uint64_t known = 0;
   for (const Loss& loss : header.losses) {

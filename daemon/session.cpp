@@ -14,6 +14,7 @@
 #include "daemon/publisher.hpp"
 #include "daemon/reload.hpp"
 #include "daemon/service_notifier.hpp"
+#include "daemon/truth_score.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -157,7 +158,9 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   const HangupTaken hangup(options.signals, [&reloader] { reloader.reload(); });
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
+  EncoderScore encoder;
   pipeline.observe([&](const FrameMessage& message, const std::string& json) {
+    encoder.take(message);
     if (progress.due()) progress.show(describe(message));
     return !options.json || out.write(json);
   });
@@ -169,6 +172,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   progress.clear();
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
   spdlog::info("{}; took {:.3g} s", describe(summary), took_s);
+  if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
   if (summary.fault) std::rethrow_exception(summary.fault);
   check_locked(summary);
   return 0;

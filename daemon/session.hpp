@@ -27,7 +27,7 @@ struct SessionOptions {
 std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device = nullptr);
 
 // Runs the source through the pipeline to the subscribers, says in the log what it does and at the
-// end what came of it; returns the exit code.
+// end what came of it, and the RMSE against an encoder where there is one; returns the exit code.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
 // frame could lock although syncs came.

@@ -25,7 +25,8 @@ std::string limit_sentence(const char* what, const std::optional<double>& value,
 
 }  // namespace
 
-std::optional<FrameError> TruthScore::take(const FrameMessage& message) {
+std::optional<FrameError> FrameScore::take(const FrameMessage& message,
+                                           const std::optional<SceneTruth::State>& state) {
   ++frames_;
   if (last_sequence_ && message.sequence > *last_sequence_ + 1) {
     lost_ += message.sequence - *last_sequence_ - 1;
@@ -33,14 +34,11 @@ std::optional<FrameError> TruthScore::take(const FrameMessage& message) {
   last_sequence_ = message.sequence;
   if (!message.valid() || !message.distance_m || !message.velocity_mps) return std::nullopt;
   ++valid_;
-  const auto half_ps = static_cast<std::int64_t>(message.duration_ms / 2 * ps_per_ms);
-  const auto state = truth_.at(message.start_ps + half_ps);
   if (!state) return std::nullopt;
   ++compared_;
   FrameError error{*message.distance_m - state->distance_m,
                    *message.velocity_mps - state->velocity_mps, false};
-  error.wrong_peak = is_beyond(error.distance_m, message.std_distance_m) ||
-                     is_beyond(error.velocity_mps, message.std_velocity_mps);
+  error.wrong_peak = is_wrong_peak(error, message);
   if (error.wrong_peak) {
     ++wrong_;
   } else {
@@ -50,33 +48,53 @@ std::optional<FrameError> TruthScore::take(const FrameMessage& message) {
   return error;
 }
 
-std::optional<double> TruthScore::rms(double sum_of_squares) const {
+bool FrameScore::is_wrong_peak(const FrameError& error, const FrameMessage& message) const {
+  if (wrong_peak_m_) return std::abs(error.distance_m) > *wrong_peak_m_;
+  return is_beyond(error.distance_m, message.std_distance_m) ||
+         is_beyond(error.velocity_mps, message.std_velocity_mps);
+}
+
+std::optional<FrameError> TruthScore::take(const FrameMessage& message) {
+  const auto half_ps = static_cast<std::int64_t>(message.duration_ms / 2 * ps_per_ms);
+  return FrameScore::take(message, truth_.at(message.start_ps + half_ps));
+}
+
+std::optional<FrameError> EncoderScore::take(const FrameMessage& message) {
+  std::optional<SceneTruth::State> state;
+  const auto& reference = message.reference;
+  if (reference && reference->distance_m && reference->velocity_mps) {
+    state = SceneTruth::State{*reference->distance_m, *reference->velocity_mps};
+  }
+  return FrameScore::take(message, state);
+}
+
+std::optional<double> FrameScore::rms(double sum_of_squares) const {
   if (compared_ == wrong_) return std::nullopt;
   return std::sqrt(sum_of_squares / static_cast<double>(compared_ - wrong_));
 }
 
-std::optional<double> TruthScore::distance_rmse_mm() const {
+std::optional<double> FrameScore::distance_rmse_mm() const {
   const auto value_m = rms(distance_squares_);
   return value_m ? std::optional(*value_m * 1e3) : std::nullopt;
 }
 
-std::optional<double> TruthScore::velocity_rmse_cmps() const {
+std::optional<double> FrameScore::velocity_rmse_cmps() const {
   const auto value_mps = rms(velocity_squares_);
   return value_mps ? std::optional(*value_mps * 1e2) : std::nullopt;
 }
 
-std::string TruthScore::summary() const {
+std::string FrameScore::summary() const {
   std::string text = format(
-      "%s frames, %s lost, %s valid, %s compared with the truth, %s wrong peaks "
-      "(more than %g sigma off)",
+      "%s frames, %s lost, %s valid, %s compared with %s, %s wrong peaks (more than %g %s off)",
       grouped(frames_).c_str(), grouped(lost_).c_str(), grouped(valid_).c_str(),
-      grouped(compared_).c_str(), grouped(wrong_).c_str(), wrong_peak_sigmas);
+      grouped(compared_).c_str(), against_.c_str(), grouped(wrong_).c_str(),
+      wrong_peak_m_.value_or(wrong_peak_sigmas), wrong_peak_m_ ? "m" : "sigma");
   if (const auto rmse_mm = distance_rmse_mm()) text += format("; distance RMSE %.3f mm", *rmse_mm);
   if (const auto rmse = velocity_rmse_cmps()) text += format(", velocity RMSE %.3f cm/s", *rmse);
   return text;
 }
 
-std::optional<std::string> TruthScore::broken(const TruthLimits& limits) const {
+std::optional<std::string> FrameScore::broken(const TruthLimits& limits) const {
   if (!limits.any()) return std::nullopt;
   if (compared_ == 0) return "no valid frame within the truth's time came";
   if (lost_ > 0) return grouped(lost_) + " frames are missing from the sequence";

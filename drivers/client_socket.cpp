@@ -74,6 +74,8 @@ ClientSocket::ClientSocket(std::string address) : address_(std::move(address)) {
   const std::size_t colon = address_.rfind(':');
   const std::string host = address_.substr(tcp_prefix.size(), colon - tcp_prefix.size());
   addrinfo hints{};
+  // As the service unit allows no other; and a bridge at 0.0.0.0 does not hear localhost's ::1.
+  hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICSERV;
   addrinfo* found = nullptr;

@@ -12,7 +12,7 @@
 
 namespace splid {
 
-// Where an instrument or a bridge listens: "unix:PATH" or "tcp:HOST:PORT".
+// Where an instrument or a bridge listens: "unix:PATH" or "tcp:HOST:PORT", IPv4.
 //
 // Null where `text` is such an address; otherwise what is wrong with it, to go behind the address
 // in a sentence.

@@ -93,6 +93,7 @@ struct PtuFacts {
   std::string guid;                  // empty: made from created_unix_s and origin_ps
   std::string pattern_json;          // Splid_Pattern
   std::string config_json;           // Splid_Config
+  std::string encoder_file;          // Splid_Encoder: with its counts, beside this; empty: none
   std::vector<Loss> losses;          // Splid_Losses, sorted; neighbours are joined until they fit
   std::size_t losses_room_bytes = 65'536;  // fixed room for them, at least 128
 };

@@ -120,6 +120,7 @@ std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
   writer.string("Splid_Origin_ps", std::to_string(facts.origin_ps), origin_room_bytes);
   writer.string("Splid_Pattern", facts.pattern_json);
   writer.string("Splid_Config", facts.config_json);
+  if (!facts.encoder_file.empty()) writer.string("Splid_Encoder", facts.encoder_file);
   const std::size_t room_bytes = std::max<std::size_t>(facts.losses_room_bytes, 128);
   writer.string("Splid_Losses", losses_to_text(facts.losses, room_bytes - 1), room_bytes);
   writer.integer("TTResult_NumberOfRecords", static_cast<std::int64_t>(facts.record_count));

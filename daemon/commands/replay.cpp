@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,7 @@
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/encoder_log.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/session.hpp"
 #include "daemon/stop_signals.hpp"
@@ -28,6 +30,7 @@ constexpr int queue_messages = 20'000;
 struct ReplayCommand {
   std::string recording;
   std::string config;
+  std::string encoder;
   std::string speed = "max";
   bool json = false;
   double wait_for_subscriber_s = 0;
@@ -80,6 +83,18 @@ void warn_of_absent_channels(const Config& config, const std::string& file) {
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
 }
 
+// Counts that are given go before those kept with the recording, and these before the
+// configuration's file. A bridge's are of another time.
+void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
+  encoder.address.clear();
+  const std::string beside = encoder_file_of(options.recording);
+  if (!options.encoder.empty()) {
+    encoder.file = options.encoder;
+  } else if (std::filesystem::exists(beside)) {
+    encoder.file = beside;
+  }
+}
+
 int replay(const ReplayCommand& options) {
   const StopSignals signals;
   const double speed = speed_of(options.speed);
@@ -89,6 +104,7 @@ int replay(const ReplayCommand& options) {
   source->speed = speed;
   config.source = std::move(source);
   config.source_driver = "replay";
+  choose_encoder(options, config.encoder);
   DeviceMonitor device;
   std::unique_ptr<TagSource> recording = open_source(config, &device);
   warn_of_absent_channels(config, options.recording);
@@ -107,6 +123,8 @@ void add_replay(CLI::App& app, Action& action) {
   command->add_option("recording", options->recording, "PTU file, T2 mode")->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();
+  command->add_option("--encoder", options->encoder,
+                      "Counts of the encoder; else those in RECORDING.encoder.csv, if it is there");
   command->add_option("--speed", options->speed, "max, or how many times the recorded pace")
       ->capture_default_str();
   command->add_flag("--json", options->json, "Each frame as a line of JSON on standard output");

@@ -30,7 +30,7 @@ Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
       background_gap_ps_(gap_ps(options.background_per_s())),
       background_(background_gap_ps_ > 0 ? FineTime{} : never),
       marker_gap_ps_(gap_ps(options.encoder_rate_hz)),
-      marker_(marker_gap_ps_ > 0 ? FineTime{} : never) {
+      marker_(marker_gap_ps_ > 0 ? options.encoder_start() : never) {
   if (background_gap_ps_ > 0) next_background();
 }
 

@@ -36,6 +36,8 @@ void describe_clocks(SimulatorOptions& options, OptionVisitor& visitor) {
                  "change of the drift, ppm a second, until it is 1000 ppm either way");
   visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
                  "sample clock of an encoder on marker 1, Hz; 0: none");
+  visitor.number("encoder_start_s", options.encoder_start_s, {0, 1e6},
+                 "its first tick, in the stream's time, s; a start is seen after 0.1 s without");
   visitor.integer("start_ps", options.start_ps, -4'000'000'000'000'000'000,
                   4'000'000'000'000'000'000, "tagger's clock at the stream's start, ps");
   visitor.integer("seed", options.seed, 0, std::numeric_limits<std::int64_t>::max(),

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/motion.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/sync_stream.hpp"
@@ -30,6 +31,7 @@ struct SimulatorOptions : SourceOptions {
   double drift_ppm = 2;             // pattern period as the tagger sees it, against the calibrated
   double drift_ramp_ppm_per_s = 0;  // its change
   double encoder_rate_hz = 0;       // DAQ sample clock on marker 1; 0: none
+  double encoder_start_s = 0.2;     // its first tick: late enough for its start to be seen
   std::int64_t start_ps = 0;        // tagger's clock at the stream's start
   std::int64_t seed = 1;
   double seconds = 0;  // of the tagger's time; 0: for ever
@@ -38,6 +40,10 @@ struct SimulatorOptions : SourceOptions {
   std::int64_t photon_input = 1;
 
   [[nodiscard]] double background_per_s() const { return ambient_per_s + dark_per_s; }
+  // Of the encoder's first tick, since the stream's start.
+  [[nodiscard]] simulator::FineTime encoder_start() const {
+    return simulator::FineTime{}.after(encoder_start_s * simulator::ps_per_s);
+  }
 
   void describe(OptionVisitor& visitor) override;
   [[nodiscard]] std::optional<OptionFault> validate() const override;

@@ -66,6 +66,7 @@ TEST_F(ConfigTest, ReadsEverySection) {
       "pulse": {"sigma_ps": 120}, "frame": {"length_ms": 20}, "drift": {"method": "endpoints"},
       "scene": {"motion": "static", "range_offset_m": -3}, "estimator": {"effort": "fast"},
       "detector": {"dead_time_ns": 40}, "pipeline": {"estimation_threads": 2},
+      "encoder": {"file": "rail.csv", "m_per_count": -0.001, "offset_m": 7},
       "publish": {"endpoint": "ipc:///run/splid/frames"})");
   EXPECT_THAT(config.channels.photon, ElementsAre("1", "2"));
   EXPECT_EQ(config.channels.sync, "5");
@@ -77,6 +78,9 @@ TEST_F(ConfigTest, ReadsEverySection) {
   EXPECT_EQ(config.estimator.effort, Effort::fast);
   EXPECT_EQ(config.detector.dead_time_ns, 40);
   EXPECT_EQ(config.pipeline.estimation_threads, 2);
+  EXPECT_THAT(config.encoder.file, testing::EndsWith("/rail.csv"));
+  EXPECT_EQ(config.encoder.m_per_count, -0.001);
+  EXPECT_EQ(config.encoder.offset_m, 7);
   EXPECT_EQ(config.publish.endpoint, "ipc:///run/splid/frames");
 }
 
@@ -129,6 +133,14 @@ TEST_F(ConfigTest, UnknownKeysAreErrorsAtEveryDepth) {
 TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
   EXPECT_THAT(error_of(R"(, "channels": {"photon": 1, "sync": 1})"),
               HasSubstr("c.json: /channels/sync: \"1\" takes tags of \"1\""));
+  EXPECT_THAT(error_of(R"(, "encoder": {"m_per_count": 0})"),
+              HasSubstr("c.json: /encoder/m_per_count: 0 makes every count the same place"));
+  EXPECT_THAT(error_of(R"(, "encoder": {"file": "a.csv", "address": "tcp:host:1"})"),
+              HasSubstr("c.json: /encoder/address: the counts already come from /encoder/file"));
+  EXPECT_THAT(error_of(R"(, "encoder": {"address": "host:1"})"),
+              HasSubstr("c.json: /encoder/address: \"host:1\" must begin with unix: or tcp:"));
+  EXPECT_THAT(error_of(R"(, "encoder": {"file": "a.csv"}, "channels": {"encoder": ""})"),
+              HasSubstr("c.json: /channels/encoder: \"\" names no channel"));
   EXPECT_THAT(error_of(R"(, "publish": {"endpoint": "tcp://*:9872"})"),
               HasSubstr("c.json: /publish/endpoint: \"tcp://*:9872\" would offer"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},

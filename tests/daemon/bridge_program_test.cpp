@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "daemon/subscriber.hpp"
-#include "tests/support/program.hpp"
+#include "tests/support/python_program.hpp"
 
 // The bridges that are shipped, as programs of their own, with the built program at the other end.
 
@@ -17,21 +17,11 @@ namespace {
 
 using nlohmann::json;
 using splid::test::Program;
+using splid::test::python;
 using splid::test::TempFolder;
 using std::chrono::steady_clock;
 
 constexpr const char* pattern_file = SPLID_SOURCE_DIR "/config/patterns/interleaved-180-189.json";
-
-// Debian's, which has numpy.
-Program python(const std::string& script, std::vector<std::string> arguments,
-               const std::vector<std::string>& environment = {}) {
-  std::vector<std::string> all = environment;
-  all.insert(all.end(),
-             {"PYTHONPATH=" SPLID_SOURCE_DIR "/tests/support/python", "PYTHONDONTWRITEBYTECODE=1",
-              "/usr/bin/python3", SPLID_SOURCE_DIR "/drivers/bridge/python/" + script});
-  all.insert(all.end(), arguments.begin(), arguments.end());
-  return Program(all, "/usr/bin/env");
-}
 
 class BridgeProgram : public ::testing::Test {
  protected:
@@ -64,9 +54,9 @@ class BridgeProgram : public ::testing::Test {
 TEST_F(BridgeProgram, SwabiansTagsBecomeFrames) {
   constexpr double distance_m = 120;
   constexpr double sync_delay_m = 100e-9 * 299'792'458.0 / 2;
-  const Program bridge =
-      python("swabian_bridge.py", {"--listen", address, "1:0.5", "8:0.25:100000"},
-             {"SPLID_DISTANCE_M=120", std::string("SPLID_PATTERN=") + pattern_file});
+  const Program bridge = python(
+      "drivers/bridge/python/swabian_bridge.py", {"--listen", address, "1:0.5", "8:0.25:100000"},
+      {"SPLID_DISTANCE_M=120", std::string("SPLID_PATTERN=") + pattern_file});
   const Program splid({"run", "--config", config()});
   Subscriber frames(endpoint, {"frame"});
   const auto good =
@@ -92,7 +82,8 @@ TEST_F(BridgeProgram, AFilesTagsBecomeFrames) {
       tags << i * 3'780'000 << " 8\n" << i * 3'780'000 + 666'000 << " 1\n";
     }
   }
-  const Program bridge = python("file_bridge.py", {"--listen", address, folder.path("tags.txt")});
+  const Program bridge = python("drivers/bridge/python/file_bridge.py",
+                                {"--listen", address, folder.path("tags.txt")});
   const Program splid({"run", "--config", config()});
   Subscriber frames(endpoint, {"frame"});
   const auto found = frame(frames, [](const json& f) { return f["seen_fraction"] == 1; });

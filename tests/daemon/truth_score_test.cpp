@@ -87,5 +87,19 @@ TEST(TruthScore, NineOfTenMustBeValid) {
   EXPECT_FALSE(score.broken({1, 1}));
 }
 
+TEST(EncoderScore, ComparesWithTheReferenceInTheFrames) {
+  EncoderScore score;
+  FrameMessage near = frame(0, 100.02, 0.3);
+  near.reference = FrameMessage::Reference{100, 0.1};
+  EXPECT_FALSE(score.take(near)->wrong_peak);
+  FrameMessage far = frame(1, 101.35);
+  far.reference = FrameMessage::Reference{100, 0};
+  EXPECT_TRUE(score.take(far)->wrong_peak);
+  EXPECT_FALSE(score.take(frame(2, 100)));
+  EXPECT_THAT(score.summary(), HasSubstr("3 valid, 2 compared with the encoder, 1 wrong peaks "
+                                         "(more than 0.5 m off); distance RMSE 20.000 mm, "
+                                         "velocity RMSE 20.000 cm/s"));
+}
+
 }  // namespace
 }  // namespace splid

@@ -42,6 +42,14 @@ TEST(PtuHeaderWrite, RoundTrip) {
   EXPECT_EQ(header->pattern_json, R"({"schema":"splid.pattern"})");
   EXPECT_EQ(header->config_json, R"({"schema":"splid.config"})");
   EXPECT_EQ(header->losses, facts().losses);
+  EXPECT_EQ(header->text("Splid_Encoder"), std::nullopt);
+}
+
+TEST(PtuHeaderWrite, TheEncodersFileIsNamedWhereThereIsOne) {
+  PtuFacts with_encoder = facts();
+  with_encoder.encoder_file = "rail.ptu.encoder.csv";
+  const auto header = parse_ptu_header(make_ptu_header(with_encoder), true);
+  EXPECT_EQ(header->text("Splid_Encoder"), "rail.ptu.encoder.csv");
 }
 
 TEST(PtuHeaderWrite, HasTheTagsThatReadersNeed) {

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/encoder/encoder_source.hpp"
+#include "drivers/simulator/fine_time.hpp"
+#include "drivers/simulator/motion.hpp"
+#include "drivers/simulator/simulator_options.hpp"
+
+namespace splid {
+
+// The counts of an encoder on a simulated target: its true place at each tick of the scene's sample
+// clock, to the nearest count. Without end.
+class SimulatedEncoder final : public EncoderSource {
+ public:
+  // scene: with encoder_rate_hz > 0.
+  SimulatedEncoder(const SimulatorOptions& scene, EncoderOptions options);
+
+  bool next(EncoderBatch& batch) override;
+  [[nodiscard]] bool live() const override { return false; }
+
+ private:
+  simulator::Motion motion_;
+  EncoderOptions options_;
+  simulator::FineTime time_;  // of the next count
+  double gap_ps_;
+  std::int64_t index_ = 0;
+};
+
+}  // namespace splid

@@ -1,0 +1,281 @@
+#include "drivers/encoder/encoder_join.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace splid {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::int64_t ms = 1'000'000'000;
+constexpr std::int64_t frame_ps = 50 * ms;
+
+EncoderOptions options() {
+  EncoderOptions made;
+  made.m_per_count = -0.001;
+  made.offset_m = 10;
+  return made;
+}
+
+// A sample clock of 1 kHz and a target that goes away at 2 m/s from 7 m: counts 3000, 2998, ...
+struct Bench {
+  explicit Bench(bool live = true, std::int64_t origin_ps = 0)
+      : join(options(), live), now_ps(origin_ps) {}
+
+  // The next frame; first_tick_ps: from where on there are ticks in it.
+  void frame(std::int64_t first_tick_ps, std::vector<Loss> losses = {}) {
+    std::vector<std::int64_t> markers_ps;
+    for (std::int64_t tick_ps = first_tick_ps; tick_ps < now_ps + frame_ps; tick_ps += ms) {
+      if (tick_ps >= now_ps && tick_ps != hidden_ps) markers_ps.push_back(tick_ps);
+    }
+    std::reverse(markers_ps.begin(), markers_ps.end());
+    join.take_frame(now_ps, now_ps + frame_ps, markers_ps, losses);
+    now_ps += frame_ps;
+  }
+  void quiet_frames(int number) {
+    for (int i = 0; i < number; ++i) frame(now_ps + frame_ps);
+  }
+  void counts(std::int64_t first_index, std::int64_t number, bool overrun = false) {
+    EncoderBatch batch{first_index, {}, overrun};
+    for (std::int64_t i = first_index; i < first_index + number; ++i) {
+      batch.counts.push_back(3000 - 2 * i);
+    }
+    join.take_counts(batch);
+  }
+  // Ticks from time start_ps on, after a pause, with counts for four frames.
+  void begin() {
+    quiet_frames(2);
+    start_ps = now_ps;
+    frame(start_ps);
+    counts(0, 200);
+  }
+  void expect_position() const {
+    const auto position = join.position();
+    ASSERT_TRUE(position) << join.fault();
+    const double since_s = static_cast<double>(now_ps - frame_ps / 2 - start_ps) * 1e-12;
+    EXPECT_NEAR(position->distance_m, 7 + 2 * since_s, 1e-9);
+    EXPECT_NEAR(position->velocity_mps, 2, 1e-9);
+    EXPECT_THAT(join.fault(), IsEmpty());
+  }
+
+  EncoderJoin join;
+  std::int64_t now_ps;
+  std::int64_t start_ps = 0;
+  std::int64_t hidden_ps = -1;
+};
+
+TEST(EncoderJoin, PositionAtMidFrameAndItsSlope) {
+  for (const std::int64_t origin_ps : {std::int64_t{0}, std::int64_t{340'000'000'000'000'000}}) {
+    Bench bench(true, origin_ps);
+    bench.begin();
+    bench.expect_position();
+    bench.frame(bench.start_ps);
+    bench.expect_position();
+  }
+}
+
+TEST(EncoderJoin, CountsMayComeLate) {
+  Bench bench;
+  bench.quiet_frames(2);
+  EXPECT_FALSE(bench.join.waits());
+  bench.start_ps = bench.now_ps;
+  bench.frame(bench.start_ps);
+  EXPECT_TRUE(bench.join.waits());
+  bench.counts(0, 49);
+  EXPECT_TRUE(bench.join.waits());
+  EXPECT_FALSE(bench.join.position());
+  bench.counts(49, 1);
+  EXPECT_FALSE(bench.join.waits());
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, CountsMayComeBeforeTheirMarkers) {
+  Bench bench;
+  bench.counts(0, 120);
+  bench.quiet_frames(2);
+  bench.start_ps = bench.now_ps;
+  for (int i = 0; i < 2; ++i) {
+    bench.frame(bench.start_ps);
+    bench.expect_position();
+  }
+  bench.frame(bench.start_ps);
+  EXPECT_TRUE(bench.join.waits());
+}
+
+TEST(EncoderJoin, AFrameNeedsSamplesOverHalfOfIt) {
+  Bench bench;
+  bench.quiet_frames(2);
+  bench.start_ps = bench.now_ps + 26 * ms;
+  bench.frame(bench.start_ps);
+  bench.counts(0, 200);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_FALSE(bench.join.waits());
+  bench.frame(bench.start_ps);
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, AMissingMarkerBreaksItUntilTheClockStartsAnew) {
+  Bench bench;
+  bench.begin();
+  bench.hidden_ps = bench.now_ps + 20 * ms;
+  bench.frame(bench.start_ps);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("markers have a gap"));
+  bench.frame(bench.start_ps);
+  EXPECT_FALSE(bench.join.position());
+  bench.begin();
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, ALostFirstMarkerOfAFrameIsNoticed) {
+  Bench bench;
+  bench.begin();
+  bench.hidden_ps = bench.now_ps;
+  bench.frame(bench.start_ps);
+  EXPECT_FALSE(bench.join.position());
+}
+
+TEST(EncoderJoin, AMarkerTooManyBreaksIt) {
+  Bench bench;
+  bench.begin();
+  std::vector<std::int64_t> markers_ps;
+  for (std::int64_t i = 0; i < 50; ++i) markers_ps.push_back(bench.now_ps + i * ms);
+  markers_ps.push_back(bench.now_ps + 20 * ms + ms / 2);
+  bench.join.take_frame(bench.now_ps, bench.now_ps + frame_ps, markers_ps, {});
+  EXPECT_FALSE(bench.join.position());
+}
+
+TEST(EncoderJoin, ALossThatHidNoMarkerBreaksNothing) {
+  Bench bench;
+  bench.begin();
+  bench.frame(bench.start_ps, {{bench.now_ps + ms / 4, bench.now_ps + ms / 2, 17}});
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, AnOverrunOrAJumpOfTheIndexBreaksIt) {
+  for (const bool overrun : {true, false}) {
+    Bench bench;
+    bench.begin();
+    bench.counts(overrun ? 200 : 201, 100, overrun);
+    bench.frame(bench.start_ps);
+    EXPECT_FALSE(bench.join.position());
+    EXPECT_FALSE(bench.join.waits());
+    EXPECT_THAT(bench.join.fault(), HasSubstr("counts have a gap"));
+    bench.begin();
+    bench.expect_position();
+  }
+}
+
+TEST(EncoderJoin, AClockThatRanBeforeIsNotJoined) {
+  Bench bench;
+  bench.frame(bench.now_ps);
+  bench.counts(0, 200);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_FALSE(bench.join.waits());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("began before they were watched"));
+  bench.begin();
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, CountsThatBeginInMidRunAreNotJoined) {
+  Bench bench;
+  bench.quiet_frames(2);
+  bench.frame(bench.now_ps);
+  bench.counts(1, 200);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("do not begin with index 0"));
+  bench.begin();
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, AnIndexThatStepsBackIsAStartThatWasMissed) {
+  Bench bench;
+  bench.begin();
+  bench.counts(50, 100);
+  bench.quiet_frames(2);
+  bench.frame(bench.now_ps);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_FALSE(bench.join.waits());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("do not begin with index 0"));
+  bench.begin();
+  bench.expect_position();
+}
+
+TEST(EncoderJoin, CountsOfARunThatIsOverAreNotWaitedFor) {
+  Bench bench;
+  bench.quiet_frames(2);
+  bench.frame(bench.now_ps);
+  bench.counts(0, 40);
+  EXPECT_TRUE(bench.join.waits());
+  bench.counts(0, 10);
+  EXPECT_FALSE(bench.join.waits());
+}
+
+TEST(EncoderJoin, CountsWithoutMarkersAreForgottenSomeDay) {
+  Bench bench(false);
+  bench.counts(0, (1 << 22) + 1);
+  bench.quiet_frames(2);
+  bench.frame(bench.now_ps);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("counts have a gap"));
+}
+
+TEST(EncoderJoin, ALossShortBeforeTheFirstMarkerIsNoPause) {
+  Bench bench;
+  bench.quiet_frames(2);
+  bench.frame(bench.now_ps + 20 * ms, {{bench.now_ps, bench.now_ps + ms, -1}});
+  bench.counts(0, 200);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("began before they were watched"));
+}
+
+TEST(EncoderJoin, APauseInWhichTagsWereLostIsNoStart) {
+  Bench bench;
+  bench.begin();
+  bench.frame(bench.now_ps + frame_ps, {{bench.now_ps + 10 * ms, bench.now_ps + 20 * ms, -1}});
+  bench.frame(bench.now_ps + frame_ps);
+  bench.frame(bench.now_ps + 19 * ms);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
+  bench.begin();
+  EXPECT_FALSE(bench.join.position());
+}
+
+TEST(EncoderJoin, AFrameThatDoesNotFollowIsNoPause) {
+  Bench bench;
+  bench.begin();
+  bench.now_ps += 4 * frame_ps;
+  bench.frame(bench.now_ps);
+  EXPECT_FALSE(bench.join.position());
+  EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
+}
+
+// The counts of a run whose markers were not there, and then the markers of another.
+TEST(EncoderJoin, CountsFarAheadOfTheirMarkersAreOfAnotherRun) {
+  for (const bool live : {true, false}) {
+    Bench bench(live);
+    bench.counts(0, 2'200);
+    bench.quiet_frames(2);
+    bench.start_ps = bench.now_ps;
+    bench.frame(bench.start_ps);
+    bench.counts(2'200, 1);
+    EXPECT_EQ(bench.join.position().has_value(), !live);
+  }
+}
+
+TEST(EncoderJoin, LongRunsKeepOnlyWhatIsNeeded) {
+  Bench bench(false);
+  bench.begin();
+  for (int i = 0; i < 2'000; ++i) {
+    bench.counts(200 + 50 * i, 50);
+    bench.frame(bench.start_ps);
+  }
+  bench.expect_position();
+}
+
+}  // namespace
+}  // namespace splid
