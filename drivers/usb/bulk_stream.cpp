@@ -2,6 +2,7 @@
 
 #include <libusb.h>
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
@@ -146,15 +147,18 @@ std::size_t BulkStream::start(std::size_t transfers) {
 
 // False where the kernel has no room for so many.
 bool BulkStream::submit_all(std::size_t transfers) {
-  for (Transfer& each : std::span(flight_->transfers).first(transfers)) {
-    ++flight_->flying;
-    const int code = libusb_submit_transfer(each.transfer.get());
-    if (code == 0) continue;
-    --flight_->flying;
-    if (code == LIBUSB_ERROR_NO_MEM) return false;
-    device_.check(code, "cannot start transfers");
-  }
-  return true;
+  const std::span all(flight_->transfers);
+  return std::all_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(transfers),
+                     [&](const Transfer& each) { return submit_first(*each.transfer); });
+}
+
+bool BulkStream::submit_first(libusb_transfer& transfer) {
+  ++flight_->flying;
+  const int code = libusb_submit_transfer(&transfer);
+  if (code == 0) return true;
+  --flight_->flying;
+  if (code != LIBUSB_ERROR_NO_MEM) device_.check(code, "cannot start transfers");
+  return false;
 }
 
 bool BulkStream::stop() {

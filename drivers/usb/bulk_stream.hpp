@@ -71,6 +71,7 @@ class BulkStream {
   struct Flight;
 
   bool submit_all(std::size_t transfers);
+  bool submit_first(libusb_transfer& transfer);
 
   const UsbDevice& device_;
   std::unique_ptr<Flight> flight_;

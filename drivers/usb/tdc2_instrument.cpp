@@ -167,7 +167,7 @@ std::string Tdc2Instrument::tend(UsbDevice& device, TagSink& sink) {
   }
   if (now < next_poll_) return {};
   next_poll_ = now + between_polls;
-  const std::string told = poll_status(device, sink);
+  std::string told = poll_status(device, sink);
   const std::uint64_t strays = decoder_.strays() + cut_records_;
   const std::uint64_t more = strays - std::exchange(told_strays_, strays);
   if (more == 0) return told;

@@ -38,11 +38,11 @@ void put_clock_end(std::int64_t time_ps, TagSink& sink) {
 }
 
 UsbSource::UsbSource(std::string name, UsbOptions options, MakeInstrument make,
-                     const SourceContext& context)
+                     SourceContext context)
     : name_(std::move(name)),
       options_(std::move(options)),
       make_(std::move(make)),
-      context_(context),
+      context_(std::move(context)),
       queue_(queue_bytes) {}
 
 SourceInfo UsbSource::info() const { return {name_, true, std::nullopt}; }

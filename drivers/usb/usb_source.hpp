@@ -39,8 +39,7 @@ class UsbSource : public TagSource {
   using MakeInstrument = std::function<std::unique_ptr<UsbInstrument>()>;
 
   // name: of the instrument, for people.
-  UsbSource(std::string name, UsbOptions options, MakeInstrument make,
-            const SourceContext& context);
+  UsbSource(std::string name, UsbOptions options, MakeInstrument make, SourceContext context);
 
   [[nodiscard]] SourceInfo info() const override;
   void run(TagSink& sink, std::stop_token stop) override;
