@@ -43,5 +43,4 @@ int main() {
   splid::measure(32, 256);
   splid::measure(16, 512);
   splid::measure(12, 1024);
-  splid::measure(4, 4096);
 }
