@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/frame.hpp"
-#include "daemon/wake.hpp"
+#include "drivers/wake.hpp"
 #include "estimator/estimate.hpp"
 #include "estimator/options.hpp"
 

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "daemon/format.hpp"
+
 namespace splid {
 namespace {
 
@@ -54,6 +56,11 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
   last_frame_ = message.status;
+  frames_this_second_ += message.valid() ? 1 : 0;
+  if (message.amplitude_misfit) {
+    ++misfits_this_second_;
+    amplitude_misfit_ = *message.amplitude_misfit;
+  }
   last_effort_ = message.effort.value_or(configured_effort_);
   last_frame_s_ = message.timestamp_s;
 }
@@ -70,6 +77,7 @@ void StatusReporter::tick(const StreamHealth& health) {
     judge(health);
     publish(health);
   }
+  if (clock_.steady_ns() >= next_ns_) judge_amplitudes();
   const DaemonState state = status_.state;
   const std::string reason = status_.reason;
   judge(health);
@@ -110,6 +118,16 @@ void StatusReporter::judge_device(const StreamHealth& health) {
   status_.reason = device_.reason;
 }
 
+// In half of a second's frames: chance shows one in a million a frame.
+void StatusReporter::judge_amplitudes() {
+  amplitude_reason_.clear();
+  if (misfits_this_second_ > 0 && 2 * misfits_this_second_ >= frames_this_second_) {
+    amplitude_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
+                        " % (rms) off the pattern's amplitudes: calibrate the pattern";
+  }
+  frames_this_second_ = misfits_this_second_ = 0;
+}
+
 void StatusReporter::judge_stream(const StreamHealth& health) {
   const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
   status_.reason.clear();
@@ -129,6 +147,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
                      last_effort_ + " until it keeps up";
   } else {
     status_.state = DaemonState::streaming;
+    status_.reason = amplitude_reason_;
   }
 }
 

@@ -53,6 +53,7 @@ class StatusReporter {
  private:
   void judge(const StreamHealth& health);
   void judge_device(const StreamHealth& health);
+  void judge_amplitudes();
   void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -67,6 +68,10 @@ class StatusReporter {
   FrameStatus last_frame_ = FrameStatus::not_run;
   std::string configured_effort_;
   std::string last_effort_;
+  int frames_this_second_ = 0;    // with a target
+  int misfits_this_second_ = 0;   // of these, with other amplitudes than the pattern's
+  double amplitude_misfit_ = 0;   // of the last such
+  std::string amplitude_reason_;  // of the second before
   double last_frame_s_ = 0;
   double silence_limit_ns_;
   std::int64_t started_ns_ = 0;

@@ -22,9 +22,9 @@ class TagWriter {
     return true;
   }
 
-  // Hands on what was written; nothing is fine, it tells that the source is at work.
+  // Hands on what was written.
   void publish() {
-    sink_.publish(used_);
+    if (!room_.empty()) sink_.publish(used_);
     room_ = {};
     used_ = 0;
   }

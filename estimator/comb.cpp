@@ -82,7 +82,8 @@ std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
 CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
     : first_ns_(first_ns),
       last_ns_(last_ns),
-      uniform_amplitude_(comb.uniform ? comb.amplitudes.front() : 0) {
+      uniform_amplitude_(comb.uniform ? comb.amplitudes.front() : 0),
+      pulses_a_period_(comb.times_ns.size()) {
   const auto before = static_cast<int>(std::ceil(std::max(0.0, last_ns) / comb.period_ns)) + 1;
   const auto after = static_cast<int>(std::ceil(std::max(0.0, -first_ns) / comb.period_ns)) + 1;
   for (int turn = -before; turn <= after; ++turn) {

@@ -46,6 +46,10 @@ class CombWindow {
     const Range range = buckets_[phase_32 >> shift_];
     return {pulses_.data() + range.begin, range.count};
   }
+  // Of a candidate: which of the comb's pulses it is.
+  [[nodiscard]] std::size_t index_of(const Pulse& pulse) const {
+    return static_cast<std::size_t>(&pulse - pulses_.data()) % pulses_a_period_;
+  }
   // flags()[phase_32 >> shift()]: 1 where candidates() has any, else 0.
   [[nodiscard]] const std::uint8_t* flags() const { return flags_.data(); }
   [[nodiscard]] int shift() const { return shift_; }
@@ -66,6 +70,7 @@ class CombWindow {
   int shift_;
   double uniform_amplitude_;
   std::size_t max_overlap_ = 0;
+  std::size_t pulses_a_period_;
   std::vector<Pulse> pulses_;  // ascending in time, with copies at whole periods around
   std::vector<Range> buckets_;
   std::vector<std::uint8_t> flags_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "protocol/messages.hpp"
 
@@ -30,6 +31,9 @@ struct Estimate {
   double std_background_per_ns = 0;
   double significance_nats = 0;  // log-likelihood gained over no target
   double threshold_nats = 0;     // what false_alarm_rate asks of it
+  // Relative rms deviation of the pulses' light from the pattern's amplitudes, where it is surely
+  // there; see AmplitudeCheck.
+  std::optional<double> amplitude_misfit;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
 };

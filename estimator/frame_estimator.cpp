@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/amplitude_check.hpp"
 #include "estimator/folded_frame.hpp"
 #include "estimator/paper/paper_method.hpp"
 #include "estimator/pulse_shape.hpp"
@@ -51,6 +52,7 @@ struct FrameEstimator::Workspace {
   double threshold_nats;
   FoldedFrame frame;
   TargetSearch search;
+  AmplitudeCheck amplitudes;
   std::unique_ptr<PaperMethod> paper;  // null: the search is asked
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
@@ -68,7 +70,8 @@ struct FrameEstimator::Workspace {
         search(train, *shape,
                {frame_length_ms * 1e6, max_drift_ns, threshold_nats, options.effort,
                 mode != Mode::ambiguous},
-               max_photons) {
+               max_photons),
+        amplitudes(train, *shape) {
     if (options.method == Method::paper) {
       paper = std::make_unique<PaperMethod>(pattern, *shape, scene);
     }
@@ -236,6 +239,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort mo
   }
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
   w.fill(estimate, *fit, view.sync);
+  estimate.amplitude_misfit = w.amplitudes.misfit(w.frame, fit->parameters);
   estimate.status = w.mode == Mode::ambiguous ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) w.remember(view, estimate, *track);
   return estimate;

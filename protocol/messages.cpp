@@ -34,7 +34,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("background_per_period", message.background_per_period)
       .number("sbr", message.sbr)
       .number("delay_ns", message.delay_ns)
-      .number("significance", message.significance);
+      .number("significance", message.significance)
+      .number("amplitude_misfit", message.amplitude_misfit);
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
       .number("velocity_mps", message.std_velocity_mps)
@@ -151,6 +152,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.sbr = members.number("sbr");
   message.delay_ns = members.number("delay_ns");
   message.significance = members.number("significance");
+  message.amplitude_misfit = members.number("amplitude_misfit");
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");
     message.std_distance_m = std_members.number("distance_m");

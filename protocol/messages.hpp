@@ -38,9 +38,11 @@ struct FrameMessage {
   std::optional<double> signal_per_pulse, std_signal_per_pulse;
   std::optional<double> background_per_s, std_background_per_s;
   std::optional<double> signal_per_period, background_per_period;  // counts a pattern period
-  std::optional<double> sbr;           // signal counts over background counts
-  std::optional<double> delay_ns;      // round trip at the frame's start
-  std::optional<double> significance;  // nats gained over no target
+  std::optional<double> sbr;               // signal counts over background counts
+  std::optional<double> delay_ns;          // round trip at the frame's start
+  std::optional<double> significance;      // nats gained over no target
+  std::optional<double> amplitude_misfit;  // rms deviation of the pulses' light from the pattern's
+                                           // amplitudes, relative, where it is surely there
 
   // What the frame was made of.
   std::optional<std::uint64_t> photons;

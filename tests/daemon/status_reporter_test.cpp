@@ -135,6 +135,39 @@ TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
                                                 HasSubstr("gone")));
 }
 
+TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
+  FrameMessage uneven = frame(FrameStatus::ok);
+  uneven.amplitude_misfit = 0.35;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // One frame by chance, then most of them, then none.
+      const bool is_uneven = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_uneven ? uneven : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("35 % (rms)")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
+TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
+  FrameMessage lowered = frame(FrameStatus::ok);
+  lowered.effort = "fast";
+  const StreamHealth health{1000, clock.steady_ns(), 0, ""};
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  lowered.effort = "balanced";
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""),
+                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("to fast")),
+                                   HasSubstr("\"streaming\"")));
+}
+
 class ReplayStatusReports : public StatusReports {
  protected:
   ReplayStatusReports() : StatusReports(false) {}

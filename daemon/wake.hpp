@@ -1,3 +1,0 @@
-#pragma once
-
-#include "drivers/wake.hpp"  // drivers sleep on it too
