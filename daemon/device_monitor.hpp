@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/wake.hpp"
 #include "protocol/device_report.hpp"
 
 namespace splid {
@@ -21,6 +22,12 @@ class DeviceMonitor {
   // One sentence on something that is over, such as a configuration that was not reloaded.
   void notice(const std::string& sentence) { put(notices_, sentence); }
 
+  // Who sleeps until something comes; null: nobody. It outlives this, or is taken back.
+  void set_wake(Wake* wake) {
+    const std::scoped_lock lock(mutex_);
+    wake_ = wake;
+  }
+
   // What came since the last call, in order, the last 64 of it.
   std::vector<DeviceReport> take_reports() { return take(reports_); }
   std::vector<std::string> take_notices() { return take(notices_); }
@@ -34,6 +41,7 @@ class DeviceMonitor {
     // Of an instrument that flaps faster than it is looked at, what came last.
     if (items.size() == max_pending) items.erase(items.begin());
     items.push_back(item);
+    if (wake_ != nullptr) wake_->notify();
   }
   template <class Item>
   std::vector<Item> take(std::vector<Item>& items) {
@@ -42,6 +50,7 @@ class DeviceMonitor {
   }
 
   std::mutex mutex_;
+  Wake* wake_ = nullptr;
   std::vector<DeviceReport> reports_;
   std::vector<std::string> notices_;
 };

@@ -153,11 +153,16 @@ Pipeline::Pipeline(const Config& config, std::unique_ptr<TagSource> source, Publ
                    const Clock& clock)
     : stages_(std::make_unique<Stages>(config, std::move(source), publisher, clock)) {}
 
-Pipeline::~Pipeline() = default;
+Pipeline::~Pipeline() {
+  if (stages_->device != nullptr) stages_->device->set_wake(nullptr);
+}
 
 void Pipeline::observe(FrameObserver observer) { stages_->observer = std::move(observer); }
 
-void Pipeline::watch(DeviceMonitor& device) { stages_->device = &device; }
+void Pipeline::watch(DeviceMonitor& device) {
+  stages_->device = &device;
+  device.set_wake(&stages_->publisher_wake);
+}
 
 void Pipeline::serve(ServiceNotifier& notifier) { stages_->notifier = &notifier; }
 

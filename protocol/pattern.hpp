@@ -24,7 +24,8 @@ struct PatternSegment {
 };
 
 // A measured pulse shape: h at evenly spaced offsets from the pulse time, smooth between them (a
-// quadratic B-spline of which these are the coefficients: see make_tabulated), zero outside. Normalised by its user.
+// quadratic B-spline of which these are the coefficients: see make_tabulated), zero outside.
+// Normalised by its user.
 struct TabulatedPulse {
   double first_ps = 0;          // offset of the first value from the pulse time
   double step_ps = 0;           // > 0

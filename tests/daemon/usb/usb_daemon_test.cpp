@@ -178,6 +178,71 @@ TEST_F(UsbDaemon, AFailedTransferIsALossInItsFrame) {
   }));
 }
 
+// The list of faults: each is injected into a running stream, the status says what happened, and of
+// the frames after it two at most do not measure.
+struct Fault {
+  const char* name;
+  std::function<void(test::StreamFirmware&, test::UsbDouble&, test::Tags16Sender&)> inject;
+  const char* reason;  // empty: nothing is wrong, and nothing is said
+};
+
+void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+
+class UsbDaemonFault : public UsbDaemon, public ::testing::WithParamInterface<Fault> {};
+
+TEST_P(UsbDaemonFault, IsSaidAndFramesComeAgain) {
+  plug_in_and_measure();
+  GetParam().inject(firmware, device, sender);
+  if (*GetParam().reason != '\0') {
+    EXPECT_TRUE(await_status("connected", GetParam().reason));
+  }
+  int bad = 0;
+  EXPECT_TRUE(await(topic_frame, [&](const std::string& json) {
+    const FrameMessage frame = frame_from_json(json);
+    const bool good = frame.status == FrameStatus::ok && frame.seen_fraction.value_or(0) == 1;
+    bad += good || frame.valid() ? 0 : 1;
+    return good;
+  }));
+  EXPECT_LE(bad, 2);
+}
+
+Fault failed(const char* name, int status) {
+  return {name,
+          [status](test::StreamFirmware& firmware, test::UsbDouble&, test::Tags16Sender& sender) {
+            sender.skip(3);
+            firmware.fail(status);
+          },
+          "tags were lost in"};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    List, UsbDaemonFault,
+    ::testing::Values(failed("overflow", -EOVERFLOW), failed("protocol", -EPROTO),
+                      failed("timeout", -ETIME), failed("illegalSequence", -EILSEQ),
+                      Fault{"short",
+                            [](test::StreamFirmware& firmware, test::UsbDouble&,
+                               test::Tags16Sender&) { firmware.set_most_bytes(4096 + 100); },
+                            ""},
+                      Fault{"empty",
+                            [](test::StreamFirmware& firmware, test::UsbDouble&,
+                               test::Tags16Sender&) { firmware.fail(0, 5); },
+                            ""},
+                      Fault{"noMemory",
+                            [](test::StreamFirmware&, test::UsbDouble& device,
+                               test::Tags16Sender&) { device.set_most_transfers(5); },
+                            "no more room"}),
+    [](const auto& fault) { return fault.param.name; });
+
+TEST_F(UsbDaemon, AGapInTheBlocksIsALossInItsFrame) {
+  plug_in_and_measure();
+  sender.skip(3);
+  EXPECT_TRUE(await(topic_frame, [](const std::string& json) {
+    const FrameMessage frame = frame_from_json(json);
+    return frame.valid() && frame.seen_fraction.value_or(1) < 1;
+  }));
+  EXPECT_TRUE(await_frame());
+}
+
 TEST_F(UsbDaemon, GarbageInPlaceOfBlocksIsALossAndFramesGoOn) {
   plug_in_and_measure();
   std::mt19937 random(5);
