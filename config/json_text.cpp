@@ -87,10 +87,13 @@ std::string reason(const std::string& message) {
 }  // namespace
 
 nlohmann::json parse_json_text(const std::string& text, const std::string& file) {
+  // Printing a value in an error goes down by recursion, so nesting must end somewhere.
+  constexpr int max_depth = 32;
   DuplicateKeys duplicates;
   json value;
   try {
-    value = json::parse(text, [&](int, json::parse_event_t event, const json& parsed) {
+    value = json::parse(text, [&](int depth, json::parse_event_t event, const json& parsed) {
+      if (depth > max_depth) throw Error(Fault::usage, file + ": is nested too deeply");
       duplicates.see(event, parsed);
       return true;
     });

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "estimator/sync_period.hpp"
+#include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
@@ -27,14 +28,6 @@ constexpr std::int64_t max_time_ps =
     std::numeric_limits<std::int64_t>::max() - (std::int64_t{1} << 54);
 
 bool in_range(std::int64_t time_ps) { return time_ps < max_time_ps && time_ps > -max_time_ps; }
-
-// a - b, or the largest number where it does not fit.
-std::int64_t ahead(std::int64_t a_ps, std::int64_t b_ps) {
-  std::int64_t difference = 0;
-  if (!__builtin_sub_overflow(a_ps, b_ps, &difference)) return difference;
-  return a_ps > b_ps ? std::numeric_limits<std::int64_t>::max()
-                     : std::numeric_limits<std::int64_t>::min();
-}
 
 std::int64_t to_ps(double value) { return std::llround(value); }
 
@@ -131,7 +124,7 @@ void Framer::take(const Tag& tag) {
     lose(1);
     return;
   }
-  if (tag.time_ps >= limit_ps_ && ahead(tag.time_ps, last_ps_) > disorder_ps_) {
+  if (tag.time_ps >= limit_ps_ && saturated_difference(tag.time_ps, last_ps_) > disorder_ps_) {
     suspect_ = tag;
   } else {
     admit(tag);
@@ -150,7 +143,7 @@ void Framer::take_control(const Tag& tag) {
   const bool early = comes_late(tag.time_ps);
   if (tag.kind == TagKind::heartbeat) {
     if (early) return;
-    if (ahead(tag.time_ps, last_ps_) > max_gap_ps_) {
+    if (saturated_difference(tag.time_ps, last_ps_) > max_gap_ps_) {
       suspect_ = tag;
     } else {
       reach(tag.time_ps, disorder_ps_);
@@ -180,7 +173,7 @@ void Framer::settle_suspect(std::int64_t next_ps) {
   if (!suspect_) return;
   const Tag tag = *suspect_;
   suspect_.reset();
-  const bool real = ahead(tag.time_ps, next_ps) <= disorder_ps_;
+  const bool real = saturated_difference(tag.time_ps, next_ps) <= disorder_ps_;
   if (tag.kind == TagKind::heartbeat) {
     if (real) reach(tag.time_ps, disorder_ps_);
   } else if (real) {
@@ -194,7 +187,7 @@ void Framer::settle_suspect(std::int64_t next_ps) {
 // No tag comes after it to tell: it is real unless so far ahead that it would be a jump.
 void Framer::settle_last_suspect() {
   if (!suspect_) return;
-  const bool near = ahead(suspect_->time_ps, last_ps_) <= max_gap_ps_;
+  const bool near = saturated_difference(suspect_->time_ps, last_ps_) <= max_gap_ps_;
   settle_suspect(near ? suspect_->time_ps : last_ps_);
 }
 
@@ -210,8 +203,8 @@ bool Framer::comes_late(std::int64_t time_ps) {
 bool Framer::is_early(std::int64_t time_ps) {
   if (frame_ == nullptr) begin_frame(time_ps, Ends::neither);
   if (time_ps >= frame_->start_ps) return false;
-  if (ends_ == Ends::neither && ahead(frame_->start_ps, time_ps) <= disorder_ps_) {
-    move_start(time_ps);  // the stream's first tags, out of order
+  if (ends_ == Ends::neither && saturated_difference(frame_->start_ps, time_ps) <= disorder_ps_) {
+    frame_->start_ps = time_ps;  // the stream's first tags, out of order
     return false;
   }
   if (++backward_run_ < backward_tags) return true;
@@ -235,7 +228,7 @@ void Framer::admit(const Tag& tag) {
 }
 
 void Framer::jump_gap(std::int64_t time_ps) {
-  if (ahead(time_ps, last_ps_) <= max_gap_ps_) return;
+  if (saturated_difference(time_ps, last_ps_) <= max_gap_ps_) return;
   cut_short();
   ++totals_.jumps;
   begin_frame(time_ps, Ends::neither);
@@ -302,9 +295,9 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_->syncs_ps.clear();
   frame_->markers.clear();
   frame_->losses.clear();
-  frame_->lost_tags = unplaced_;
+  frame_->lost_tags = totals_.unplaced;
   frame_->arrival_ns = arrival_ns_;
-  unplaced_ = 0;
+  totals_.unplaced = 0;
   surplus_from_ps_.reset();
   surplus_photons_ = 0;
   ends_ = ends;
@@ -329,6 +322,7 @@ void Framer::anchor(std::int64_t sync_ps) {
   ends_ = Ends::start;
   move_start(sync_ps - to_ps(before * period_ps));
   frame_->start_ps = std::min(frame_->start_ps, first_ps);
+  limit_ps_ = std::max(limit_ps_, reached_ps());  // what is in the frame stays in it
   frame_->add_loss(frame_->start_ps, first_ps, 0);
 }
 
@@ -402,6 +396,9 @@ std::int64_t Framer::reached_ps() const {
   for (const std::int64_t time_ps : frame_->photons_ps.view()) {
     latest_ps = std::max(latest_ps, time_ps);
   }
+  for (const MarkerTag& marker : frame_->markers.view()) {
+    latest_ps = std::max(latest_ps, marker.time_ps);
+  }
   return latest_ps + 1;
 }
 
@@ -435,7 +432,7 @@ void Framer::report(std::int64_t count) {
 }
 
 void Framer::lose(std::uint64_t count) {
-  (frame_ != nullptr ? frame_->lost_tags : unplaced_) += count;
+  (frame_ != nullptr ? frame_->lost_tags : totals_.unplaced) += count;
 }
 
 // The tags of three frames say enough; one frame without a lock may have begun in mid-stream.

@@ -16,7 +16,7 @@ namespace splid {
 
 // Where every tag went. Each event (photon, sync, marker) pushed is counted once:
 //   events = photons + syncs + markers - shared + ignored + late + surplus
-// and every frame's lost_tags together: late + surplus + reported.
+// and every frame's lost_tags together, with unplaced: late + surplus + reported.
 struct FramerTotals {
   std::uint64_t events = 0;
   std::uint64_t photons = 0;   // in frames
@@ -27,6 +27,7 @@ struct FramerTotals {
   std::uint64_t late = 0;      // earlier than the open frame, or alone far ahead of it
   std::uint64_t surplus = 0;   // more than a frame can hold
   std::uint64_t reported = 0;  // missing as the stream itself says, known counts
+  std::uint64_t unplaced = 0;  // lost while no frame is open: the next frame's, if one comes
   std::uint64_t frames = 0;
   std::uint64_t jumps = 0;   // gaps for which no frames were made
   std::uint64_t resets = 0;  // times the clock was set anew
@@ -129,7 +130,6 @@ class Framer {
   std::int64_t loss_floor_ps_ = 0;               // where an end without beginning reaches back to
   std::optional<std::int64_t> surplus_from_ps_;  // first photon for which there was no room
   std::uint64_t surplus_photons_ = 0;            // of this frame
-  std::uint64_t unplaced_ = 0;                   // lost while no frame was open
 
   FramerTotals totals_;
   int unlocked_frames_ = 0;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "protocol/error.hpp"
+#include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
@@ -75,7 +76,9 @@ void Recorder::close() {
   write_pending();
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
   facts_.record_count = encoder_.records();
-  if (begun_) facts_.acquisition_ms = (encoder_.now_ps() - facts_.origin_ps) / ps_per_ms;
+  if (begun_) {
+    facts_.acquisition_ms = saturated_difference(encoder_.now_ps(), facts_.origin_ps) / ps_per_ms;
+  }
   write_header();
   if (::close(std::exchange(descriptor_, -1)) != 0) {
     throw Error(Fault::device, file_ + ": cannot be closed: " + std::strerror(errno));
@@ -85,7 +88,7 @@ void Recorder::close() {
 void Recorder::begin(std::int64_t first_tag_ps) {
   begun_ = true;
   clock_.anchor(first_tag_ps);
-  facts_.origin_ps = first_tag_ps - lead_ps;
+  facts_.origin_ps = saturated_difference(first_tag_ps, lead_ps);
   facts_.created_unix_s = clock_.unix_s(facts_.origin_ps);
   encoder_ = PtuEncoder(facts_.origin_ps);
   write_header();

@@ -201,7 +201,7 @@ void DroppingSink::drop(const Tag& tag) {
   }
   if (tag.kind == TagKind::heartbeat) return;  // nothing is lost with it
   if (!after_.any) {
-    if (!pending()) ++drops_;
+    if (!before_.any) ++drops_;
     after_.any = true;
     after_.first_ps = after_.last_ps = tag.time_ps;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "protocol/saturated.hpp"
+
 namespace splid {
 namespace {
 
@@ -13,16 +15,23 @@ constexpr std::int64_t missed_together_ps = 1'000'000'000;
 
 Loss joined(const Loss& a, const Loss& b) {
   return {std::min(a.begin_ps, b.begin_ps), std::max(a.end_ps, b.end_ps),
-          a.count < 0 || b.count < 0 ? -1 : a.count + b.count};
+          a.count < 0 || b.count < 0 ? -1 : saturated_sum(a.count, b.count)};
+}
+
+void insert_sorted(const Loss& loss, std::vector<Loss>& losses) {
+  const auto place =
+      std::upper_bound(losses.begin(), losses.end(), loss,
+                       [](const Loss& a, const Loss& b) { return a.begin_ps < b.begin_ps; });
+  losses.insert(place, loss);
 }
 
 void join_narrowest_gap(std::vector<Loss>& losses) {
+  const auto gap_before_ps = [&](std::size_t i) {
+    return saturated_difference(losses[i].begin_ps, losses[i - 1].end_ps);
+  };
   std::size_t narrowest = 1;
   for (std::size_t i = 2; i < losses.size(); ++i) {
-    if (losses[i].begin_ps - losses[i - 1].end_ps <
-        losses[narrowest].begin_ps - losses[narrowest - 1].end_ps) {
-      narrowest = i;
-    }
+    if (gap_before_ps(i) < gap_before_ps(narrowest)) narrowest = i;
   }
   losses[narrowest - 1] = joined(losses[narrowest - 1], losses[narrowest]);
   losses.erase(losses.begin() + static_cast<std::ptrdiff_t>(narrowest));
@@ -43,11 +52,14 @@ void LossCollector::take(const Tag& tag) {
     case TagKind::loss_begin:
       if (!open_since_ps_) open_since_ps_ = tag.time_ps;
       break;
-    case TagKind::loss_end:
-      // An end without its begin still says how many; the interval is then not known.
-      add({open_since_ps_.value_or(tag.time_ps), tag.time_ps, tag.value});
+    case TagKind::loss_end: {
+      // An end without its begin still says how many; the interval is then not known. Nor are the
+      // two in order where the stream is not.
+      const std::int64_t since_ps = open_since_ps_.value_or(tag.time_ps);
+      add({std::min(since_ps, tag.time_ps), std::max(since_ps, tag.time_ps), tag.value});
       open_since_ps_.reset();
       break;
+    }
     case TagKind::missed:
       add_missed(tag.time_ps, tag.value);
       break;
@@ -63,10 +75,10 @@ void LossCollector::take(const Tag& tag) {
 void LossCollector::add_missed(std::int64_t time_ps, std::int64_t count) {
   if (!losses_.empty()) {
     Loss& last = losses_.back();
-    const std::int64_t since_ps = time_ps - last.begin_ps;
+    const std::int64_t since_ps = saturated_difference(time_ps, last.begin_ps);
     const bool no_interval = last.begin_ps == last.end_ps && last.count >= 0 && count >= 0;
     if (no_interval && since_ps >= 0 && since_ps < missed_together_ps) {
-      last.count += count;
+      last.count = saturated_sum(last.count, count);
       lost_tags_ += static_cast<std::uint64_t>(count);
       return;
     }
@@ -76,17 +88,14 @@ void LossCollector::add_missed(std::int64_t time_ps, std::int64_t count) {
 
 void LossCollector::add(const Loss& loss) {
   if (loss.count > 0) lost_tags_ += static_cast<std::uint64_t>(loss.count);
-  const auto place =
-      std::upper_bound(losses_.begin(), losses_.end(), loss,
-                       [](const Loss& a, const Loss& b) { return a.begin_ps < b.begin_ps; });
-  losses_.insert(place, loss);
+  insert_sorted(loss, losses_);
   join_losses(losses_, capacity_);
 }
 
 std::vector<Loss> LossCollector::losses(std::int64_t now_ps) const {
   std::vector<Loss> all = losses_;
   if (open_since_ps_) {
-    all.push_back({*open_since_ps_, std::max(now_ps, *open_since_ps_), -1});
+    insert_sorted({*open_since_ps_, std::max(now_ps, *open_since_ps_), -1}, all);
     join_losses(all, capacity_);
   }
   return all;

@@ -187,7 +187,7 @@ PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std:
   Clock clock;
   clock.unit = unit;
   clock.wrap = static_cast<std::uint64_t>(wrap_of(type_)) * unit;
-  clock.base = static_cast<std::uint64_t>(base_ticks_) * unit + origin;
+  clock.base = base_ + origin;
   std::size_t done = 0;
   // A record writes at most one tag: so many at a time as there is surely room for.
   while (true) {
@@ -204,11 +204,16 @@ PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std:
     }
     done += count;
   }
-  base_ticks_ = static_cast<std::int64_t>((clock.base - origin) / unit);
+  base_ = clock.base - origin;
   overflow_records_ += clock.overflows;
   unknown_records_ += done - clock.tags - clock.overflows;
   if (!whole) scale(out.first(clock.tags));
   return {done * record_bytes, clock.tags};
+}
+
+std::int64_t PtuDecoder::reached_ps() const {
+  if (denominator_ != 1) return to_ps(static_cast<std::int64_t>(base_));
+  return static_cast<std::int64_t>(base_ + static_cast<std::uint64_t>(origin_ps_));
 }
 
 std::int64_t PtuDecoder::to_ps(std::int64_t ticks) const {

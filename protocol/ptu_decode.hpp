@@ -38,7 +38,7 @@ class PtuDecoder {
   [[nodiscard]] std::uint64_t unknown_records() const { return unknown_records_; }
   [[nodiscard]] std::uint64_t overflow_records() const { return overflow_records_; }
   // What later tags do not precede: the clock at the last overflow, in the tags' time.
-  [[nodiscard]] std::int64_t reached_ps() const { return to_ps(base_ticks_); }
+  [[nodiscard]] std::int64_t reached_ps() const;
 
  private:
   [[nodiscard]] std::int64_t to_ps(std::int64_t ticks) const;
@@ -48,7 +48,7 @@ class PtuDecoder {
   std::int64_t numerator_ = 1;  // ps a tick is numerator / denominator
   std::int64_t denominator_ = 1;
   std::int64_t origin_ps_;
-  std::int64_t base_ticks_ = 0;
+  std::uint64_t base_ = 0;  // since time 0, in ps where the denominator is 1, else in ticks
   std::uint64_t unknown_records_ = 0;
   std::uint64_t overflow_records_ = 0;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "protocol/saturated.hpp"
+
 namespace splid {
 namespace {
 
@@ -14,6 +16,10 @@ constexpr std::uint32_t overflow_record = special | (63U << 25U);
 
 constexpr std::int64_t disorder_ps = 1'000'000;                 // what a stream may be unsorted by
 constexpr std::int64_t clock_break_gap_ps = 1'000'000'000'000;  // 1 s
+
+// Design note: a day is 20 million overflow records, 81 MB; one wrong time stamp must not fill the
+// disk, at up to 8.7 GB.
+constexpr std::int64_t longest_step_ps = 86'400'000'000'000'000;
 
 // Design note: 1 us of the fastest tagger's bursts (90 M tags/s) holds 90 tags. A burst past this
 // is written early instead of growing the buffer.
@@ -45,12 +51,12 @@ void PtuEncoder::flush(std::vector<std::byte>& out) { write_until(now_ps_, out);
 
 void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
   if (tag.kind == TagKind::clock_break) {
-    flush(out);
     clock_broke_ = true;
     return;
   }
-  if (clock_broke_) restart(tag.time_ps);
-  tag.time_ps += shift_ps_;
+  const std::int64_t step_ps = saturated_difference(in_recording(tag.time_ps), now_ps_);
+  if (clock_broke_ || step_ps > longest_step_ps) restart(tag.time_ps, out);
+  tag.time_ps = in_recording(tag.time_ps);
   if (is_event(tag.kind)) {
     const std::uint32_t record = record_of(tag);
     if (record == 0 || tag.time_ps < written_ps_) {
@@ -62,15 +68,21 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
     losses_.take(tag);
   }
   now_ps_ = std::max(now_ps_, tag.time_ps);
-  write_until(now_ps_ - disorder_ps, out);
+  write_until(saturated_difference(now_ps_, disorder_ps), out);
 }
 
-void PtuEncoder::restart(std::int64_t time_ps) {
+std::int64_t PtuEncoder::in_recording(std::int64_t time_ps) const {
+  return saturated_sum(saturated_difference(time_ps, clock_zero_ps_), recording_zero_ps_);
+}
+
+void PtuEncoder::restart(std::int64_t time_ps, std::vector<std::byte>& out) {
+  flush(out);
   const std::int64_t from_ps = now_ps_;
-  shift_ps_ = from_ps + clock_break_gap_ps - time_ps;
-  now_ps_ = from_ps + clock_break_gap_ps;
+  now_ps_ = saturated_sum(from_ps, clock_break_gap_ps);
+  clock_zero_ps_ = time_ps;
+  recording_zero_ps_ = now_ps_;
   // The first tags after the break may be unsorted too.
-  written_ps_ = now_ps_ - disorder_ps;
+  written_ps_ = std::max(written_ps_, now_ps_ - disorder_ps);
   losses_.add({from_ps, now_ps_, -1});
   clock_broke_ = false;
 }

@@ -16,9 +16,9 @@ namespace splid {
 // Takes photons of inputs 1 to 62, syncs and markers 1 to 15. Heartbeats only move the clock.
 // Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold:
 // one that comes after a later one was written (more than 1 us too late), one before origin_ps, one
-// of another input. A tag whose clock was set anew (clock_break) is written 1 s after the last
-// record, the gap being a loss of unknown count, so that a recording's time never runs backwards;
-// tags in it then no longer show the tagger's clock.
+// of another input. A tag whose clock was set anew (clock_break), or that is more than a day ahead
+// of all before, is written 1 s after the last record, the gap being a loss of unknown count, so
+// that a recording's time never runs backwards; tags in it then no longer show the tagger's clock.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuEncoder {
@@ -45,7 +45,8 @@ class PtuEncoder {
   };
 
   void take(Tag tag, std::vector<std::byte>& out);
-  void restart(std::int64_t time_ps);
+  [[nodiscard]] std::int64_t in_recording(std::int64_t time_ps) const;
+  void restart(std::int64_t time_ps, std::vector<std::byte>& out);
   void reject(std::int64_t time_ps);
   void insert(Waiting waiting, std::vector<std::byte>& out);
   void write_until(std::int64_t time_ps, std::vector<std::byte>& out);
@@ -53,7 +54,9 @@ class PtuEncoder {
   void append(std::uint32_t record, std::vector<std::byte>& out);
 
   std::int64_t origin_ps_;
-  std::int64_t shift_ps_ = 0;  // added to the tags' times since the last clock break
+  // The same moment, in the tags' clock since the last clock break and in the recording's.
+  std::int64_t clock_zero_ps_ = 0;
+  std::int64_t recording_zero_ps_ = 0;
   std::int64_t now_ps_;
   std::int64_t written_ps_;  // time of the last record
   std::int64_t base_ps_;     // recording's clock at the last overflow

@@ -52,15 +52,18 @@ Tdc2Decoder::Progress Tdc2Decoder::decode(std::span<const std::byte> bytes, std:
 Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
   const std::uint64_t units = record >> time_shift;
   if (!reached_ps_) begin_at(units);
-  const std::int64_t step = step_between(last_units_, units);
+  const std::int64_t step = step_between(latest_units_, units);
+  std::int64_t behind = 0;
   if (!is_possible(step)) {
     ++strays_;
     *out++ = {*reached_ps_, 1, TagKind::missed, {}};
     if (++strays_in_row_ < most_strays_in_row) return out;
     *out++ = {*reached_ps_, 0, TagKind::clock_break, {}};
     begin_at(units);
+  } else if (step < 0) {
+    behind = -step;
   } else {
-    last_units_ = units;
+    latest_units_ = units;
     since_origin_ += step;
     if (since_origin_ > last_units) {
       *out++ = {*reached_ps_, 0, TagKind::clock_break, {}};
@@ -68,8 +71,8 @@ Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
     }
   }
   strays_in_row_ = 0;
-  const std::int64_t time_ps = to_ps(since_origin_);
-  reached_ps_ = time_ps;
+  reached_ps_ = to_ps(since_origin_);
+  const std::int64_t time_ps = to_ps(since_origin_ - behind);
   if ((record & dummy_bit) != 0) {
     *out++ = heartbeat_tag(time_ps);
     return out;
@@ -88,7 +91,7 @@ bool Tdc2Decoder::is_possible(std::int64_t step) const {
 }
 
 void Tdc2Decoder::begin_at(std::uint64_t units) {
-  last_units_ = units;
+  latest_units_ = units;
   since_origin_ = static_cast<std::int64_t>(units);
   reached_ps_ = to_ps(since_origin_);
 }

@@ -52,8 +52,8 @@ class Tdc2Decoder {
   void begin_at(std::uint64_t units);
 
   std::optional<std::int64_t> reached_ps_;
-  std::uint64_t last_units_ = 0;   // of the latest record, as it came
-  std::int64_t since_origin_ = 0;  // of that, units since the tags' time 0
+  std::uint64_t latest_units_ = 0;  // time of the latest record, as it came
+  std::int64_t since_origin_ = 0;   // that, in units since the tags' time 0
   std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
   int strays_in_row_ = 0;
   std::uint64_t strays_ = 0;

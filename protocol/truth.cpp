@@ -64,12 +64,21 @@ std::vector<double> numbers(const json& object, const std::string& key) {
 }
 
 json parse(const std::string& text) {
+  // Printing a value in an error goes down by recursion, so nesting must end somewhere.
+  constexpr int max_depth = 16;
+  const auto check_depth = [](int depth, json::parse_event_t /*event*/, json& /*value*/) {
+    if (depth > max_depth) throw Error(Fault::data, "truth: nested too deeply for a truth file");
+    return true;
+  };
   try {
-    json object = json::parse(text);
+    json object = json::parse(text, check_depth);
     if (object.is_object()) return object;
   } catch (const json::parse_error& error) {
     throw Error(Fault::data, "truth: no JSON at byte " + std::to_string(error.byte) +
                                  "; write the file anew with the simulator");
+  } catch (const json::out_of_range& error) {
+    throw Error(Fault::data,
+                std::string("truth: a number is too large for a double: ") + error.what());
   }
   throw Error(Fault::data, "truth: must be a JSON object");
 }

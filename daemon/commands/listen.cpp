@@ -114,7 +114,8 @@ class Listening {
 
   static bool is_stopping(const std::string& json) {
     const auto status = nlohmann::json::parse(json, nullptr, false);
-    return status.is_object() && status.value("state", "") == to_string(DaemonState::stopping);
+    return status.is_object() && status.contains("state") &&
+           status["state"] == to_string(DaemonState::stopping);
   }
 
   void print(const std::string& line) {

@@ -30,6 +30,12 @@ TEST(JsonText, RefusesNumbersThatNoDoubleHolds) {
   EXPECT_THAT(error_of("{\"a\": 1e999}"), HasSubstr("1e999"));
 }
 
+TEST(JsonText, RefusesWhatIsNestedTooDeeply) {
+  const std::string levels(32, '[');
+  EXPECT_EQ(error_of(levels + std::string(32, ']')), "");
+  EXPECT_THAT(error_of(std::string(100'000, '[')), StartsWith("a.json: is nested too deeply"));
+}
+
 TEST(JsonText, RefusesKeysGivenTwice) {
   EXPECT_THAT(error_of(R"({"a": 1, "a": 2})"), StartsWith("a.json: /a: is given twice"));
   EXPECT_THAT(error_of(R"({"b": {"c": 0}, "a": [{}, [7, {"c": 1}], {"c": 1, "d": {}, "c": 2}]})"),

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <random>
 
@@ -149,6 +150,24 @@ TEST(Framer, TheDiagnosisAllocatesNothing) {
   framer.push(tags, 1);
   EXPECT_EQ(test::allocations - before, 0U);
   EXPECT_TRUE(framer.diagnosis());
+}
+
+// The first sync moves the frame's start to before it, and must not move its end to before a
+// photon.
+TEST(Framer, WhatIsInAFrameStaysThereWhenItsStartMovesBack) {
+  const Framed r = framed({photon_tag(0, 1), photon_tag(290'000'000, 1), sync_tag(150'000'000)}, 1,
+                          room_enough, {0.3, double(period_ps), DriftMethod::regression, 64});
+  expect_sums_close(r, 3);
+  expect_frames_whole(r);
+  ASSERT_EQ(r.frames.size(), 1U);
+  EXPECT_EQ(r.frames[0].photons_ps.size(), 2U);
+}
+
+TEST(Framer, AStrayBeforeAnyFrameIsCounted) {
+  const Framed r = framed({photon_tag(std::numeric_limits<std::int64_t>::min(), 1)});
+  expect_sums_close(r, 1);
+  EXPECT_EQ(r.frames.size(), 0U);
+  EXPECT_EQ(r.totals.unplaced, 1U);
 }
 
 TEST(Framer, ARealRecordingGivesFramesThatLock) {

@@ -265,6 +265,18 @@ TEST(DroppingSink, AClockBreakIsPassedOn) {
                                     {9, 2, TagKind::loss_end, {}}}));
 }
 
+TEST(DroppingSink, ADropBehindAClockBreakIsCounted) {
+  TagRing ring(256);
+  DroppingSink sink(ring, {});
+  std::int64_t next = 0;
+  put(sink, next, 192);
+  for (const Tag& tag : {Tag{500, 0, TagKind::clock_break, {}}, photon_tag(3, 1)}) {
+    sink.claim(1)[0] = tag;
+    sink.publish(1);
+  }
+  EXPECT_EQ(sink.drops(), 1U);
+}
+
 TEST(DroppingSink, CountsBeyond31BitsAreSplit) {
   constexpr std::int32_t most = 2'147'483'647;
   const std::vector<Tag> told = told_of({{500, most, TagKind::missed, {}},

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace splid {
 namespace {
 
@@ -100,6 +102,28 @@ TEST(LossCollector, KeepsLossesSorted) {
   collector.add({30, 40, 1});
   collector.add({10, 20, 2});
   EXPECT_THAT(collector.losses(0), ElementsAre(Loss{10, 20, 2}, Loss{30, 40, 1}));
+}
+
+TEST(LossCollector, ALossThatIsOpenHasItsPlaceToo) {
+  LossCollector collector;
+  collector.take({10, 0, TagKind::loss_begin, {}});
+  collector.take({40, 2, TagKind::missed, {}});
+  EXPECT_THAT(collector.losses(50), ElementsAre(Loss{10, 50, -1}, Loss{40, 40, 2}));
+}
+
+TEST(LossCollector, AnEndBeforeItsBeginIsTurnedAround) {
+  LossCollector collector;
+  collector.take({40, 0, TagKind::loss_begin, {}});
+  collector.take({10, 3, TagKind::loss_end, {}});
+  EXPECT_THAT(collector.losses(50), ElementsAre(Loss{10, 40, 3}));
+}
+
+TEST(LossCollector, TimesAndCountsMayBeAnyOf64Bits) {
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
+  std::vector<Loss> losses = {{least, least, most}, {0, 1, 0}, {most, most, most}};
+  join_losses(losses, 1);
+  EXPECT_THAT(losses, ElementsAre(Loss{least, most, most}));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -146,6 +147,26 @@ TEST(PtuEncode, AfterAClockBreakTimeGoesOn) {
       ElementsAre(photon_tag(50 * us, 1), photon_tag(50 * us + second - 4, 2),
                   photon_tag(50 * us + second, 1), photon_tag(50 * us + second + us - 7, 1)));
   EXPECT_THAT(encoder.losses().losses(0), ElementsAre(Loss{50 * us, 50 * us + second, -1}));
+}
+
+// 8.7 GB of overflow records would say that 106 days have passed.
+TEST(PtuEncode, ATagFarAheadIsAClockBreak) {
+  constexpr std::int64_t last_ps = std::numeric_limits<std::int64_t>::max();
+  PtuEncoder encoder(0);
+  const auto bytes = encoded(encoder, {photon_tag(50 * us, 1), photon_tag(last_ps, 2)});
+  EXPECT_THAT(decoded(bytes), ElementsAre(photon_tag(50 * us, 1), photon_tag(50 * us + second, 2)));
+  EXPECT_THAT(encoder.losses().losses(0), ElementsAre(Loss{50 * us, 50 * us + second, -1}));
+}
+
+TEST(PtuEncode, AfterAClockBreakTimesMayBeAnywhereIn64Bits) {
+  constexpr std::int64_t first_ps = std::numeric_limits<std::int64_t>::min();
+  PtuEncoder encoder(0);
+  const auto bytes = encoded(encoder, {photon_tag(50 * us, 1),
+                                       {50 * us, 0, TagKind::clock_break, {}},
+                                       photon_tag(first_ps, 1),
+                                       photon_tag(first_ps + 9, 2)});
+  EXPECT_THAT(decoded(bytes), ElementsAre(photon_tag(50 * us, 1), photon_tag(50 * us + second, 1),
+                                          photon_tag(50 * us + second + 9, 2)));
 }
 
 TEST(PtuEncode, ABurstPastTheBufferIsWrittenEarlyAndWhole) {

@@ -107,6 +107,13 @@ TEST(Tdc2Decode, StepsBackUpToAMillisecondAreDisorder) {
                   photon_tag(5'000'000'000, 1), missed(5'000'000'000)));
 }
 
+// A record of no input is no tag, but the latest record all the same.
+TEST(Tdc2Decode, StepsBackAddUpToAMillisecondAtMost) {
+  constexpr std::uint64_t ms = 256'000'000;
+  EXPECT_THAT(decode({record(5 * ms, 1), record(4 * ms + ms / 2, 0), record(4 * ms - 1, 2)}),
+              ElementsAre(photon_tag(5'000'000'000, 1), missed(5'000'000'000)));
+}
+
 TEST(Tdc2Decode, WhatLiesPastTheHorizonIsMissed) {
   Tdc2Decoder decoder;
   decode(decoder, {record(32, 1)});

@@ -48,6 +48,8 @@ TEST(Truth, FaultsNameTheirMember) {
   const auto reading = [](const std::string& text) { return [text] { truth_from_json(text); }; };
   EXPECT_THAT(reading("{"), ThrowsMessage<Error>(HasSubstr("byte")));
   EXPECT_THAT(reading("[]"), ThrowsMessage<Error>(HasSubstr("object")));
+  EXPECT_THAT(reading("[1e999]"), ThrowsMessage<Error>(HasSubstr("too large")));
+  EXPECT_THAT(reading(std::string(100'000, '[')), ThrowsMessage<Error>(HasSubstr("too deeply")));
   EXPECT_THAT(reading(changed("splid.truth", "splid.frame")),
               ThrowsMessage<Error>(HasSubstr("/schema")));
   EXPECT_THAT(reading(changed("[1,0]", "[2,0]")), ThrowsMessage<Error>(HasSubstr("/v ")));
