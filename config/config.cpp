@@ -95,7 +95,11 @@ void check_all(const Config& config) {
 }  // namespace
 
 Config load_config(const std::string& file) {
-  const json document = parse_json_text(read_text(file, ""), file);
+  return config_from_json(read_text(file, ""), file, read_text);
+}
+
+Config config_from_json(const std::string& text, const std::string& file, const ReadText& read) {
+  const json document = parse_json_text(text, file);
   Config config;
   config.file = file;
   OptionReader reader(document, file, "");
@@ -103,7 +107,7 @@ Config load_config(const std::string& file) {
   describe_sections(config, reader);
   reader.finish();
   const std::string asked_by = file + ": /pattern/file: ";
-  config.pattern = pattern_from_json(read_text(config.pattern_file, asked_by), config.pattern_file);
+  config.pattern = pattern_from_json(read(config.pattern_file, asked_by), config.pattern_file);
   check_all(config);
   return config;
 }

@@ -37,6 +37,13 @@ struct Config {
 // that is not JSON the line and column; for an unknown key the nearest known one.
 Config load_config(const std::string& file);
 
+// The text of a file that `asked_by`, the beginning of an error's sentence, names.
+using ReadText = std::function<std::string(const std::string& file, const std::string& asked_by)>;
+
+// As load_config, from text that stands in `file`, by which relative paths are resolved. read: for
+// the pattern file.
+Config config_from_json(const std::string& text, const std::string& file, const ReadText& read);
+
 // The effective configuration, defaults included, as it goes into recordings.
 std::string config_to_json(const Config& config);
 

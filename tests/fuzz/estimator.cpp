@@ -1,0 +1,169 @@
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "estimator/frame_estimator.hpp"
+#include "tests/fuzz/fuzz.hpp"
+#include "tests/support/frame_maker.hpp"
+
+// A frame of any photons, losses and syncs that the framer can make, at any time of 64 bits: the
+// estimate has a status, and its values are finite and within their ranges.
+
+namespace splid::test {
+namespace {
+
+// Short, so that an estimate takes milliseconds with all the sanitizers' checks.
+constexpr double length_ms = 0.1;
+constexpr std::size_t most_photons = 256;
+
+struct Setting {
+  Pattern pattern;
+  std::unique_ptr<FrameEstimator> estimator;
+  double period_ps = 0;
+};
+
+Setting make_setting(const Pattern& pattern, Motion motion, Method method, double sigma_ps) {
+  PulseOptions pulse;
+  pulse.sigma_ps = sigma_ps;
+  SceneOptions scene;
+  scene.motion = motion;
+  EstimatorOptions options;
+  options.method = method;
+  options.effort = Effort::fast;
+  return {pattern,
+          std::make_unique<FrameEstimator>(pattern, pulse, scene, options, length_ms, most_photons),
+          pattern_period_ps(pattern)};
+}
+
+std::array<Setting, 6>& settings() {
+  static const Pattern interleaved = interleaved_pattern({180'000, 189'000}, 3'780'000);
+  static std::array<Setting, 6> made = {
+      make_setting(interleaved, Motion::moving, Method::search, 100),
+      make_setting(interleaved, Motion::automatic, Method::search, 1000),
+      make_setting(interleaved, Motion::moving, Method::paper, 100),
+      make_setting(periodic_pattern(100'000), Motion::static_target, Method::search, 50),
+      make_setting(random_pattern(1'000'000, 8, 9'000, 1), Motion::moving, Method::search, 100),
+      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::moving, Method::search,
+                   100)};
+  return made;
+}
+
+// What Framer makes of a stream: see Frame.
+struct MadeFrame {
+  FrameView view;
+  std::vector<std::int64_t> photons_ps;
+  std::vector<Loss> losses;
+};
+
+// Through SyncClock, as in the framer: syncs nearly where they belong, or anywhere.
+SyncFit some_sync(FuzzInput& input, const FrameView& view, double period_ps) {
+  constexpr std::size_t most_syncs = 256;
+  const auto length_ps = static_cast<double>(view.end_ps - view.start_ps);
+  const auto count = std::min<std::size_t>(input.take<std::uint8_t>(), most_syncs);
+  const double step =
+      std::max(std::floor(length_ps / period_ps / std::max(1.0, double(count))), 1.0);
+  std::vector<std::int64_t> syncs_ps;
+  const double drift = 1 + input.take<std::int8_t>() * 4e-6;
+  for (std::size_t i = 0; i < count; ++i) {
+    double off_ps = input.take<std::int8_t>();
+    if (off_ps == 127) off_ps = input.take<std::int32_t>();
+    const double at_ps = double(i) * step * period_ps * drift + off_ps;
+    if (at_ps >= 0 && at_ps < length_ps) syncs_ps.push_back(view.start_ps + std::llround(at_ps));
+  }
+  SyncClock clock(period_ps, static_cast<DriftMethod>(input.take<std::uint8_t>() % 3), most_syncs);
+  return clock.fit(syncs_ps, view.start_ps, view.end_ps);
+}
+
+void add_losses(FuzzInput& input, MadeFrame& frame) {
+  const auto length = static_cast<std::uint64_t>(frame.view.end_ps - frame.view.start_ps);
+  std::int64_t at_ps = frame.view.start_ps;
+  for (std::size_t left = input.take<std::uint8_t>() % 5; left > 0; --left) {
+    const auto room = static_cast<std::uint64_t>(frame.view.end_ps - at_ps);
+    if (room < 2) return;
+    const std::int64_t begin_ps =
+        at_ps + static_cast<std::int64_t>(input.take<std::uint64_t>() % (length + 1) % (room - 1));
+    const auto longest = static_cast<std::uint64_t>(frame.view.end_ps - begin_ps);
+    const std::int64_t end_ps =
+        begin_ps + 1 + static_cast<std::int64_t>(input.take<std::uint64_t>() % longest);
+    frame.losses.push_back({begin_ps, end_ps, -1});
+    at_ps = end_ps + 1;
+    if (at_ps >= frame.view.end_ps) return;
+  }
+}
+
+void add_photons(FuzzInput& input, double period_ps, MadeFrame& frame) {
+  const auto length = static_cast<std::uint64_t>(frame.view.end_ps - frame.view.start_ps);
+  std::uint64_t at = 0;
+  while (!input.empty() && frame.photons_ps.size() < 2 * most_photons) {
+    const auto how = input.take<std::uint8_t>();
+    if (how < 128) {
+      at += how;  // a burst
+    } else if (how < 250) {
+      at += static_cast<std::uint64_t>(double(how - 127) * period_ps);  // a target
+    } else {
+      at = input.take<std::uint64_t>();
+    }
+    at %= length;
+    frame.photons_ps.push_back(frame.view.start_ps + static_cast<std::int64_t>(at));
+  }
+}
+
+void check_values(const Estimate& e, const Pattern& pattern) {
+  const std::array values = {e.delay_ns,          e.delay_start_ns,       e.velocity_mps,
+                             e.signal_per_pulse,  e.background_per_ns,    e.std_delay_ns,
+                             e.std_velocity_mps,  e.std_signal_per_pulse, e.std_background_per_ns,
+                             e.significance_nats, e.threshold_nats};
+  for (const double value : values) must(std::isfinite(value), "values are finite");
+  must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
+           e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
+       "an estimate has a status");
+  must(e.background_per_ns >= 0, "a flux is not negative");
+  if (e.status == FrameStatus::no_target || e.status == FrameStatus::no_sync) return;
+  must(e.has_values, "a target has values");
+  // Times of the tagger, in which the period may be 500 ppm longer.
+  const double circle_ns =
+      std::max(pattern.unambiguous_delay_ps, pattern_period_ps(pattern)) * 1e-3 * 1.0006;
+  must(e.delay_ns >= 0 && e.delay_ns <= circle_ns, "a delay is within the unambiguous one");
+  must(e.signal_per_pulse >= 0, "a flux is not negative");
+  must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_signal_per_pulse >= 0 &&
+           e.std_background_per_ns >= 0,
+       "deviations are not negative");
+}
+
+void check(FuzzInput input) {
+  Setting& setting = settings().at(input.take<std::uint8_t>() % settings().size());
+  MadeFrame frame;
+  constexpr std::int64_t furthest_ps = INT64_MAX - (std::int64_t{1} << 54);
+  const auto start_ps = input.take<std::int64_t>();
+  frame.view.start_ps = std::clamp(start_ps, -furthest_ps, furthest_ps);
+  // Most of the nominal length; short, and as long as one that met no sync, are there too.
+  const std::int64_t nominal_ps = std::llround(length_ms * 1e9);
+  const auto how = input.take<std::uint8_t>();
+  const std::int64_t length_ps =
+      how < 200 ? nominal_ps + how * 1000 : 1 + nominal_ps * (how - 200) / 25;
+  frame.view.end_ps = frame.view.start_ps + length_ps;
+  frame.view.sync = some_sync(input, frame.view, setting.period_ps);
+  add_losses(input, frame);
+  add_photons(input, setting.period_ps, frame);
+  frame.view.photons_ps = frame.photons_ps;
+  frame.view.losses = frame.losses;
+
+  const Estimate first = setting.estimator->estimate(frame.view);
+  check_values(first, setting.pattern);
+  const Estimate again = setting.estimator->estimate(frame.view);
+  must(again.status == first.status && again.delay_ns == first.delay_ns &&
+           again.velocity_mps == first.velocity_mps &&
+           again.significance_nats == first.significance_nats,
+       "the same frame gives the same bits");
+  Track track;
+  check_values(setting.estimator->estimate(frame.view, &track), setting.pattern);
+  check_values(setting.estimator->estimate(frame.view, &track), setting.pattern);
+}
+
+}  // namespace
+}  // namespace splid::test
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  splid::test::check({data, size});
+  return 0;
+}
