@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
@@ -14,14 +15,6 @@ constexpr double most_ahead_s = 2;
 
 // Counts that wait for their markers: an hour at 1 kHz. Beyond, the markers are not coming.
 constexpr std::size_t most_waiting = 1 << 22;
-
-// a - b, or the largest number where it does not fit.
-std::int64_t ahead(std::int64_t a_ps, std::int64_t b_ps) {
-  std::int64_t difference = 0;
-  if (!__builtin_sub_overflow(a_ps, b_ps, &difference)) return difference;
-  return a_ps > b_ps ? std::numeric_limits<std::int64_t>::max()
-                     : std::numeric_limits<std::int64_t>::min();
-}
 
 }  // namespace
 
@@ -48,7 +41,7 @@ void EncoderJoin::take_frame(std::int64_t start_ps, std::int64_t end_ps,
 }
 
 void EncoderJoin::take_marker(std::int64_t time_ps) {
-  const bool is_start = ahead(time_ps, quiet_since_ps_) >= pause_ps;
+  const bool is_start = saturated_difference(time_ps, quiet_since_ps_) >= pause_ps;
   if (is_start || !last_ps_) {
     ++marker_run_;
     marker_broken_ = !is_start;
@@ -57,7 +50,7 @@ void EncoderJoin::take_marker(std::int64_t time_ps) {
     times_ps_.clear();
   } else if (!is_regular(time_ps)) {
     marker_broken_ = true;
-    const std::int64_t since_ps = ahead(time_ps, *last_ps_);
+    const std::int64_t since_ps = saturated_difference(time_ps, *last_ps_);
     lost_step_ = lost_step_ || since_ps >= pause_ps || since_ps < 0;
   }
   times_ps_.push_back(time_ps);
@@ -66,7 +59,7 @@ void EncoderJoin::take_marker(std::int64_t time_ps) {
 }
 
 bool EncoderJoin::is_regular(std::int64_t time_ps) const {
-  const std::int64_t since_ps = ahead(time_ps, *last_ps_);
+  const std::int64_t since_ps = saturated_difference(time_ps, *last_ps_);
   if (marker_broken_ || next_index_ < 2) return since_ps > 0 && since_ps < pause_ps;
   const double gap_ps =
       static_cast<double>(*last_ps_ - run_start_ps_) / static_cast<double>(next_index_ - 1);
@@ -82,7 +75,7 @@ void EncoderJoin::take_counts(const EncoderBatch& batch) {
   } else if (first != expected_index_) {
     runs_[count_run_].whole = false;
   }
-  expected_index_ = first + static_cast<std::int64_t>(batch.counts.size());
+  expected_index_ = saturated_sum(first, static_cast<std::int64_t>(batch.counts.size()));
   if (count_run_ < marker_run_) runs_.erase(count_run_);
   const auto found = runs_.find(count_run_);
   if (found == runs_.end() || !found->second.whole || lost_step_) return;
@@ -144,8 +137,8 @@ std::optional<EncoderPosition> EncoderJoin::position() const {
   for (std::int64_t i = 0; i < samples; ++i) {
     const double t =
         static_cast<double>(times_ps_[static_cast<std::size_t>(i)] - mid_ps) / ps_per_s;
-    const auto n =
-        static_cast<double>(counts->counts[static_cast<std::size_t>(skipped + i)] - first_count);
+    const auto n = static_cast<double>(
+        saturated_difference(counts->counts[static_cast<std::size_t>(skipped + i)], first_count));
     sum_t += t;
     sum_n += n;
     sum_tt += t * t;
