@@ -6,8 +6,9 @@
 namespace splid {
 
 // Parses JSON as people write it by hand. file: named in errors only.
-// Errors: Error(Fault::usage) with file, line and column where the text is no JSON, and with the
-// JSON pointer where an object has a key twice, since one of the two would be ignored; also where values are nested more than 32 levels deep.
+// Errors: Error(Fault::usage) with file, line and column where the text is no JSON, with the JSON
+// pointer where an object has a key twice, since one of the two would be ignored, and where values
+// are nested more than 32 levels deep.
 nlohmann::json parse_json_text(const std::string& text, const std::string& file);
 
 // A member's JSON pointer (RFC 6901).
