@@ -30,6 +30,7 @@ struct Config {
   DetectorOptions detector;
   PipelineOptions pipeline;
   PublishOptions publish;
+  MetricsOptions metrics;
   AwgOptions awg;
 };
 

@@ -47,20 +47,26 @@ bool is_ipv4(std::string_view host) {
 }
 
 // Design note: 127.0.0.0/8 as a whole is loopback, but "127.evil.example" is a name like any other.
-bool is_loopback(std::string_view host) {
-  return host == "localhost" || host == "[::1]" || host == "lo" ||
-         (host.starts_with("127.") && is_ipv4(host));
+bool is_ipv4_loopback(std::string_view host) {
+  return host == "localhost" || (host.starts_with("127.") && is_ipv4(host));
 }
 
-std::optional<std::string> tcp_fault(std::string_view address) {
+bool is_loopback(std::string_view host) {
+  return host == "[::1]" || host == "lo" || is_ipv4_loopback(host);
+}
+
+// example: what to write instead.
+std::optional<std::string> address_fault(std::string_view address, const char* example) {
   const std::size_t colon = address.rfind(':');
   if (colon == std::string_view::npos || colon == 0) {
-    return "has no port; write tcp://HOST:PORT, such as tcp://127.0.0.1:9872";
+    return std::string("has no port; write it as in ") + example;
   }
   if (!is_port(address.substr(colon + 1))) return "must end in a port from 1 to 65535, or *";
   if (!is_loopback(address.substr(0, colon))) {
-    return "would offer the results to the network without encryption or a check of who listens, "
-           "which splid does not do; bind to 127.0.0.1 and forward it by SSH, or use ipc://";
+    return std::string(
+               "would offer the results to the network without encryption or a check of "
+               "who listens, which splid does not do; write it as in ") +
+           example + ", and forward it by SSH";
   }
   return std::nullopt;
 }
@@ -70,7 +76,9 @@ std::optional<std::string> endpoint_fault(std::string_view endpoint) {
   constexpr std::string_view ipc = "ipc://";
   // Linux holds a socket's path in 108 bytes, the NUL included.
   constexpr std::size_t max_ipc_bytes = 107;
-  if (endpoint.starts_with(tcp)) return tcp_fault(endpoint.substr(tcp.size()));
+  if (endpoint.starts_with(tcp)) {
+    return address_fault(endpoint.substr(tcp.size()), "tcp://127.0.0.1:9872");
+  }
   if (!endpoint.starts_with(ipc)) return "must begin with tcp:// or ipc://";
   const std::size_t bytes = endpoint.size() - ipc.size();
   if (bytes == 0) return "names no file; write ipc:///run/splid/frames";
@@ -140,6 +148,26 @@ std::optional<OptionFault> PublishOptions::validate() const {
   const std::optional<std::string> fault = endpoint_fault(endpoint);
   if (!fault) return std::nullopt;
   return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+}
+
+void MetricsOptions::describe(OptionVisitor& visitor) {
+  visitor.path("file", file,
+               "written anew once a second, for node_exporter's textfile collector, which takes "
+               "names that end in .prom");
+  visitor.text("http", http,
+               "where Prometheus asks for /metrics, on this machine only: 127.0.0.1:PORT, such as "
+               "127.0.0.1:9873; empty: nowhere");
+}
+
+std::optional<OptionFault> MetricsOptions::validate() const {
+  if (http.empty()) return std::nullopt;
+  std::optional<std::string> fault = address_fault(http, "127.0.0.1:9873");
+  // Debian builds the server's library without IPv6.
+  if (!fault && !is_ipv4_loopback(std::string_view(http).substr(0, http.rfind(':')))) {
+    fault = "is no IPv4 address; write it as in 127.0.0.1:9873";
+  }
+  if (!fault) return std::nullopt;
+  return OptionFault{"/http", "\"" + http + "\" " + *fault};
 }
 
 }  // namespace splid

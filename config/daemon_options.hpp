@@ -40,6 +40,14 @@ struct PublishOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
+// JSON: `metrics`.
+struct MetricsOptions {
+  std::string file;  // empty: none
+  std::string http;  // HOST:PORT of a loopback address; empty: none
+  void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
+};
+
 // JSON: `pipeline`.
 struct PipelineOptions {
   std::int64_t ring_capacity_tags = 4'194'304;  // 64 MiB; a frame's tags must fit

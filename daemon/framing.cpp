@@ -18,6 +18,12 @@ constexpr std::size_t tags_at_once = 16'384;
 // How long an idle wait lasts before it looks at everything again.
 constexpr milliseconds idle{100};
 
+constexpr std::array counts = {
+    &FramerTotals::events,   &FramerTotals::photons, &FramerTotals::syncs, &FramerTotals::markers,
+    &FramerTotals::shared,   &FramerTotals::ignored, &FramerTotals::late,  &FramerTotals::surplus,
+    &FramerTotals::reported, &FramerTotals::frames,  &FramerTotals::jumps, &FramerTotals::resets};
+static_assert(sizeof(FramerTotals) == counts.size() * sizeof(std::uint64_t), "one is missing");
+
 constexpr std::int64_t ns_per_ms = 1'000'000;
 
 }  // namespace
@@ -44,14 +50,16 @@ void Framing::run(const std::stop_token& stop, int patience_ms) {
     if (fill > highest_fill.load(std::memory_order_relaxed)) highest_fill = fill;
     const auto some = waiting.first(std::min(waiting.size(), tags_at_once));
     if (out_of_patience(stop, patience_ms)) {
-      discarded_ += static_cast<std::uint64_t>(
-          std::count_if(some.begin(), some.end(), [](const Tag& t) { return is_event(t.kind); }));
+      const auto events =
+          std::count_if(some.begin(), some.end(), [](const Tag& t) { return is_event(t.kind); });
+      discarded_.fetch_add(static_cast<std::uint64_t>(events), std::memory_order_relaxed);
     } else if (!some.empty()) {
       take(some);
     }
     ring_.consume(some.size());
   }
   framer_.finish();
+  show_totals();
   for (const auto& lane : lanes_) {
     lane->close();
     lane->estimator_wake.notify();
@@ -64,8 +72,22 @@ void Framing::take(std::span<const Tag> some) {
   const std::int64_t now_ns = host_.steady_ns();
   framer_.push(some, now_ns);
   last_arrival_ns.store(now_ns, std::memory_order_relaxed);
-  tags.store(framer_.totals().events, std::memory_order_relaxed);
+  show_totals();
   if (framer_.diagnosis()) diagnosed.store(true, std::memory_order_release);
+}
+
+void Framing::show_totals() {
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    shown_[i].store(framer_.totals().*counts[i], std::memory_order_relaxed);
+  }
+}
+
+FramerTotals Framing::totals_so_far() const {
+  FramerTotals totals;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    totals.*counts[i] = shown_[i].load(std::memory_order_relaxed);
+  }
+  return totals;
 }
 
 bool Framing::out_of_patience(const std::stop_token& stop, int patience_ms) {

@@ -121,6 +121,7 @@ struct Pipeline::Stages {
   [[nodiscard]] bool is_alive();
   void take_reloaded_context();
   void look_around();
+  void refresh_metrics();
   void finish(const std::exception_ptr& fault);
 
   const Config& config;
@@ -138,6 +139,7 @@ struct Pipeline::Stages {
   std::optional<EncoderFeed> encoder;  // publisher only
   DeviceMonitor* device = nullptr;
   ServiceNotifier* notifier = nullptr;
+  Metrics* metrics = nullptr;
   Liveness liveness;
   std::mutex reload_mutex;
   std::optional<FrameContext> reloaded_context;  // under the mutex
@@ -147,6 +149,7 @@ struct Pipeline::Stages {
   std::exception_ptr observer_fault;
   std::string sync_fault;  // empty: none found
   PipelineSummary summary;
+  std::optional<SourceThread> source_thread;  // from run() on
 };
 
 Pipeline::Pipeline(const Config& config, std::unique_ptr<TagSource> source, Publisher& publisher,
@@ -166,6 +169,8 @@ void Pipeline::watch(DeviceMonitor& device) {
 
 void Pipeline::serve(ServiceNotifier& notifier) { stages_->notifier = &notifier; }
 
+void Pipeline::measure(Metrics& metrics) { stages_->metrics = &metrics; }
+
 void Pipeline::reload(const Config& config) { stages_->reload(config); }
 
 PipelineSummary Pipeline::run(const std::stop_token& stop) {
@@ -179,7 +184,8 @@ PipelineSummary Pipeline::run(const std::stop_token& stop) {
   for (std::size_t i = 0; i < stages.lanes.size(); ++i) {
     threads.emplace_back([&stages, i] { stages.estimate(i); });
   }
-  SourceThread source(*stages.source, stages.ring, own_stop.get_token());
+  SourceThread& source =
+      stages.source_thread.emplace(*stages.source, stages.ring, own_stop.get_token());
   stages.publish_all(own_stop);
   source.join();
   threads.clear();
@@ -258,6 +264,7 @@ void Pipeline::Stages::publish(const LaneSlot& slot) {
   if (slot.frame.sync.locked) ++summary.locked_frames;
   summary.lost_tags += slot.frame.lost_tags;
   reporter.frame_published(message);
+  if (metrics != nullptr) metrics->frame_published(message, reporter.effort_is_lowered());
   tell_observer(message, json);
 }
 
@@ -275,7 +282,7 @@ void Pipeline::Stages::tell_observer(const FrameMessage& message, const std::str
 
 StreamHealth Pipeline::Stages::health() {
   StreamHealth health;
-  health.tags = framing->tags.load(std::memory_order_relaxed);
+  health.tags = framing->totals_so_far().events;
   health.last_arrival_ns = framing->last_arrival_ns.load(std::memory_order_relaxed);
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
@@ -320,8 +327,18 @@ void Pipeline::Stages::look_around() {
   }
   take_reloaded_context();
   publisher.greet();
-  reporter.tick(health());
+  const StreamHealth now = health();
+  reporter.tick(now);
   if (notifier != nullptr) notifier->tick(reporter.status(), is_alive());
+  if (metrics == nullptr) return;
+  metrics->ring_filled(now.ring_fill_ratio);
+  if (metrics->due()) refresh_metrics();
+}
+
+void Pipeline::Stages::refresh_metrics() {
+  metrics->refresh(reporter.status(),
+                   {framing->totals_so_far(), source_thread->dropped_tags(), framing->discarded()},
+                   source->counters());
 }
 
 void Pipeline::Stages::finish(const std::exception_ptr& fault) {
@@ -338,6 +355,7 @@ void Pipeline::Stages::finish(const std::exception_ptr& fault) {
   publisher.greet();
   reporter.stop(health(), reason);
   if (notifier != nullptr) notifier->tick(reporter.status(), true);
+  if (metrics != nullptr) refresh_metrics();
 }
 
 }  // namespace splid

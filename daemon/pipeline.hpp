@@ -13,6 +13,7 @@
 #include "daemon/clock.hpp"
 #include "daemon/device_monitor.hpp"
 #include "daemon/framer.hpp"
+#include "daemon/metrics.hpp"
 #include "daemon/publisher.hpp"
 #include "daemon/service_notifier.hpp"
 #include "drivers/source.hpp"
@@ -59,6 +60,8 @@ class Pipeline {
   void watch(DeviceMonitor& device);
   // Who is told that the daemon works. notifier: outlives run().
   void serve(ServiceNotifier& notifier);
+  // Who counts. metrics: outlives run().
+  void measure(Metrics& metrics);
   // Frames from now on are estimated as this configuration says, in what can change while frames
   // flow (see ConfigChanges::live); the rest of it is not looked at. Any thread, while run() runs.
   // Errors: Error(Fault::usage) where the estimator refuses it; nothing has changed then.

@@ -113,6 +113,19 @@ class Reloader {
   ServiceNotifier notifier_{host_clock()};
 };
 
+// Null where nobody is to be told any.
+std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
+                                      DeviceMonitor& device) {
+  if (config.metrics.file.empty() && config.metrics.http.empty()) return nullptr;
+  auto metrics = std::make_unique<Metrics>(config, source.counters(), host_clock(),
+                                           [&device](const std::string& sentence) {
+                                             spdlog::warn("{}", sentence);
+                                             device.notice(sentence);
+                                           });
+  if (!metrics->url().empty()) spdlog::info("metrics at {}", metrics->url());
+  return metrics;
+}
+
 // Takes a signals' hangup for as long as it lives.
 class HangupTaken {
  public:
@@ -150,7 +163,9 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
                 const SessionOptions& options, const std::stop_token& stop) {
   const std::string source_name = source->info().name;
   Publisher publisher(config.publish.endpoint, options.queue_messages);
+  const std::unique_ptr<Metrics> metrics = open_metrics(config, *source, device);
   Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  if (metrics) pipeline.measure(*metrics);
   pipeline.watch(device);
   ServiceNotifier notifier(host_clock());
   pipeline.serve(notifier);

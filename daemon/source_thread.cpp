@@ -22,7 +22,9 @@ void run_into(Sink&& sink, TagSource& source, const std::stop_token& stop) {
 }  // namespace
 
 SourceThread::SourceThread(TagSource& source, TagRing& ring, std::stop_token stop)
-    : thread_([this, &source, &ring, stop = std::move(stop)] { run(source, ring, stop); }) {}
+    : dropping_(source.info().live ? std::make_unique<DroppingSink>(ring, destroyed_.get_token())
+                                   : nullptr),
+      thread_([this, &source, &ring, stop = std::move(stop)] { run(source, ring, stop); }) {}
 
 SourceThread::~SourceThread() {
   destroyed_.request_stop();
@@ -39,8 +41,8 @@ void SourceThread::run(TagSource& source, TagRing& ring, const std::stop_token& 
   const std::stop_callback pass_on(stop, [this] { destroyed_.request_stop(); });
   const std::stop_token either = destroyed_.get_token();
   try {
-    if (source.info().live) {
-      run_into(DroppingSink(ring, either), source, either);
+    if (dropping_) {
+      run_into(*dropping_, source, either);
     } else {
       run_into(WaitingSink(ring, either), source, either);
     }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <exception>
+#include <memory>
 #include <stop_token>
 #include <thread>
 
@@ -24,12 +26,17 @@ class SourceThread {
   void join();
   // After join(): what ended the stream, null where it ended by itself or by the stop request.
   [[nodiscard]] std::exception_ptr fault() const { return fault_; }
+  // Events that a live source had to drop because the ring was full; any thread.
+  [[nodiscard]] std::uint64_t dropped_tags() const {
+    return dropping_ ? dropping_->dropped_tags() : 0;
+  }
 
  private:
   void run(TagSource& source, TagRing& ring, const std::stop_token& stop);
 
   std::stop_source destroyed_;
-  std::exception_ptr fault_;  // written before the thread ends
+  std::unique_ptr<DroppingSink> dropping_;  // null where the source can wait
+  std::exception_ptr fault_;                // written before the thread ends
   std::thread thread_;
 };
 

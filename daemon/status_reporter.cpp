@@ -141,7 +141,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
                          ? health.sync_fault
                          : reason;
-  } else if (!last_effort_.empty() && last_effort_ != configured_effort_) {
+  } else if (effort_is_lowered()) {
     status_.state = DaemonState::degraded;
     status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
                      last_effort_ + " until it keeps up";

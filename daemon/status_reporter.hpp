@@ -47,6 +47,10 @@ class StatusReporter {
   // The effort that frames are to have; with less the daemon is degraded.
   void configure(Effort effort) { configured_effort_ = to_string(effort); }
 
+  // The last frame had less effort than was configured.
+  [[nodiscard]] bool effort_is_lowered() const {
+    return !last_effort_.empty() && last_effort_ != configured_effort_;
+  }
   // As last judged.
   [[nodiscard]] const StatusMessage& status() const { return status_; }
 

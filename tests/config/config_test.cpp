@@ -59,6 +59,8 @@ TEST_F(ConfigTest, EveryOtherKeyHasADefault) {
   EXPECT_EQ(config.frame.length_ms, 50);
   EXPECT_THAT(config.channels.photon, ElementsAre("1"));
   EXPECT_EQ(config.publish.endpoint, "tcp://127.0.0.1:9872");
+  EXPECT_EQ(config.metrics.file, "");
+  EXPECT_EQ(config.metrics.http, "");
 }
 
 TEST_F(ConfigTest, ReadsEverySection) {
@@ -67,7 +69,8 @@ TEST_F(ConfigTest, ReadsEverySection) {
       "scene": {"motion": "static", "range_offset_m": -3}, "estimator": {"effort": "fast"},
       "detector": {"dead_time_ns": 40}, "pipeline": {"estimation_threads": 2},
       "encoder": {"file": "rail.csv", "m_per_count": -0.001, "offset_m": 7},
-      "publish": {"endpoint": "ipc:///run/splid/frames"})");
+      "publish": {"endpoint": "ipc:///run/splid/frames"},
+      "metrics": {"file": "splid.prom", "http": "localhost:9873"})");
   EXPECT_THAT(config.channels.photon, ElementsAre("1", "2"));
   EXPECT_EQ(config.channels.sync, "5");
   EXPECT_EQ(config.pulse.sigma_ps, 120);
@@ -82,6 +85,8 @@ TEST_F(ConfigTest, ReadsEverySection) {
   EXPECT_EQ(config.encoder.m_per_count, -0.001);
   EXPECT_EQ(config.encoder.offset_m, 7);
   EXPECT_EQ(config.publish.endpoint, "ipc:///run/splid/frames");
+  EXPECT_EQ(config.metrics.file, folder_.path("splid.prom"));
+  EXPECT_EQ(config.metrics.http, "localhost:9873");
 }
 
 TEST_F(ConfigTest, TheVersionMayBeAbsentOrOfALaterMinor) {
@@ -143,6 +148,8 @@ TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
               HasSubstr("c.json: /channels/encoder: \"\" names no channel"));
   EXPECT_THAT(error_of(R"(, "publish": {"endpoint": "tcp://*:9872"})"),
               HasSubstr("c.json: /publish/endpoint: \"tcp://*:9872\" would offer"));
+  EXPECT_THAT(error_of(R"(, "metrics": {"http": "0.0.0.0:9873"})"),
+              HasSubstr("c.json: /metrics/http: \"0.0.0.0:9873\" would offer"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},
                   "source": {"driver": "simulator", "target": {"motion": "points"}}})"),
               HasSubstr("c.json: /source/target/points"));

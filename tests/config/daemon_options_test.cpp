@@ -64,6 +64,26 @@ TEST(PublishOptions, RefusesWhatIsNoEndpoint) {
   EXPECT_THAT(fault_of_endpoint("ipc://"), HasSubstr("names no file"));
 }
 
+TEST(MetricsOptions, ServeThisMachineOnly) {
+  const auto fault_of_http = [](const std::string& http) {
+    const auto fault = MetricsOptions{.http = http}.validate();
+    return fault ? fault->pointer + ": " + fault->what : "";
+  };
+  for (const char* http : {"", "127.0.0.1:9873", "localhost:65535", "127.3.2.1:*"}) {
+    EXPECT_EQ(fault_of_http(http), "") << http;
+  }
+  for (const char* http : {"0.0.0.0:9873", "*:9873", "192.168.1.2:9873", "127.example.org:9873"}) {
+    EXPECT_THAT(fault_of_http(http), HasSubstr("without encryption")) << http;
+  }
+  for (const char* http : {"[::1]:9873", "lo:9873"}) {
+    EXPECT_THAT(fault_of_http(http), HasSubstr("no IPv4 address")) << http;
+  }
+  EXPECT_THAT(fault_of_http("9873"), HasSubstr("/http: \"9873\" has no port"));
+  EXPECT_THAT(fault_of_http("127.0.0.1:0"), HasSubstr("port from 1 to 65535"));
+  EXPECT_THAT(fault_of_http("127.0.0.1:80,0.0.0.0:9873"), HasSubstr("would offer"));
+  EXPECT_THAT(fault_of_http("http://127.0.0.1:9873"), HasSubstr("would offer"));
+}
+
 TEST(PublishOptions, AnIpcPathHasToFitASocketAddress) {
   EXPECT_EQ(fault_of_endpoint("ipc://" + std::string(107, 'a')), "");
   EXPECT_THAT(fault_of_endpoint("ipc://" + std::string(108, 'a')), HasSubstr("108 bytes"));
