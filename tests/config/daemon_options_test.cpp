@@ -66,7 +66,7 @@ TEST(PublishOptions, RefusesWhatIsNoEndpoint) {
 
 TEST(MetricsOptions, ServeThisMachineOnly) {
   const auto fault_of_http = [](const std::string& http) {
-    const auto fault = MetricsOptions{.http = http}.validate();
+    const auto fault = MetricsOptions{.file = "", .http = http}.validate();
     return fault ? fault->pointer + ": " + fault->what : "";
   };
   for (const char* http : {"", "127.0.0.1:9873", "localhost:65535", "127.3.2.1:*"}) {

@@ -76,7 +76,7 @@ TEST_F(MetricsTest, CountFramesInBaseUnits) {
   frame.status = FrameStatus::ok;
   frame.latency_ms = 2;  // a bucket holds its own bound
   frame.compute_ms = 1.5;
-  frame.sync = {.count = 9, .missing = 3, .spurious = 2, .drift_ppm = -12.5, .jitter_ps = 40};
+  frame.sync = FrameMessage::Sync{9, 3, 2, {}, -12.5, 40};
   metrics.frame_published(frame, false);
   frame.status = FrameStatus::incomplete;
   frame.latency_ms = 7000;
