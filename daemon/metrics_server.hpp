@@ -13,8 +13,8 @@ namespace splid {
 // Answers GET /metrics over HTTP.
 //
 // Threads: two of its own answer, one more takes connections, whatever comes in; a request that
-// stays unfinished holds one of them for a second. Errors: the constructor throws
-// Error(Fault::device).
+// stays unfinished holds one of them for a second. The destructor waits for them, up to 2 s.
+// Errors: the constructor throws Error(Fault::device).
 class MetricsServer {
  public:
   // address: HOST:PORT, the port "*" is the system's choice.
