@@ -116,6 +116,7 @@ TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
                    .late = 7,
                    .surplus = 8,
                    .reported = 5,
+                   .unplaced = 0,
                    .frames = 1,
                    .jumps = 9,
                    .resets = 10};
