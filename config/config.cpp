@@ -88,6 +88,7 @@ void check_all(const Config& config) {
   check(config.file, "/channels", encoder_channel_fault(config));
   check(config.file, "/publish", config.publish.validate());
   check(config.file, "/metrics", config.metrics.validate());
+  check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));
   check(config.file, "/pulse", pulse_fault(config));

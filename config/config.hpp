@@ -31,6 +31,7 @@ struct Config {
   PipelineOptions pipeline;
   PublishOptions publish;
   MetricsOptions metrics;
+  RecordOptions record;
   AwgOptions awg;
 };
 

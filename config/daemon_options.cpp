@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "config/channel_name.hpp"
+#include "config/json_text.hpp"
 
 namespace splid {
 namespace {
@@ -130,6 +131,26 @@ void DetectorOptions::describe(OptionVisitor& visitor) {
   visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
                  "the detector's dead time, ns; frames in which it would bias the result are "
                  "called saturated; 0: not known, no frame is");
+}
+
+void RecordOptions::describe(OptionVisitor& visitor) {
+  visitor.path("folder", folder,
+               "where splid run keeps the tags that it measures from, in files for splid replay, "
+               "and removes its oldest; made where it is not there; \"\": nowhere");
+  visitor.number("max_file_mib", max_file_mib, {1, 1e6},
+                 "size from which on a new file is begun, MiB");
+  visitor.number("max_file_s", max_file_s, {1, 1e6}, "time that a file holds at most, s");
+  visitor.number("max_folder_gib", max_folder_gib, {0.004, 1e6},
+                 "room of all recordings in the folder, GiB");
+}
+
+std::optional<OptionFault> RecordOptions::validate() const {
+  constexpr double mib_per_gib = 1024;
+  constexpr double least_files = 2;  // one that is written, and the one before it
+  const double least_gib = least_files * (max_file_mib + 1) / mib_per_gib;
+  if (max_folder_gib >= least_gib) return std::nullopt;
+  return OptionFault{"/max_folder_gib", shown(max_folder_gib) + " is below " + shown(least_gib) +
+                                            ", room for two files of max_file_mib"};
 }
 
 void PipelineOptions::describe(OptionVisitor& visitor) {

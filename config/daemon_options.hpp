@@ -48,6 +48,16 @@ struct MetricsOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
+// JSON: `record`.
+struct RecordOptions {
+  std::string folder;          // empty: nothing is recorded
+  double max_file_mib = 1024;  // of 2^20 bytes
+  double max_file_s = 600;     // of the tagger's clock
+  double max_folder_gib = 50;  // of 2^30 bytes
+  void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
+};
+
 // JSON: `pipeline`.
 struct PipelineOptions {
   std::int64_t ring_capacity_tags = 4'194'304;  // 64 MiB; a frame's tags must fit

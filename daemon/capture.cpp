@@ -15,9 +15,9 @@
 #include "daemon/format.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/recorder.hpp"
+#include "daemon/recording_facts.hpp"
 #include "daemon/ring.hpp"
 #include "daemon/source_thread.hpp"
-#include "protocol/pattern_json.hpp"
 
 namespace splid {
 namespace {
@@ -27,16 +27,6 @@ constexpr std::size_t tags_at_once = 65'536;
 
 // A killed recorder may lose half a second; a little less leaves time for the write.
 constexpr std::int64_t flush_interval_ns = 400'000'000;
-
-PtuFacts facts_of(const Config& config, const SourceInfo& source, const std::string& encoder) {
-  PtuFacts facts;
-  facts.instrument = source.name;
-  facts.release = SPLID_VERSION;
-  facts.pattern_json = to_json(config.pattern);
-  facts.config_json = config_to_json(config);
-  facts.encoder_file = encoder.substr(encoder.rfind('/') + 1);
-  return facts;
-}
 
 // First and last time of a stream, for its length.
 struct Extent {
@@ -67,7 +57,7 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
                        bool overwrite, const Clock& clock, const std::stop_token& stop) {
   const SourceInfo info = source.info();
   std::unique_ptr<EncoderSource> counts = open_encoder(config);
-  Recorder recorder(file, facts_of(config, info, counts ? encoder_file_of(file) : ""),
+  Recorder recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
                     DeviceClock(info, clock), overwrite);
   std::optional<EncoderLog> encoder;
   if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));

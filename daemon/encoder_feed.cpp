@@ -48,6 +48,7 @@ void EncoderFeed::take_counts() {
   try {
     while ((source_->live() || join_.waits()) && source_->next(batch_)) {
       join_.take_counts(batch_);
+      observer_(batch_);
       heard_ns_ = clock_.steady_ns();
     }
   } catch (const Error& error) {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/config.hpp"
 #include "daemon/clock.hpp"
@@ -27,6 +29,11 @@ class EncoderFeed {
   EncoderFeed(std::unique_ptr<EncoderSource> source, const EncoderOptions& options,
               const Clock& clock);
 
+  // Hears each batch of counts as it is taken.
+  void observe(std::function<void(const EncoderBatch&)> observer) {
+    observer_ = std::move(observer);
+  }
+
   // Frames in their order. Waits for counts of a live source up to 40 ms after the frame's last tag
   // came, so that a frame is published before the next one is full; not where none came for a
   // second.
@@ -40,6 +47,7 @@ class EncoderFeed {
   const Clock& clock_;
   EncoderJoin join_;
   EncoderBatch batch_;
+  std::function<void(const EncoderBatch&)> observer_ = [](const EncoderBatch&) {};
   std::int64_t heard_ns_ = 0;  // last batch
   std::string said_;           // fault that the log has
   bool failed_ = false;        // the source threw

@@ -59,6 +59,7 @@ void Framing::run(const std::stop_token& stop, int patience_ms) {
     }
     ring_.consume(some.size());
   }
+  if (recording_ != nullptr) recording_->finish();
   framer_.finish();
   show_totals();
   for (const auto& lane : lanes_) {
@@ -71,6 +72,8 @@ void Framing::take(std::span<const Tag> some) {
   if (!anchored_) device_clock_.anchor(some.front().time_ps);
   anchored_ = true;
   const std::int64_t now_ns = host_.steady_ns();
+  // First, since the framer may wait for a slow publisher.
+  if (recording_ != nullptr) recording_->take(some);
   framer_.push(some, now_ns);
   last_arrival_ns.store(now_ns, std::memory_order_relaxed);
   show_totals();

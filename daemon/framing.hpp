@@ -16,6 +16,7 @@
 #include "daemon/effort_governor.hpp"
 #include "daemon/framer.hpp"
 #include "daemon/lane.hpp"
+#include "daemon/recording.hpp"
 #include "daemon/ring.hpp"
 
 namespace splid {
@@ -35,6 +36,9 @@ class Framing : private FrameSink {
 
   // Until the ring has ended; patience_ms after a stop request the tags left in it are discarded.
   void run(const std::stop_token& stop, int patience_ms);
+
+  // Also gives every tag that it frames to `recording`, which outlives this. Before run().
+  void record_into(Recording& recording) { recording_ = &recording; }
 
   // The publisher has released a slot.
   void notify_released() { released_.notify(); }
@@ -66,6 +70,7 @@ class Framing : private FrameSink {
   const Clock& host_;
   TagRing& ring_;
   Lanes& lanes_;
+  Recording* recording_ = nullptr;
   ChannelMap channels_;
   Framer framer_;
   DeviceClock device_clock_;

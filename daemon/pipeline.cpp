@@ -138,6 +138,7 @@ struct Pipeline::Stages {
   Wake publisher_wake;                 // a frame was estimated
   std::optional<EncoderFeed> encoder;  // publisher only
   DeviceMonitor* device = nullptr;
+  Recording* recording = nullptr;
   ServiceNotifier* notifier = nullptr;
   Metrics* metrics = nullptr;
   Liveness liveness;
@@ -165,6 +166,15 @@ void Pipeline::observe(FrameObserver observer) { stages_->observer = std::move(o
 void Pipeline::watch(DeviceMonitor& device) {
   stages_->device = &device;
   device.set_wake(&stages_->publisher_wake);
+}
+
+void Pipeline::record(Recording& recording) {
+  stages_->recording = &recording;
+  stages_->framing->record_into(recording);
+  if (!stages_->encoder) return;
+  recording.expect_counts();
+  stages_->encoder->observe(
+      [&recording](const EncoderBatch& batch) { recording.take_counts(batch); });
 }
 
 void Pipeline::serve(ServiceNotifier& notifier) { stages_->notifier = &notifier; }
@@ -287,6 +297,7 @@ StreamHealth Pipeline::Stages::health() {
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
+  if (recording != nullptr) health.recording_fault = recording->fault();
   if (device != nullptr) {
     health.device_reports = device->take_reports();
     health.notices = device->take_notices();

@@ -15,6 +15,7 @@
 #include "daemon/framer.hpp"
 #include "daemon/metrics.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/recording.hpp"
 #include "daemon/service_notifier.hpp"
 #include "drivers/source.hpp"
 #include "protocol/messages.hpp"
@@ -58,6 +59,8 @@ class Pipeline {
   void observe(FrameObserver observer);
   // What the source reports goes into the status. device: outlives run().
   void watch(DeviceMonitor& device);
+  // Where what is measured from is kept. recording: outlives run().
+  void record(Recording& recording);
   // Who is told that the daemon works. notifier: outlives run().
   void serve(ServiceNotifier& notifier);
   // Who counts. metrics: outlives run().

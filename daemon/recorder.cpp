@@ -22,6 +22,8 @@ constexpr std::size_t block_tags = block_bytes / 4;
 // Time of a recording's first tag in it. Tags may still come that much earlier.
 constexpr std::int64_t lead_ps = 1'000'000;
 
+constexpr std::uint64_t ptu_record_bytes = 4;
+
 constexpr std::int64_t ps_per_ms = 1'000'000'000;
 
 }  // namespace
@@ -33,8 +35,15 @@ Recorder::Recorder(std::string file, PtuFacts facts, const DeviceClock& clock, b
   facts_.guid.clear();
   const std::vector<std::byte> header = make_ptu_header(facts_);
   open(overwrite);
-  write_at(header, 0);
-  written_bytes_ = header.size();
+  try {
+    write_at(header, written_bytes_);
+  } catch (const Error&) {
+    // Nothing that could be read: a recorder that tries again would leave one each time.
+    ::close(descriptor_);
+    ::unlink(file_.c_str());
+    throw;
+  }
+  header_bytes_ = pending_at_ = written_bytes_;
 }
 
 Recorder::~Recorder() {
@@ -85,6 +94,26 @@ void Recorder::close() {
   }
 }
 
+std::uint64_t Recorder::written_records() const {
+  return (written_bytes_ - header_bytes_) / ptu_record_bytes;
+}
+
+std::uint64_t Recorder::give_up() {
+  if (descriptor_ == -1) return 0;
+  encoder_.flush(pending_);
+  const std::uint64_t written = (written_bytes_ - pending_at_) / ptu_record_bytes;
+  const std::uint64_t lost = ptu_tags(std::span(pending_).subspan(written * ptu_record_bytes));
+  facts_.losses = encoder_.losses().losses(encoder_.now_ps());
+  facts_.record_count = written_records();
+  try {
+    write_header();
+  } catch (const Error&) {
+    // The one before says to read to the end of the file.
+  }
+  ::close(std::exchange(descriptor_, -1));
+  return lost;
+}
+
 void Recorder::begin(std::int64_t first_tag_ps) {
   begun_ = true;
   clock_.anchor(first_tag_ps);
@@ -97,13 +126,17 @@ void Recorder::begin(std::int64_t first_tag_ps) {
 void Recorder::write_pending() {
   if (pending_.empty()) return;
   write_at(pending_, written_bytes_);
-  written_bytes_ += pending_.size();
+  pending_at_ = written_bytes_;
   pending_.clear();
 }
 
-void Recorder::write_header() { write_at(make_ptu_header(facts_), 0); }
+void Recorder::write_header() {
+  std::uint64_t offset = 0;
+  write_at(make_ptu_header(facts_), offset);
+}
 
-void Recorder::write_at(std::span<const std::byte> bytes, std::uint64_t offset) {
+// offset: of the first byte; afterwards of the first that was not written, also where it throws.
+void Recorder::write_at(std::span<const std::byte> bytes, std::uint64_t& offset) {
   while (!bytes.empty()) {
     const ssize_t count =
         ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));

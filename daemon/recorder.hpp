@@ -35,9 +35,18 @@ class Recorder {
   void flush();
   // Writes what is left, and the header with its count and losses. Once, and nothing after it.
   void close();
+  // Instead of close() where writing failed: ends the file with what it has, says so in its header
+  // if the disk lets it, and returns how many tags given to write() are not in it and not among its
+  // losses. Errors: none.
+  std::uint64_t give_up();
 
-  [[nodiscard]] std::uint64_t bytes() const { return written_bytes_ + pending_.size(); }
+  // In the file, or to be.
+  [[nodiscard]] std::uint64_t bytes() const { return pending_at_ + pending_.size(); }
   [[nodiscard]] std::uint64_t records() const { return encoder_.records(); }
+  // As the header has them.
+  [[nodiscard]] const std::vector<Loss>& losses() const { return facts_.losses; }
+  // In the file by now, overflows included.
+  [[nodiscard]] std::uint64_t written_records() const;
   // Tags that no record can hold: see PtuEncoder. Part of lost_tags().
   [[nodiscard]] std::uint64_t rejected() const { return encoder_.rejected(); }
   [[nodiscard]] std::uint64_t lost_tags() const { return encoder_.losses().lost_tags(); }
@@ -47,7 +56,7 @@ class Recorder {
   void begin(std::int64_t first_tag_ps);
   void write_pending();
   void write_header();
-  void write_at(std::span<const std::byte> bytes, std::uint64_t offset);
+  void write_at(std::span<const std::byte> bytes, std::uint64_t& offset);
 
   std::string file_;
   PtuFacts facts_;
@@ -56,7 +65,9 @@ class Recorder {
   PtuEncoder encoder_{0};
   bool begun_ = false;
   std::vector<std::byte> pending_;
-  std::uint64_t written_bytes_ = 0;  // header included
+  std::uint64_t header_bytes_ = 0;
+  std::uint64_t pending_at_ = 0;     // place in the file of the first byte in pending_
+  std::uint64_t written_bytes_ = 0;  // header included; past pending_at_ after a failed write alone
 };
 
 }  // namespace splid

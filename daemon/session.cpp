@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "daemon/clock.hpp"
@@ -12,6 +13,7 @@
 #include "daemon/line_writer.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/publisher.hpp"
+#include "daemon/recording.hpp"
 #include "daemon/reload.hpp"
 #include "daemon/service_notifier.hpp"
 #include "daemon/truth_score.hpp"
@@ -161,12 +163,20 @@ std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* devi
 
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
-  const std::string source_name = source->info().name;
+  const SourceInfo info = source->info();
   Publisher publisher(config.publish.endpoint, options.queue_messages);
   const std::unique_ptr<Metrics> metrics = open_metrics(config, *source, device);
   Pipeline pipeline(config, std::move(source), publisher, host_clock());
   if (metrics) pipeline.measure(*metrics);
   pipeline.watch(device);
+  std::optional<Recording> recording;
+  if (options.record && !config.record.folder.empty()) {
+    recording.emplace(config, info, host_clock(), [&device](const std::string& sentence) {
+      spdlog::warn("recording: {}", sentence);
+      device.notice("recording: " + sentence);
+    });
+    pipeline.record(*recording);
+  }
   ServiceNotifier notifier(host_clock());
   pipeline.serve(notifier);
   Reloader reloader(config, pipeline, device);
@@ -179,7 +189,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
     if (progress.due()) progress.show(describe(message));
     return !options.json || out.write(json);
   });
-  spdlog::info("source {}; pattern {} ({}); publishing at {}", source_name, config.pattern_file,
+  spdlog::info("source {}; pattern {} ({}); publishing at {}", info.name, config.pattern_file,
                describe_pattern(config.pattern), publisher.endpoint());
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const std::int64_t begin_ns = host_clock().steady_ns();
@@ -187,6 +197,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   progress.clear();
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
   spdlog::info("{}; took {:.3g} s", describe(summary), took_s);
+  if (recording) spdlog::info("{}", recording->summary());
   if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
   if (summary.fault) std::rethrow_exception(summary.fault);
   check_locked(summary);

@@ -19,6 +19,7 @@ struct SessionOptions {
   // Messages kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
+  bool record = false;               // as config.record says
   StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; null: none does
 };
 

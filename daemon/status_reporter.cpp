@@ -98,8 +98,15 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
 
 void StatusReporter::judge(const StreamHealth& health) {
   judge_device(health);
-  if (notice_.empty()) return;
-  status_.reason += (status_.reason.empty() ? "" : "; ") + notice_;
+  const bool is_well = status_.state == DaemonState::streaming;
+  if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
+  add_reason(health.recording_fault);
+  add_reason(notice_);
+}
+
+void StatusReporter::add_reason(const std::string& sentence) {
+  if (sentence.empty()) return;
+  status_.reason += (status_.reason.empty() ? "" : "; ") + sentence;
 }
 
 void StatusReporter::judge_device(const StreamHealth& health) {

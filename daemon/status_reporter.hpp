@@ -21,6 +21,7 @@ struct StreamHealth {
   std::string sync_fault;                         // a sentence; empty: none
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
   std::vector<std::string> notices = {};          // likewise: sentences on other things
+  std::string recording_fault = {};               // a sentence; empty: none
 };
 
 // Publishes `version` once and `status` once a second, on every change of state or reason, and for
@@ -29,7 +30,8 @@ struct StreamHealth {
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
-// frame was no_sync, incomplete or saturated; stopping from stop() on.
+// frame was no_sync, incomplete or saturated, or nothing is recorded that should be; stopping from
+// stop() on.
 //
 // Threads: one. Errors: none.
 class StatusReporter {
@@ -56,6 +58,7 @@ class StatusReporter {
 
  private:
   void judge(const StreamHealth& health);
+  void add_reason(const std::string& sentence);
   void judge_device(const StreamHealth& health);
   void judge_amplitudes();
   void judge_stream(const StreamHealth& health);

@@ -38,6 +38,17 @@ std::uint32_t record_of(const Tag& tag) {
 
 }  // namespace
 
+std::uint64_t ptu_tags(std::span<const std::byte> records) {
+  // The last byte of a record, little endian, holds the special bit, the channel's six and one of
+  // the time's.
+  constexpr std::byte channel_bits{0xFE};
+  std::uint64_t tags = 0;
+  for (std::size_t at = 3; at < records.size(); at += 4) {
+    tags += (records[at] & channel_bits) != channel_bits ? 1 : 0;
+  }
+  return tags;
+}
+
 PtuEncoder::PtuEncoder(std::int64_t origin_ps)
     : origin_ps_(origin_ps), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
   waiting_.reserve(2 * max_waiting);

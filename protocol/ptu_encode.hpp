@@ -10,6 +10,10 @@
 
 namespace splid {
 
+// Of records that PtuEncoder made, those that stand for a tag: all but overflows. A cut last record
+// is none.
+std::uint64_t ptu_tags(std::span<const std::byte> records);
+
 // Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
 // Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
 //

@@ -25,6 +25,7 @@ void add_run(CLI::App& app, Action& action) {
       DeviceMonitor device;
       SessionOptions options;
       options.signals = &signals;
+      options.record = true;
       return run_session(config, open_source(config, &device), device, options, signals.token());
     };
   });

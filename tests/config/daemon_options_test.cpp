@@ -89,5 +89,17 @@ TEST(PublishOptions, AnIpcPathHasToFitASocketAddress) {
   EXPECT_THAT(fault_of_endpoint("ipc://" + std::string(108, 'a')), HasSubstr("108 bytes"));
 }
 
+TEST(RecordOptions, TheFolderHoldsTwoFiles) {
+  RecordOptions options;
+  EXPECT_FALSE(options.validate());
+  options.max_file_mib = 1023;
+  options.max_folder_gib = 2;
+  EXPECT_FALSE(options.validate());
+  options.max_folder_gib = 1.999;
+  ASSERT_TRUE(options.validate());
+  EXPECT_EQ(options.validate()->pointer, "/max_folder_gib");
+  EXPECT_THAT(options.validate()->what, HasSubstr("1.999 is below 2.0, room for two files"));
+}
+
 }  // namespace
 }  // namespace splid

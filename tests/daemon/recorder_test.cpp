@@ -9,13 +9,14 @@
 #include <vector>
 
 #include "drivers/replay/recording_info.hpp"
-#include "drivers/replay/recording_reader.hpp"
 #include "protocol/error.hpp"
+#include "tests/support/read_back.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
 namespace {
 
+using splid::test::read_back;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
@@ -39,16 +40,6 @@ std::vector<Tag> some_tags(std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i) {
     tags.push_back(i % 5 == 0 ? sync_tag(epoch_ps + i * 1'000'000)
                               : photon_tag(epoch_ps + i * 1'000'000, 1 + static_cast<int>(i % 2)));
-  }
-  return tags;
-}
-
-std::vector<Tag> read_back(const std::string& file) {
-  RecordingReader reader(file, [](const std::string&) {});
-  std::vector<Tag> tags;
-  std::vector<Tag> block(4096);
-  while (const std::size_t count = reader.read(block)) {
-    tags.insert(tags.end(), block.begin(), block.begin() + static_cast<std::ptrdiff_t>(count));
   }
   return tags;
 }
@@ -128,6 +119,7 @@ TEST(Recorder, AFullDiskIsADeviceErrorAndTheFileStaysReadable) {
   const rlimit little{200'002, before.rlim_max};
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
   std::string what;
+  std::uint64_t lost = 0;
   {
     Recorder recorder(file, facts(), clock_from(0), false);
     try {
@@ -137,6 +129,7 @@ TEST(Recorder, AFullDiskIsADeviceErrorAndTheFileStaysReadable) {
       EXPECT_EQ(error.fault(), Fault::device);
       what = error.what();
     }
+    lost = recorder.give_up();
   }
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
@@ -144,6 +137,8 @@ TEST(Recorder, AFullDiskIsADeviceErrorAndTheFileStaysReadable) {
   const std::vector<Tag> read = read_back(file);
   ASSERT_GT(read.size(), 10'000u);
   EXPECT_THAT(read, ElementsAreArray(std::span(tags).first(read.size())));
+  EXPECT_EQ(read.size() + lost, tags.size());
+  EXPECT_GT(scan_recording(file).header.record_count, read.size());
 }
 
 TEST(Recorder, AFolderThatIsNotThereIsADeviceError) {

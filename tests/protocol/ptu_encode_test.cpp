@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "protocol/ptu_decode.hpp"
@@ -55,6 +56,14 @@ TEST(PtuEncode, OverflowsCountAtMost127ARecord) {
   PtuEncoder encoder(0);
   EXPECT_EQ(encoded(encoder, {photon_tag(127 * wrap, 1), photon_tag(255 * wrap + 3, 1)}),
             record_bytes({0xFE00007F, 0x02000000, 0xFE00007F, 0xFE000001, 0x02000003}));
+}
+
+TEST(PtuEncode, TagsAreToldFromOverflows) {
+  EXPECT_EQ(ptu_tags({}), 0U);
+  EXPECT_EQ(ptu_tags(record_bytes({0x02000005})), 1U);
+  EXPECT_EQ(ptu_tags(record_bytes({0xFE00007F, 0x7DFFFFFF, 0xFE000001, 0x81FFFFFF, 0x9FFFFFFF})),
+            3U);
+  EXPECT_EQ(ptu_tags(std::span(record_bytes({0x02000005, 0x02000006})).first(7)), 1U);
 }
 
 TEST(PtuEncode, GapsOfMinutes) {
