@@ -63,7 +63,8 @@ TEST(PtuEncode, TagsAreToldFromOverflows) {
   EXPECT_EQ(ptu_tags(record_bytes({0x02000005})), 1U);
   EXPECT_EQ(ptu_tags(record_bytes({0xFE00007F, 0x7DFFFFFF, 0xFE000001, 0x81FFFFFF, 0x9FFFFFFF})),
             3U);
-  EXPECT_EQ(ptu_tags(std::span(record_bytes({0x02000005, 0x02000006})).first(7)), 1U);
+  const auto cut = record_bytes({0x02000005, 0x02000006});
+  EXPECT_EQ(ptu_tags(std::span(cut).first(7)), 1U);
 }
 
 TEST(PtuEncode, GapsOfMinutes) {
