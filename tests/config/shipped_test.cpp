@@ -25,11 +25,11 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(), ::testing::ElementsAre(
-                             "ambiguous.json", "baseline.json", "demo.json", "encoder.json",
-                             "interleaved.json", "m8190a-mrr.json", "m8195a-swabian.json",
-                             "mrr.json", "random.json", "replay.json", "swabian-bridge.json",
-                             "tags16-usb.json", "tdc2.json"));
+  EXPECT_THAT(shipped(),
+              ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json", "encoder.json",
+                                     "interleaved.json", "m8190a-mrr.json", "m8195a-swabian.json",
+                                     "mrr.json", "random.json", "replay.json",
+                                     "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
