@@ -9,6 +9,7 @@
 #include "daemon/format.hpp"
 #include "daemon/recording_facts.hpp"
 #include "protocol/error.hpp"
+#include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
@@ -74,17 +75,20 @@ void RotatingRecorder::close() {
   say_(grouped(gap_.count) + " tags are in no recording");
 }
 
-// How many of the tags go to the file that is being written, or that the first of them begins.
+// How many of the tags go to the file that is being written, or that the first of them begins: that
+// one is then in it, wherever the clock's range ends.
 std::size_t RotatingRecorder::until_cut(std::span<const Tag> tags) const {
   const std::int64_t end_ps = recorder_ ? end_ps_ : end_of_file(tags.front().time_ps);
-  const auto cut = std::find_if(tags.begin(), tags.end(), [end_ps](const Tag& tag) {
-    return tag.kind == TagKind::clock_break || tag.time_ps >= end_ps;
-  });
+  const bool begins = !recorder_ && tags.front().kind != TagKind::clock_break;
+  const auto cut =
+      std::find_if(tags.begin() + (begins ? 1 : 0), tags.end(), [end_ps](const Tag& tag) {
+        return tag.kind == TagKind::clock_break || tag.time_ps >= end_ps;
+      });
   return static_cast<std::size_t>(cut - tags.begin());
 }
 
 std::int64_t RotatingRecorder::end_of_file(std::int64_t first_ps) const {
-  return first_ps + static_cast<std::int64_t>(config_.record.max_file_s * ps_per_s);
+  return saturated_sum(first_ps, static_cast<std::int64_t>(config_.record.max_file_s * ps_per_s));
 }
 
 void RotatingRecorder::follow_losses(std::span<const Tag> tags) {

@@ -75,6 +75,15 @@ class RotatingRecorderTest : public ::testing::Test {
   std::vector<std::string> said;
 };
 
+TEST_F(RotatingRecorderTest, AClockNearItsRangesEndIsRecordedToo) {
+  config.record.max_file_s = 1e6;
+  const std::vector<Tag> tags = steady_tags(9'200'000 * second_ps, 1000);
+  RotatingRecorder recorder = recorder_in(folder.path("r"));
+  recorder.take(tags);
+  recorder.close();
+  EXPECT_THAT(read_all(folder.path("r")), ElementsAreArray(tags));
+}
+
 TEST_F(RotatingRecorderTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {
   config.record.max_file_s = 1;
   std::vector<Tag> tags = steady_tags(epoch_ps, 2'500'000);
