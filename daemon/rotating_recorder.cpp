@@ -29,11 +29,11 @@ std::uint64_t bytes_of(double mib) { return static_cast<std::uint64_t>(mib * byt
 
 }  // namespace
 
-RotatingRecorder::RotatingRecorder(const Config& config, const SourceInfo& source,
-                                   const Clock& clock, OpenCounts open_counts,
+RotatingRecorder::RotatingRecorder(const Config& config, SourceInfo source, const Clock& clock,
+                                   OpenCounts open_counts,
                                    std::function<void(const std::string&)> say)
     : config_(config),
-      source_(source),
+      source_(std::move(source)),
       clock_(clock),
       open_counts_(std::move(open_counts)),
       say_(std::move(say)),

@@ -36,7 +36,7 @@ class RotatingRecorder {
   using OpenCounts = std::function<std::unique_ptr<EncoderSource>()>;
 
   // config, clock: outlive this. say: a sentence for people; never empty.
-  RotatingRecorder(const Config& config, const SourceInfo& source, const Clock& clock,
+  RotatingRecorder(const Config& config, SourceInfo source, const Clock& clock,
                    OpenCounts open_counts, std::function<void(const std::string&)> say);
 
   // At most 65,536, in stream order.

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t gathered_from = 16384;
 constexpr std::size_t gathered_rows = 32;
 constexpr std::size_t most_cells = gathered_from;
-constexpr double most_columns = most_cells / gathered_rows;
+constexpr double most_columns = static_cast<double>(most_cells / gathered_rows);
 constexpr double cells_a_width = 8;
 
 double columns_of(const CombWindow& window, double width_ns) {
