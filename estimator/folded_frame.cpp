@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t gathered_from = 16384;
 constexpr std::size_t gathered_rows = 32;
 constexpr std::size_t most_cells = gathered_from;
-constexpr double most_columns = static_cast<double>(most_cells / gathered_rows);
+constexpr std::size_t most_columns = most_cells / gathered_rows;
 constexpr double cells_a_width = 8;
 
 double columns_of(const CombWindow& window, double width_ns) {
@@ -162,9 +162,10 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   first.clear();
   weight.clear();
   const std::size_t likely_near = pick_groups(frame, windows, train);
-  const bool gathers = gather_width_ns > 0 && likely_near >= gathered_from &&
-                       columns_of(windows.front(), gather_width_ns) <= most_columns &&
-                       each_photon_has_one_pulse(windows);
+  const bool gathers =
+      gather_width_ns > 0 && likely_near >= gathered_from &&
+      columns_of(windows.front(), gather_width_ns) <= static_cast<double>(most_columns) &&
+      each_photon_has_one_pulse(windows);
   if (gathers) {
     const CombWindow& window = windows.front();
     const Cells cells = {window.first_ns(), window.last_ns(), cells_a_width / gather_width_ns,
