@@ -9,8 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/pattern_calibration.hpp"
-#include "daemon/tradeoff_frames.hpp"
+#include "daemon/calibration/pattern_calibration.hpp"
+#include "daemon/tradeoff/tradeoff_frames.hpp"
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/units.hpp"

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/framer.hpp"
-#include "daemon/ring.hpp"
+#include "daemon/framing/framer.hpp"
+#include "daemon/framing/ring.hpp"
 #include "protocol/ptu_decode.hpp"
 #include "protocol/ptu_header.hpp"
 

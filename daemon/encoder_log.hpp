@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "daemon/channel_map.hpp"
+#include "daemon/framing/channel_map.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/tag.hpp"
 

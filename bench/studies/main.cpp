@@ -8,7 +8,7 @@
 
 #include "bench/studies/report.hpp"
 #include "bench/studies/runner.hpp"
-#include "daemon/stop_signals.hpp"
+#include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
 
 namespace splid::studies {

@@ -10,7 +10,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
 #include "daemon/read_file.hpp"
-#include "daemon/recording_report.hpp"
+#include "daemon/recording/recording_report.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 

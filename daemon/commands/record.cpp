@@ -5,11 +5,11 @@
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/capture.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/log_level.hpp"
-#include "daemon/session.hpp"
-#include "daemon/stop_signals.hpp"
+#include "daemon/recording/capture.hpp"
+#include "daemon/service/session.hpp"
+#include "daemon/service/stop_signals.hpp"
 
 namespace splid {
 namespace {

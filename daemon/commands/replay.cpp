@@ -13,8 +13,8 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/encoder_log.hpp"
 #include "daemon/log_level.hpp"
-#include "daemon/session.hpp"
-#include "daemon/stop_signals.hpp"
+#include "daemon/service/session.hpp"
+#include "daemon/service/stop_signals.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 

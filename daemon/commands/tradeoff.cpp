@@ -1,4 +1,4 @@
-#include "daemon/tradeoff.hpp"
+#include "daemon/tradeoff/tradeoff.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -17,9 +17,9 @@
 #include "daemon/log_level.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
-#include "daemon/stop_signals.hpp"
-#include "daemon/tradeoff_choice.hpp"
-#include "daemon/tradeoff_report.hpp"
+#include "daemon/service/stop_signals.hpp"
+#include "daemon/tradeoff/tradeoff_choice.hpp"
+#include "daemon/tradeoff/tradeoff_report.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

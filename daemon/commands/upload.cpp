@@ -14,7 +14,7 @@
 #include "daemon/log_level.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
-#include "daemon/stop_signals.hpp"
+#include "daemon/service/stop_signals.hpp"
 #include "drivers/awg/awg_model.hpp"
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern_json.hpp"

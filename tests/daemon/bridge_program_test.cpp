@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "daemon/subscriber.hpp"
+#include "daemon/messages/subscriber.hpp"
 #include "tests/support/python_program.hpp"
 
 // The bridges that are shipped, as programs of their own, with the built program at the other end.

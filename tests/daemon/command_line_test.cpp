@@ -8,7 +8,7 @@
 #include <sstream>
 #include <thread>
 
-#include "daemon/publisher.hpp"
+#include "daemon/messages/publisher.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 

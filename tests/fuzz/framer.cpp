@@ -1,4 +1,4 @@
-#include "daemon/framer.hpp"
+#include "daemon/framing/framer.hpp"
 
 #include <memory>
 

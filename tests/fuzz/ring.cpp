@@ -1,4 +1,4 @@
-#include "daemon/ring.hpp"
+#include "daemon/framing/ring.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 

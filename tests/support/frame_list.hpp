@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/frame.hpp"
+#include "daemon/framing/frame.hpp"
 
 namespace splid::test {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/subscriber.hpp"
+#include "daemon/messages/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/program.hpp"

@@ -1,0 +1,126 @@
+#include "daemon/framing/framing.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+
+// Tags given to the framer at once: few enough that a replay gets room in the ring early and that
+// the time of arrival of a frame's last tag is true to a fraction of a millisecond.
+constexpr std::size_t tags_at_once = 16'384;
+
+// How long an idle wait lasts before it looks at everything again.
+constexpr milliseconds idle{100};
+
+constexpr std::array counts = {
+    &FramerTotals::events,   &FramerTotals::photons,  &FramerTotals::syncs,  &FramerTotals::markers,
+    &FramerTotals::shared,   &FramerTotals::ignored,  &FramerTotals::late,   &FramerTotals::surplus,
+    &FramerTotals::reported, &FramerTotals::unplaced, &FramerTotals::frames, &FramerTotals::jumps,
+    &FramerTotals::resets};
+static_assert(sizeof(FramerTotals) == counts.size() * sizeof(std::uint64_t), "one is missing");
+
+constexpr std::int64_t ns_per_ms = 1'000'000;
+
+}  // namespace
+
+Framing::Framing(const Config& config, const SourceInfo& source, const Clock& clock, TagRing& ring,
+                 Lanes& lanes)
+    : configured_effort(config.estimator.effort),
+      host_(clock),
+      ring_(ring),
+      lanes_(lanes),
+      channels_(config.channels),
+      framer_(framer_options(config.frame.length_ms, config.pattern, config.drift.method),
+              channels_, *this),
+      device_clock_(source, clock),
+      effort_(config.estimator.effort, source.live) {}
+
+void Framing::run(const std::stop_token& stop, int patience_ms) {
+  pthread_setname_np(pthread_self(), "framer");
+  // A stop ends the source, which closes the ring: what is in it is taken first.
+  const std::stop_token to_the_end;
+  while (!ring_.ended()) {
+    const std::span<const Tag> waiting = ring_.wait(idle, to_the_end);
+    const std::size_t fill = ring_.fill();
+    if (fill > highest_fill.load(std::memory_order_relaxed)) highest_fill = fill;
+    const auto some = waiting.first(std::min(waiting.size(), tags_at_once));
+    if (out_of_patience(stop, patience_ms)) {
+      const auto events =
+          std::count_if(some.begin(), some.end(), [](const Tag& t) { return is_event(t.kind); });
+      discarded_.fetch_add(static_cast<std::uint64_t>(events), std::memory_order_relaxed);
+    } else if (!some.empty()) {
+      take(some);
+    }
+    ring_.consume(some.size());
+  }
+  if (recording_ != nullptr) recording_->finish();
+  framer_.finish();
+  show_totals();
+  for (const auto& lane : lanes_) {
+    lane->close();
+    lane->estimator_wake.notify();
+  }
+}
+
+void Framing::take(std::span<const Tag> some) {
+  if (!anchored_) device_clock_.anchor(some.front().time_ps);
+  anchored_ = true;
+  const std::int64_t now_ns = host_.steady_ns();
+  // First, since the framer may wait for a slow publisher.
+  if (recording_ != nullptr) recording_->take(some);
+  framer_.push(some, now_ns);
+  last_arrival_ns.store(now_ns, std::memory_order_relaxed);
+  show_totals();
+  if (framer_.diagnosis()) diagnosed.store(true, std::memory_order_release);
+}
+
+void Framing::show_totals() {
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    shown_[i].store(framer_.totals().*counts[i], std::memory_order_relaxed);
+  }
+}
+
+FramerTotals Framing::totals_so_far() const {
+  FramerTotals totals;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    totals.*counts[i] = shown_[i].load(std::memory_order_relaxed);
+  }
+  return totals;
+}
+
+bool Framing::out_of_patience(const std::stop_token& stop, int patience_ms) {
+  if (!stop.stop_requested()) return false;
+  const std::int64_t now_ns = host_.steady_ns();
+  if (!stop_seen_ns_) stop_seen_ns_ = now_ns;
+  return now_ns - *stop_seen_ns_ > patience_ms * ns_per_ms;
+}
+
+Frame& Framing::open() {
+  // The publisher goes on releasing slots until the lanes are closed, so this ends.
+  while ((slot_ = lanes_[lane_]->free_slot()) == nullptr) {
+    waited_ = true;
+    released_.wait_for(idle);
+  }
+  return slot_->frame;
+}
+
+void Framing::close() {
+  const Frame& frame = slot_->frame;
+  const bool clock_set_back = frame.sequence > 0 && frame.start_ps < last_end_ps_;
+  if (clock_set_back) device_clock_.anchor(frame.end_ps);
+  last_end_ps_ = frame.end_ps;
+  slot_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
+  effort_.configure(configured_effort.load(std::memory_order_relaxed));
+  slot_->effort = effort_.next(std::exchange(waited_, false));
+  lanes_[lane_]->fill();
+  lanes_[lane_]->estimator_wake.notify();
+  lane_ = (lane_ + 1) % lanes_.size();
+}
+
+}  // namespace splid

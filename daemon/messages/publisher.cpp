@@ -1,0 +1,121 @@
+#include "daemon/messages/publisher.hpp"
+
+#include <cerrno>
+#include <string_view>
+#include <zmq.hpp>
+
+#include "protocol/error.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+namespace {
+
+// Bytes of the largest message taken from a subscriber. All it has to say is a topic.
+constexpr std::int64_t max_incoming_bytes = 1024;
+
+// Subscriptions read in one call, so that a subscriber that sends nothing else cannot hold a frame
+// up: 64 take some 10 us.
+constexpr int max_subscriptions_a_call = 64;
+
+constexpr int heartbeat_interval_ms = 2000;
+constexpr int heartbeat_timeout_ms = 6000;
+
+bool is_prefix(std::string_view prefix, std::string_view text) {
+  return text.substr(0, prefix.size()) == prefix;
+}
+
+[[noreturn]] void throw_bind_error(const std::string& endpoint, const zmq::error_t& error) {
+  const std::string place = "publish.endpoint " + endpoint + ": " + error.what();
+  switch (error.num()) {
+    case EINVAL:
+    case EPROTONOSUPPORT:
+    case ENOCOMPATPROTO:
+      throw Error(Fault::usage, place + "; give it as tcp://127.0.0.1:PORT or ipc:///PATH");
+    case EADDRINUSE:
+      throw Error(Fault::device, place +
+                                     "; another program, maybe another splid, listens there: stop "
+                                     "it or give publish.endpoint another port");
+    default:
+      throw Error(Fault::device,
+                  place + "; give publish.endpoint an address of this machine that may be bound");
+  }
+}
+
+}  // namespace
+
+struct Publisher::Socket {
+  zmq::context_t context{1};
+  zmq::socket_t xpub{context, zmq::socket_type::xpub};
+  bool frames_wanted = false;
+};
+
+Publisher::Publisher(const std::string& endpoint, int queue_messages)
+    : socket_(std::make_unique<Socket>()) {
+  zmq::socket_t& xpub = socket_->xpub;
+  xpub.set(zmq::sockopt::xpub_verbose, true);
+  xpub.set(zmq::sockopt::sndhwm, queue_messages);
+  xpub.set(zmq::sockopt::linger, static_cast<int>(linger.count()));
+  xpub.set(zmq::sockopt::maxmsgsize, max_incoming_bytes);
+  xpub.set(zmq::sockopt::heartbeat_ivl, heartbeat_interval_ms);
+  xpub.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
+  try {
+    xpub.bind(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw_bind_error(endpoint, error);
+  }
+}
+
+Publisher::~Publisher() = default;
+
+std::string Publisher::endpoint() const { return socket_->xpub.get(zmq::sockopt::last_endpoint); }
+
+void Publisher::publish_frame(const std::string& json) { send(topic_frame, json); }
+
+void Publisher::publish_status(const std::string& json) {
+  status_ = json;
+  send(topic_status, json);
+}
+
+void Publisher::publish_version(const std::string& json) {
+  version_ = json;
+  send(topic_version, json);
+}
+
+void Publisher::greet() {
+  bool version_wanted = false;
+  bool status_wanted = false;
+  zmq::message_t message;
+  for (int i = 0; i < max_subscriptions_a_call; ++i) {
+    if (!socket_->xpub.recv(message, zmq::recv_flags::dontwait)) break;
+    const std::string_view text = message.to_string_view();
+    if (text.empty() || text.front() != '\x01') continue;  // 1 subscribes; the topic follows
+    const std::string_view topic = text.substr(1);
+    version_wanted |= is_prefix(topic, topic_version);
+    status_wanted |= is_prefix(topic, topic_status);
+    socket_->frames_wanted |= is_prefix(topic, topic_frame);
+  }
+  if (version_wanted && !version_.empty()) send(topic_version, version_);
+  if (status_wanted && !status_.empty()) send(topic_status, status_);
+}
+
+bool Publisher::wait_for_subscriber(std::chrono::milliseconds timeout) {
+  const auto until = std::chrono::steady_clock::now() + timeout;
+  greet();
+  while (!socket_->frames_wanted && std::chrono::steady_clock::now() < until) {
+    zmq::pollitem_t item{socket_->xpub.handle(), 0, ZMQ_POLLIN, 0};
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
+    zmq::poll(&item, 1, std::min(left, std::chrono::milliseconds{100}));
+    greet();
+  }
+  return socket_->frames_wanted;
+}
+
+void Publisher::send(const char* topic, const std::string& json) {
+  // XPUB drops for a subscriber whose queue is full and never blocks: no result to look at.
+  (void)socket_->xpub.send(zmq::buffer(std::string_view{topic}),
+                           zmq::send_flags::sndmore | zmq::send_flags::dontwait);
+  (void)socket_->xpub.send(zmq::buffer(json), zmq::send_flags::dontwait);
+}
+
+}  // namespace splid

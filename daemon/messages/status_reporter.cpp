@@ -1,0 +1,174 @@
+#include "daemon/messages/status_reporter.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include "daemon/format.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr double ns_per_ms = 1e6;
+
+// A live source that says nothing for this many frames is silent: it owes a heartbeat every 10 ms.
+constexpr double silent_frames = 4;
+
+const char* reason_of(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::no_sync:
+      return "the last frame had too few pattern syncs: look at channels.sync and its cable";
+    case FrameStatus::incomplete:
+      return "tags are being lost: the last frame saw less than frame.min_seen_fraction";
+    case FrameStatus::saturated:
+      return "so much light that the detector's dead time biases the values: attenuate it";
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
+                               const Clock& clock)
+    : source_(source),
+      publisher_(publisher),
+      clock_(clock),
+      last_frame_s_(source.start_unix_s.value_or(0)),
+      silence_limit_ns_(std::max(silent_frames * config.frame.length_ms, 100.0) * ns_per_ms) {
+  version_.release = SPLID_VERSION;
+  version_.pattern = std::filesystem::path(config.pattern_file).stem().string();
+  version_.mode = config.pattern.mode;
+  status_.source = config.source_driver;
+  configure(config.estimator.effort);
+}
+
+void StatusReporter::start() {
+  version_.timestamp_s = timestamp_s();
+  publisher_.publish_version(to_json(version_));
+  started_ns_ = clock_.steady_ns();
+  publish({});
+}
+
+void StatusReporter::frame_published(const FrameMessage& message) {
+  ++status_.frames;
+  if (message.valid()) ++status_.valid_frames;
+  status_.lost_tags += message.lost_tags.value_or(0);
+  last_frame_ = message.status;
+  frames_this_second_ += message.valid() ? 1 : 0;
+  if (message.amplitude_misfit) {
+    ++misfits_this_second_;
+    amplitude_misfit_ = *message.amplitude_misfit;
+  }
+  last_effort_ = message.effort.value_or(configured_effort_);
+  last_frame_s_ = message.timestamp_s;
+}
+
+void StatusReporter::tick(const StreamHealth& health) {
+  highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
+  for (const DeviceReport& report : health.device_reports) {
+    device_ = report;
+    judge(health);
+    publish(health);
+  }
+  for (const std::string& notice : health.notices) {
+    notice_ = notice;
+    judge(health);
+    publish(health);
+  }
+  if (clock_.steady_ns() >= next_ns_) judge_amplitudes();
+  const DaemonState state = status_.state;
+  const std::string reason = status_.reason;
+  judge(health);
+  const bool due = clock_.steady_ns() >= next_ns_;
+  if (due || state != status_.state || reason != status_.reason) publish(health);
+  // What is over has then been said for a second.
+  if (!due) return;
+  notice_.clear();
+  if (device_.state == DeviceState::connected) device_.reason.clear();
+}
+
+void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
+  highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
+  status_.state = DaemonState::stopping;
+  status_.reason = reason;
+  publish(health);
+}
+
+void StatusReporter::judge(const StreamHealth& health) {
+  judge_device(health);
+  const bool is_well = status_.state == DaemonState::streaming;
+  if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
+  add_reason(health.recording_fault);
+  add_reason(notice_);
+}
+
+void StatusReporter::add_reason(const std::string& sentence) {
+  if (sentence.empty()) return;
+  status_.reason += (status_.reason.empty() ? "" : "; ") + sentence;
+}
+
+void StatusReporter::judge_device(const StreamHealth& health) {
+  status_.device = device_.state;
+  switch (device_.state) {
+    case DeviceState::no_device:
+      status_.state = DaemonState::waiting_for_device;
+      break;
+    case DeviceState::failing:
+      status_.state = DaemonState::degraded;
+      break;
+    case DeviceState::connected:
+      judge_stream(health);
+      if (!status_.reason.empty()) return;
+  }
+  status_.reason = device_.reason;
+}
+
+// In half of a second's frames: chance shows one in a million a frame.
+void StatusReporter::judge_amplitudes() {
+  amplitude_reason_.clear();
+  if (misfits_this_second_ > 0 && 2 * misfits_this_second_ >= frames_this_second_) {
+    amplitude_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
+                        " % (rms) off the pattern's amplitudes: calibrate the pattern";
+  }
+  frames_this_second_ = misfits_this_second_ = 0;
+}
+
+void StatusReporter::judge_stream(const StreamHealth& health) {
+  const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
+  status_.reason.clear();
+  if (source_.live && static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
+    status_.state = DaemonState::waiting_for_device;
+    status_.reason = source_.name + " sends nothing, not even a heartbeat";
+  } else if (last_frame_ == FrameStatus::not_run) {
+    status_.state = DaemonState::starting;
+  } else if (const char* reason = reason_of(last_frame_)) {
+    status_.state = DaemonState::degraded;
+    status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
+                         ? health.sync_fault
+                         : reason;
+  } else if (effort_is_lowered()) {
+    status_.state = DaemonState::degraded;
+    status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
+                     last_effort_ + " until it keeps up";
+  } else {
+    status_.state = DaemonState::streaming;
+    status_.reason = amplitude_reason_;
+  }
+}
+
+void StatusReporter::publish(const StreamHealth& health) {
+  status_.timestamp_s = timestamp_s();
+  status_.tags = health.tags;
+  status_.ring_fill_ratio = std::exchange(highest_fill_, 0);
+  publisher_.publish_status(to_json(status_));
+  ++status_.sequence;
+  next_ns_ = clock_.steady_ns() + ns_per_s;
+}
+
+double StatusReporter::timestamp_s() const {
+  return source_.live ? clock_.unix_s() : last_frame_s_;
+}
+
+}  // namespace splid

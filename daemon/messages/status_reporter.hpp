@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/messages/publisher.hpp"
+#include "drivers/source.hpp"
+#include "estimator/options.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+
+// What a stream is like at a moment.
+struct StreamHealth {
+  std::uint64_t tags = 0;                         // taken from the source
+  std::int64_t last_arrival_ns = 0;               // of a tag or heartbeat; 0: none yet
+  double ring_fill_ratio = 0;                     // highest since the last call
+  std::string sync_fault;                         // a sentence; empty: none
+  std::vector<DeviceReport> device_reports = {};  // since the last call, in order
+  std::vector<std::string> notices = {};          // likewise: sentences on other things
+  std::string recording_fault = {};               // a sentence; empty: none
+};
+
+// Publishes `version` once and `status` once a second, on every change of state or reason, and for
+// each thing that the driver reports of its instrument or that is noticed elsewhere; what is over
+// is repeated for a second.
+//
+// States: starting until the first frame; waiting_for_device while the driver says no_device or a
+// live source has been silent for four frames; degraded while the driver says failing or the last
+// frame was no_sync, incomplete or saturated, or nothing is recorded that should be; stopping from
+// stop() on.
+//
+// Threads: one. Errors: none.
+class StatusReporter {
+ public:
+  // publisher, clock: outlive this.
+  StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
+                 const Clock& clock);
+
+  void start();
+  void frame_published(const FrameMessage& message);
+  // To be called at least every 100 ms.
+  void tick(const StreamHealth& health);
+  // The stream is over. reason: why, empty where nothing is wrong.
+  void stop(const StreamHealth& health, const std::string& reason);
+  // The effort that frames are to have; with less the daemon is degraded.
+  void configure(Effort effort) { configured_effort_ = to_string(effort); }
+
+  // The last frame had less effort than was configured.
+  [[nodiscard]] bool effort_is_lowered() const {
+    return !last_effort_.empty() && last_effort_ != configured_effort_;
+  }
+  // As last judged.
+  [[nodiscard]] const StatusMessage& status() const { return status_; }
+
+ private:
+  void judge(const StreamHealth& health);
+  void add_reason(const std::string& sentence);
+  void judge_device(const StreamHealth& health);
+  void judge_amplitudes();
+  void judge_stream(const StreamHealth& health);
+  void publish(const StreamHealth& health);
+  [[nodiscard]] double timestamp_s() const;
+
+  SourceInfo source_;
+  Publisher& publisher_;
+  const Clock& clock_;
+  VersionMessage version_;
+  StatusMessage status_;
+  DeviceReport device_;
+  std::string notice_;
+  FrameStatus last_frame_ = FrameStatus::not_run;
+  std::string configured_effort_;
+  std::string last_effort_;
+  int frames_this_second_ = 0;    // with a target
+  int misfits_this_second_ = 0;   // of these, with other amplitudes than the pattern's
+  double amplitude_misfit_ = 0;   // of the last such
+  std::string amplitude_reason_;  // of the second before
+  double last_frame_s_ = 0;
+  double silence_limit_ns_;
+  std::int64_t started_ns_ = 0;
+  std::int64_t next_ns_ = 0;
+  double highest_fill_ = 0;
+};
+
+}  // namespace splid

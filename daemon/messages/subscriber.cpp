@@ -1,0 +1,48 @@
+#include "daemon/messages/subscriber.hpp"
+
+#include <zmq.hpp>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+
+struct Subscriber::Socket {
+  zmq::context_t context{1};
+  zmq::socket_t sub{context, zmq::socket_type::sub};
+};
+
+Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::string>& topics)
+    : socket_(std::make_unique<Socket>()) {
+  zmq::socket_t& sub = socket_->sub;
+  sub.set(zmq::sockopt::linger, 0);
+  // Tries to connect again ten times a second: a daemon that is just starting is not waited for.
+  sub.set(zmq::sockopt::reconnect_ivl, 100);
+  // A replay at full speed sends thousands of messages a second: none is to be lost here.
+  sub.set(zmq::sockopt::rcvhwm, 0);
+  for (const std::string& topic : topics) sub.set(zmq::sockopt::subscribe, topic);
+  try {
+    sub.connect(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw Error(Fault::usage, "endpoint " + endpoint + ": " + error.what() +
+                                  "; give it as tcp://127.0.0.1:PORT or ipc:///PATH");
+  }
+}
+
+Subscriber::~Subscriber() = default;
+
+std::optional<Subscriber::Message> Subscriber::receive(std::chrono::milliseconds timeout) {
+  socket_->sub.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));
+  zmq::message_t topic;
+  zmq::message_t json;
+  if (!socket_->sub.recv(topic)) return std::nullopt;
+  if (!topic.more() || !socket_->sub.recv(json)) return std::nullopt;
+  bool more = json.more();
+  const bool two_parts = !more;
+  for (zmq::message_t rest; more; more = rest.more()) {
+    if (!socket_->sub.recv(rest)) break;
+  }
+  if (!two_parts) return std::nullopt;
+  return Message{topic.to_string(), json.to_string()};
+}
+
+}  // namespace splid

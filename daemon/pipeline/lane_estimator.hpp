@@ -1,0 +1,55 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <utility>
+
+#include "estimator/frame_estimator.hpp"
+
+namespace splid {
+
+// How a lane's frames are estimated: what a reload replaces as one.
+struct EstimatorInUse {
+  FrameEstimator estimator;
+  bool tracked;
+};
+
+// A lane's estimator, and the way by which a reload hands in another: the estimation thread takes
+// it between two frames by exchanging pointers, and leaves the old one to be freed elsewhere.
+//
+// Threads: in_use() and take_next() belong to the estimation thread, hand_in() to one other.
+class LaneEstimator {
+ public:
+  explicit LaneEstimator(EstimatorInUse made)
+      : in_use_(std::make_unique<EstimatorInUse>(std::move(made))) {}
+  ~LaneEstimator() {
+    delete next_.load();
+    delete retired_.load();
+  }
+  LaneEstimator(const LaneEstimator&) = delete;
+  LaneEstimator& operator=(const LaneEstimator&) = delete;
+
+  EstimatorInUse& in_use() { return *in_use_; }
+
+  // Does not allocate. True where there was one.
+  bool take_next() {
+    if (next_.load(std::memory_order_relaxed) == nullptr || retired_.load() != nullptr)
+      return false;
+    retired_.store(in_use_.release());
+    in_use_.reset(next_.exchange(nullptr));
+    return true;
+  }
+
+  void hand_in(EstimatorInUse made) {
+    delete next_.exchange(new EstimatorInUse(std::move(made)));
+    // The place must be free for the one that the new one retires.
+    delete retired_.exchange(nullptr);
+  }
+
+ private:
+  std::unique_ptr<EstimatorInUse> in_use_;
+  std::atomic<EstimatorInUse*> next_{nullptr};
+  std::atomic<EstimatorInUse*> retired_{nullptr};
+};
+
+}  // namespace splid

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "config/config.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/framing/ring.hpp"
+#include "daemon/recording/rotating_recorder.hpp"
+#include "drivers/encoder/encoder_batch.hpp"
+#include "drivers/source.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// Encoder batches on their way from the thread that publishes to the one that records.
+//
+// Threads: any; locks. Errors: none.
+class CountsQueue {
+ public:
+  // Past 65,536 batches the newest are dropped, and the next one says overrun.
+  void put(const EncoderBatch& batch);
+  // False where there is none.
+  bool take(EncoderBatch& batch);
+
+ private:
+  std::mutex mutex_;
+  std::vector<EncoderBatch> batches_;  // under the mutex, from first_ on
+  std::size_t first_ = 0;              // likewise
+  bool overrun_ = false;               // likewise
+};
+
+// Keeps what is measured from, on a thread of its own: the framer's thread copies its tags into a
+// ring, `recorder` takes them from there into files. Of a live source the framer never waits: when
+// the ring is full the newest tags are dropped, and a loss in the recording. Of another it does, so
+// that the recording of a replay is whole.
+//
+// What comes is in the hands of the system within half a second, so that a killed daemon loses no
+// more. It is not forced onto the disk: a machine that loses power loses what the system had not
+// written yet.
+//
+// Threads: take() and finish() the framer's; take_counts() the publisher's; fault() any; summary()
+// once finish() was called. Errors: none; the disk's are in fault(). take() allocates nothing and
+// takes no lock.
+class Recording {
+ public:
+  // config, clock: outlive this. say: hears, on the recorder's thread, of what is lost and why.
+  Recording(const Config& config, const SourceInfo& source, const Clock& clock,
+            std::function<void(const std::string&)> say);
+  ~Recording();
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  void take(std::span<const Tag> tags);
+  // No tag comes any more.
+  void finish();
+
+  // There is an encoder, whose counts go beside the files. Before the first tag.
+  void expect_counts() { has_counts_ = true; }
+  void take_counts(const EncoderBatch& batch) { counts_.put(batch); }
+
+  // Why nothing is recorded, in a sentence; empty while all is well.
+  [[nodiscard]] std::string fault() const;
+  // Waits until all is written.
+  [[nodiscard]] std::string summary();
+
+ private:
+  void run();
+  void look_around();
+  [[nodiscard]] std::unique_ptr<EncoderSource> open_counts();
+
+  const Clock& clock_;
+  std::function<void(const std::string&)> say_;
+  bool waits_;  // the source can
+  bool has_counts_ = false;
+  CountsQueue counts_;
+  TagRing ring_;
+  DroppingSink dropping_;
+  bool finished_ = false;         // framer only
+  RotatingRecorder recorder_;     // recorder only, until it ended
+  std::int64_t flushed_ns_ = 0;   // likewise
+  std::uint64_t said_drops_ = 0;  // likewise
+  mutable std::mutex mutex_;
+  std::string fault_;  // under the mutex
+  std::jthread thread_;
+};
+
+}  // namespace splid

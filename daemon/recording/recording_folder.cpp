@@ -1,0 +1,106 @@
+#include "daemon/recording/recording_folder.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "daemon/encoder_log.hpp"
+#include "daemon/format.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view shape = "splid-########T######Z-";
+constexpr std::string_view ending = ".ptu";
+constexpr std::size_t least_digits = 6;
+
+struct Kept {
+  std::uint64_t number = 0;
+  std::string path;
+  std::uint64_t bytes = 0;  // with its counts
+};
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Absent where `name` is not one that file_name() makes.
+std::optional<std::uint64_t> number_of(std::string_view name) {
+  if (name.size() < shape.size() + least_digits + ending.size()) return std::nullopt;
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    if (shape[i] == '#' ? !is_digit(name[i]) : name[i] != shape[i]) return std::nullopt;
+  }
+  if (!name.ends_with(ending)) return std::nullopt;
+  name.remove_prefix(shape.size());
+  name.remove_suffix(ending.size());
+  std::uint64_t number = 0;
+  const auto [stop, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (error != std::errc{} || stop != name.data() + name.size()) return std::nullopt;
+  return number;
+}
+
+std::string file_name(double unix_s, std::uint64_t number) {
+  const auto seconds = static_cast<std::time_t>(std::floor(unix_s));
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  return format("splid-%04d%02d%02dT%02d%02d%02dZ-%06llu.ptu", utc.tm_year + 1900, utc.tm_mon + 1,
+                utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec,
+                static_cast<unsigned long long>(number));
+}
+
+std::uint64_t size_of(const std::string& path) {
+  std::error_code absent;
+  const std::uintmax_t bytes = fs::file_size(path, absent);
+  return absent ? 0 : bytes;
+}
+
+// Oldest first. By number, not by name: the host's UTC may have been set back.
+std::vector<Kept> recordings_in(const std::string& folder) {
+  std::vector<Kept> kept;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const auto number = number_of(entry.path().filename().string());
+    if (!number || !entry.is_regular_file()) continue;
+    const std::string path = entry.path().string();
+    kept.push_back({*number, path, size_of(path) + size_of(encoder_file_of(path))});
+  }
+  std::sort(kept.begin(), kept.end(),
+            [](const Kept& a, const Kept& b) { return a.number < b.number; });
+  return kept;
+}
+
+}  // namespace
+
+std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
+  try {
+    fs::create_directories(path_);
+    const std::vector<Kept> kept = recordings_in(path_);
+    std::uint64_t bytes = file_bytes;
+    for (const Kept& file : kept) bytes += file.bytes;
+    for (const Kept& file : kept) {
+      if (bytes <= max_bytes_) break;
+      fs::remove(file.path);
+      fs::remove(encoder_file_of(file.path));
+      bytes -= file.bytes;
+    }
+    if (!kept.empty()) number_ = std::max(number_, kept.back().number);
+    return path_ + "/" + file_name(unix_s, ++number_);
+  } catch (const fs::filesystem_error& error) {
+    throw Error(Fault::device, error.path1().string() + ": " + error.code().message() +
+                                   "; record.folder must be a folder that splid may write to");
+  }
+}
+
+std::uint64_t RecordingFolder::free_bytes() const {
+  std::error_code absent;
+  const fs::space_info space = fs::space(path_, absent);
+  // Whatever is wrong with the folder, making a file in it says so.
+  return absent ? UINT64_MAX : space.available;
+}
+
+}  // namespace splid

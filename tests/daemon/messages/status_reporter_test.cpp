@@ -1,0 +1,204 @@
+#include "daemon/messages/status_reporter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "daemon/messages/subscriber.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/held_clock.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+FrameMessage frame(FrameStatus status) {
+  FrameMessage message;
+  message.status = status;
+  message.timestamp_s = 77;
+  message.lost_tags = 3;
+  return message;
+}
+
+class StatusReports : public ::testing::Test {
+ protected:
+  explicit StatusReports(bool live = true)
+      : reporter(config, SourceInfo{"scripted", live, {}}, publisher, clock) {
+    while (!publisher.wait_for_subscriber(milliseconds{5000})) {
+    }
+    reporter.start();
+  }
+
+  // What went out since the last call.
+  std::vector<std::string> published() {
+    std::vector<std::string> json;
+    while (const auto message = subscriber.receive(milliseconds{100})) {
+      if (message->topic == topic_status) json.push_back(message->json);
+    }
+    return json;
+  }
+
+  Config config = scene_config(0);
+  HeldClock clock;
+  Publisher publisher{config.publish.endpoint, 100};
+  Subscriber subscriber{publisher.endpoint(), {""}};
+  StatusReporter reporter;
+};
+
+TEST_F(StatusReports, ComeOnceASecondAndOnEveryChange) {
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\"")));
+  const StreamHealth health{1000, clock.steady_ns(), 0.25, ""};
+  reporter.tick(health);
+  EXPECT_THAT(published(), IsEmpty());
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"streaming\""), HasSubstr("0.25"),
+                                                      HasSubstr("1000"))));
+  clock.advance_ms(999);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_THAT(published(), IsEmpty());
+  clock.advance_ms(1);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_EQ(published().size(), 1u);
+}
+
+TEST_F(StatusReports, SayWhatIsWrong) {
+  const StreamHealth health{1, clock.steady_ns(), 0, "the syncs come at another period"};
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  reporter.frame_published(frame(FrameStatus::incomplete));
+  reporter.tick(health);
+  reporter.stop(health, "the cable came off");
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("another period")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("min_seen_fraction")),
+                               AllOf(HasSubstr("\"stopping\""), HasSubstr("the cable came off"))));
+}
+
+TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
+  const StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(200);
+  reporter.tick(health);
+  (void)published();
+  clock.advance_ms(1);
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"waiting_for_device\""),
+                                                      HasSubstr("scripted sends nothing"))));
+}
+
+TEST_F(StatusReports, SayThatNothingIsRecorded) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  health.recording_fault = "nothing is recorded: the disk is full";
+  reporter.tick(health);
+  health.sync_fault = "the syncs come at another period";
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  health.recording_fault.clear();
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""),
+                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("disk is full")),
+                                   AllOf(HasSubstr("another period; "), HasSubstr("disk is full")),
+                                   HasSubstr("\"streaming\"")));
+}
+
+TEST_F(StatusReports, SayEachThingThatTheDriverReports) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports = {{DeviceState::no_device, "tagger 12 is gone"},
+                           {DeviceState::failing, "it does not start"},
+                           {DeviceState::connected, "tagger 12 is back"}};
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"streaming\""),
+                               AllOf(HasSubstr("\"waiting_for_device\""),
+                                     HasSubstr("\"no_device\""), HasSubstr("tagger 12 is gone")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("\"failing\""),
+                                     HasSubstr("it does not start")),
+                               AllOf(HasSubstr("\"streaming\""), HasSubstr("\"connected\""),
+                                     HasSubstr("tagger 12 is back"))));
+}
+
+TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a stall, cleared"}}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports.clear();
+  for (int second = 0; second < 2; ++second) {
+    clock.advance_ms(1000);
+    health.last_arrival_ns = clock.steady_ns();
+    reporter.tick(health);
+  }
+  health.device_reports = {{DeviceState::no_device, "gone"}};
+  reporter.tick(health);
+  health.device_reports.clear();
+  clock.advance_ms(5000);
+  reporter.tick(health);
+  const auto cleared = HasSubstr("a stall, cleared");
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\""), cleared, cleared,
+                                                HasSubstr("\"reason\":\"\""), HasSubstr("gone"),
+                                                HasSubstr("gone")));
+}
+
+TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
+  FrameMessage uneven = frame(FrameStatus::ok);
+  uneven.amplitude_misfit = 0.35;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // One frame by chance, then most of them, then none.
+      const bool is_uneven = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_uneven ? uneven : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("35 % (rms)")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
+TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
+  FrameMessage lowered = frame(FrameStatus::ok);
+  lowered.effort = "fast";
+  const StreamHealth health{1000, clock.steady_ns(), 0, ""};
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  lowered.effort = "balanced";
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""),
+                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("to fast")),
+                                   HasSubstr("\"streaming\"")));
+}
+
+class ReplayStatusReports : public StatusReports {
+ protected:
+  ReplayStatusReports() : StatusReports(false) {}
+};
+
+TEST_F(ReplayStatusReports, HaveTheRecordingsTimeAndAreNeverSilent) {
+  reporter.frame_published(frame(FrameStatus::ok));
+  clock.advance_ms(60'000);
+  reporter.tick({1, 0, 0, ""});
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"timestamp\":0"),
+                                   AllOf(HasSubstr("\"timestamp\":77"), HasSubstr("streaming"))));
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,235 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <regex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/messages/subscriber.hpp"
+#include "drivers/bridge/bridge.hpp"
+#include "drivers/source.hpp"
+#include "tests/support/metrics_text.hpp"
+#include "tests/support/program.hpp"
+
+// The built program's metrics as Prometheus and node_exporter see them.
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+using splid::test::file_text;
+using splid::test::MetricsText;
+using splid::test::Program;
+using std::chrono::steady_clock;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr const char* get_metrics = "GET /metrics HTTP/1.1\r\nHost: splid\r\n\r\n";
+
+// Looks again ten times a second; false where it does not come true within 60 s.
+bool comes_true(const std::function<bool()>& condition) {
+  const auto deadline = steady_clock::now() + std::chrono::seconds{60};
+  while (!condition()) {
+    if (steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds{100});
+  }
+  return true;
+}
+
+// A connection to a port of this machine.
+class Connection {
+ public:
+  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    place.sin_port = htons(static_cast<std::uint16_t>(port));
+    const timeval patience{10, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    connected_ = connect(socket_, reinterpret_cast<sockaddr*>(&place), sizeof place) == 0;
+  }
+  ~Connection() { ::close(socket_); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  [[nodiscard]] bool connected() const { return connected_; }
+  void send(const std::string& bytes) const {
+    (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  }
+  // Until the other end closes, or ten seconds of silence.
+  [[nodiscard]] std::string receive() const {
+    std::string all;
+    std::array<char, 4096> some{};
+    for (ssize_t got = 0; (got = recv(socket_, some.data(), some.size(), 0)) > 0;) {
+      all.append(some.data(), static_cast<std::size_t>(got));
+    }
+    return all;
+  }
+
+ private:
+  int socket_;
+  bool connected_ = false;
+};
+
+class MetricsProgram : public ::testing::Test {
+ protected:
+  std::string config(const std::string& metrics) const {
+    return folder.write(
+        "config.json",
+        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
+        R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
+            endpoint + R"("},"metrics":)" + metrics + "}");
+  }
+
+  // Where the program said that it listens; 0: it did not.
+  static int port_of(const Program& program) {
+    std::smatch found;
+    const std::regex said("metrics at http://127\\.0\\.0\\.1:([0-9]+)/metrics");
+    if (!comes_true([&] { return program.err().find("/metrics\n") != std::string::npos; }))
+      return 0;
+    const std::string err = program.err();
+    return std::regex_search(err, found, said) ? std::stoi(found[1]) : 0;
+  }
+
+  static MetricsText scrape(int port) {
+    const Connection connection(port);
+    connection.send(get_metrics);
+    const std::string reply = connection.receive();
+    if (!reply.starts_with("HTTP/1.1 200 ")) throw std::runtime_error("no metrics: " + reply);
+    return MetricsText(reply.substr(reply.find("\r\n\r\n") + 4));
+  }
+
+  test::TempFolder folder;
+  std::string endpoint = "ipc://" + folder.path("frames");
+};
+
+TEST_F(MetricsProgram, TellsPrometheusAndTheFileWhatItDoes) {
+  const std::string file = folder.path("splid.prom");
+  Program program({"run", "--config", config(R"({"file":"splid.prom","http":"127.0.0.1:*"})")});
+  const int port = port_of(program);
+  ASSERT_NE(port, 0) << program.err();
+  ASSERT_TRUE(comes_true([&] { return scrape(port).sum("splid_frames_total") >= 3; }));
+  ASSERT_TRUE(comes_true([&] {
+    const MetricsText text(file_text(file));  // whole whenever it is read
+    return !text.names.empty() && text.sum("splid_frames_total") >= 3;
+  }));
+  const MetricsText text = scrape(port);
+  EXPECT_GT(text("splid_tags_total{channel=\"photon\"}"), 0);
+  EXPECT_EQ(text.types.at("splid_frame_latency_seconds"), "histogram");
+  const Connection elsewhere(port);
+  elsewhere.send("GET /etc/passwd HTTP/1.0\r\n\r\n");
+  EXPECT_THAT(elsewhere.receive(), HasSubstr(" 404 "));
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.wait().exit_code, 0);
+  EXPECT_EQ(MetricsText(file_text(file))("splid_state{state=\"stopping\"}"), 1);
+}
+
+TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
+  const Program program({"run", "--config", config(R"({"http":"127.0.0.1:*"})")});
+  const int port = port_of(program);
+  ASSERT_NE(port, 0) << program.err();
+  Subscriber frames(endpoint, {"frame"});
+  std::vector<std::unique_ptr<Connection>> held;
+  std::string noise(1 << 20, '\0');
+  for (std::size_t i = 0; i < noise.size(); ++i)
+    noise[i] = static_cast<char>(i * 2654435761U >> 13U);
+  std::optional<std::int64_t> last;
+  for (int heard = 0; heard < 30;) {
+    held.push_back(std::make_unique<Connection>(port));
+    const int kind = static_cast<int>(held.size() % 3);
+    held.back()->send(kind == 0   ? noise.substr(0, 60'000)
+                      : kind == 1 ? "GET /metrics HTTP/1.1\r\nX: " + std::string(60'000, 'a')
+                                  : "GET /metr");
+    const auto message = frames.receive(std::chrono::seconds{20});
+    ASSERT_TRUE(message) << program.err();
+    const json frame = json::parse(message->json);
+    EXPECT_EQ(frame["sequence"], last.value_or(frame["sequence"].get<std::int64_t>() - 1) + 1);
+    last = frame["sequence"].get<std::int64_t>();
+    ++heard;
+  }
+  held.clear();
+  EXPECT_TRUE(comes_true([&] {
+    try {
+      return scrape(port).sum("splid_frames_total") >= 30;
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+  })) << program.err();
+}
+
+TEST_F(MetricsProgram, APortInUseIsADeviceError) {
+  const Program first({"run", "--config", config(R"({"http":"127.0.0.1:*"})")});
+  const std::string taken = "127.0.0.1:" + std::to_string(port_of(first));
+  endpoint = "ipc://" + folder.path("others");
+  const auto second =
+      test::run_program({"run", "--config", config(R"({"http":")" + taken + "\"}")});
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_THAT(second.err, AllOf(HasSubstr("metrics.http " + taken), HasSubstr("another program")));
+}
+
+// What the drivers count, though no instrument is there.
+std::set<std::string> driver_counters() {
+  std::set<std::string> names;
+  BridgeOptions bridge;
+  bridge.address = "unix:nobody";
+  const auto usb = make_source_options("tdc2");
+  for (const auto& source : {bridge.open({}), usb->open({})}) {
+    for (const SourceCounter& counter : source->counters()) names.insert(counter.name);
+  }
+  return names;
+}
+
+std::set<std::string> metrics_named_in(const std::string& text) {
+  std::set<std::string> names;
+  const std::regex name("(splid|process)_[a-z0-9_]+");
+  for (std::sregex_iterator at(text.begin(), text.end(), name), end; at != end; ++at) {
+    names.insert(at->str());
+  }
+  return names;
+}
+
+TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
+  Program program({"run", "--config", config(R"({"http":"127.0.0.1:*"})")});
+  const int port = port_of(program);
+  ASSERT_NE(port, 0) << program.err();
+  MetricsText text = scrape(port);
+  std::set<std::string> known = driver_counters();
+  known.merge(text.names);
+  const std::string dashboard = file_text(SPLID_SOURCE_DIR "/docs/grafana-splid.json");
+  ASSERT_TRUE(json::accept(dashboard));
+  const json whole = json::parse(dashboard);
+  ASSERT_GE(whole["panels"].size(), 7U);
+  for (const json& panel : whole["panels"]) {
+    EXPECT_FALSE(panel["targets"].empty()) << panel["title"];
+    for (const json& target : panel["targets"]) {
+      const auto names = metrics_named_in(target["expr"]);
+      EXPECT_FALSE(names.empty()) << target;
+      for (const std::string& name : names) EXPECT_TRUE(known.contains(name)) << name;
+    }
+  }
+  const auto explained = metrics_named_in(file_text(SPLID_SOURCE_DIR "/docs/metrics.md"));
+  for (const std::string& name : explained) {
+    EXPECT_TRUE(known.contains(name) || text.types.contains(name)) << name;
+  }
+  for (const auto& [name, type] : text.types) {
+    EXPECT_TRUE(explained.contains(name) || name.starts_with("exposer_")) << name;
+  }
+  for (const std::string& name : driver_counters()) {
+    EXPECT_TRUE(explained.contains(name)) << name;
+  }
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,152 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "daemon/messages/subscriber.hpp"
+#include "drivers/replay/recording_info.hpp"
+#include "protocol/messages.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/read_back.hpp"
+#include "tests/support/small_disk.hpp"
+
+// What the built program keeps while it measures.
+
+namespace splid {
+namespace {
+
+using splid::test::Program;
+using splid::test::ProgramResult;
+using splid::test::read_back;
+using splid::test::recordings_in;
+using splid::test::run_program;
+using splid::test::SmallDisk;
+using Message = Subscriber::Message;
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+constexpr milliseconds patience{20'000};
+
+class RecordingProgram : public ::testing::Test {
+ protected:
+  // The pattern's syncs and 60,000 photons a second, at their own pace, and an encoder's samples.
+  std::string config(const std::string& record, const std::string& source = "") const {
+    return folder.write(
+        "config.json",
+        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator","pace":"live",)"
+        R"("encoder_rate_hz":1000)" +
+            source +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+            R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
+            record + R"(},"publish":{"endpoint":")" + endpoint + "\"}}");
+  }
+
+  // Whether such a message comes.
+  template <class Wanted>
+  static bool hear(Subscriber& subscriber, Wanted wanted) {
+    const auto until = std::chrono::steady_clock::now() + patience;
+    while (std::chrono::steady_clock::now() < until) {
+      const auto message = subscriber.receive(milliseconds{200});
+      if (message && wanted(*message)) return true;
+    }
+    return false;
+  }
+
+  splid::test::TempFolder folder;
+  std::string endpoint = "ipc://" + folder.path("frames");
+};
+
+TEST_F(RecordingProgram, RelativeFoldersAreBesideTheConfigurationAndCountsBesideTheTags) {
+  const std::string file = config(R"("folder":"kept","max_file_s":1)", R"(,"seconds":1.5)");
+  const ProgramResult result = run_program({"run", "--config", file});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("2 recordings; 0 tags lost to the disk"));
+  const std::vector<std::string> files = recordings_in(folder.path("kept"));
+  ASSERT_EQ(files.size(), 2u);
+  for (const std::string& recording : files) {
+    const ProgramResult checked = run_program({"check", recording});
+    EXPECT_EQ(checked.exit_code, 0);
+    EXPECT_THAT(checked.out, HasSubstr("counts of its encoder are beside it"));
+    EXPECT_TRUE(std::filesystem::exists(recording + ".encoder.csv"));
+  }
+  // A replay measures, and records nothing.
+  EXPECT_THAT(run_program({"replay", files[0], "--config", file, "--json"}).out,
+              HasSubstr("\"reference\":{"));
+  EXPECT_EQ(recordings_in(folder.path("kept")).size(), 2u);
+}
+
+// The daemon's last frame was there when it was killed: what the files lack of it is what was lost.
+TEST_F(RecordingProgram, AKilledDaemonLosesASecondAtMost) {
+  std::mt19937 random(7);
+  const std::string file = config(R"("folder":"kept","max_file_s":1)");
+  for (int round = 0; round < 4; ++round) {
+    std::filesystem::remove_all(folder.path("kept"));
+    Program daemon({"run", "--config", file});
+    Subscriber subscriber(endpoint, {""});
+    const auto wanted_ps =
+        static_cast<std::int64_t>(std::uniform_real_distribution<double>(0.7, 2.4)(random) * 1e12);
+    std::int64_t seen_ps = 0;
+    ASSERT_TRUE(hear(subscriber, [&](const Message& message) {
+      if (message.topic == topic_frame) seen_ps = frame_from_json(message.json).start_ps;
+      return seen_ps >= wanted_ps;
+    })) << daemon.err();
+    daemon.signal(SIGKILL);
+    (void)daemon.wait();
+    const std::vector<std::string> files = recordings_in(folder.path("kept"));
+    ASSERT_FALSE(files.empty());
+    std::int64_t before_ps = 0;
+    for (const std::string& recording : files) {
+      EXPECT_EQ(run_program({"check", recording}).exit_code, 0);
+      const std::vector<Tag> tags = read_back(recording);
+      if (tags.empty()) continue;  // just begun
+      EXPECT_LT(tags.front().time_ps - before_ps, 100'000'000);
+      before_ps = tags.back().time_ps;
+    }
+    EXPECT_GT(before_ps, seen_ps - 1'000'000'000'000);
+  }
+}
+
+TEST_F(RecordingProgram, FramesGoOnWhenTheDiskIsFullAndItRecordsAgainWhenThereIsRoom) {
+  const SmallDisk disk(16);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  disk.fill_but(1 << 20);
+  Program daemon({"run", "--config", config("\"folder\":\"" + disk.path("kept") + "\"")});
+  Subscriber subscriber(endpoint, {""});
+  const auto full = [](const Message& message) {
+    return message.topic == topic_status &&
+           message.json.find("nothing is recorded: ") != std::string::npos &&
+           message.json.find("\"degraded\"") != std::string::npos;
+  };
+  ASSERT_TRUE(hear(subscriber, full)) << daemon.err();
+  int frames = 0;
+  EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
+    if (message.topic == topic_frame) frames += frame_from_json(message.json).valid() ? 1 : 0;
+    return frames >= 10;
+  }));
+  EXPECT_TRUE(hear(subscriber, full));
+  disk.clear();
+  EXPECT_TRUE(hear(subscriber, [](const Message& message) {
+    return message.json.find("recording again, into ") != std::string::npos;
+  }));
+  // Whatever else it says: where a sanitizer makes the daemon slow, its effort is lowered.
+  EXPECT_TRUE(hear(subscriber, [](const Message& message) {
+    return message.topic == topic_status &&
+           message.json.find("nothing is recorded") == std::string::npos;
+  }));
+  daemon.signal(SIGTERM);
+  const ProgramResult result = daemon.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("2 recordings; "));
+  const std::vector<std::string> files = recordings_in(disk.path("kept"));
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_FALSE(scan_recording(files[1]).header.losses.empty());
+  EXPECT_GT(read_back(files[1]).front().time_ps, read_back(files[0]).back().time_ps);
+}
+
+}  // namespace
+}  // namespace splid
