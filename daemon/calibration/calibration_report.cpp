@@ -17,6 +17,15 @@ namespace {
 
 constexpr double per_ns = 1 / ns_per_ps;  // a density, of one per ps
 
+// Of a pattern whose times hold the way to the target.
+std::string describe_wrap(const Pattern& pattern) {
+  const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
+  return format(
+      "distances will be relative to this target, which itself reads 0 or, as the noise has it, "
+      "just below %.6g m, where they wrap; --distance-m D gives it a place\n",
+      range_m);
+}
+
 std::string describe_rest(const RestReport& rest) {
   if (rest.frames < 3) {
     return grouped(rest.frames) + " frames are too few to see whether the target was at rest";
@@ -94,6 +103,7 @@ std::string calibration_summary(const PatternCalibration& calibrated,
       found.settled ? ""
                     : "; it did not settle: pulses may be closer than the table "
                       "is long");
+  if (!calibrated.pattern.calibration->distance_m) text += describe_wrap(calibrated.pattern);
   text += "to measure with it, write into the configuration: \"pattern\":{\"file\":\"" +
           pattern_file + "\"},\"pulse\":{\"shape\":\"tabulated\"}\n";
   return text;

@@ -105,6 +105,8 @@ TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
     ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
     EXPECT_NE(calibrated.err.find("4 pulses"), std::string::npos) << calibrated.err;
     EXPECT_NE(calibrated.err.find("target at rest"), std::string::npos) << calibrated.err;
+    // 12,512.626 ps there and back.
+    EXPECT_NE(calibrated.err.find("just below 1.87"), std::string::npos) << calibrated.err;
     expect_tailed(pattern_from_json(test::file_text(found), found));
 
     auto frames =
