@@ -2,9 +2,13 @@
 
 #include <prometheus/exposer.h>
 
+#include <chrono>
 #include <exception>
+#include <stop_token>
+#include <thread>
 #include <vector>
 
+#include "drivers/client_socket.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -37,10 +41,21 @@ MetricsServer::MetricsServer(const std::string& address,
                                    "metrics.http another port");
   }
   exposer_->RegisterCollectable(collectable);
-  url_ = "http://" + host_of(address) + ":" + std::to_string(exposer_->GetListeningPorts().at(0)) +
-         "/metrics";
+  place_ = host_of(address) + ":" + std::to_string(exposer_->GetListeningPorts().at(0));
 }
 
-MetricsServer::~MetricsServer() = default;
+// Design note: the library's thread that takes connections looks whether it shall end when one
+// comes, and every 2 s otherwise, twice what the whole daemon has to stop in. So one comes.
+MetricsServer::~MetricsServer() {
+  const std::jthread knocking([this](const std::stop_token& stop) {
+    constexpr std::chrono::milliseconds between{5};
+    ClientSocket door("tcp:" + place_);
+    for (; !stop.stop_requested(); std::this_thread::sleep_for(between)) {
+      door.connect(stop);
+      door.close();
+    }
+  });
+  exposer_.reset();
+}
 
 }  // namespace splid

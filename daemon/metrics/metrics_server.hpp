@@ -13,8 +13,9 @@ namespace splid {
 // Answers GET /metrics over HTTP.
 //
 // Threads: two of its own answer, one more takes connections, whatever comes in; a request that
-// stays unfinished holds one of them for a second. The destructor waits for them, up to 2 s.
-// Errors: the constructor throws Error(Fault::device).
+// stays unfinished holds one of them for a second. The destructor waits for them: some
+// milliseconds, or until such a request's second is over. Errors: the constructor throws
+// Error(Fault::device).
 class MetricsServer {
  public:
   // address: HOST:PORT, the port "*" is the system's choice.
@@ -25,11 +26,11 @@ class MetricsServer {
   MetricsServer& operator=(const MetricsServer&) = delete;
 
   // As bound.
-  [[nodiscard]] const std::string& url() const { return url_; }
+  [[nodiscard]] std::string url() const { return "http://" + place_ + "/metrics"; }
 
  private:
   std::unique_ptr<prometheus::Exposer> exposer_;
-  std::string url_;
+  std::string place_;  // HOST:PORT
 };
 
 }  // namespace splid

@@ -1,12 +1,18 @@
 #include "daemon/recording/recording_folder.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "daemon/encoder_log.hpp"
@@ -76,9 +82,26 @@ std::vector<Kept> recordings_in(const std::string& folder) {
 
 }  // namespace
 
+RecordingFolder::~RecordingFolder() {
+  if (lock_ != -1) ::close(lock_);
+}
+
+// The kernel lets go of it with the process, however that ends. A file system that has no such
+// locks is used without.
+void RecordingFolder::lock() {
+  if (lock_ != -1) return;
+  lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock_ == -1 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  ::close(std::exchange(lock_, -1));
+  throw Error(Fault::device, path_ +
+                                 ": another splid records into it; give record.folder a folder of "
+                                 "its own");
+}
+
 std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
   try {
     fs::create_directories(path_);
+    lock();
     const std::vector<Kept> kept = recordings_in(path_);
     std::uint64_t bytes = file_bytes;
     for (const Kept& file : kept) bytes += file.bytes;

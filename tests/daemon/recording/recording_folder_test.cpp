@@ -19,9 +19,11 @@ constexpr double evening_unix_s = 1795292100.75;  // 2026-11-21 20:15:00.75 UTC
 TEST(RecordingFolder, NamesFilesByTimeAndARunningNumberThatGoesOn) {
   const splid::test::TempFolder folder;
   const std::string path = folder.path("a/b");
-  RecordingFolder first(path, 1000);
-  EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000001.ptu");
-  EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000002.ptu");
+  {
+    RecordingFolder first(path, 1000);
+    EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000001.ptu");
+    EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000002.ptu");
+  }
   (void)folder.write("a/b/splid-20270101T000000Z-999999.ptu", "x");
   RecordingFolder second(path, 1000);
   EXPECT_EQ(second.next(0, 10), path + "/splid-19700101T000000Z-1000000.ptu");
@@ -55,6 +57,24 @@ TEST(RecordingFolder, RemovesItsOldestAndNothingElse) {
   EXPECT_FALSE(there("splid-20260101T000000Z-000009.ptu"));
   const std::filesystem::directory_iterator begin(folder.path(""));
   EXPECT_EQ(std::distance(begin, std::filesystem::directory_iterator()), 6);
+}
+
+TEST(RecordingFolder, BelongsToOneAtATime) {
+  const splid::test::TempFolder folder;
+  RecordingFolder second(folder.path(""), 1000);
+  {
+    RecordingFolder first(folder.path(""), 1000);
+    (void)first.next(evening_unix_s, 10);
+    (void)first.next(evening_unix_s, 10);
+    try {
+      (void)second.next(evening_unix_s, 10);
+      FAIL() << "took another's folder";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr("another splid records into it"));
+      EXPECT_EQ(error.fault(), Fault::device);
+    }
+  }
+  (void)second.next(evening_unix_s, 10);
 }
 
 TEST(RecordingFolder, SaysWhatStandsInTheWay) {
