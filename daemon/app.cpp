@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/commands/commands.hpp"
+#include "daemon/memory.hpp"
 #include "protocol/error.hpp"
 #include "protocol/nearest_name.hpp"
 
@@ -75,6 +76,7 @@ void print_error(const char* what) { std::fprintf(stderr, "splid: error: %s\n", 
 }  // namespace
 
 int run_app(int argc, char** argv) {
+  return_large_blocks();
   try {
     set_up_log();
     return parse_and_run(argc, argv);

@@ -1,9 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <functional>
@@ -19,6 +16,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "drivers/bridge/bridge.hpp"
 #include "drivers/source.hpp"
+#include "tests/support/local_connection.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/program.hpp"
 
@@ -29,6 +27,7 @@ namespace {
 
 using nlohmann::json;
 using splid::test::file_text;
+using splid::test::LocalConnection;
 using splid::test::MetricsText;
 using splid::test::Program;
 using std::chrono::steady_clock;
@@ -46,42 +45,6 @@ bool comes_true(const std::function<bool()>& condition) {
   }
   return true;
 }
-
-// A connection to a port of this machine.
-class Connection {
- public:
-  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in place{};
-    place.sin_family = AF_INET;
-    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    place.sin_port = htons(static_cast<std::uint16_t>(port));
-    const timeval patience{10, 0};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-    connected_ = connect(socket_, reinterpret_cast<sockaddr*>(&place), sizeof place) == 0;
-  }
-  ~Connection() { ::close(socket_); }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
-
-  [[nodiscard]] bool connected() const { return connected_; }
-  void send(const std::string& bytes) const {
-    (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  }
-  // Until the other end closes, or ten seconds of silence.
-  [[nodiscard]] std::string receive() const {
-    std::string all;
-    std::array<char, 4096> some{};
-    for (ssize_t got = 0; (got = recv(socket_, some.data(), some.size(), 0)) > 0;) {
-      all.append(some.data(), static_cast<std::size_t>(got));
-    }
-    return all;
-  }
-
- private:
-  int socket_;
-  bool connected_ = false;
-};
 
 class MetricsProgram : public ::testing::Test {
  protected:
@@ -104,7 +67,7 @@ class MetricsProgram : public ::testing::Test {
   }
 
   static MetricsText scrape(int port) {
-    const Connection connection(port);
+    const LocalConnection connection(port);
     connection.send(get_metrics);
     const std::string reply = connection.receive();
     if (!reply.starts_with("HTTP/1.1 200 ")) throw std::runtime_error("no metrics: " + reply);
@@ -128,7 +91,7 @@ TEST_F(MetricsProgram, TellsPrometheusAndTheFileWhatItDoes) {
   const MetricsText text = scrape(port);
   EXPECT_GT(text("splid_tags_total{channel=\"photon\"}"), 0);
   EXPECT_EQ(text.types.at("splid_frame_latency_seconds"), "histogram");
-  const Connection elsewhere(port);
+  const LocalConnection elsewhere(port);
   elsewhere.send("GET /etc/passwd HTTP/1.0\r\n\r\n");
   EXPECT_THAT(elsewhere.receive(), HasSubstr(" 404 "));
   const auto asked = std::chrono::steady_clock::now();
@@ -144,13 +107,13 @@ TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
   const int port = port_of(program);
   ASSERT_NE(port, 0) << program.err();
   Subscriber frames(endpoint, {"frame"});
-  std::vector<std::unique_ptr<Connection>> held;
+  std::vector<std::unique_ptr<LocalConnection>> held;
   std::string noise(1 << 20, '\0');
   for (std::size_t i = 0; i < noise.size(); ++i)
     noise[i] = static_cast<char>(i * 2654435761U >> 13U);
   std::optional<std::int64_t> last;
   for (int heard = 0; heard < 30;) {
-    held.push_back(std::make_unique<Connection>(port));
+    held.push_back(std::make_unique<LocalConnection>(port));
     const int kind = static_cast<int>(held.size() % 3);
     held.back()->send(kind == 0   ? noise.substr(0, 60'000)
                       : kind == 1 ? "GET /metrics HTTP/1.1\r\nX: " + std::string(60'000, 'a')

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <stop_token>
+#include <string>
+
+#include "drivers/simulator/simulator_options.hpp"
+#include "drivers/source.hpp"
+#include "drivers/tag_writer.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid::soak {
+
+// What goes wrong with a stream of tags. How long each lasts is in the comment, in device time.
+enum class StreamFault {
+  none,
+  reported_loss,   // 3 ms: tags missing, and the stream says from when to when and how many
+  uncounted_loss,  // 3 ms: the stream says when and not how many
+  missed_tags,     // 1 ms: it says how many and not when
+  gap,             // 3 ms: tags missing and not a word
+  silence,         // 500 ms without anything, not even a heartbeat
+  clock_forward,   // the clock steps 6 s ahead, unsaid
+  clock_back,      // 3 s back, unsaid
+  clock_break,     // 3 s back, said
+  stray,           // one photon 5 s ahead
+  other_channel,   // 1,000 tags on an input that the configuration does not name
+  dark,            // 250 ms without a photon
+  no_sync,         // 200 ms without a sync
+  doubled_sync,    // 10 ms with two syncs a period, 20 ns apart
+  flood,           // 20,000 photons at once
+};
+inline constexpr std::size_t fault_count = 15;
+const char* to_string(StreamFault fault);
+
+// What was sent, and what was left out.
+struct Injected {
+  std::array<std::uint64_t, fault_count> faults{};  // index: StreamFault
+  std::uint64_t events = 0;                         // photons, syncs and markers sent
+  std::uint64_t reported = 0;                       // left out, and said how many
+  std::uint64_t late = 0;  // strays, and the first 15 tags after an unsaid step back
+  std::uint64_t simulated_legs = 0;
+  std::uint64_t replayed_legs = 0;
+  double device_s = 0;  // of the scene; the clock's steps come to nothing
+};
+
+// Scenes of ten seconds, one from the simulator and one from a recording in turn, end to end, with
+// a fault every two seconds, each kind in its turn after a random pause.
+//
+// Threads: as TagSource; injected() once run() has returned. Not live: it waits, and drops nothing
+// but what it injects.
+class FaultySource final : public TagSource {
+ public:
+  // scene: of the simulated legs. recording: a file to be written, and replayed. seconds: of
+  // device time in all, rounded up to whole legs.
+  FaultySource(Pattern pattern, SimulatorOptions scene, std::string recording, double seconds);
+
+  [[nodiscard]] SourceInfo info() const override { return {"soak", false, 0.0}; }
+  void run(TagSink& sink, std::stop_token stop) override;
+  [[nodiscard]] const Injected& injected() const { return injected_; }
+
+ private:
+  class Faults;
+  void record(const std::stop_token& stop);
+  void simulate(TagSink& sink, const std::stop_token& stop, std::int64_t seed) const;
+  void replay(TagSink& sink, const std::stop_token& stop) const;
+
+  Pattern pattern_;
+  SimulatorOptions scene_;
+  std::string recording_;
+  std::int64_t leg_ps_;  // whole periods of the pattern, so that the legs' syncs follow each other
+  double seconds_;
+  Injected injected_;
+};
+
+}  // namespace splid::soak
