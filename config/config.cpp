@@ -81,12 +81,20 @@ std::optional<OptionFault> encoder_channel_fault(const Config& config) {
                      "\"\" names no channel, but /encoder has counts to be joined to its tags"};
 }
 
+std::optional<OptionFault> publish_fault(const Config& config) {
+  if (auto fault = config.publish.validate()) return fault;
+  const auto fault = config.security.endpoint_fault(config.publish.endpoint);
+  if (!fault) return std::nullopt;
+  return OptionFault{"/endpoint", *fault};
+}
+
 void check_all(const Config& config) {
   check(config.file, "/source", config.source->validate());
   check(config.file, "/channels", config.channels.validate());
   check(config.file, "/encoder", config.encoder.validate());
   check(config.file, "/channels", encoder_channel_fault(config));
-  check(config.file, "/publish", config.publish.validate());
+  check(config.file, "/security", config.security.validate());
+  check(config.file, "/publish", publish_fault(config));
   check(config.file, "/metrics", config.metrics.validate());
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/daemon_options.hpp"
+#include "config/security_options.hpp"
 #include "drivers/awg/awg_options.hpp"
 #include "drivers/encoder/encoder_options.hpp"
 #include "drivers/source.hpp"
@@ -30,6 +31,7 @@ struct Config {
   DetectorOptions detector;
   PipelineOptions pipeline;
   PublishOptions publish;
+  SecurityOptions security;
   MetricsOptions metrics;
   RecordOptions record;
   AwgOptions awg;

@@ -1,9 +1,9 @@
 #include "config/daemon_options.hpp"
 
-#include <charconv>
 #include <string_view>
 
 #include "config/channel_name.hpp"
+#include "config/endpoint.hpp"
 #include "config/json_text.hpp"
 
 namespace splid {
@@ -22,71 +22,6 @@ std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
   channels.push_back({"/sync", options.sync});
   if (!options.encoder.empty()) channels.push_back({"/encoder", options.encoder});
   return channels;
-}
-
-bool is_port(std::string_view text) {
-  if (text == "*") return true;  // the system's choice
-  unsigned port = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, port);
-  return error == std::errc{} && stop == end && port >= 1 && port <= 65535;
-}
-
-bool is_ipv4(std::string_view host) {
-  int parts = 0;
-  while (parts < 4) {
-    unsigned part = 0;
-    const char* end = host.data() + host.size();
-    const auto [stop, error] = std::from_chars(host.data(), end, part);
-    if (error != std::errc{} || part > 255) return false;
-    host.remove_prefix(static_cast<std::size_t>(stop - host.data()));
-    if (++parts == 4) return host.empty();
-    if (!host.starts_with('.')) return false;
-    host.remove_prefix(1);
-  }
-  return false;
-}
-
-// Design note: 127.0.0.0/8 as a whole is loopback, but "127.evil.example" is a name like any other.
-bool is_ipv4_loopback(std::string_view host) {
-  return host == "localhost" || (host.starts_with("127.") && is_ipv4(host));
-}
-
-bool is_loopback(std::string_view host) {
-  return host == "[::1]" || host == "lo" || is_ipv4_loopback(host);
-}
-
-// example: what to write instead.
-std::optional<std::string> address_fault(std::string_view address, const char* example) {
-  const std::size_t colon = address.rfind(':');
-  if (colon == std::string_view::npos || colon == 0) {
-    return std::string("has no port; write it as in ") + example;
-  }
-  if (!is_port(address.substr(colon + 1))) return "must end in a port from 1 to 65535, or *";
-  if (!is_loopback(address.substr(0, colon))) {
-    return std::string(
-               "would offer the results to the network without encryption or a check of "
-               "who listens, which splid does not do; write it as in ") +
-           example + ", and forward it by SSH";
-  }
-  return std::nullopt;
-}
-
-std::optional<std::string> endpoint_fault(std::string_view endpoint) {
-  constexpr std::string_view tcp = "tcp://";
-  constexpr std::string_view ipc = "ipc://";
-  // Linux holds a socket's path in 108 bytes, the NUL included.
-  constexpr std::size_t max_ipc_bytes = 107;
-  if (endpoint.starts_with(tcp)) {
-    return address_fault(endpoint.substr(tcp.size()), "tcp://127.0.0.1:9872");
-  }
-  if (!endpoint.starts_with(ipc)) return "must begin with tcp:// or ipc://";
-  const std::size_t bytes = endpoint.size() - ipc.size();
-  if (bytes == 0) return "names no file; write ipc:///run/splid/frames";
-  if (bytes > max_ipc_bytes) {
-    return "has a path of " + std::to_string(bytes) + " bytes; a socket's may have 107";
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -161,14 +96,29 @@ void PipelineOptions::describe(OptionVisitor& visitor) {
 }
 
 void PublishOptions::describe(OptionVisitor& visitor) {
-  visitor.text("endpoint", endpoint,
-               "where subscribers connect: tcp://127.0.0.1:PORT or ipc://PATH");
+  visitor.text(
+      "endpoint", endpoint,
+      "where subscribers connect: tcp://127.0.0.1:PORT or ipc://PATH; beyond this machine, "
+      "such as tcp://*:PORT, with the keys of security");
+  visitor.text(
+      "local_endpoint", local_endpoint,
+      "where viewers on this machine that have no keys connect too, tcp://127.0.0.1:PORT or "
+      "ipc://PATH; empty: nowhere");
 }
 
 std::optional<OptionFault> PublishOptions::validate() const {
-  const std::optional<std::string> fault = endpoint_fault(endpoint);
+  if (const std::optional<std::string> fault = endpoint_fault(endpoint)) {
+    return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+  }
+  if (local_endpoint.empty()) return std::nullopt;
+  std::optional<std::string> fault = endpoint_fault(local_endpoint);
+  if (!fault && !is_on_this_machine(local_endpoint)) {
+    fault =
+        "is not on this machine, and has neither encryption nor a check of who listens; write "
+        "it as in tcp://127.0.0.1:9871";
+  }
   if (!fault) return std::nullopt;
-  return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+  return OptionFault{"/local_endpoint", "\"" + local_endpoint + "\" " + *fault};
 }
 
 void MetricsOptions::describe(OptionVisitor& visitor) {
@@ -182,7 +132,7 @@ void MetricsOptions::describe(OptionVisitor& visitor) {
 
 std::optional<OptionFault> MetricsOptions::validate() const {
   if (http.empty()) return std::nullopt;
-  std::optional<std::string> fault = address_fault(http, "127.0.0.1:9873");
+  std::optional<std::string> fault = local_address_fault(http, "127.0.0.1:9873");
   // Debian builds the server's library without IPv6.
   if (!fault && !is_ipv4_loopback(std::string_view(http).substr(0, http.rfind(':')))) {
     fault = "is no IPv4 address; write it as in 127.0.0.1:9873";

@@ -36,6 +36,7 @@ struct DetectorOptions {
 // JSON: `publish`.
 struct PublishOptions {
   std::string endpoint = "tcp://127.0.0.1:9872";
+  std::string local_endpoint;  // plain, on this machine, the same messages; empty: none
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

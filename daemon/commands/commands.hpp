@@ -24,5 +24,6 @@ void add_calibrate(CLI::App& app, Action& action);
 void add_tradeoff(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
 void add_upload(CLI::App& app, Action& action);
+void add_keys(CLI::App& app, Action& action);
 
 }  // namespace splid

@@ -14,6 +14,7 @@
 #include "daemon/line_writer.hpp"
 #include "daemon/messages/subscriber.hpp"
 #include "daemon/read_file.hpp"
+#include "daemon/security/key_file.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/truth_score.hpp"
 #include "protocol/error.hpp"
@@ -28,9 +29,16 @@ struct ListenCommand {
   bool json = false;
   std::uint64_t count = 0;  // 0: no limit
   double timeout_s = 0;     // 0: none
+  std::string key;          // file of a secret key; empty: none
+  std::string server_key;   // a public key or its file
   std::string truth;
   TruthLimits limits;
 };
+
+std::optional<CurveClient> client_of(const ListenCommand& options) {
+  if (options.key.empty()) return std::nullopt;
+  return CurveClient{read_secret_key(options.key), read_public_key(options.server_key)};
+}
 
 bool is_among(const std::vector<std::string>& topics, const std::string& topic) {
   return std::any_of(topics.begin(), topics.end(),
@@ -68,7 +76,9 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
 class Listening {
  public:
   explicit Listening(const ListenCommand& options)
-      : options_(options), subscriber_(options.endpoint, subscriptions(options)) {
+      : options_(options),
+        client_(client_of(options)),
+        subscriber_(options.endpoint, subscriptions(options), client_) {
     if (!options.truth.empty()) score_.emplace(truth_from_json(read_file(options.truth)));
   }
 
@@ -80,6 +90,7 @@ class Listening {
         heard_ns_ = host_clock().steady_ns();
         take(*message);
       } else {
+        look_at_connection();
         check_timeout();
       }
     }
@@ -122,13 +133,26 @@ class Listening {
     if (!out_.write(line)) done_ = true;
   }
 
-  void check_timeout() const {
+  // A refusal is said once and tried again: whoever keeps the server may let this key in meanwhile.
+  void look_at_connection() {
+    using State = HandshakeWatch::State;
+    const State state = subscriber_.state();
+    if (state == said_ || state == State::pending) return;
+    const bool is_first = said_ == State::pending && state == State::connected;
+    said_ = state;
+    if (is_first) return;  // as it should be
+    std::fprintf(stderr, "splid: %s\n", in_words(state).c_str());
+  }
+
+  [[nodiscard]] std::string in_words(HandshakeWatch::State state) const {
+    return describe(state, options_.endpoint, client_ ? &*client_ : nullptr);
+  }
+
+  void check_timeout() {
     const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
     if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
-    throw Error(Fault::device,
-                format("nothing came from %s for %g s; does splid run, with that as its "
-                       "publish.endpoint?",
-                       options_.endpoint.c_str(), options_.timeout_s));
+    throw Error(Fault::device, format("nothing came for %g s: ", options_.timeout_s) +
+                                   in_words(subscriber_.state()));
   }
 
   int finish() const {
@@ -139,7 +163,9 @@ class Listening {
   }
 
   const ListenCommand& options_;
+  std::optional<CurveClient> client_;
   Subscriber subscriber_;
+  HandshakeWatch::State said_ = HandshakeWatch::State::pending;
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
@@ -149,6 +175,11 @@ class Listening {
 
 int listen(ListenCommand options) {
   const StopSignals signals;
+  if (options.key.empty() != options.server_key.empty()) {
+    throw Error(Fault::usage,
+                "--key and --server-key go together: who is asking, and whom; splid keys makes the "
+                "first, the server's .key file is the second");
+  }
   if (options.topics.empty()) options.topics = {topic_frame};
   if (options.limits.any() && options.truth.empty()) {
     throw Error(Fault::usage, "--max-distance-rmse-mm and --max-velocity-rmse-cmps need --truth");
@@ -177,6 +208,9 @@ void add_listen(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("topics", options->topics, "frame (default), status, version")
       ->check(CLI::IsMember({topic_frame, topic_status, topic_version}));
+  command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
+  command->add_option("--server-key", options->server_key,
+                      "The server's public key, or its file, for CURVE");
   command->add_flag("--json", options->json, "Print the messages as they are");
   command->add_option("--count,-n", options->count, "End after so many frames");
   command

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <zmq.hpp>
 
+#include "daemon/security/server_security.hpp"
 #include "protocol/error.hpp"
 #include "protocol/messages.hpp"
 
@@ -24,8 +25,10 @@ bool is_prefix(std::string_view prefix, std::string_view text) {
   return text.substr(0, prefix.size()) == prefix;
 }
 
-[[noreturn]] void throw_bind_error(const std::string& endpoint, const zmq::error_t& error) {
-  const std::string place = "publish.endpoint " + endpoint + ": " + error.what();
+// key: of the configuration, that names the endpoint.
+[[noreturn]] void throw_bind_error(const std::string& key, const std::string& endpoint,
+                                   const zmq::error_t& error) {
+  const std::string place = key + " " + endpoint + ": " + error.what();
   switch (error.num()) {
     case EINVAL:
     case EPROTONOSUPPORT:
@@ -34,23 +37,52 @@ bool is_prefix(std::string_view prefix, std::string_view text) {
     case EADDRINUSE:
       throw Error(Fault::device, place +
                                      "; another program, maybe another splid, listens there: stop "
-                                     "it or give publish.endpoint another port");
+                                     "it or give " +
+                                     key + " another port");
     default:
       throw Error(Fault::device,
-                  place + "; give publish.endpoint an address of this machine that may be bound");
+                  place + "; give " + key + " an address of this machine that may be bound");
   }
+}
+
+// Returns the endpoint as bound.
+std::string bind_endpoint(zmq::socket_t& socket, const std::string& key,
+                          const std::string& endpoint) {
+  // Only where it is asked for: with it a wildcard would be of IPv6, which not every kernel has.
+  socket.set(zmq::sockopt::ipv6, endpoint.find('[') != std::string::npos);
+  try {
+    socket.bind(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw_bind_error(key, endpoint, error);
+  }
+  return socket.get(zmq::sockopt::last_endpoint);
 }
 
 }  // namespace
 
 struct Publisher::Socket {
-  zmq::context_t context{1};
-  zmq::socket_t xpub{context, zmq::socket_type::xpub};
+  explicit Socket(Authenticator* its_authenticator) : authenticator(its_authenticator) {}
+  ~Socket() {
+    if (authenticator != nullptr) authenticator->release(xpub);
+  }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+
+  Authenticator* authenticator;
+  zmq::context_t own_context{1};  // used where there is no authenticator
+  zmq::socket_t xpub{authenticator == nullptr ? own_context : authenticator->context(),
+                     zmq::socket_type::xpub};
   bool frames_wanted = false;
 };
 
 Publisher::Publisher(const std::string& endpoint, int queue_messages)
-    : socket_(std::make_unique<Socket>()) {
+    : Publisher(endpoint, queue_messages, {}) {}
+
+// Design note: one socket with two endpoints, since libzmq applies a socket's options to what it
+// binds from then on: the plain endpoint is bound before the socket is protected. A message then
+// has the same place in both queues and is packed once, and each subscriber has a queue of its own.
+Publisher::Publisher(const std::string& endpoint, int queue_messages, const Access& access)
+    : socket_(std::make_unique<Socket>(access.authenticator)) {
   zmq::socket_t& xpub = socket_->xpub;
   xpub.set(zmq::sockopt::xpub_verbose, true);
   xpub.set(zmq::sockopt::sndhwm, queue_messages);
@@ -58,16 +90,14 @@ Publisher::Publisher(const std::string& endpoint, int queue_messages)
   xpub.set(zmq::sockopt::maxmsgsize, max_incoming_bytes);
   xpub.set(zmq::sockopt::heartbeat_ivl, heartbeat_interval_ms);
   xpub.set(zmq::sockopt::heartbeat_timeout, heartbeat_timeout_ms);
-  try {
-    xpub.bind(endpoint);
-  } catch (const zmq::error_t& error) {
-    throw_bind_error(endpoint, error);
+  if (!access.local_endpoint.empty()) {
+    local_endpoint_ = bind_endpoint(xpub, "publish.local_endpoint", access.local_endpoint);
   }
+  if (access.authenticator != nullptr) access.authenticator->protect(xpub, publish_domain);
+  endpoint_ = bind_endpoint(xpub, "publish.endpoint", endpoint);
 }
 
 Publisher::~Publisher() = default;
-
-std::string Publisher::endpoint() const { return socket_->xpub.get(zmq::sockopt::last_endpoint); }
 
 void Publisher::publish_frame(const std::string& json) { send(topic_frame, json); }
 

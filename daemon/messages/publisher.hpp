@@ -6,9 +6,12 @@
 
 namespace splid {
 
+class Authenticator;
+
 // The ZeroMQ socket that subscribers connect to: XPUB, bound, each message exactly two parts, topic
-// and JSON (protocol/messages.hpp). Subscribers are never waited for: one that does not read loses
-// messages beyond its own queue, and costs the others nothing.
+// and JSON (protocol/messages.hpp). It may have a second endpoint, plain, at which the same
+// messages come. Subscribers are never waited for: one that does not read loses messages beyond its
+// own queue, and costs the others nothing.
 //
 // Threads: one at a time; a hand-over needs a fence between, such as the start of a thread.
 // Errors: the constructor throws Error, Fault::usage for an endpoint that ZeroMQ cannot read and
@@ -18,14 +21,23 @@ class Publisher {
  public:
   static constexpr std::chrono::milliseconds linger{300};
 
+  // Who may connect besides those whom `endpoint` alone lets in.
+  struct Access {
+    std::string local_endpoint;              // plain; empty: none
+    Authenticator* authenticator = nullptr;  // of `endpoint`, outlives this; null: it is plain too
+  };
+
   // queue_messages: how many messages are kept for each subscriber that does not read.
+  Publisher(const std::string& endpoint, int queue_messages, const Access& access);
+  // Plain.
   Publisher(const std::string& endpoint, int queue_messages);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  // As bound: a wildcard port is resolved.
-  [[nodiscard]] std::string endpoint() const;
+  // As bound: a wildcard port is resolved. The local one is empty where there is none.
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
+  [[nodiscard]] const std::string& local_endpoint() const { return local_endpoint_; }
 
   void publish_frame(const std::string& json);
   // The last of each is kept and sent to every new subscriber.
@@ -44,6 +56,8 @@ class Publisher {
   void send(const char* topic, const std::string& json);
 
   std::unique_ptr<Socket> socket_;
+  std::string endpoint_;
+  std::string local_endpoint_;
   std::string version_;
   std::string status_;
 };

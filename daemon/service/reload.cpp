@@ -9,8 +9,12 @@
 namespace splid {
 namespace {
 
-constexpr std::array<std::string_view, 5> live_pointers = {"/scene", "/estimator", "/pulse",
-                                                           "/detector", "/frame/min_seen_fraction"};
+constexpr std::array<std::string_view, 6> live_pointers = {"/scene",
+                                                           "/estimator",
+                                                           "/pulse",
+                                                           "/detector",
+                                                           "/frame/min_seen_fraction",
+                                                           "/security/allow_list"};
 
 bool is_live(std::string_view pointer) {
   return std::any_of(live_pointers.begin(), live_pointers.end(),

@@ -14,7 +14,8 @@ struct ConfigChanges {
 };
 
 // Live are scene, estimator, pulse, detector and frame.min_seen_fraction: what the estimation and
-// the judgement of a frame take. The rest decides how the stream is read, cut and sent.
+// the judgement of a frame take; and security.allow_list. The rest decides how the stream is read,
+// cut and sent.
 ConfigChanges changes_between(const Config& before, const Config& after);
 
 }  // namespace splid

@@ -14,6 +14,7 @@
 #include "daemon/messages/publisher.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/recording/recording.hpp"
+#include "daemon/security/server_security.hpp"
 #include "daemon/service/reload.hpp"
 #include "daemon/service/service_notifier.hpp"
 #include "daemon/truth_score.hpp"
@@ -79,9 +80,10 @@ std::string joined(const std::vector<std::string>& pointers) {
 // Reads the configuration anew on SIGHUP and says, in the log and in the status, what came of it.
 class Reloader {
  public:
-  // config, pipeline, device: outlive this.
-  Reloader(const Config& config, Pipeline& pipeline, DeviceMonitor& device)
-      : original_(config), pipeline_(pipeline), device_(device) {}
+  // All outlive this. authenticator: null where there is none.
+  Reloader(const Config& config, Pipeline& pipeline, DeviceMonitor& device,
+           Authenticator* authenticator)
+      : original_(config), pipeline_(pipeline), device_(device), authenticator_(authenticator) {}
 
   void reload() {
     notifier_.reloading();
@@ -89,10 +91,15 @@ class Reloader {
       auto next = std::make_unique<Config>(load_config(original_.file));
       const ConfigChanges since_start = changes_between(original_, *next);
       const ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next);
+      const std::string allowed = authenticator_ == nullptr || next->security.allow_list.empty()
+                                      ? ""
+                                      : reload_allow_list(*authenticator_, next->security);
       if (!now.live.empty()) pipeline_.reload(*next);
       in_use_ = std::move(next);
-      say(spdlog::level::info, "reloaded " + original_.file + ": " +
-                                   (now.live.empty() ? "nothing new" : joined(now.live)));
+      std::string what = joined(now.live);
+      if (!allowed.empty()) what += (what.empty() ? "" : "; ") + allowed;
+      say(spdlog::level::info,
+          "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what));
       if (!since_start.restart.empty()) {
         say(spdlog::level::warn, "takes a restart: " + joined(since_start.restart));
       }
@@ -112,8 +119,16 @@ class Reloader {
   std::unique_ptr<Config> in_use_;  // null: the original
   Pipeline& pipeline_;
   DeviceMonitor& device_;
+  Authenticator* authenticator_;
   ServiceNotifier notifier_{host_clock()};
 };
+
+std::string where(const Publisher& publisher, const Authenticator* authenticator) {
+  std::string text = publisher.endpoint();
+  if (authenticator != nullptr) text += " (CURVE, public key " + authenticator->public_key() + ")";
+  const std::string& local = publisher.local_endpoint();
+  return local.empty() ? text : text + " and, for this machine, at " + local;
+}
 
 // Null where nobody is to be told any.
 std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
@@ -164,7 +179,11 @@ std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* devi
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
   const SourceInfo info = source->info();
-  Publisher publisher(config.publish.endpoint, options.queue_messages);
+  const auto authenticator = open_authenticator(
+      config.security, [](const std::string& sentence) { spdlog::warn("{}", sentence); },
+      host_clock());
+  Publisher publisher(config.publish.endpoint, options.queue_messages,
+                      {config.publish.local_endpoint, authenticator.get()});
   const std::unique_ptr<Metrics> metrics = open_metrics(config, *source, device);
   Pipeline pipeline(config, std::move(source), publisher, host_clock());
   if (metrics) pipeline.measure(*metrics);
@@ -179,7 +198,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   }
   ServiceNotifier notifier(host_clock());
   pipeline.serve(notifier);
-  Reloader reloader(config, pipeline, device);
+  Reloader reloader(config, pipeline, device, authenticator.get());
   const HangupTaken hangup(options.signals, [&reloader] { reloader.reload(); });
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
@@ -190,7 +209,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
     return !options.json || out.write(json);
   });
   spdlog::info("source {}; pattern {} ({}); publishing at {}", info.name, config.pattern_file,
-               describe_pattern(config.pattern), publisher.endpoint());
+               describe_pattern(config.pattern), where(publisher, authenticator.get()));
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const std::int64_t begin_ns = host_clock().steady_ns();
   const PipelineSummary summary = pipeline.run(stop);

@@ -14,6 +14,7 @@
 namespace splid {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -193,13 +194,28 @@ TEST_F(ConfigTest, APatternsFaultIsTheDatasAndNamesItsFile) {
   }
 }
 
+TEST_F(ConfigTest, BeyondThisMachineTakesKeysOrTheWords) {
+  const std::string endpoint = R"(, "publish": {"endpoint": "tcp://*:9872"})";
+  EXPECT_THAT(error_of(endpoint), AllOf(HasSubstr("/publish/endpoint: \"tcp://*:9872\""),
+                                        HasSubstr("/security/server_key")));
+  EXPECT_EQ(load(endpoint + R"(, "security": {"unprotected": "anyone on the network may read"})")
+                .publish.endpoint,
+            "tcp://*:9872");
+  EXPECT_THAT(error_of(endpoint + R"(, "security": {"unprotected": "yes"})"),
+              HasSubstr("/security/unprotected"));
+  const Config config =
+      load(endpoint + R"(, "security": {"server_key": "s", "allow_list": "keys/a"})");
+  EXPECT_EQ(config.security.server_key, folder_.path("s"));
+  EXPECT_EQ(config.security.allow_list, folder_.path("keys/a"));
+}
+
 TEST_F(ConfigTest, TheDumpHoldsDefaultsAndReadsBackTheSame) {
   const Config config = load(R"(, "frame": {"length_ms": 20}, "channels": {"photon": [0, 2]})");
   const std::string dump = config_to_json(config);
   EXPECT_THAT(dump, StartsWith(R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simul)"));
   EXPECT_THAT(dump, HasSubstr(R"("channels":{"photon":[0,2],"sync":"sync","encoder":"marker:1"})"));
   EXPECT_THAT(dump, HasSubstr(R"("frame":{"length_ms":20,"min_seen_fraction":0.9})"));
-  EXPECT_THAT(dump, HasSubstr(R"("publish":{"endpoint":"tcp://127.0.0.1:9872"})"));
+  EXPECT_THAT(dump, HasSubstr(R"("publish":{"endpoint":"tcp://127.0.0.1:9872")"));
   const std::string again = folder_.write("again.json", dump);
   EXPECT_EQ(config_to_json(load_config(again)), dump);
 }

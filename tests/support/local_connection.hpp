@@ -20,7 +20,6 @@ class LocalConnection {
     place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     place.sin_port = htons(static_cast<std::uint16_t>(port));
     const timeval patience{10, 0};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     (void)connect(socket_, reinterpret_cast<sockaddr*>(&place), sizeof place);
   }
@@ -28,11 +27,14 @@ class LocalConnection {
   LocalConnection(const LocalConnection&) = delete;
   LocalConnection& operator=(const LocalConnection&) = delete;
 
+  [[nodiscard]] int socket() const { return socket_; }
   void send(const std::string& bytes) const {
     (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
-  // Until the other end closes, or ten seconds of silence.
-  [[nodiscard]] std::string receive() const {
+  // Until the other end closes, or that much silence.
+  [[nodiscard]] std::string receive(int silence_ms = 10'000) const {
+    const timeval patience{silence_ms / 1000, silence_ms % 1000 * 1000};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     std::string all;
     std::array<char, 4096> some{};
     for (ssize_t got = 0; (got = recv(socket_, some.data(), some.size(), 0)) > 0;) {

@@ -46,6 +46,9 @@ class TcpPeer {
 
   [[nodiscard]] std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
 
+  // Until it goes out of scope.
+  [[nodiscard]] bool alive() const { return alive_; }
+
   // Whether something can be read from the socket; false once this ends.
   [[nodiscard]] bool readable(int socket) const {
     constexpr int slice_ms = 10;

@@ -25,10 +25,12 @@ TEST(ConfigChanges, TellWhatTakesARestart) {
   after.frame.min_seen_fraction = 0.5;
   after.frame.length_ms = 20;
   after.publish.endpoint = "ipc:///run/splid/frames";
+  after.security.allow_list = "others";
   after.pattern.segments.front().pulse_times_ps[1] += 1;
   const ConfigChanges changes = changes_between(scene_config(1), after);
   EXPECT_THAT(changes.live, ElementsAre("/detector/dead_time_ns", "/estimator/tracked",
-                                        "/frame/min_seen_fraction", "/scene/max_speed_mps"));
+                                        "/frame/min_seen_fraction", "/scene/max_speed_mps",
+                                        "/security/allow_list"));
   EXPECT_THAT(changes.restart,
               ElementsAre("/frame/length_ms", "/pattern", "/publish/endpoint", "/source/seconds"));
 }

@@ -1,0 +1,50 @@
+#include "config/security_options.hpp"
+
+#include <array>
+
+#include "config/endpoint.hpp"
+
+namespace splid {
+
+void SecurityOptions::describe(OptionVisitor& visitor) {
+  static constexpr std::array<const char*, 2> in_words = {"no", "anyone on the network may read"};
+  visitor.path("server_key", server_key,
+               "the server's secret key, made by splid keys and readable by the service alone; "
+               "with it publish.endpoint speaks CURVE to those whom allow_list names");
+  visitor.path("allow_list", allow_list,
+               "public keys that may connect, a line each: KEY name; read again on SIGHUP");
+  choose(visitor, "unprotected", unprotected, in_words,
+         "what publish.endpoint may be without server_key when it is not on this machine");
+}
+
+std::optional<OptionFault> SecurityOptions::validate() const {
+  if (!server_key.empty() && allow_list.empty()) {
+    return OptionFault{"/allow_list",
+                       "\"\" names no file, but /security/server_key is given; write the public "
+                       "keys that may connect into a file and name it here"};
+  }
+  if (server_key.empty() && !allow_list.empty()) {
+    return OptionFault{"/server_key",
+                       "\"\" names no file, so /security/allow_list would keep nobody out; make a "
+                       "key with splid keys and name its .key_secret file here"};
+  }
+  if (!server_key.empty() && unprotected != Unprotected::no) {
+    return OptionFault{"/unprotected",
+                       "contradicts /security/server_key, with which only those on the allow-list "
+                       "may read; remove one of them"};
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> SecurityOptions::endpoint_fault(const std::string& endpoint) const {
+  if (!server_key.empty() || unprotected == Unprotected::anyone_may_read ||
+      is_on_this_machine(endpoint)) {
+    return std::nullopt;
+  }
+  return "\"" + endpoint +
+         "\" would offer the results to the network without encryption or a check of who listens; "
+         "give /security/server_key and /security/allow_list (docs/security.md), or say in words "
+         "\"security\":{\"unprotected\":\"anyone on the network may read\"}";
+}
+
+}  // namespace splid

@@ -1,0 +1,47 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "daemon/commands/commands.hpp"
+#include "daemon/security/key_file.hpp"
+
+namespace splid {
+namespace {
+
+struct KeysCommand {
+  std::string folder = ".";
+  std::string name = "splid";
+};
+
+int make_keys(const KeysCommand& options) {
+  const CurveKeyPair keys = make_curve_keys();
+  const KeyFiles files = write_key_files(options.folder, options.name, keys);
+  std::printf("%s\n", keys.public_key.c_str());
+  std::fprintf(stderr,
+               "%s: secret, readable by you alone; it stays on this machine:\n"
+               "    of a server: \"security\":{\"server_key\":\"%s\",...}\n"
+               "    of a viewer: splid listen --key %s --server-key ...\n"
+               "%s: public, for the other side:\n"
+               "    of a server: splid listen --server-key %s ...\n"
+               "    of a viewer: a line in the server's security.allow_list:\n"
+               "    %s %s\n",
+               files.secret_file.c_str(), files.secret_file.c_str(), files.secret_file.c_str(),
+               files.public_file.c_str(), files.public_file.c_str(), keys.public_key.c_str(),
+               options.name.c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_keys(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("keys", "Make a pair of keys for security");
+  const auto options = std::make_shared<KeysCommand>();
+  command->add_option("name", options->name, "Whose they are: NAME.key and NAME.key_secret")
+      ->capture_default_str();
+  command->add_option("--output,-o", options->folder, "Folder to write them into")
+      ->capture_default_str();
+  command->callback([&action, options] { action = [options] { return make_keys(*options); }; });
+}
+
+}  // namespace splid

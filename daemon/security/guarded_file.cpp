@@ -1,0 +1,127 @@
+#include "daemon/security/guarded_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include "daemon/format.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr mode_t writable_by_others = S_IWGRP | S_IWOTH;
+constexpr mode_t open_to_others = S_IRWXG | S_IRWXO;
+
+// Keys for thousands; whoever names a disk or a device by mistake is told so.
+constexpr std::size_t max_bytes = 1 << 20;
+
+[[noreturn]] void refuse(const std::string& place, const std::string& what) {
+  throw Error(Fault::usage, place + ": " + what);
+}
+
+[[noreturn]] void refuse_by_errno(const std::string& file) {
+  refuse(file, "cannot be read: " + std::generic_category().message(errno));
+}
+
+// An open file: what is looked at is what is read, whatever its name comes to mean meanwhile.
+class OpenFile {
+ public:
+  explicit OpenFile(std::string name)
+      : name_(std::move(name)),
+        // Without waiting for the other end of a pipe.
+        file_(::open(name_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+    if (file_ < 0) refuse_by_errno(name_);
+    if (::fstat(file_, &facts_) != 0) refuse_by_errno(name_);
+    if (!S_ISREG(facts_.st_mode)) refuse(name_, "is no file; name the file itself");
+  }
+  ~OpenFile() { ::close(file_); }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  [[nodiscard]] const struct stat& facts() const { return facts_; }
+
+  [[nodiscard]] std::string read() const {
+    std::string text;
+    std::array<char, 4096> some{};
+    for (ssize_t got = 0; (got = ::read(file_, some.data(), some.size())) != 0;) {
+      if (got < 0) refuse_by_errno(name_);
+      text.append(some.data(), static_cast<std::size_t>(got));
+      if (text.size() > max_bytes) refuse(name_, "has more than 1 MiB; is this a file of keys?");
+    }
+    return text;
+  }
+
+ private:
+  std::string name_;
+  int file_;
+  struct stat facts_ {};
+};
+
+bool is_ours(const struct stat& facts) { return facts.st_uid == ::geteuid() || facts.st_uid == 0; }
+
+std::string octal(mode_t mode) { return format("%04o", mode & 07777U); }
+
+void check_owner(const std::string& place, const struct stat& facts) {
+  if (is_ours(facts)) return;
+  refuse(place, format("belongs to user %u, who could put another key there; chown it to root or "
+                       "to user %u, who runs splid",
+                       facts.st_uid, ::geteuid()));
+}
+
+void check_folder(const std::string& file) {
+  std::string folder = std::filesystem::path(file).parent_path();
+  if (folder.empty()) folder = ".";
+  struct stat facts {};
+  if (::stat(folder.c_str(), &facts) != 0) refuse_by_errno(folder);
+  check_owner(folder, facts);
+  const bool sticky = (facts.st_mode & S_ISVTX) != 0;
+  if ((facts.st_mode & writable_by_others) == 0 || sticky) return;
+  refuse(folder, "lets others put another file in the place of " + file + " (mode " +
+                     octal(facts.st_mode) + "); chmod go-w " + folder);
+}
+
+void check_unforgeable(const std::string& file, const struct stat& facts) {
+  check_owner(file, facts);
+  if ((facts.st_mode & writable_by_others) != 0) {
+    refuse(file, "may be written by others than its owner (mode " + octal(facts.st_mode) +
+                     "); chmod go-w " + file);
+  }
+  check_folder(file);
+}
+
+bool is_credential(const std::string& file) {
+  const char* folder = std::getenv("CREDENTIALS_DIRECTORY");
+  if (folder == nullptr || *folder == '\0') return false;
+  std::error_code ignored;
+  const auto parent = std::filesystem::path(file).parent_path();
+  return std::filesystem::equivalent(parent, folder, ignored);
+}
+
+}  // namespace
+
+std::string read_unforgeable_file(const std::string& file) {
+  const OpenFile open(file);
+  check_unforgeable(file, open.facts());
+  return open.read();
+}
+
+std::string read_secret_file(const std::string& file) {
+  const OpenFile open(file);
+  if (is_credential(file)) return open.read();
+  if ((open.facts().st_mode & open_to_others) != 0) {
+    refuse(file, "is a secret that others than its owner may use (mode " +
+                     octal(open.facts().st_mode) + "); chmod 600 " + file +
+                     ", and make a new key if somebody may have read it");
+  }
+  check_unforgeable(file, open.facts());
+  return open.read();
+}
+
+}  // namespace splid

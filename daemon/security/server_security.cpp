@@ -1,0 +1,41 @@
+#include "daemon/security/server_security.hpp"
+
+#include "daemon/security/key_file.hpp"
+
+namespace splid {
+namespace {
+
+std::string keys_in_words(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " key" : " keys");
+}
+
+}  // namespace
+
+std::unique_ptr<Authenticator> open_authenticator(
+    const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
+    const Clock& clock) {
+  if (options.server_key.empty()) return nullptr;
+  AllowList list = AllowList::read(options.allow_list);
+  if (list.size() == 0) notice("nobody may connect: " + options.allow_list + " has no key");
+  auto authenticator =
+      std::make_unique<Authenticator>(read_secret_key(options.server_key), notice, clock);
+  authenticator->allow(publish_domain, std::move(list));
+  return authenticator;
+}
+
+std::string reload_allow_list(Authenticator& authenticator, const SecurityOptions& options) {
+  AllowList next = AllowList::read(options.allow_list);
+  const AllowList before = authenticator.allowed(publish_domain);
+  const std::size_t added = next.missing_in(before);
+  const std::size_t removed = before.missing_in(next);
+  authenticator.allow(publish_domain, std::move(next));
+  std::string sentence;
+  if (added > 0) sentence = "allow-list: " + keys_in_words(added) + " added";
+  if (removed > 0) {
+    sentence += (sentence.empty() ? "allow-list: " : ", ") + keys_in_words(removed) +
+                " removed, whose open connections last until they end or splid is restarted";
+  }
+  return sentence;
+}
+
+}  // namespace splid
