@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "daemon/format.hpp"
 #include "daemon/security/curve_key.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "daemon/security/trimmed.hpp"
@@ -51,11 +52,11 @@ AllowList AllowList::parse(std::string_view text, const std::string& file) {
     if (line.empty() || line.starts_with('#')) continue;
     const Entry entry = split(line);
     const auto refuse = [&](const std::string& what) {
-      throw Error(Fault::usage, file + ":" + std::to_string(number) + ": " + what);
+      throw Error(Fault::usage, format("%s:%zu: %s", file.c_str(), number, what.c_str()));
     };
     if (const char* fault = fault_of(entry)) refuse(fault);
     const auto [place, is_new] = list.names_.emplace(entry.key, entry.name);
-    if (!is_new) refuse("has the key of \"" + place->second + "\" again; remove one of the lines");
+    if (!is_new) refuse("has the key of " + place->second + " again; remove one of the lines");
   }
   return list;
 }

@@ -130,7 +130,7 @@ void Authenticator::answer() {
 }
 
 ZapReply Authenticator::judge(const ZapRequest& request) {
-  const ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
+  ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
   const auto key = curve_key_of(request);
   if (!key) {
     refuse("refused " + request.address + ": it gives no CURVE key");

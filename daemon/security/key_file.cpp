@@ -127,7 +127,7 @@ KeyFiles write_key_files(const std::string& folder, const std::string& name,
                                   "underscores, the first a letter or a digit");
   }
   const auto path = (std::filesystem::path(folder) / name).lexically_normal().string();
-  const KeyFiles files{path + ".key", path + ".key_secret"};
+  KeyFiles files{path + ".key", path + ".key_secret"};
   NewFile secret(files.secret_file, for_owner, secret_text(name, keys));
   NewFile open(files.public_file, for_all, public_text(name, keys.public_key));
   secret.keep();
