@@ -95,6 +95,7 @@ void check_all(const Config& config) {
   check(config.file, "/channels", encoder_channel_fault(config));
   check(config.file, "/security", config.security.validate());
   check(config.file, "/publish", publish_fault(config));
+  check(config.file, "/control", config.control.validate());
   check(config.file, "/metrics", config.metrics.validate());
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());

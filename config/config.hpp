@@ -32,6 +32,7 @@ struct Config {
   PipelineOptions pipeline;
   PublishOptions publish;
   SecurityOptions security;
+  ControlOptions control;
   MetricsOptions metrics;
   RecordOptions record;
   AwgOptions awg;

@@ -1,5 +1,6 @@
 #include "config/daemon_options.hpp"
 
+#include <array>
 #include <string_view>
 
 #include "config/channel_name.hpp"
@@ -22,6 +23,20 @@ std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
   channels.push_back({"/sync", options.sync});
   if (!options.encoder.empty()) channels.push_back({"/encoder", options.encoder});
   return channels;
+}
+
+// Design note: no TCP, not even on loopback. Who may ask for a laser's pattern is decided by the
+// mode of the socket's file; a port is open to every user of the machine.
+std::optional<std::string> control_fault(std::string_view endpoint) {
+  if (endpoint == "auto" || endpoint == "off") return std::nullopt;
+  if (endpoint.starts_with("tcp://")) {
+    return "would let everybody who reaches the port start and stop the instrument; write it as in "
+           "ipc:///run/splid/control.sock, and forward it by SSH";
+  }
+  if (!endpoint.starts_with("ipc:///")) {
+    return "must be auto, off, or a file as in ipc:///run/splid/control.sock";
+  }
+  return endpoint_fault(endpoint);
 }
 
 }  // namespace
@@ -72,6 +87,9 @@ void RecordOptions::describe(OptionVisitor& visitor) {
   visitor.path("folder", folder,
                "where splid run keeps the tags that it measures from, in files for splid replay, "
                "and removes its oldest; made where it is not there; \"\": nowhere");
+  static constexpr std::array<const char*, 2> times = {"always", "asked"};
+  choose(visitor, "when", when, times,
+         "always: from the start; asked: once splid ctl record start asks for it");
   visitor.number("max_file_mib", max_file_mib, {1, 1e6},
                  "size from which on a new file is begun, MiB");
   visitor.number("max_file_s", max_file_s, {1, 1e6}, "time that a file holds at most, s");
@@ -119,6 +137,20 @@ std::optional<OptionFault> PublishOptions::validate() const {
   }
   if (!fault) return std::nullopt;
   return OptionFault{"/local_endpoint", "\"" + local_endpoint + "\" " + *fault};
+}
+
+void ControlOptions::describe(OptionVisitor& visitor) {
+  visitor.text(
+      "endpoint", endpoint,
+      "where splid ctl asks: ipc:///PATH, a socket of this machine that its owner alone can "
+      "use; auto: /run/splid/control.sock for the service, see docs/control.md; off: "
+      "nowhere");
+}
+
+std::optional<OptionFault> ControlOptions::validate() const {
+  const std::optional<std::string> fault = control_fault(endpoint);
+  if (!fault) return std::nullopt;
+  return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
 }
 
 void MetricsOptions::describe(OptionVisitor& visitor) {

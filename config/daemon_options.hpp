@@ -41,6 +41,13 @@ struct PublishOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
+// JSON: `control`.
+struct ControlOptions {
+  std::string endpoint = "auto";  // ipc:///PATH; auto: control_endpoint() finds one; off: none
+  void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
+};
+
 // JSON: `metrics`.
 struct MetricsOptions {
   std::string file;  // empty: none
@@ -49,9 +56,15 @@ struct MetricsOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
+enum class RecordWhen {
+  always,  // from the start
+  asked,   // from a control request on
+};
+
 // JSON: `record`.
 struct RecordOptions {
-  std::string folder;          // empty: nothing is recorded
+  std::string folder;  // empty: nothing is recorded
+  RecordWhen when = RecordWhen::always;
   double max_file_mib = 1024;  // of 2^20 bytes
   double max_file_s = 600;     // of the tagger's clock
   double max_folder_gib = 50;  // of 2^30 bytes

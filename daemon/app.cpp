@@ -59,6 +59,7 @@ int parse_and_run(int argc, char** argv) {
   add_devices(app, action);
   add_upload(app, action);
   add_keys(app, action);
+  add_ctl(app, action);
   check_command(app, argc, argv);
   try {
     app.parse(argc, argv);

@@ -9,15 +9,14 @@
 #include "config/config.hpp"
 #include "daemon/calibration/calibration_report.hpp"
 #include "daemon/calibration/pattern_calibration.hpp"
+#include "daemon/calibration/recording_calibration.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
-#include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "drivers/replay/replay.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 
@@ -38,26 +37,21 @@ void check_output(const CalibrateCommand& options) {
   check_may_write(options.output, options.force);
 }
 
-PatternCalibration calibrate_recording(const Config& config, const CalibrationPlan& plan,
-                                       const std::stop_token& stop) {
+PatternCalibration calibrate_shown(const Config& config, const CalibrationPlan& plan,
+                                   const std::stop_token& stop) {
   Progress progress(host_clock());
   const auto show = [&](const char* doing, double seconds) {
     if (progress.due()) progress.show(plan.recording + ": " + doing + format(", %.1f s", seconds));
   };
-  return calibrate_pattern(
-      config, [&] { return open_source(config); }, plan, show, stop);
+  return calibrate_recording(config, plan.recording, plan, show, stop);
 }
 
 int calibrate(CalibrateCommand options) {
   const StopSignals signals;
   options.plan.goal.std_amplitude = options.amplitude_percent / 100;
   check_output(options);
-  Config config = load_config(options.config);
-  auto replay = std::make_unique<ReplayOptions>();
-  replay->recording = options.plan.recording;
-  config.source = std::move(replay);
-  config.source_driver = "replay";
-  const PatternCalibration calibrated = calibrate_recording(config, options.plan, signals.token());
+  const Config config = load_config(options.config);
+  const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
   if (!options.plot.empty()) {
     const Chart chart = calibration_chart(calibrated, options.plan, config.pulse.sigma_ps);

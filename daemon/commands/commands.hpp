@@ -25,5 +25,6 @@ void add_tradeoff(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
 void add_upload(CLI::App& app, Action& action);
 void add_keys(CLI::App& app, Action& action);
+void add_ctl(CLI::App& app, Action& action);
 
 }  // namespace splid

@@ -13,6 +13,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/encoder_log.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "drivers/replay/recording_info.hpp"

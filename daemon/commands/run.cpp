@@ -7,6 +7,7 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
 
@@ -25,7 +26,7 @@ void add_run(CLI::App& app, Action& action) {
       DeviceMonitor device;
       SessionOptions options;
       options.signals = &signals;
-      options.record = true;
+      options.is_service = true;
       return run_session(config, open_source(config, &device), device, options, signals.token());
     };
   });

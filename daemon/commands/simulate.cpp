@@ -9,7 +9,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/recording/capture.hpp"
-#include "daemon/service/session.hpp"
+#include "daemon/service/measuring.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 #include "protocol/error.hpp"

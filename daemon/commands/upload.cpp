@@ -15,6 +15,7 @@
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/upload_report.hpp"
 #include "drivers/awg/awg_model.hpp"
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern_json.hpp"
@@ -64,8 +65,7 @@ int run_upload(const UploadCommand& options) {
     return 0;
   }
   const Uploaded uploaded = upload_shown(config, signals.token());
-  spdlog::info("{}: plays {}; its error queue is empty", uploaded.instrument,
-               describe_pattern(uploaded.played));
+  spdlog::info("{}", describe(uploaded));
   keep(uploaded.played, options.output);
   return 0;
 }

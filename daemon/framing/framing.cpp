@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
+#include <thread>
 #include <utility>
 
 namespace splid {
@@ -27,7 +29,15 @@ static_assert(sizeof(FramerTotals) == counts.size() * sizeof(std::uint64_t), "on
 
 constexpr std::int64_t ns_per_ms = 1'000'000;
 
+constexpr std::uint64_t no_more_changes = std::numeric_limits<std::uint64_t>::max();
+
 }  // namespace
+
+FramerTotals added_up(const FramerTotals& a, const FramerTotals& b) {
+  FramerTotals sum = a;
+  for (const auto count : counts) sum.*count += b.*count;
+  return sum;
+}
 
 Framing::Framing(const Config& config, const SourceInfo& source, const Clock& clock, TagRing& ring,
                  Lanes& lanes)
@@ -46,6 +56,7 @@ void Framing::run(const std::stop_token& stop, int patience_ms) {
   // A stop ends the source, which closes the ring: what is in it is taken first.
   const std::stop_token to_the_end;
   while (!ring_.ended()) {
+    change_recording();
     const std::span<const Tag> waiting = ring_.wait(idle, to_the_end);
     const std::size_t fill = ring_.fill();
     if (fill > highest_fill.load(std::memory_order_relaxed)) highest_fill = fill;
@@ -59,13 +70,36 @@ void Framing::run(const std::stop_token& stop, int patience_ms) {
     }
     ring_.consume(some.size());
   }
+  change_recording();
   if (recording_ != nullptr) recording_->finish();
+  recordings_changed_.store(no_more_changes, std::memory_order_release);
   framer_.finish();
   show_totals();
   for (const auto& lane : lanes_) {
     lane->close();
     lane->estimator_wake.notify();
   }
+}
+
+void Framing::record_into(Recording* recording) {
+  next_recording_.store(recording, std::memory_order_relaxed);
+  recordings_asked_.fetch_add(1, std::memory_order_release);
+}
+
+void Framing::wait_for_recording() const {
+  const std::uint64_t asked = recordings_asked_.load(std::memory_order_relaxed);
+  while (recordings_changed_.load(std::memory_order_acquire) < asked) {
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+}
+
+void Framing::change_recording() {
+  const std::uint64_t asked = recordings_asked_.load(std::memory_order_acquire);
+  if (asked == recordings_taken_) return;
+  recordings_taken_ = asked;
+  if (recording_ != nullptr) recording_->finish();
+  recording_ = next_recording_.load(std::memory_order_relaxed);
+  recordings_changed_.store(asked, std::memory_order_release);
 }
 
 void Framing::take(std::span<const Tag> some) {

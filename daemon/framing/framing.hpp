@@ -23,6 +23,9 @@ namespace splid {
 
 using Lanes = std::vector<std::unique_ptr<Lane>>;
 
+// Count by count.
+FramerTotals added_up(const FramerTotals& a, const FramerTotals& b);
+
 // The framer's thread: takes tags from the ring, cuts them into frames and deals these out to the
 // lanes in turn.
 //
@@ -37,8 +40,11 @@ class Framing : private FrameSink {
   // Until the ring has ended; patience_ms after a stop request the tags left in it are discarded.
   void run(const std::stop_token& stop, int patience_ms);
 
-  // Also gives every tag that it frames to `recording`, which outlives this. Before run().
-  void record_into(Recording& recording) { recording_ = &recording; }
+  // Gives every tag that it frames from now on to `recording` too; null: to none. The one before is
+  // finished, on the framer's thread. One thread at a time, before run() or while it runs.
+  void record_into(Recording* recording);
+  // Until the last record_into() is what is done: 100 ms at most, while run() runs or after it.
+  void wait_for_recording() const;
 
   // The publisher has released a slot.
   void notify_released() { released_.notify(); }
@@ -64,13 +70,18 @@ class Framing : private FrameSink {
   Frame& open() override;
   void close() override;
   void take(std::span<const Tag> some);
+  void change_recording();
   void show_totals();
   [[nodiscard]] bool out_of_patience(const std::stop_token& stop, int patience_ms);
 
   const Clock& host_;
   TagRing& ring_;
   Lanes& lanes_;
-  Recording* recording_ = nullptr;
+  Recording* recording_ = nullptr;                    // framer only
+  std::uint64_t recordings_taken_ = 0;                // likewise
+  std::atomic<Recording*> next_recording_{nullptr};   // written before the count of those asked for
+  std::atomic<std::uint64_t> recordings_asked_{0};    // record_into() calls
+  std::atomic<std::uint64_t> recordings_changed_{0};  // of these, done
   ChannelMap channels_;
   Framer framer_;
   DeviceClock device_clock_;

@@ -102,8 +102,16 @@ Publisher::~Publisher() = default;
 void Publisher::publish_frame(const std::string& json) { send(topic_frame, json); }
 
 void Publisher::publish_status(const std::string& json) {
-  status_ = json;
+  {
+    const std::scoped_lock lock(status_mutex_);
+    status_ = json;
+  }
   send(topic_status, json);
+}
+
+std::string Publisher::last_status() const {
+  const std::scoped_lock lock(status_mutex_);
+  return status_;
 }
 
 void Publisher::publish_version(const std::string& json) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace splid {
@@ -43,6 +44,8 @@ class Publisher {
   // The last of each is kept and sent to every new subscriber.
   void publish_status(const std::string& json);
   void publish_version(const std::string& json);
+  // What publish_status() was last given. Any thread.
+  [[nodiscard]] std::string last_status() const;
 
   // Sends what is kept to those who subscribed since the last call. ZeroMQ addresses all
   // subscribers of a topic or none: the others see the same message, with the same sequence, again.
@@ -59,7 +62,8 @@ class Publisher {
   std::string endpoint_;
   std::string local_endpoint_;
   std::string version_;
-  std::string status_;
+  mutable std::mutex status_mutex_;
+  std::string status_;  // written under the mutex
 };
 
 }  // namespace splid

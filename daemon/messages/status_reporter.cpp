@@ -48,7 +48,17 @@ void StatusReporter::start() {
   version_.timestamp_s = timestamp_s();
   publisher_.publish_version(to_json(version_));
   started_ns_ = clock_.steady_ns();
-  publish({});
+  StreamHealth health;
+  health.tags = status_.tags;
+  publish(health);
+}
+
+void StatusReporter::go_on_from(const StatusMessage& before) {
+  status_.sequence = before.sequence;
+  status_.tags = before.tags;
+  status_.lost_tags = before.lost_tags;
+  status_.frames = before.frames;
+  status_.valid_frames = before.valid_frames;
 }
 
 void StatusReporter::frame_published(const FrameMessage& message) {

@@ -41,6 +41,8 @@ class StatusReporter {
                  const Clock& clock);
 
   void start();
+  // Counts and the messages' sequence go on from those of an earlier stream. Before start().
+  void go_on_from(const StatusMessage& before);
   void frame_published(const FrameMessage& message);
   // To be called at least every 100 ms.
   void tick(const StreamHealth& health);

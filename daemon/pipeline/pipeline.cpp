@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <mutex>
 #include <optional>
@@ -65,8 +66,10 @@ struct Pipeline::Stages {
       estimators.push_back(std::make_unique<LaneEstimator>(make_estimator(config)));
     }
     framing = std::make_unique<Framing>(config, source->info(), clock, ring, lanes);
-    if (auto counts = open_encoder(config))
+    if (auto counts = open_encoder(config)) {
       encoder.emplace(std::move(counts), config.encoder, clock);
+      encoder->observe([this](const EncoderBatch& batch) { record_counts(batch); });
+    }
   }
 
   [[nodiscard]] EstimatorInUse make_estimator(const Config& from) const;
@@ -74,10 +77,13 @@ struct Pipeline::Stages {
   void estimate(std::size_t index);
   void publish_all(std::stop_source& stop);
   void publish(const LaneSlot& slot);
+  void record_counts(const EncoderBatch& batch);
   void tell_observer(const FrameMessage& message, const std::string& json);
   [[nodiscard]] StreamHealth health();
   void take_reloaded_context();
   void look_around();
+  [[nodiscard]] StreamTotals totals() const;
+  [[nodiscard]] std::vector<SourceCounter> counters() const;
   void refresh_metrics();
   void finish(const std::exception_ptr& fault);
 
@@ -95,7 +101,8 @@ struct Pipeline::Stages {
   Wake publisher_wake;                 // a frame was estimated
   std::optional<EncoderFeed> encoder;  // publisher only
   DeviceMonitor* device = nullptr;
-  Recording* recording = nullptr;
+  std::mutex recording_mutex;      // the framer never takes it
+  Recording* recording = nullptr;  // under the mutex
   ServiceNotifier* notifier = nullptr;
   Metrics* metrics = nullptr;
   Liveness liveness;
@@ -107,6 +114,9 @@ struct Pipeline::Stages {
   std::exception_ptr observer_fault;
   std::string sync_fault;  // empty: none found
   PipelineSummary summary;
+  StreamSoFar before;
+  std::stop_source own_stop;
+  std::atomic<bool> pause_asked{false};
   std::optional<SourceThread> source_thread;  // from run() on
 };
 
@@ -125,13 +135,31 @@ void Pipeline::watch(DeviceMonitor& device) {
   device.set_wake(&stages_->publisher_wake);
 }
 
-void Pipeline::record(Recording& recording) {
-  stages_->recording = &recording;
-  stages_->framing->record_into(recording);
-  if (!stages_->encoder) return;
-  recording.expect_counts();
-  stages_->encoder->observe(
-      [&recording](const EncoderBatch& batch) { recording.take_counts(batch); });
+void Pipeline::record(Recording* recording) {
+  Stages& stages = *stages_;
+  if (recording != nullptr && stages.encoder) recording->expect_counts();
+  {
+    const std::scoped_lock lock(stages.recording_mutex);
+    stages.recording = recording;
+  }
+  stages.framing->record_into(recording);
+  if (recording == nullptr) stages.framing->wait_for_recording();
+}
+
+void Pipeline::go_on_from(const StreamSoFar& before) {
+  stages_->before = before;
+  stages_->reporter.go_on_from(before.status);
+}
+
+StreamSoFar Pipeline::so_far() const {
+  StreamSoFar so_far{stages_->reporter.status(), stages_->totals(), stages_->counters()};
+  so_far.status.tags = so_far.totals.framer.events;
+  return so_far;
+}
+
+void Pipeline::pause() {
+  stages_->pause_asked = true;
+  stages_->own_stop.request_stop();
 }
 
 void Pipeline::serve(ServiceNotifier& notifier) { stages_->notifier = &notifier; }
@@ -142,7 +170,7 @@ void Pipeline::reload(const Config& config) { stages_->reload(config); }
 
 PipelineSummary Pipeline::run(const std::stop_token& stop) {
   Stages& stages = *stages_;
-  std::stop_source own_stop;
+  std::stop_source& own_stop = stages.own_stop;
   const std::stop_callback pass_on(stop, [&own_stop] { own_stop.request_stop(); });
   stages.reporter.start();
   std::vector<std::jthread> threads;
@@ -156,6 +184,7 @@ PipelineSummary Pipeline::run(const std::stop_token& stop) {
   stages.publish_all(own_stop);
   source.join();
   threads.clear();
+  stages.summary.paused = stages.pause_asked && !stop.stop_requested() && !source.fault();
   stages.finish(source.fault());
   if (stages.observer_fault) std::rethrow_exception(stages.observer_fault);
   return stages.summary;
@@ -223,6 +252,7 @@ void Pipeline::Stages::publish(const LaneSlot& slot) {
       make_frame_message(slot.frame, slot.estimate, context,
                          {slot.mid_unix_s, slot.compute_ms, latency_ms, slot.effort});
   message.reference = reference;
+  message.sequence += before.status.frames;
   const std::string json = to_json(message);
   publisher.publish_frame(json);
   ++summary.frames;
@@ -233,6 +263,11 @@ void Pipeline::Stages::publish(const LaneSlot& slot) {
   reporter.frame_published(message);
   if (metrics != nullptr) metrics->frame_published(message, reporter.effort_is_lowered());
   tell_observer(message, json);
+}
+
+void Pipeline::Stages::record_counts(const EncoderBatch& batch) {
+  const std::scoped_lock lock(recording_mutex);
+  if (recording != nullptr) recording->take_counts(batch);
 }
 
 // An observer that fails ends the stream like one that has enough; what is on its way is still
@@ -249,12 +284,15 @@ void Pipeline::Stages::tell_observer(const FrameMessage& message, const std::str
 
 StreamHealth Pipeline::Stages::health() {
   StreamHealth health;
-  health.tags = framing->totals_so_far().events;
+  health.tags = before.totals.framer.events + framing->totals_so_far().events;
   health.last_arrival_ns = framing->last_arrival_ns.load(std::memory_order_relaxed);
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
-  if (recording != nullptr) health.recording_fault = recording->fault();
+  {
+    const std::scoped_lock lock(recording_mutex);
+    if (recording != nullptr) health.recording_fault = recording->fault();
+  }
   if (device != nullptr) {
     health.device_reports = device->take_reports();
     health.notices = device->take_notices();
@@ -288,10 +326,22 @@ void Pipeline::Stages::look_around() {
   if (metrics->due()) refresh_metrics();
 }
 
+StreamTotals Pipeline::Stages::totals() const {
+  return {added_up(before.totals.framer, framing->totals_so_far()),
+          before.totals.dropped_tags + source_thread->dropped_tags(),
+          before.totals.discarded_tags + framing->discarded()};
+}
+
+std::vector<SourceCounter> Pipeline::Stages::counters() const {
+  std::vector<SourceCounter> all = source->counters();
+  for (std::size_t i = 0; i < std::min(all.size(), before.counters.size()); ++i) {
+    all[i].value += before.counters[i].value;
+  }
+  return all;
+}
+
 void Pipeline::Stages::refresh_metrics() {
-  metrics->refresh(reporter.status(),
-                   {framing->totals_so_far(), source_thread->dropped_tags(), framing->discarded()},
-                   source->counters());
+  metrics->refresh(reporter.status(), totals(), counters());
 }
 
 void Pipeline::Stages::finish(const std::exception_ptr& fault) {
@@ -306,7 +356,11 @@ void Pipeline::Stages::finish(const std::exception_ptr& fault) {
     reason = error.what();
   }
   publisher.greet();
-  reporter.stop(health(), reason);
+  if (summary.paused) {
+    reporter.tick(health());
+  } else {
+    reporter.stop(health(), reason);
+  }
   if (notifier != nullptr) notifier->tick(reporter.status(), true);
   if (metrics != nullptr) refresh_metrics();
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
 #include "daemon/clock.hpp"
@@ -33,6 +34,14 @@ struct PipelineSummary {
   std::uint64_t discarded_tags = 0;  // in the ring when a stop request's time was up
   std::optional<SyncDiagnosis> diagnosis;
   std::exception_ptr fault;  // of the source; null where the stream ended or was stopped
+  bool paused = false;       // by pause(), and for no other reason
+};
+
+// What came of all streams up to now, where one follows the other to the same subscribers.
+struct StreamSoFar {
+  StatusMessage status;  // as last published
+  StreamTotals totals;
+  std::vector<SourceCounter> counters;
 };
 
 // Hears each frame as it is published: the message and the very JSON that subscribers get. Returns
@@ -59,8 +68,14 @@ class Pipeline {
   void observe(FrameObserver observer);
   // What the source reports goes into the status. device: outlives run().
   void watch(DeviceMonitor& device);
-  // Where what is measured from is kept. recording: outlives run().
-  void record(Recording& recording);
+  // Where what is measured from is kept from now on; null: nowhere. Nothing of this uses the one
+  // before once it returns, which takes 100 ms at most. Any thread, one at a time; before run(), or
+  // while it runs.
+  void record(Recording* recording);
+  // Frames and counts go on from those of the streams before. Before run().
+  void go_on_from(const StreamSoFar& before);
+  // After run().
+  [[nodiscard]] StreamSoFar so_far() const;
   // Who is told that the daemon works. notifier: outlives run().
   void serve(ServiceNotifier& notifier);
   // Who counts. metrics: outlives run().
@@ -73,6 +88,10 @@ class Pipeline {
   // Runs until the stream ends or a stop is requested; then what the ring holds still becomes
   // frames, for at most stop_patience_ms, and everything is published. Once.
   PipelineSummary run(const std::stop_token& stop);
+
+  // Ends run() like a stop request, but says to subscribers nothing of an end: another stream
+  // follows. Any thread.
+  void pause();
 
   static constexpr int stop_patience_ms = 400;
 

@@ -18,6 +18,7 @@
 #include "daemon/progress.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/recording_facts.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -27,6 +28,9 @@ constexpr std::size_t tags_at_once = 65'536;
 
 // A killed recorder may lose half a second; a little less leaves time for the write.
 constexpr std::int64_t flush_interval_ns = 400'000'000;
+
+// A source that still connects, or has buffered, may be that late.
+constexpr double patience_s = 5;
 
 // First and last time of a stream, for its length.
 struct Extent {
@@ -43,6 +47,13 @@ struct Extent {
   }
 };
 
+void check_enough(const SourceInfo& source, double seconds, double wanted_s,
+                  const std::stop_token& stop) {
+  if (!source.live || seconds >= wanted_s || stop.stop_requested()) return;
+  throw Error(Fault::device, format("%s sent %.3g s of tags in %.3g s; is it running?",
+                                    source.name.c_str(), seconds, wanted_s + patience_s));
+}
+
 void show(Progress& progress, const Recorder& recorder, double stream_s, double took_s) {
   const auto records = static_cast<double>(recorder.records());
   progress.show(format("%s records, %.3g M/s, %.1f MB, %.1f s recorded, %s lost",
@@ -54,7 +65,8 @@ void show(Progress& progress, const Recorder& recorder, double stream_s, double 
 }  // namespace
 
 CaptureSummary capture(const Config& config, TagSource& source, const std::string& file,
-                       bool overwrite, const Clock& clock, const std::stop_token& stop) {
+                       bool overwrite, const Clock& clock, const std::stop_token& stop,
+                       const CaptureLimit& limit) {
   const SourceInfo info = source.info();
   std::unique_ptr<EncoderSource> counts = open_encoder(config);
   Recorder recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
@@ -62,7 +74,9 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
   std::optional<EncoderLog> encoder;
   if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));
   TagRing ring(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags)));
-  SourceThread thread(source, ring, stop);
+  std::stop_source enough;
+  const std::stop_callback pass_on(stop, [&enough] { enough.request_stop(); });
+  SourceThread thread(source, ring, enough.get_token());
   Progress progress(clock);
   Extent extent;
   const std::int64_t begin_ns = clock.steady_ns();
@@ -78,9 +92,12 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
     if (now_ns - flushed_ns > flush_interval_ns) {
       recorder.flush();
       if (encoder) encoder->flush();
+      limit.progress(extent.seconds());
       flushed_ns = now_ns;
     }
     const double took_s = static_cast<double>(now_ns - begin_ns) / 1e9;
+    const bool is_late = info.live && took_s > limit.seconds + patience_s;
+    if (limit.seconds > 0 && (extent.seconds() >= limit.seconds || is_late)) enough.request_stop();
     if (progress.due()) show(progress, recorder, extent.seconds(), took_s);
   }
   recorder.close();
@@ -90,6 +107,7 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
   }
   thread.join();
   if (thread.fault()) std::rethrow_exception(thread.fault());
+  check_enough(info, extent.seconds(), limit.seconds, stop);
   return {recorder.records(), recorder.lost_tags(), recorder.bytes(), extent.seconds()};
 }
 

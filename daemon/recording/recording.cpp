@@ -118,11 +118,17 @@ void Recording::look_around() {
   }
   const std::scoped_lock lock(mutex_);
   if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
+  if (file_ != recorder_.file()) file_ = recorder_.file();
 }
 
 std::string Recording::fault() const {
   const std::scoped_lock lock(mutex_);
   return fault_;
+}
+
+std::string Recording::file() const {
+  const std::scoped_lock lock(mutex_);
+  return file_;
 }
 
 std::string Recording::summary() {

@@ -46,9 +46,9 @@ class CountsQueue {
 // more. It is not forced onto the disk: a machine that loses power loses what the system had not
 // written yet.
 //
-// Threads: take() and finish() the framer's; take_counts() the publisher's; fault() any; summary()
-// once finish() was called. Errors: none; the disk's are in fault(). take() allocates nothing and
-// takes no lock.
+// Threads: take() and finish() the framer's; take_counts() the publisher's; fault() and file() any;
+// summary() once finish() was called. Errors: none; the disk's are in fault(). take() allocates
+// nothing and takes no lock.
 class Recording {
  public:
   // config, clock: outlive this. say: hears, on the recorder's thread, of what is lost and why.
@@ -68,6 +68,8 @@ class Recording {
 
   // Why nothing is recorded, in a sentence; empty while all is well.
   [[nodiscard]] std::string fault() const;
+  // The last file begun; empty: none yet.
+  [[nodiscard]] std::string file() const;
   // Waits until all is written.
   [[nodiscard]] std::string summary();
 
@@ -89,6 +91,7 @@ class Recording {
   std::uint64_t said_drops_ = 0;  // likewise
   mutable std::mutex mutex_;
   std::string fault_;  // under the mutex
+  std::string file_;   // likewise
   std::jthread thread_;
 };
 

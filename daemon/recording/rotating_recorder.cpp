@@ -188,6 +188,7 @@ void RotatingRecorder::remove_file() {
   }
   std::remove(file_.c_str());
   std::remove(encoder_file_of(file_).c_str());
+  file_.clear();
   --files_;
 }
 

@@ -48,7 +48,8 @@ class RotatingRecorder {
 
   // Why nothing is recorded, in a sentence; empty while all is well.
   [[nodiscard]] const std::string& fault() const { return fault_; }
-  [[nodiscard]] std::uint64_t files() const { return files_; }  // begun
+  [[nodiscard]] std::uint64_t files() const { return files_; }     // begun
+  [[nodiscard]] const std::string& file() const { return file_; }  // the last of them; empty: none
   // Tags that a full or failing disk lost.
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
 

@@ -2,11 +2,9 @@
 
 #include <memory>
 #include <stop_token>
-#include <string>
 
 #include "config/config.hpp"
 #include "daemon/pipeline/device_monitor.hpp"
-#include "daemon/pipeline/pipeline.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "drivers/source.hpp"
 
@@ -19,16 +17,13 @@ struct SessionOptions {
   // Messages kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
-  bool record = false;               // as config.record says
+  bool is_service = false;           // records and can be controlled, as the configuration says
   StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; null: none does
 };
 
-// Opens the configured source; its warnings, and what it reports of its instrument, go to the log
-// and to `device` (where not null; outlives the source).
-std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device = nullptr);
-
 // Runs the source through the pipeline to the subscribers, says in the log what it does and at the
 // end what came of it, and the RMSE against an encoder where there is one; returns the exit code.
+// A control request may end a stream and begin another; see Measuring.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
 // frame could lock although syncs came.

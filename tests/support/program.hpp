@@ -53,6 +53,7 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
+  [[nodiscard]] pid_t id() const { return process_; }
   void signal(int number) const { kill(process_, number); }
 
   [[nodiscard]] std::string out() const { return file_text(out_); }

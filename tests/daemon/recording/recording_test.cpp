@@ -51,7 +51,7 @@ Measured measure(const Config& config, std::unique_ptr<TagSource> source) {
   std::optional<Recording> recording;
   if (!config.record.folder.empty()) {
     recording.emplace(config, info, host_clock(), say_nothing);
-    pipeline.record(*recording);
+    pipeline.record(&*recording);
   }
   Measured measured;
   pipeline.observe([&](const FrameMessage& frame, const std::string& json) {

@@ -1,0 +1,192 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/calibration/calibration_report.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/control/control_client.hpp"
+#include "daemon/control/control_endpoint.hpp"
+#include "daemon/format.hpp"
+#include "daemon/progress.hpp"
+#include "daemon/read_file.hpp"
+#include "daemon/service/stop_signals.hpp"
+#include "protocol/error.hpp"
+#include "protocol/pattern_json.hpp"
+
+namespace splid {
+namespace {
+
+struct CtlCommand {
+  std::string endpoint;
+  std::string config;
+  ControlRequest request;
+  bool json = false;
+  std::string output;  // pattern file
+  bool force = false;
+};
+
+// As the options say, or the daemon's own default.
+std::string endpoint_of(const CtlCommand& options) {
+  ControlOptions control;
+  std::string place = "--endpoint: ";
+  if (!options.endpoint.empty()) {
+    control.endpoint = options.endpoint;
+    if (const auto fault = control.validate()) throw Error(Fault::usage, place + fault->what);
+  } else if (!options.config.empty()) {
+    control = load_config(options.config).control;
+    place = options.config + ": /control/endpoint: ";
+  }
+  if (control.endpoint == "auto") return default_control_endpoint();
+  if (control.endpoint != "off") return control.endpoint;
+  throw Error(Fault::usage, place + "\"off\": that splid listens to nobody");
+}
+
+// The text of a reply's member; empty where there is none.
+std::string text_of(const ControlReply& reply, const char* name) {
+  const auto value = nlohmann::json::parse(reply.find(name), nullptr, false);
+  return value.is_string() ? value.get<std::string>() : "";
+}
+
+ControlReply ask(const CtlCommand& options) {
+  const StopSignals signals;
+  ControlClient client(endpoint_of(options));
+  Progress progress(host_clock());
+  const auto show = [&progress](const ControlReply& status) {
+    const std::string text = text_of(status, "progress");
+    if (!text.empty() && progress.due()) progress.show(text);
+  };
+  return client.ask(options.request, show, signals.token());
+}
+
+std::string count_of(const nlohmann::json& status, const char* key) {
+  return grouped(status.value(key, std::uint64_t{0}));
+}
+
+void print_status(const ControlReply& reply) {
+  const auto status = nlohmann::json::parse(reply.find("status"), nullptr, false);
+  if (!status.is_object()) throw Error(Fault::data, "the daemon has no status yet; ask again");
+  const std::string reason = status.value("reason", "");
+  std::printf("state      %s%s%s\n", status.value("state", "").c_str(), reason.empty() ? "" : ": ",
+              reason.c_str());
+  std::printf("source     %s, %s\n", status.value("source", "").c_str(),
+              status.value("device", "").c_str());
+  std::printf("frames     %s, %s with a target\n", count_of(status, "frames").c_str(),
+              count_of(status, "valid_frames").c_str());
+  std::printf("tags       %s, %s lost\n", count_of(status, "tags").c_str(),
+              count_of(status, "lost_tags").c_str());
+  std::printf("recording  %s %s\n", reply.find("recording") == "true" ? "yes" : "no",
+              text_of(reply, "file").c_str());
+  if (const std::string doing = text_of(reply, "doing"); !doing.empty()) {
+    std::printf("doing      %s %s\n", doing.c_str(), text_of(reply, "progress").c_str());
+  }
+}
+
+// The daemon does not know what the file is called here.
+std::string with_name(std::string text, const std::string& file) {
+  constexpr std::string_view placeholder = "PATTERN.json";
+  for (std::size_t at = 0; (at = text.find(placeholder, at)) != std::string::npos;) {
+    text.replace(at, placeholder.size(), file);
+    at += file.size();
+  }
+  return text;
+}
+
+void keep_pattern(const ControlReply& reply, const CtlCommand& options) {
+  const Pattern pattern = pattern_from_json(reply.find("pattern"), "the daemon's reply");
+  write_file(options.output, to_json_file(pattern));
+  if (options.request.command == ControlCommand::calibrate && !options.json) {
+    std::fputs(calibration_table(pattern).c_str(), stdout);
+  }
+}
+
+int ctl(const CtlCommand& options) {
+  if (!options.output.empty()) {
+    check_folder_of(options.output);
+    check_may_write(options.output, options.force);
+  }
+  const ControlReply reply = ask(options);
+  if (reply.fault) throw Error(*reply.fault, reply.message);
+  if (!options.output.empty()) keep_pattern(reply, options);
+  if (options.json) {
+    std::printf("%s\n", to_json(reply).c_str());
+  } else if (options.request.command == ControlCommand::status) {
+    print_status(reply);
+  }
+  std::string said = with_name(reply.message, options.output);
+  if (!said.empty() && said.back() != '\n') said += '\n';
+  std::fputs(said.c_str(), stderr);
+  return 0;
+}
+
+void add_output(CLI::App& command, CtlCommand& options, const char* what) {
+  CLI::Option* output = command.add_option("--output,-o", options.output, what);
+  if (command.get_name() == "calibrate") output->required();
+  command.add_flag("--force", options.force, "Write over an existing file");
+}
+
+void add_calibrate_options(CLI::App& command, CtlCommand& options) {
+  CalibrateRequest& request = options.request.calibrate;
+  command
+      .add_option("--seconds", request.seconds,
+                  "How long to take tags from the source; it does not measure meanwhile")
+      ->required()
+      ->check(CLI::Range(0.1, 600.0));
+  command.add_option("--distance-m", request.distance_m,
+                     "Where the target is, which must be at rest (without it, distances are "
+                     "relative to the target)");
+  command
+      .add_option("--time-ps", request.time_ps,
+                  "How well each pulse's time has to be known, one standard deviation, and how far "
+                  "the target may have moved")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      .add_option("--amplitude-percent", request.amplitude_percent,
+                  "How well each pulse's amplitude has to be known, in percent of the mean pulse")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_output(command, options, "Pattern file to write");
+}
+
+}  // namespace
+
+void add_ctl(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand("ctl", "Ask a running splid, or have it do something");
+  const auto options = std::make_shared<CtlCommand>();
+  CLI::Option* endpoint = command->add_option(
+      "--endpoint,-e", options->endpoint,
+      "The daemon's control.endpoint, ipc:///PATH (without it the service's own, or this user's)");
+  command->add_option("--config,-c", options->config, "The daemon's configuration, which names it")
+      ->excludes(endpoint);
+  command->add_flag("--json", options->json, "The reply as a line of JSON on standard output");
+  command->require_subcommand(1);
+  const auto add = [&](CLI::App* parent, const char* name, ControlCommand asked, const char* doc) {
+    CLI::App* sub = parent->add_subcommand(name, doc)->fallthrough();
+    sub->callback([&action, options, asked] {
+      options->request.command = asked;
+      action = [options] { return ctl(*options); };
+    });
+    return sub;
+  };
+  add(command, "status", ControlCommand::status, "Say how it does");
+  add(command, "start", ControlCommand::start, "Open the source and measure");
+  add(command, "stop", ControlCommand::stop, "Stop measuring and close the source; it stays");
+  CLI::App* record = command->add_subcommand("record", "Keep the tags that it measures from");
+  record->require_subcommand(1)->fallthrough();
+  add(record, "start", ControlCommand::record_start, "Record into its record.folder");
+  add(record, "stop", ControlCommand::record_stop, "End the recording");
+  CLI::App* upload = add(command, "upload", ControlCommand::upload,
+                         "Have its waveform generator play its pattern");
+  add_output(*upload, *options, "Pattern file to write: the pattern as it is played");
+  CLI::App* calibrate = add(command, "calibrate", ControlCommand::calibrate,
+                            "Find its pattern's pulses from what its source sends");
+  add_calibrate_options(*calibrate, *options);
+}
+
+}  // namespace splid

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocol/error.hpp"
+#include "protocol/options.hpp"
+
+namespace splid {
+
+// What can be asked of a running daemon; docs/control.md has each on the wire.
+enum class ControlCommand { status, start, stop, record_start, record_stop, upload, calibrate };
+
+const char* to_string(ControlCommand command);
+
+// How the pattern is to be calibrated from the source itself.
+struct CalibrateRequest {
+  double seconds = 0;                // of the source's tags
+  std::optional<double> distance_m;  // of the target, at rest; absent: distances will be relative
+  double time_ps = 5;                // wanted standard deviation of each pulse's time
+  double amplitude_percent = 2;      // likewise of its amplitude, of the mean pulse
+  void describe(OptionVisitor& visitor);
+};
+
+struct ControlRequest {
+  ControlCommand command = ControlCommand::status;
+  CalibrateRequest calibrate;  // where that is the command
+};
+
+// Bytes of the longest request taken.
+inline constexpr std::size_t max_request_bytes = 4096;
+
+// Errors: Error(Fault::usage) in a sentence that names the member, its value and the bound, for
+// every text that is none: too long, no JSON, another schema or version, an unknown command or key
+// (with the nearest), a key given twice, a value out of its bounds.
+ControlRequest control_request_from_json(const std::string& text);
+
+std::string to_json(const ControlRequest& request);
+
+// What came of a request.
+struct ControlReply {
+  std::string request;         // to_string() of its command; empty where it could not be read
+  std::optional<Fault> fault;  // absent: it was done
+  std::string message;         // what was done, or why not: a sentence
+  // Members beyond these, each a name and a JSON value, in their order.
+  std::vector<std::pair<std::string, std::string>> more = {};
+
+  // The JSON value of one of `more`; empty where there is none.
+  [[nodiscard]] std::string find(const std::string& name) const;
+};
+
+std::string to_json(const ControlReply& reply);
+
+// Errors: Error(Fault::data) where the text is no reply.
+ControlReply control_reply_from_json(const std::string& text);
+
+}  // namespace splid

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include "daemon/control/control_message.hpp"
+
+namespace splid {
+
+// Who does what is asked. Both may throw Error, which becomes the reply.
+struct ControlHandlers {
+  // At once, on the thread that serves all clients. doing: the action that runs; empty: none.
+  std::function<ControlReply(const std::string& doing)> status;
+  // Anything but status, one at a time, on a thread of its own; takes as long as it takes, but ends
+  // within 100 ms or so of a stop request.
+  std::function<ControlReply(const ControlRequest&, const std::stop_token&)> perform;
+};
+
+// The ZeroMQ socket that control requests come to: ROUTER, on a Unix socket of 0600, one JSON part
+// a request (after an empty one, or without), each answered by one (docs/control.md). While an
+// action runs another is refused as busy, and status goes on.
+//
+// Whatever comes in costs frames nothing: own threads, an own ZeroMQ context, requests of at most
+// 4 KiB, 100 of them each 10 ms; a client that does not read loses replies.
+//
+// Threads: made and destroyed on one; has `control`, which owns the socket, and `control-work`,
+// which performs. Errors: the constructor's are UnixListener's. Timeouts: the destructor waits for
+// the action that runs, which it asks to stop, and up to 300 ms for its reply to go out.
+class ControlServer {
+ public:
+  // endpoint: ipc:///PATH
+  ControlServer(const std::string& endpoint, ControlHandlers handlers);
+  ~ControlServer();
+  ControlServer(const ControlServer&) = delete;
+  ControlServer& operator=(const ControlServer&) = delete;
+
+ private:
+  struct Service;
+  std::unique_ptr<Service> service_;
+};
+
+}  // namespace splid

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/messages/publisher.hpp"
+#include "daemon/metrics/metrics.hpp"
+#include "daemon/pipeline/device_monitor.hpp"
+#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/recording/recording.hpp"
+#include "daemon/service/pause_status.hpp"
+#include "daemon/service/service_notifier.hpp"
+#include "drivers/source.hpp"
+
+namespace splid {
+
+// Opens the configured source; its warnings, and what it reports of its instrument, go to the log
+// and to `device` (where not null; outlives the source).
+std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device = nullptr);
+
+// One stream after the other from the configured source, to the same subscribers: in between the
+// source is closed, and another program may use the instrument. Frames are numbered, and everything
+// is counted, as if there were one stream.
+//
+// Threads: run() on one; the rest on any others, one at a time, while run() runs or before it.
+class Measuring {
+ public:
+  // All outlive this. metrics: null where there are none. may_record: as config.record says.
+  Measuring(const Config& config, Publisher& publisher, DeviceMonitor& device, Metrics* metrics,
+            FrameObserver observer, bool may_record);
+
+  // Measures from `source`, and from others of its kind as start() and pause() have it, until a
+  // stream ends by itself or fails, or a stop is requested. Returns what the last one came to.
+  // Errors: Error of start-up; those of the observer.
+  PipelineSummary run(std::unique_ptr<TagSource> source, const std::stop_token& stop);
+
+  // Opens the source and measures; false where it does already. Errors: what keeps it from
+  // measuring; it goes on waiting then, and says why. Error(Fault::usage) after a stop request.
+  bool start(const std::stop_token& stop);
+  // Publishes what has come and closes the source, which takes 500 ms at most; false where that is
+  // so already. reason: what status says meanwhile. Errors: Error(Fault::usage) after a stop
+  // request.
+  bool pause(const std::string& reason, const std::stop_token& stop);
+
+  // Frames from now on are estimated as this configuration says: see Pipeline::reload.
+  void reload(std::shared_ptr<const Config> next);
+
+  // Records what is measured from now on, in this stream and the next; false where it does already.
+  // Errors: Error(Fault::usage) where the configuration has no folder.
+  bool record();
+  // Ends it; false where nothing was to be recorded. Waits for the disk.
+  bool end_recording();
+  // The file that is being written, or was written last; empty: none.
+  [[nodiscard]] std::string recording_file() const;
+  [[nodiscard]] bool records() const;
+
+  [[nodiscard]] bool measures() const;
+
+ private:
+  void prepare(std::unique_ptr<TagSource> source);
+  PipelineSummary measure(const std::stop_token& stop);
+  bool wait_until_wanted(const std::stop_token& stop);
+  bool resume();
+  void attach_recording();
+  void finish_recording();
+
+  const Config& config_;
+  Publisher& publisher_;
+  DeviceMonitor& device_;
+  Metrics* metrics_;
+  FrameObserver observer_;
+  ServiceNotifier notifier_;
+  StreamSoFar so_far_;  // run() only
+  SourceInfo source_;   // of the stream that runs, or ran last; under the mutex
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  // All under the mutex.
+  bool wanted_ = true;
+  bool waits_ = false;          // run() has closed the source
+  bool over_ = false;           // run() has returned
+  std::string reason_;          // why it is not to measure
+  std::exception_ptr failure_;  // of the last attempt to measure again
+  std::unique_ptr<Pipeline> pipeline_;
+  std::shared_ptr<const Config> reloaded_;
+  bool to_record_;
+  std::unique_ptr<Recording> recording_;
+  std::string recording_file_;  // of a recording that has ended
+};
+
+}  // namespace splid

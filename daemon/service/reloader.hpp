@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/clock.hpp"
+#include "daemon/pipeline/device_monitor.hpp"
+#include "daemon/service/service_notifier.hpp"
+#include "daemon/service/stop_signals.hpp"
+
+namespace splid {
+
+// Reads the configuration anew on SIGHUP and says, in the log and in the status, what came of it.
+//
+// Threads: made and destroyed on one; reloads on the signals'. Errors: none.
+class Reloader {
+ public:
+  // Takes over what can change while frames flow; is_new: the configuration says something new of
+  // it. Returns what else is new, a sentence or nothing. Errors: Error where it is refused; nothing
+  // has changed then.
+  using Apply = std::function<std::string(const std::shared_ptr<const Config>&, bool is_new)>;
+
+  // original, device, signals: outlive this. signals: whose hangup is taken; null: none is.
+  Reloader(const Config& original, DeviceMonitor& device, StopSignals* signals, Apply apply);
+  ~Reloader();
+  Reloader(const Reloader&) = delete;
+  Reloader& operator=(const Reloader&) = delete;
+
+ private:
+  void reload();
+  void say(bool well, const std::string& sentence);
+
+  const Config& original_;
+  DeviceMonitor& device_;
+  StopSignals* signals_;
+  Apply apply_;
+  std::shared_ptr<const Config> in_use_;  // null: the original
+  ServiceNotifier notifier_{host_clock()};
+};
+
+}  // namespace splid

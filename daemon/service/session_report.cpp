@@ -1,0 +1,54 @@
+#include "daemon/service/session_report.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cstddef>
+
+#include "daemon/format.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// Syncs a frame from which on they are plentiful: a frame locks from three that agree.
+constexpr std::uint64_t plentiful_syncs = 16;
+
+}  // namespace
+
+std::string describe(const FrameMessage& message) {
+  std::string text =
+      format("frame %s, %s", grouped(message.sequence).c_str(), to_string(message.status));
+  if (message.distance_m) text += format(", %.4f m", *message.distance_m);
+  if (message.velocity_mps) text += format(", %+.3f m/s", *message.velocity_mps);
+  return text;
+}
+
+std::string describe(const PipelineSummary& summary) {
+  std::string text = grouped(summary.frames) + " frames";
+  const char* separator = ": ";
+  for (std::size_t i = 0; i < summary.frames_by_status.size(); ++i) {
+    if (summary.frames_by_status[i] == 0) continue;
+    text += separator + grouped(summary.frames_by_status[i]) + " " +
+            to_string(static_cast<FrameStatus>(i));
+    separator = ", ";
+  }
+  const FramerTotals& tags = summary.tags;
+  text += "; " + grouped(tags.events) + " tags: " + grouped(tags.photons) + " photons, " +
+          grouped(tags.syncs) + " syncs, " + grouped(tags.ignored) + " on channels not used; " +
+          grouped(summary.lost_tags + summary.discarded_tags) + " lost";
+  return text;
+}
+
+void check_locked(const PipelineSummary& summary) {
+  if (summary.frames == 0 || summary.locked_frames > 0) return;
+  if (summary.diagnosis) throw Error(Fault::data, describe(*summary.diagnosis));
+  if (summary.tags.syncs >= plentiful_syncs * summary.frames) {
+    throw Error(Fault::data, "no frame could lock: there are " + grouped(summary.tags.syncs) +
+                                 " syncs, but they do not come at the pattern's period; give "
+                                 "pattern.file the pattern that was played");
+  }
+  spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync",
+               summary.tags.syncs, summary.frames);
+}
+
+}  // namespace splid

@@ -1,0 +1,310 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "daemon/messages/subscriber.hpp"
+#include "protocol/messages.hpp"
+#include "tests/support/control_peer.hpp"
+#include "tests/support/process_memory.hpp"
+#include "tests/support/program.hpp"
+
+// The built program under control: as splid ctl asks, and as others might.
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+using test::ControlPeer;
+using test::Program;
+using test::ProgramResult;
+using test::run_program;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr milliseconds patience{20'000};
+constexpr const char* scene = R"("driver":"simulator")";
+
+class Control : public ::testing::Test {
+ protected:
+  std::string configure(const std::string& source = scene, const std::string& more = "") const {
+    return folder.write(
+        "config.json",
+        R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+            R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
+            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" + more + "}");
+  }
+  // Runs it until it measures.
+  void run(const std::string& config) {
+    daemon = std::make_unique<Program>(std::vector<std::string>{"run", "--config", config});
+    ASSERT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }))
+        << daemon->err();
+  }
+  ProgramResult ctl(std::vector<std::string> words) const {
+    words.insert(words.begin(), {"ctl", "--endpoint", endpoint});
+    return run_program(words);
+  }
+  // Empty where nobody answers.
+  std::string status() const {
+    if (!std::filesystem::exists(socket)) return "";
+    return ctl({"--json", "status"}).out;
+  }
+  template <class Holds>
+  static bool eventually(Holds holds) {
+    const auto until = steady_clock::now() + patience;
+    while (steady_clock::now() < until) {
+      if (holds()) return true;
+      std::this_thread::sleep_for(milliseconds{10});
+    }
+    return false;
+  }
+  void end() {
+    daemon->signal(SIGTERM);
+    const ProgramResult result = daemon->wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  }
+
+  test::TempFolder folder;
+  std::string socket = folder.path("control");
+  std::string endpoint = "ipc://" + socket;
+  std::string frames = "ipc://" + folder.path("frames");
+  std::unique_ptr<Program> daemon;
+};
+
+std::string asking(const std::string& request) {
+  return R"({"schema":"splid.control","v":[1,0],"request":")" + request + "\"}";
+}
+
+// Hears every frame on a thread of its own, and whether one is missing.
+class FrameWatch {
+ public:
+  explicit FrameWatch(const std::string& endpoint) : subscriber_(endpoint, {topic_frame}) {}
+  ~FrameWatch() { stop(); }
+  FrameWatch(const FrameWatch&) = delete;
+  FrameWatch& operator=(const FrameWatch&) = delete;
+
+  [[nodiscard]] int frames() const { return frames_; }
+  [[nodiscard]] int missing() const { return missing_; }
+  void stop() {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  void listen(const std::stop_token& stop) {
+    std::uint64_t next = 0;
+    while (!stop.stop_requested()) {
+      const auto message = subscriber_.receive(milliseconds{50});
+      if (!message) continue;
+      const std::uint64_t sequence = frame_from_json(message->json).sequence;
+      if (frames_ > 0 && sequence != next) ++missing_;
+      next = sequence + 1;
+      ++frames_;
+    }
+  }
+
+  Subscriber subscriber_;
+  std::atomic<int> frames_{0};
+  std::atomic<int> missing_{0};
+  std::jthread thread_{[this](const std::stop_token& stop) { listen(stop); }};
+};
+
+TEST_F(Control, SaysHowItDoesInWordsAndInJson) {
+  run(configure());
+  struct stat found {};
+  ASSERT_EQ(::stat(socket.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0600U);
+  const ProgramResult words = ctl({"status"});
+  EXPECT_EQ(words.exit_code, 0) << words.err;
+  EXPECT_THAT(words.out, AllOf(HasSubstr("state      streaming"), HasSubstr("with a target"),
+                               HasSubstr("recording  no")));
+  EXPECT_THAT(words.err, IsEmpty());
+  const ProgramResult json = ctl({"status", "--json"});
+  EXPECT_THAT(json.out,
+              AllOf(HasSubstr(R"("request":"status","ok":true)"), HasSubstr(R"("measuring":true)"),
+                    HasSubstr(R"("status":{"schema":"splid.status")")));
+  EXPECT_EQ(std::count(json.out.begin(), json.out.end(), '\n'), 1);
+  const std::string config = folder.path("config.json");
+  EXPECT_EQ(run_program({"ctl", "--config", config, "status"}).exit_code, 0);
+  end();
+  EXPECT_FALSE(std::filesystem::exists(socket));
+}
+
+TEST_F(Control, StopsAndStartsAndSaysSo) {
+  run(configure());
+  Subscriber subscriber(frames, {topic_status});
+  EXPECT_THAT(ctl({"start"}).err, HasSubstr("it is measuring already"));
+  const ProgramResult stopped = ctl({"stop"});
+  EXPECT_EQ(stopped.exit_code, 0);
+  EXPECT_THAT(stopped.err, HasSubstr("stopped; the source is closed"));
+  EXPECT_THAT(stopped.out, IsEmpty());
+  EXPECT_THAT(ctl({"stop"}).err, HasSubstr("it is stopped already"));
+  EXPECT_TRUE(eventually([&] {
+    const auto message = subscriber.receive(milliseconds{100});
+    return message && message->json.find("waiting_for_device") != std::string::npos &&
+           message->json.find("stopped by control") != std::string::npos;
+  }));
+  EXPECT_THAT(status(), AllOf(HasSubstr(R"("measuring":false)"), HasSubstr("waiting_for_device")));
+  EXPECT_THAT(ctl({"start"}).err, HasSubstr("measuring"));
+  EXPECT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }));
+  // Its end while it does not measure is as any other.
+  EXPECT_EQ(ctl({"stop"}).exit_code, 0);
+  end();
+  EXPECT_TRUE(eventually([&] {
+    const auto message = subscriber.receive(milliseconds{100});
+    return message && message->json.find("\"stopping\"") != std::string::npos;
+  }));
+}
+
+std::size_t descriptors_of(const std::string& process) {
+  const std::filesystem::directory_iterator all("/proc/" + process + "/fd");
+  return static_cast<std::size_t>(std::distance(begin(all), end(all)));
+}
+
+TEST_F(Control, TwentyTimesStoppedAndStartedTheFramesAreOneRowAndNothingGrows) {
+  run(configure());
+  const FrameWatch watch(frames);
+  ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
+  const std::string process = std::to_string(daemon->id());
+  std::size_t descriptors = 0;
+  double resident_mib = 0;
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_EQ(ctl({"stop"}).exit_code, 0) << i;
+    const int before = watch.frames();
+    ASSERT_EQ(ctl({"start"}).exit_code, 0) << i;
+    ASSERT_TRUE(eventually([&] { return watch.frames() > before; })) << i;
+    if (i != 4) continue;
+    descriptors = descriptors_of(process);
+    resident_mib = test::memory_mib("VmRSS", process);
+  }
+  EXPECT_EQ(watch.missing(), 0);
+  EXPECT_LE(descriptors_of(process), descriptors + 2);
+#ifndef __SANITIZE_ADDRESS__  // it keeps what was freed
+  EXPECT_LT(test::memory_mib("VmRSS", process), resident_mib + 40);
+#endif
+  end();
+}
+
+TEST_F(Control, EveryBadRequestHasItsSentence) {
+  run(configure());
+  ControlPeer peer(endpoint);
+  EXPECT_THAT(peer.ask("garbage"), AllOf(HasSubstr(R"("ok":false)"), HasSubstr("is no JSON"),
+                                         HasSubstr(R"("fault":"usage")")));
+  EXPECT_THAT(peer.ask(asking("fire")), HasSubstr("/request: \\\"fire\\\" is none of status"));
+  EXPECT_THAT(peer.ask(R"({"schema":"splid.control","request":"stop","now":true})"),
+              HasSubstr("/now"));
+  peer.send({asking("stop"), "and more"});
+  EXPECT_THAT(peer.receive(), HasSubstr("must be one part of JSON"));
+  peer.send({"", asking("stop"), "and", "more", "of", "it"});
+  EXPECT_THAT(peer.receive(), HasSubstr("must be one part of JSON"));
+  peer.send({""});
+  EXPECT_THAT(peer.receive(), HasSubstr("is no JSON"));
+  EXPECT_THAT(peer.ask(asking("record_start")), HasSubstr("/record/folder"));
+  EXPECT_THAT(peer.ask(asking("upload")), HasSubstr("awg/address: there is none"));
+  EXPECT_THAT(peer.ask(asking("status")), HasSubstr(R"("measuring":true)"));
+
+  ControlPeer other(endpoint, zmq::socket_type::req);
+  EXPECT_THAT(other.ask(asking("status")), HasSubstr(R"("ok":true)"));
+  EXPECT_EQ(ctl({"record", "start"}).exit_code, 2);
+  EXPECT_EQ(ctl({"upload"}).exit_code, 2);
+  EXPECT_EQ(ctl({"record"}).exit_code, 2);
+  EXPECT_EQ(ctl({"stop", "--config", "x", "--endpoint", endpoint}).exit_code, 2);
+  end();
+}
+
+TEST_F(Control, EightAtOnceEachGetAnAnswer) {
+  run(configure());
+  std::atomic<int> done{0};
+  std::atomic<int> busy{0};
+  {
+    std::vector<std::jthread> clients;
+    for (int i = 0; i < 8; ++i) {
+      clients.emplace_back([&, i] {
+        ControlPeer peer(endpoint);
+        for (int k = 0; k < 10; ++k) {
+          const std::string reply = peer.ask(asking((i + k) % 2 == 0 ? "stop" : "start"));
+          done += reply.find(R"("ok":true)") != std::string::npos ? 1 : 0;
+          busy += reply.find("busy: st") != std::string::npos ? 1 : 0;
+          EXPECT_THAT(peer.ask(asking("status")), HasSubstr(R"("ok":true)"));
+        }
+      });
+    }
+  }
+  EXPECT_GT(done, 0);
+  EXPECT_EQ(done + busy, 80);
+  EXPECT_EQ(ctl({"start"}).exit_code, 0);
+  EXPECT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }));
+  end();
+}
+
+TEST_F(Control, GarbageCostsNoFrame) {
+  run(configure());
+  const FrameWatch watch(frames);
+  ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
+  // Never reads: 10,000 at once.
+  ControlPeer deaf(endpoint);
+  for (int i = 0; i < 10'000; ++i) deaf.send({asking("status")});
+  for (int i = 0; i < 200; ++i) {
+    ControlPeer vanishing(endpoint);
+    vanishing.send({std::string(static_cast<std::size_t>(i), '{')});
+    vanishing.send({std::string(i % 2 == 0 ? 4096 : 1'000'000, '\xff')});
+    vanishing.send(std::vector<std::string>(static_cast<std::size_t>(1 + i % 20), "{}"));
+  }
+  const int before = watch.frames();
+  EXPECT_THAT(status(), HasSubstr(R"("ok":true)"));
+  EXPECT_TRUE(eventually([&] { return watch.frames() > before + 10; }));
+  EXPECT_EQ(watch.missing(), 0);
+  end();
+}
+
+TEST_F(Control, ASecondDaemonDoesNotTakeItOver) {
+  run(configure());
+  const std::string other = folder.write("other.json", [this] {
+    std::string text = test::file_text(folder.path("config.json"));
+    return text.replace(text.find(frames), frames.size(), frames + "2");
+  }());
+  const ProgramResult second = run_program({"run", "--config", other});
+  EXPECT_EQ(second.exit_code, 3);
+  EXPECT_THAT(second.err, HasSubstr("another splid is controlled there"));
+  EXPECT_THAT(status(), HasSubstr(R"("ok":true)"));
+  // One that was killed leaves its file, which is no obstacle.
+  daemon->signal(SIGKILL);
+  (void)daemon->wait();
+  EXPECT_TRUE(std::filesystem::exists(socket));
+  run(configure());
+  end();
+}
+
+TEST_F(Control, NobodyThereIsADeviceErrorThatNamesThePlace) {
+  const ProgramResult absent = ctl({"status"});
+  EXPECT_EQ(absent.exit_code, 3);
+  EXPECT_THAT(absent.err, AllOf(HasSubstr("no splid answers at " + endpoint),
+                                HasSubstr("is the service running?")));
+  // A daemon that is there and says nothing.
+  run(configure());
+  daemon->signal(SIGSTOP);
+  const ProgramResult silent = ctl({"status"});
+  EXPECT_EQ(silent.exit_code, 3);
+  EXPECT_THAT(silent.err, HasSubstr("no splid answers at " + endpoint));
+  daemon->signal(SIGCONT);
+  end();
+  EXPECT_THAT(run_program({"ctl", "--endpoint", "tcp://127.0.0.1:1", "status"}).err,
+              HasSubstr("forward it by SSH"));
+  EXPECT_EQ(run_program({"ctl", "--endpoint", "tcp://127.0.0.1:1", "status"}).exit_code, 2);
+  EXPECT_EQ(run_program({"ctl", "--endpoint", "off", "status"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace splid
