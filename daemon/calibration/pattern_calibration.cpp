@@ -170,6 +170,10 @@ Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Cali
     pattern.mode = found.pulses.size() == 1 ? Mode::baseline : Mode::random;
     pattern.subperiods_ps.clear();
   }
+  // They are parts of the period that was measured, not of the nominal one.
+  for (double& subperiod_ps : pattern.subperiods_ps) {
+    subperiod_ps *= found.period_ps / pattern_period_ps(config.pattern);
+  }
   if (pattern.mode != Mode::ambiguous) pattern.unambiguous_delay_ps = found.period_ps;
   segment = {found.period_ps, {}, {}, 0};
   pattern.calibrated_period_ps = found.period_ps;

@@ -70,7 +70,7 @@ void Measuring::prepare(std::unique_ptr<TagSource> source) {
   source_ = info;
   pipeline_ = std::move(pipeline);
   if (to_record_) attach_recording();
-  waits_ = false;
+  waits_for_.clear();
   if (!wanted_) pipeline_->pause();
   changed_.notify_all();
 }
@@ -91,8 +91,6 @@ PipelineSummary Measuring::measure(const std::stop_token& stop) {
 bool Measuring::wait_until_wanted(const std::stop_token& stop) {
   PauseStatus status(publisher_, device_, notifier_, metrics_, host_clock(), source_.live);
   std::unique_lock lock(mutex_);
-  waits_ = true;
-  changed_.notify_all();
   spdlog::info("the source is closed: {}", reason_);
   while (!stop.stop_requested()) {
     const std::string reason = reason_;
@@ -101,7 +99,9 @@ bool Measuring::wait_until_wanted(const std::stop_token& stop) {
     if (wanted && resume()) return true;
     status.tick(so_far_, reason);
     lock.lock();
-    changed_.wait_for(lock, stop, idle, [this] { return wanted_; });
+    waits_for_ = reason;
+    changed_.notify_all();
+    changed_.wait_for(lock, stop, idle, [&] { return wanted_ || reason_ != reason; });
   }
   lock.unlock();
   status.stop(so_far_);
@@ -138,13 +138,14 @@ bool Measuring::start(const std::stop_token& stop) {
 
 bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
+  const bool waited = !waits_for_.empty();
   reason_ = reason;
-  if (waits_) return false;
   wanted_ = false;
   if (pipeline_) pipeline_->pause();
-  changed_.wait(lock, stop, [this] { return waits_ || over_; });
-  if (!waits_) throw Error(Fault::usage, ending);
-  return true;
+  changed_.notify_all();
+  changed_.wait(lock, stop, [&] { return waits_for_ == reason || over_; });
+  if (waits_for_ != reason) throw Error(Fault::usage, ending);
+  return !waited;
 }
 
 void Measuring::reload(std::shared_ptr<const Config> next) {

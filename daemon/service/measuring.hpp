@@ -44,8 +44,8 @@ class Measuring {
   // measuring; it goes on waiting then, and says why. Error(Fault::usage) after a stop request.
   bool start(const std::stop_token& stop);
   // Publishes what has come and closes the source, which takes 500 ms at most; false where that is
-  // so already. reason: what status says meanwhile. Errors: Error(Fault::usage) after a stop
-  // request.
+  // so already. reason: what status says meanwhile, never empty. Errors: Error(Fault::usage) after
+  // a stop request.
   bool pause(const std::string& reason, const std::stop_token& stop);
 
   // Frames from now on are estimated as this configuration says: see Pipeline::reload.
@@ -83,9 +83,10 @@ class Measuring {
   std::condition_variable_any changed_;
   // All under the mutex.
   bool wanted_ = true;
-  bool waits_ = false;          // run() has closed the source
-  bool over_ = false;           // run() has returned
-  std::string reason_;          // why it is not to measure
+  bool over_ = false;   // run() has returned
+  std::string reason_;  // why it is not to measure
+  // The reason that status gives while the source is closed; empty: it is open.
+  std::string waits_for_;
   std::exception_ptr failure_;  // of the last attempt to measure again
   std::unique_ptr<Pipeline> pipeline_;
   std::shared_ptr<const Config> reloaded_;

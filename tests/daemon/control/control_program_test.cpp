@@ -7,16 +7,14 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "daemon/messages/subscriber.hpp"
-#include "protocol/messages.hpp"
 #include "tests/support/control_peer.hpp"
+#include "tests/support/control_scene.hpp"
 #include "tests/support/process_memory.hpp"
-#include "tests/support/program.hpp"
 
 // The built program under control: as splid ctl asks, and as others might.
 
@@ -24,102 +22,18 @@ namespace splid {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::steady_clock;
 using test::ControlPeer;
-using test::Program;
 using test::ProgramResult;
 using test::run_program;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr milliseconds patience{20'000};
-constexpr const char* scene = R"("driver":"simulator")";
-
-class Control : public ::testing::Test {
- protected:
-  std::string configure(const std::string& source = scene, const std::string& more = "") const {
-    return folder.write(
-        "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
-            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
-            R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" + more + "}");
-  }
-  // Runs it until it measures.
-  void run(const std::string& config) {
-    daemon = std::make_unique<Program>(std::vector<std::string>{"run", "--config", config});
-    ASSERT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }))
-        << daemon->err();
-  }
-  ProgramResult ctl(std::vector<std::string> words) const {
-    words.insert(words.begin(), {"ctl", "--endpoint", endpoint});
-    return run_program(words);
-  }
-  // Empty where nobody answers.
-  std::string status() const {
-    if (!std::filesystem::exists(socket)) return "";
-    return ctl({"--json", "status"}).out;
-  }
-  template <class Holds>
-  static bool eventually(Holds holds) {
-    const auto until = steady_clock::now() + patience;
-    while (steady_clock::now() < until) {
-      if (holds()) return true;
-      std::this_thread::sleep_for(milliseconds{10});
-    }
-    return false;
-  }
-  void end() {
-    daemon->signal(SIGTERM);
-    const ProgramResult result = daemon->wait();
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-  }
-
-  test::TempFolder folder;
-  std::string socket = folder.path("control");
-  std::string endpoint = "ipc://" + socket;
-  std::string frames = "ipc://" + folder.path("frames");
-  std::unique_ptr<Program> daemon;
-};
+using Control = test::ControlScene;
 
 std::string asking(const std::string& request) {
   return R"({"schema":"splid.control","v":[1,0],"request":")" + request + "\"}";
 }
-
-// Hears every frame on a thread of its own, and whether one is missing.
-class FrameWatch {
- public:
-  explicit FrameWatch(const std::string& endpoint) : subscriber_(endpoint, {topic_frame}) {}
-  ~FrameWatch() { stop(); }
-  FrameWatch(const FrameWatch&) = delete;
-  FrameWatch& operator=(const FrameWatch&) = delete;
-
-  [[nodiscard]] int frames() const { return frames_; }
-  [[nodiscard]] int missing() const { return missing_; }
-  void stop() {
-    thread_.request_stop();
-    if (thread_.joinable()) thread_.join();
-  }
-
- private:
-  void listen(const std::stop_token& stop) {
-    std::uint64_t next = 0;
-    while (!stop.stop_requested()) {
-      const auto message = subscriber_.receive(milliseconds{50});
-      if (!message) continue;
-      const std::uint64_t sequence = frame_from_json(message->json).sequence;
-      if (frames_ > 0 && sequence != next) ++missing_;
-      next = sequence + 1;
-      ++frames_;
-    }
-  }
-
-  Subscriber subscriber_;
-  std::atomic<int> frames_{0};
-  std::atomic<int> missing_{0};
-  std::jthread thread_{[this](const std::stop_token& stop) { listen(stop); }};
-};
 
 TEST_F(Control, SaysHowItDoesInWordsAndInJson) {
   run(configure());
@@ -175,7 +89,7 @@ std::size_t descriptors_of(const std::string& process) {
 
 TEST_F(Control, TwentyTimesStoppedAndStartedTheFramesAreOneRowAndNothingGrows) {
   run(configure());
-  const FrameWatch watch(frames);
+  const test::FrameWatch watch(frames);
   ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
   const std::string process = std::to_string(daemon->id());
   std::size_t descriptors = 0;
@@ -251,7 +165,7 @@ TEST_F(Control, EightAtOnceEachGetAnAnswer) {
 
 TEST_F(Control, GarbageCostsNoFrame) {
   run(configure());
-  const FrameWatch watch(frames);
+  const test::FrameWatch watch(frames);
   ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
   // Never reads: 10,000 at once.
   ControlPeer deaf(endpoint);

@@ -1,0 +1,35 @@
+#include "daemon/control/control_message.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+// A control request, and the same text as a reply: each refused in a sentence, or read, and then
+// the same after it was written again.
+
+namespace splid::test {
+namespace {
+
+void check_request(const std::string& text) {
+  ControlRequest request;
+  if (!accepts(Fault::usage, [&] { request = control_request_from_json(text); })) return;
+  const std::string written = to_json(request);
+  must(to_json(control_request_from_json(written)) == written, "a request comes back");
+  if (request.command != ControlCommand::calibrate) return;
+  must(request.calibrate.seconds >= 0.1 && request.calibrate.seconds <= 600, "it ends");
+}
+
+void check_reply(const std::string& text) {
+  ControlReply reply;
+  if (!accepts(Fault::data, [&] { reply = control_reply_from_json(text); })) return;
+  const std::string written = to_json(reply);
+  must(written.find('\n') == std::string::npos, "a reply is one line");
+  must(to_json(control_reply_from_json(written)) == written, "a reply comes back");
+}
+
+}  // namespace
+}  // namespace splid::test
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text = splid::test::as_text(data, size);
+  splid::test::check_request(text);
+  splid::test::check_reply(text);
+  return 0;
+}
