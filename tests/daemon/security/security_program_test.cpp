@@ -1,0 +1,199 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <regex>
+#include <string>
+#include <thread>
+
+#include "tests/support/program.hpp"
+
+// Keys, the daemon that asks for them and the viewer that has some, by the built program.
+
+namespace splid {
+namespace {
+
+using splid::test::file_text;
+using splid::test::Program;
+using splid::test::ProgramResult;
+using splid::test::run_program;
+using splid::test::TempFolder;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+bool comes_true(const std::function<bool()>& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds{50});
+  }
+  return true;
+}
+
+class SecurityProgram : public testing::Test {
+ protected:
+  SecurityProgram() {
+    make_keys("server");
+    allow("viewer", make_keys("viewer"));
+  }
+
+  // Returns the public key that was printed.
+  std::string make_keys(const std::string& name) const {
+    const ProgramResult made = run_program({"keys", "--output", folder.path(""), name});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    return made.out.substr(0, made.out.find('\n'));
+  }
+
+  void allow(const std::string& name, const std::string& key) {
+    list += key + " " + name + "\n";
+    const std::string file = folder.write("allowed", list);
+    ::chmod(file.c_str(), 0644);
+  }
+
+  std::string config(const std::string& publish, const std::string& security) const {
+    return folder.write(
+        "config.json",
+        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
+        R"(/config/patterns/interleaved-180-189.json"},"publish":)" +
+            publish + R"(,"security":)" + security + "}");
+  }
+  std::string secured() const {
+    return config(R"({"endpoint":"tcp://*:*","local_endpoint":"tcp://127.0.0.1:*"})",
+                  R"({"server_key":"server.key_secret","allow_list":"allowed"})");
+  }
+
+  // Where the program says that it publishes, seen from this machine.
+  static std::string endpoint_of(const Program& program, const std::string& words) {
+    std::smatch found;
+    const std::regex said(words + "tcp://[0-9.]+:([0-9]+)");
+    std::string err;
+    comes_true([&] { return (err = program.err()).find("publishing at") != err.npos; });
+    return std::regex_search(err, found, said) ? "tcp://127.0.0.1:" + found[1].str() : err;
+  }
+
+  std::vector<std::string> listening(const std::string& endpoint, const std::string& key,
+                                     const std::string& server_key) const {
+    std::vector<std::string> words = {"listen", "--endpoint", endpoint, "--json", "--count", "2"};
+    if (!key.empty()) words.insert(words.end(), {"--key", folder.path(key)});
+    if (!server_key.empty()) words.insert(words.end(), {"--server-key", server_key});
+    return words;
+  }
+
+  ProgramResult listen_in_vain(const std::string& endpoint, const std::string& key,
+                               const std::string& server_key) const {
+    auto words = listening(endpoint, key, server_key);
+    words.insert(words.end(), {"--timeout", "4"});
+    ProgramResult result = run_program(words);
+    EXPECT_EQ(result.exit_code, 3) << result.err;
+    EXPECT_EQ(result.out, "");
+    return result;
+  }
+
+  static int lines(const std::string& text) {
+    return static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  }
+
+  const TempFolder folder;
+  std::string list;
+};
+
+TEST_F(SecurityProgram, KeysAreMadeOnceAndForTheirOwner) {
+  struct stat facts {};
+  ASSERT_EQ(::stat(folder.path("viewer.key_secret").c_str(), &facts), 0);
+  EXPECT_EQ(facts.st_mode & 07777U, 0600u);
+  const std::string before = file_text(folder.path("viewer.key_secret"));
+  const ProgramResult again = run_program({"keys", "--output", folder.path(""), "viewer"});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_EQ(again.out, "");
+  EXPECT_THAT(again.err, HasSubstr("never written over"));
+  EXPECT_EQ(file_text(folder.path("viewer.key_secret")), before);
+  const ProgramResult made = run_program({"keys", "--output", folder.path(""), "third"});
+  EXPECT_EQ(made.out.size(), 41u);
+  EXPECT_THAT(made.err,
+              AllOf(HasSubstr(folder.path("third.key_secret")),
+                    HasSubstr(made.out.substr(0, 40) + " third\n"), Not(HasSubstr("//"))));
+  EXPECT_THAT(file_text(folder.path("third.key")), HasSubstr(made.out.substr(0, 40)));
+}
+
+TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
+  Program daemon({"run", "--config", secured()});
+  const std::string endpoint = endpoint_of(daemon, "publishing at ");
+  const std::string local = endpoint_of(daemon, "for this machine, at ");
+  const std::string server = folder.path("server.key");
+  const std::string stranger = make_keys("stranger");
+
+  const ProgramResult good = run_program(listening(endpoint, "viewer.key_secret", server));
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  EXPECT_EQ(lines(good.out), 2);
+  EXPECT_EQ(good.err, "");
+  EXPECT_EQ(lines(run_program(listening(local, "", "")).out), 2);
+
+  EXPECT_THAT(listen_in_vain(endpoint, "stranger.key_secret", server).err,
+              AllOf(HasSubstr(endpoint + " refuses this key"), HasSubstr(stranger + " NAME")));
+  EXPECT_THAT(listen_in_vain(endpoint, "viewer.key_secret", stranger).err,
+              HasSubstr("is --server-key the key of that server"));
+  EXPECT_THAT(listen_in_vain(endpoint, "", "").err, HasSubstr("give --key and --server-key"));
+  EXPECT_THAT(listen_in_vain(local, "viewer.key_secret", server).err, HasSubstr("no CURVE"));
+  EXPECT_EQ(run_program({"listen", "--key", server}).exit_code, 2);
+
+  daemon.signal(SIGTERM);
+  const ProgramResult ended = daemon.wait();
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)));
+}
+
+TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
+  Program daemon({"run", "--config", secured()});
+  const std::string endpoint = endpoint_of(daemon, "publishing at ");
+  const std::string late = make_keys("late");
+  Program waiting(listening(endpoint, "late.key_secret", folder.path("server.key")));
+  ASSERT_TRUE(
+      comes_true([&] { return waiting.err().find("refuses this key") != std::string::npos; }));
+  folder.write("allowed", "nonsense\n");
+  daemon.signal(SIGHUP);
+  ASSERT_TRUE(comes_true([&] { return daemon.err().find("not reloaded") != std::string::npos; }));
+  EXPECT_THAT(daemon.err(), HasSubstr(folder.path("allowed") + ":1: does not begin with"));
+  allow("late", late);
+  daemon.signal(SIGHUP);
+  const ProgramResult heard = waiting.wait();
+  EXPECT_EQ(heard.exit_code, 0) << heard.err;
+  EXPECT_EQ(lines(heard.out), 2);
+  EXPECT_THAT(daemon.err(), HasSubstr("allow-list: 1 key added"));
+  list.clear();
+  allow("late", late);
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(comes_true([&] { return daemon.err().find("1 key removed") != std::string::npos; }));
+}
+
+TEST_F(SecurityProgram, AStartWithoutWhatItTakesIsAnError) {
+  const auto fault_of = [](const std::vector<std::string>& words) {
+    const ProgramResult result = run_program(words);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(fault_of({"run", "--config", config(R"({"endpoint":"tcp://*:*"})", "{}")}),
+              AllOf(HasSubstr("/publish/endpoint"), HasSubstr("security.md")));
+  EXPECT_THAT(fault_of({"check", config(R"({"endpoint":"tcp://*:*"})", "{}")}),
+              HasSubstr("without encryption"));
+  ::chmod(folder.path("server.key_secret").c_str(), 0644);
+  EXPECT_THAT(fault_of({"run", "--config", secured()}),
+              AllOf(HasSubstr("mode 0644"), HasSubstr("chmod 600")));
+  EXPECT_THAT(fault_of({"listen", "--key", folder.path("server.key_secret"), "--server-key",
+                        folder.path("server.key")}),
+              HasSubstr("mode 0644"));
+  ::chmod(folder.path("server.key_secret").c_str(), 0600);
+  ::chmod(folder.path("allowed").c_str(), 0666);
+  EXPECT_THAT(fault_of({"run", "--config", secured()}), HasSubstr("chmod go-w"));
+  std::filesystem::remove(folder.path("allowed"));
+  EXPECT_THAT(fault_of({"run", "--config", secured()}),
+              HasSubstr(folder.path("allowed") + ": cannot be read"));
+}
+
+}  // namespace
+}  // namespace splid
