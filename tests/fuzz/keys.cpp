@@ -1,0 +1,44 @@
+#include <algorithm>
+
+#include "daemon/security/allow_list.hpp"
+#include "daemon/security/curve_key.hpp"
+#include "daemon/security/key_file.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+// A file of a public key, of a secret one, and an allow-list: each read, or refused with its name
+// in the sentence.
+
+namespace splid::test {
+namespace {
+
+void check_list(const std::string& text) {
+  AllowList list;
+  if (!accepts(Fault::usage, [&] { list = AllowList::parse(text, "/f/list"); })) return;
+  const auto lines = 1 + std::count(text.begin(), text.end(), '\n');
+  must(list.size() <= static_cast<std::size_t>(lines), "a key has a line");
+  must(list.missing_in(list) == 0, "a list lacks none of its keys");
+  must(list.missing_in(AllowList{}) == list.size(), "an empty list lacks all");
+  must(!list.name_of(text.substr(0, 39)), "half a key is on no list");
+}
+
+void check(const std::string& text) {
+  std::string key;
+  if (accepts(Fault::usage, [&] { key = parse_public_key(text, "/f/k"); })) {
+    must(is_curve_key(key), "a public key is one");
+    must(AllowList::parse(key + " name", "/f/list").name_of(key) == "name",
+         "a public key can stand on a list");
+  }
+  CurveKeyPair keys;
+  if (accepts(Fault::usage, [&] { keys = parse_secret_key(text, "/f/k"); })) {
+    must(is_curve_key(keys.secret_key) && is_curve_key(keys.public_key), "keys are keys");
+  }
+  check_list(text);
+}
+
+}  // namespace
+}  // namespace splid::test
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  splid::test::check(splid::test::as_text(data, size));
+  return 0;
+}
