@@ -11,6 +11,7 @@
 #include "daemon/format.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/recording/recording_report.hpp"
+#include "daemon/security/allow_list.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 
@@ -46,6 +47,10 @@ void check_config(const std::string& file) {
       file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
       describe_pattern(config.pattern).c_str(), config.frame.length_ms,
       config.publish.endpoint.c_str());
+  // Not the key: where systemd puts it, it is while the service runs alone.
+  if (config.security.allow_list.empty()) return;
+  const std::size_t keys = AllowList::read(config.security.allow_list).size();
+  std::printf("  allowed  %zu keys of %s\n", keys, config.security.allow_list.c_str());
 }
 
 int check(const CheckCommand& options) {

@@ -112,6 +112,9 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   const PipelineSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
   if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
+  if (authenticator && authenticator->refused() > 0) {
+    spdlog::info("{} connections refused", grouped(authenticator->refused()));
+  }
   if (summary.fault) std::rethrow_exception(summary.fault);
   if (!summary.paused) check_locked(summary);
   return 0;

@@ -145,7 +145,8 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   daemon.signal(SIGTERM);
   const ProgramResult ended = daemon.wait();
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.err, HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)));
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)),
+                               HasSubstr(" connections refused")));
 }
 
 TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
@@ -169,6 +170,15 @@ TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
   allow("late", late);
   daemon.signal(SIGHUP);
   EXPECT_TRUE(comes_true([&] { return daemon.err().find("1 key removed") != std::string::npos; }));
+}
+
+TEST_F(SecurityProgram, CheckReadsTheList) {
+  EXPECT_THAT(run_program({"check", secured()}).out,
+              HasSubstr("1 keys of " + folder.path("allow")));
+  folder.write("allowed", "nonsense\n");
+  const ProgramResult result = run_program({"check", secured()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr(folder.path("allowed") + ":1: does not begin with"));
 }
 
 TEST_F(SecurityProgram, AStartWithoutWhatItTakesIsAnError) {
