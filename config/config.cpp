@@ -88,6 +88,15 @@ std::optional<OptionFault> publish_fault(const Config& config) {
   return OptionFault{"/endpoint", *fault};
 }
 
+std::optional<OptionFault> control_fault(const Config& config) {
+  if (auto fault = config.control.validate()) return fault;
+  if (!config.control.is_tcp() || !config.security.server_key.empty()) return std::nullopt;
+  return OptionFault{"/endpoint",
+                     "\"" + config.control.endpoint +
+                         "\" takes /security/server_key: over TCP control is encrypted, and for "
+                         "those on /control/allow_list alone (docs/security.md makes keys)"};
+}
+
 void check_all(const Config& config) {
   check(config.file, "/source", config.source->validate());
   check(config.file, "/channels", config.channels.validate());
@@ -95,7 +104,7 @@ void check_all(const Config& config) {
   check(config.file, "/channels", encoder_channel_fault(config));
   check(config.file, "/security", config.security.validate());
   check(config.file, "/publish", publish_fault(config));
-  check(config.file, "/control", config.control.validate());
+  check(config.file, "/control", control_fault(config));
   check(config.file, "/metrics", config.metrics.validate());
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());

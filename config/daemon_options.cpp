@@ -25,16 +25,11 @@ std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
   return channels;
 }
 
-// Design note: no TCP, not even on loopback. Who may ask for a laser's pattern is decided by the
-// mode of the socket's file; a port is open to every user of the machine.
 std::optional<std::string> control_fault(std::string_view endpoint) {
   if (endpoint == "auto" || endpoint == "off") return std::nullopt;
-  if (endpoint.starts_with("tcp://")) {
-    return "would let everybody who reaches the port start and stop the instrument; write it as in "
-           "ipc:///run/splid/control.sock, and forward it by SSH";
-  }
-  if (!endpoint.starts_with("ipc:///")) {
-    return "must be auto, off, or a file as in ipc:///run/splid/control.sock";
+  if (!endpoint.starts_with("tcp://") && !endpoint.starts_with("ipc:///")) {
+    return "must be auto, off, a file as in ipc:///run/splid/control.sock, or an address as in "
+           "tcp://127.0.0.1:9874";
   }
   return endpoint_fault(endpoint);
 }
@@ -140,17 +135,31 @@ std::optional<OptionFault> PublishOptions::validate() const {
 }
 
 void ControlOptions::describe(OptionVisitor& visitor) {
-  visitor.text(
-      "endpoint", endpoint,
-      "where splid ctl asks: ipc:///PATH, a socket of this machine that its owner alone can "
-      "use; auto: /run/splid/control.sock for the service, see docs/control.md; off: "
-      "nowhere");
+  visitor.text("endpoint", endpoint,
+               "where splid ctl asks: ipc:///PATH, a socket of this machine that its owner alone "
+               "can use, or tcp://HOST:PORT with allow_list; auto: /run/splid/control.sock for the "
+               "service, see docs/control.md; off: nowhere");
+  visitor.path("allow_list", allow_list,
+               "for tcp://: public keys that may control, a line each: KEY name; read again on "
+               "SIGHUP; takes security.server_key");
 }
 
 std::optional<OptionFault> ControlOptions::validate() const {
-  const std::optional<std::string> fault = control_fault(endpoint);
-  if (!fault) return std::nullopt;
-  return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+  if (const std::optional<std::string> fault = control_fault(endpoint)) {
+    return OptionFault{"/endpoint", "\"" + endpoint + "\" " + *fault};
+  }
+  if (is_tcp() && allow_list.empty()) {
+    return OptionFault{"/allow_list",
+                       "\"\" names no file, and /control/endpoint is a port, which everybody who "
+                       "reaches it could start and stop the instrument by; write the public keys "
+                       "that may into a file and name it here, or give a file as endpoint, as in "
+                       "ipc:///run/splid/control.sock"};
+  }
+  if (!is_tcp() && !allow_list.empty()) {
+    return OptionFault{"/allow_list",
+                       "is for tcp://; at a file, its owner alone may ask: remove it"};
+  }
+  return std::nullopt;
 }
 
 void MetricsOptions::describe(OptionVisitor& visitor) {

@@ -43,7 +43,10 @@ struct PublishOptions {
 
 // JSON: `control`.
 struct ControlOptions {
-  std::string endpoint = "auto";  // ipc:///PATH; auto: control_endpoint() finds one; off: none
+  // ipc:///PATH or, with keys, tcp://HOST:PORT; auto: control_endpoint() finds one; off: none.
+  std::string endpoint = "auto";
+  std::string allow_list;  // file of public keys, for TCP; empty: none
+  [[nodiscard]] bool is_tcp() const { return endpoint.starts_with("tcp://"); }
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

@@ -4,9 +4,11 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "config/config.hpp"
+#include "config/endpoint.hpp"
 #include "daemon/calibration/calibration_report.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
@@ -15,6 +17,7 @@
 #include "daemon/format.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
+#include "daemon/security/key_file.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
@@ -25,6 +28,8 @@ namespace {
 struct CtlCommand {
   std::string endpoint;
   std::string config;
+  std::string key;         // file of a secret key; empty: none
+  std::string server_key;  // a public key or its file
   ControlRequest request;
   bool json = false;
   std::string output;  // pattern file
@@ -33,18 +38,27 @@ struct CtlCommand {
 
 // As the options say, or the daemon's own default.
 std::string endpoint_of(const CtlCommand& options) {
-  ControlOptions control;
-  std::string place = "--endpoint: ";
-  if (!options.endpoint.empty()) {
-    control.endpoint = options.endpoint;
-    if (const auto fault = control.validate()) throw Error(Fault::usage, place + fault->what);
-  } else if (!options.config.empty()) {
-    control = load_config(options.config).control;
-    place = options.config + ": /control/endpoint: ";
+  std::string endpoint = options.endpoint;
+  if (endpoint.empty()) {
+    endpoint = options.config.empty() ? "auto" : load_config(options.config).control.endpoint;
   }
-  if (control.endpoint == "auto") return default_control_endpoint();
-  if (control.endpoint != "off") return control.endpoint;
-  throw Error(Fault::usage, place + "\"off\": that splid listens to nobody");
+  if (endpoint == "auto") return default_control_endpoint();
+  if (endpoint == "off") throw Error(Fault::usage, "control.endpoint is off: nobody listens there");
+  if (const auto fault = endpoint_fault(endpoint)) {
+    throw Error(Fault::usage, "endpoint " + endpoint + " " + *fault);
+  }
+  const bool is_tcp = endpoint.starts_with("tcp://");
+  if (is_tcp == options.key.empty() || is_tcp == options.server_key.empty()) {
+    throw Error(Fault::usage, "endpoint " + endpoint +
+                                  ": --key and --server-key go with tcp://, both, and with nothing "
+                                  "else: who is asking, and whom (splid keys makes the first)");
+  }
+  return endpoint;
+}
+
+std::optional<CurveClient> keys_of(const CtlCommand& options) {
+  if (options.key.empty()) return std::nullopt;
+  return CurveClient{read_secret_key(options.key), read_public_key(options.server_key)};
 }
 
 // The text of a reply's member; empty where there is none.
@@ -55,7 +69,8 @@ std::string text_of(const ControlReply& reply, const char* name) {
 
 ControlReply ask(const CtlCommand& options) {
   const StopSignals signals;
-  ControlClient client(endpoint_of(options));
+  const std::string endpoint = endpoint_of(options);
+  ControlClient client(endpoint, keys_of(options));
   Progress progress(host_clock());
   const auto show = [&progress](const ControlReply& status) {
     const std::string text = text_of(status, "progress");
@@ -161,9 +176,12 @@ void add_ctl(CLI::App& app, Action& action) {
   const auto options = std::make_shared<CtlCommand>();
   CLI::Option* endpoint = command->add_option(
       "--endpoint,-e", options->endpoint,
-      "The daemon's control.endpoint, ipc:///PATH (without it the service's own, or this user's)");
+      "The daemon's control.endpoint (without it the service's own, or this user's)");
   command->add_option("--config,-c", options->config, "The daemon's configuration, which names it")
       ->excludes(endpoint);
+  command->add_option("--key", options->key, "For tcp://: file of your secret key (splid keys)");
+  command->add_option("--server-key", options->server_key,
+                      "For tcp://: the server's public key, or its file");
   command->add_flag("--json", options->json, "The reply as a line of JSON on standard output");
   command->require_subcommand(1);
   const auto add = [&](CLI::App* parent, const char* name, ControlCommand asked, const char* doc) {

@@ -8,7 +8,9 @@
 #include <utility>
 #include <zmq.hpp>
 
+#include "daemon/clock.hpp"
 #include "daemon/control/control_endpoint.hpp"
+#include "daemon/security/handshake_watch.hpp"
 
 namespace splid {
 namespace {
@@ -25,10 +27,12 @@ constexpr milliseconds slice{100};  // after which a stop request is looked at
 struct ControlClient::Socket {
   zmq::context_t context{1};
   zmq::socket_t dealer{context, zmq::socket_type::dealer};
+  HandshakeWatch watch{context, dealer, host_clock()};
 };
 
-ControlClient::ControlClient(std::string endpoint) : endpoint_(std::move(endpoint)) {
-  if (::access(socket_file_of(endpoint_).c_str(), W_OK) != 0) {
+ControlClient::ControlClient(std::string endpoint, std::optional<CurveClient> keys)
+    : endpoint_(std::move(endpoint)), keys_(std::move(keys)) {
+  if (!keys_ && ::access(socket_file_of(endpoint_).c_str(), W_OK) != 0) {
     const int why = errno;
     fail(" (" + std::generic_category().message(why) + ")" +
          (why == EACCES ? "; it is its owner's alone: ask as that user, or as root"
@@ -37,6 +41,8 @@ ControlClient::ControlClient(std::string endpoint) : endpoint_(std::move(endpoin
   socket_ = std::make_unique<Socket>();
   socket_->dealer.set(zmq::sockopt::linger, 0);
   socket_->dealer.set(zmq::sockopt::rcvtimeo, static_cast<int>(slice.count()));
+  socket_->dealer.set(zmq::sockopt::ipv6, endpoint_.find('[') != std::string::npos);
+  if (keys_) use_as_curve_client(socket_->dealer, *keys_);
   socket_->dealer.connect(endpoint_);
 }
 
@@ -48,6 +54,13 @@ void ControlClient::send(const ControlRequest& request) {
 
 void ControlClient::fail(const std::string& why) const {
   throw Error(Fault::device, "no splid answers at " + endpoint_ + why);
+}
+
+void ControlClient::fail_silent() const {
+  using State = HandshakeWatch::State;
+  const State state = socket_->watch.state();
+  if (state == State::pending || state == State::connected) fail("; is the service running?");
+  throw Error(Fault::device, describe(state, endpoint_, keys_ ? &*keys_ : nullptr));
 }
 
 // Status is asked beside the request, again and again: a daemon that answers that is alive, however
@@ -67,7 +80,7 @@ ControlReply ControlClient::ask(const ControlRequest& request, const Progress& p
       progress(reply);
     }
     const Time::time_point now = Time::now();
-    if (now - heard > patience) fail("; is the service running?");
+    if (now - heard > patience) fail_silent();
     if (now - asked < between_questions) continue;
     asked = now;
     send({});

@@ -2,10 +2,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "daemon/control/control_message.hpp"
+#include "daemon/security/curve_socket.hpp"
 
 namespace splid {
 
@@ -19,8 +21,8 @@ class ControlClient {
   // Hears what the daemon says of itself while the answer is awaited, once a second.
   using Progress = std::function<void(const ControlReply& status)>;
 
-  // endpoint: ipc:///PATH
-  explicit ControlClient(std::string endpoint);
+  // endpoint: ipc:///PATH, or tcp:// with the keys of both sides.
+  ControlClient(std::string endpoint, std::optional<CurveClient> keys);
   ~ControlClient();
   ControlClient(const ControlClient&) = delete;
   ControlClient& operator=(const ControlClient&) = delete;
@@ -34,8 +36,10 @@ class ControlClient {
   struct Socket;
   void send(const ControlRequest& request);
   [[noreturn]] void fail(const std::string& why) const;
+  [[noreturn]] void fail_silent() const;
 
   std::string endpoint_;
+  std::optional<CurveClient> keys_;
   std::unique_ptr<Socket> socket_;
 };
 

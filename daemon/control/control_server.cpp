@@ -16,6 +16,7 @@
 
 #include "daemon/control/control_endpoint.hpp"
 #include "daemon/control/unix_listener.hpp"
+#include "daemon/security/server_security.hpp"
 
 namespace splid {
 namespace {
@@ -79,9 +80,10 @@ ControlReply refusal(const std::string& request, const Error& error) {
 }  // namespace
 
 struct ControlServer::Service {
-  Service(const std::string& endpoint, ControlHandlers control_handlers);
+  Service(const std::string& bound_to, ControlHandlers control_handlers, Authenticator* who);
   ~Service();
 
+  void bind(const std::string& to);
   void serve();
   void read_requests();
   std::optional<Received> receive();
@@ -92,10 +94,13 @@ struct ControlServer::Service {
   void work(const std::stop_token& stop);
   ControlReply perform(const ControlRequest& next, const std::stop_token& stop) const;
 
-  UnixListener listener;
+  std::optional<UnixListener> listener;  // absent for TCP
   ControlHandlers handlers;
-  zmq::context_t context{1};
-  zmq::socket_t router{context, zmq::socket_type::router};
+  Authenticator* authenticator;  // of TCP, and null otherwise
+  zmq::context_t own_context{1};
+  zmq::socket_t router{authenticator == nullptr ? own_context : authenticator->context(),
+                       zmq::socket_type::router};
+  std::string endpoint;
   EventDescriptor wake;  // a result is there, or the end
 
   // `control` only.
@@ -112,19 +117,22 @@ struct ControlServer::Service {
   std::jthread worker;
 };
 
-ControlServer::ControlServer(const std::string& endpoint, ControlHandlers handlers)
-    : service_(std::make_unique<Service>(endpoint, std::move(handlers))) {}
+ControlServer::ControlServer(const std::string& endpoint, ControlHandlers handlers,
+                             Authenticator* authenticator)
+    : service_(std::make_unique<Service>(endpoint, std::move(handlers), authenticator)) {}
 
 ControlServer::~ControlServer() = default;
 
-ControlServer::Service::Service(const std::string& endpoint, ControlHandlers control_handlers)
-    : listener(socket_file_of(endpoint)), handlers(std::move(control_handlers)) {
+const std::string& ControlServer::endpoint() const { return service_->endpoint; }
+
+ControlServer::Service::Service(const std::string& bound_to, ControlHandlers control_handlers,
+                                Authenticator* who)
+    : handlers(std::move(control_handlers)), authenticator(who) {
   router.set(zmq::sockopt::linger, static_cast<int>(linger.count()));
   router.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_request_bytes));
   router.set(zmq::sockopt::rcvhwm, requests_queued);
   router.set(zmq::sockopt::sndhwm, replies_queued);
-  router.set(zmq::sockopt::use_fd, listener.release());
-  router.bind(endpoint);
+  bind(bound_to);
   server = std::thread([this] { serve(); });
   worker = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
@@ -138,6 +146,25 @@ ControlServer::Service::~Service() {
   }
   wake.notify();
   server.join();
+  if (authenticator != nullptr) authenticator->release(router);
+}
+
+void ControlServer::Service::bind(const std::string& to) {
+  if (authenticator == nullptr) {
+    listener.emplace(socket_file_of(to));
+    router.set(zmq::sockopt::use_fd, listener->release());
+  } else {
+    authenticator->protect(router, control_domain);
+    router.set(zmq::sockopt::ipv6, to.find('[') != std::string::npos);
+  }
+  try {
+    router.bind(to);
+  } catch (const zmq::error_t& error) {
+    if (authenticator != nullptr) authenticator->release(router);
+    throw Error(Fault::device, "control.endpoint " + to + ": " + error.what() +
+                                   "; give it an address of this machine, and a port that is free");
+  }
+  endpoint = router.get(zmq::sockopt::last_endpoint);
 }
 
 void ControlServer::Service::serve() {

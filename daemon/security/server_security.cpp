@@ -23,16 +23,18 @@ std::unique_ptr<Authenticator> open_authenticator(
   return authenticator;
 }
 
-std::string reload_allow_list(Authenticator& authenticator, const SecurityOptions& options) {
-  AllowList next = AllowList::read(options.allow_list);
-  const AllowList before = authenticator.allowed(publish_domain);
+std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
+                              const std::string& file) {
+  AllowList next = AllowList::read(file);
+  const AllowList before = authenticator.allowed(domain);
   const std::size_t added = next.missing_in(before);
   const std::size_t removed = before.missing_in(next);
-  authenticator.allow(publish_domain, std::move(next));
+  authenticator.allow(domain, std::move(next));
+  const std::string begin = domain == publish_domain ? "allow-list: " : "control's allow-list: ";
   std::string sentence;
-  if (added > 0) sentence = "allow-list: " + keys_in_words(added) + " added";
+  if (added > 0) sentence = begin + keys_in_words(added) + " added";
   if (removed > 0) {
-    sentence += (sentence.empty() ? "allow-list: " : ", ") + keys_in_words(removed) +
+    sentence += (sentence.empty() ? begin : ", ") + keys_in_words(removed) +
                 " removed, whose open connections last until they end or splid is restarted";
   }
   return sentence;

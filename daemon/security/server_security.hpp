@@ -9,8 +9,10 @@
 
 namespace splid {
 
-// The domain of publish.endpoint.
+// The domains of publish.endpoint and control.endpoint, each with an allow-list of its own: who may
+// read results may not therefore stop the instrument.
 inline constexpr const char* publish_domain = "publish";
+inline constexpr const char* control_domain = "control";
 
 // What `security` asks for: reads the key and the allow-list. Null without a key.
 // notice: as Authenticator's. Errors: Error(Fault::usage) of the files (key_file.hpp,
@@ -19,8 +21,9 @@ std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
     const Clock& clock);
 
-// Takes the allow-list as it is in its file now; says in a sentence what is new, empty: nothing.
-// Errors: Error(Fault::usage), and the list is as before.
-std::string reload_allow_list(Authenticator& authenticator, const SecurityOptions& options);
+// Takes a domain's allow-list as it is in its file now; says in a sentence what is new, empty:
+// nothing. Errors: Error(Fault::usage), and the list is as before.
+std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
+                              const std::string& file);
 
 }  // namespace splid

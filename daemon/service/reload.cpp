@@ -9,12 +9,13 @@
 namespace splid {
 namespace {
 
-constexpr std::array<std::string_view, 6> live_pointers = {"/scene",
+constexpr std::array<std::string_view, 7> live_pointers = {"/scene",
                                                            "/estimator",
                                                            "/pulse",
                                                            "/detector",
                                                            "/frame/min_seen_fraction",
-                                                           "/security/allow_list"};
+                                                           "/security/allow_list",
+                                                           "/control/allow_list"};
 
 bool is_live(std::string_view pointer) {
   return std::any_of(live_pointers.begin(), live_pointers.end(),

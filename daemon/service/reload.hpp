@@ -14,7 +14,7 @@ struct ConfigChanges {
 };
 
 // Live are scene, estimator, pulse, detector and frame.min_seen_fraction: what the estimation and
-// the judgement of a frame take; and security.allow_list. The rest decides how the stream is read,
+// the judgement of a frame take; and the two allow_lists. The rest decides how the stream is read,
 // cut and sent.
 ConfigChanges changes_between(const Config& before, const Config& after);
 

@@ -55,18 +55,36 @@ std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& sou
   return metrics;
 }
 
+std::string reload_allow_lists(Authenticator& authenticator, const Config& next) {
+  std::string all;
+  const auto reload = [&](const char* domain, const std::string& file) {
+    if (file.empty()) return;
+    const std::string what = reload_allow_list(authenticator, domain, file);
+    if (!what.empty()) all += (all.empty() ? "" : "; ") + what;
+  };
+  reload(publish_domain, next.security.allow_list);
+  reload(control_domain, next.control.allow_list);
+  return all;
+}
+
 // Null where nobody can ask. An endpoint that nobody named is one that the daemon can do without.
-std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions) {
+std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions,
+                                            Authenticator* authenticator) {
   const std::string endpoint = control_endpoint(config.control);
   if (endpoint.empty()) return nullptr;
+  const bool is_protected = config.control.is_tcp();
+  if (is_protected) {
+    authenticator->allow(control_domain, AllowList::read(config.control.allow_list));
+  }
   ControlHandlers handlers;
   handlers.status = [&actions](const std::string& doing) { return actions.status(doing); };
   handlers.perform = [&actions](const ControlRequest& request, const std::stop_token& stop) {
     return actions.perform(request, stop);
   };
   try {
-    auto server = std::make_unique<ControlServer>(endpoint, std::move(handlers));
-    spdlog::info("control at {}", endpoint);
+    auto server = std::make_unique<ControlServer>(endpoint, std::move(handlers),
+                                                  is_protected ? authenticator : nullptr);
+    spdlog::info("control at {}", server->endpoint());
     return server;
   } catch (const Error& error) {
     if (config.control.endpoint == endpoint) throw;
@@ -95,16 +113,14 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   };
   Measuring measuring(config, publisher, device, metrics.get(), observer, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
-    std::string allowed;
-    if (authenticator && !next->security.allow_list.empty()) {
-      allowed = reload_allow_list(*authenticator, next->security);
-    }
+    std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";
     if (is_new) measuring.reload(next);
     return allowed;
   };
   const Reloader reloader(config, device, options.signals, apply);
   ControlActions actions(config, measuring, publisher);
-  const auto control = options.is_service ? open_control(config, actions) : nullptr;
+  const auto control =
+      options.is_service ? open_control(config, actions, authenticator.get()) : nullptr;
   spdlog::info("source {}; pattern {} ({}); publishing at {}", source->info().name,
                config.pattern_file, describe_pattern(config.pattern),
                where(publisher, authenticator.get()));

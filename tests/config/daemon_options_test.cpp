@@ -59,22 +59,25 @@ TEST(PublishOptions, TheLocalEndpointIsOnThisMachine) {
   EXPECT_THAT(fault_of_local("127.0.0.1:9871"), HasSubstr("must begin with tcp://"));
 }
 
-TEST(ControlOptions, TakesLocalFilesAlone) {
-  const auto fault_of_control = [](const std::string& endpoint) {
-    const auto fault = ControlOptions{.endpoint = endpoint}.validate();
+TEST(ControlOptions, IsAFileOrAPortWithAList) {
+  const auto fault_of_control = [](const std::string& endpoint, const std::string& list = "") {
+    const auto fault = ControlOptions{.endpoint = endpoint, .allow_list = list}.validate();
     return fault ? fault->pointer + ": " + fault->what : "";
   };
   for (const char* endpoint : {"auto", "off", "ipc:///run/splid/control.sock"}) {
     EXPECT_EQ(fault_of_control(endpoint), "") << endpoint;
+    EXPECT_THAT(fault_of_control(endpoint, "list"), HasSubstr("/allow_list: is for tcp://"));
+  }
+  for (const char* endpoint : {"tcp://127.0.0.1:9874", "tcp://*:9874", "tcp://[::1]:9874"}) {
+    EXPECT_EQ(fault_of_control(endpoint, "list"), "") << endpoint;
+    EXPECT_THAT(fault_of_control(endpoint), HasSubstr("/allow_list: \"\" names no file"));
   }
   EXPECT_EQ(fault_of_control("ipc:///" + std::string(106, 'x')), "");
   EXPECT_THAT(fault_of_control("ipc:///" + std::string(107, 'x')), HasSubstr("108 bytes"));
-  for (const char* endpoint : {"tcp://127.0.0.1:9874", "tcp://*:9874"}) {
-    EXPECT_THAT(fault_of_control(endpoint), HasSubstr("forward it by SSH")) << endpoint;
-  }
+  EXPECT_THAT(fault_of_control("tcp://127.0.0.1", "list"), HasSubstr("has no port"));
   for (const char* endpoint : {"", "on", "ipc://", "ipc://relative", "ipc://@abstract"}) {
     EXPECT_THAT(fault_of_control(endpoint), HasSubstr("/endpoint: ")) << endpoint;
-    EXPECT_THAT(fault_of_control(endpoint), HasSubstr("must be auto, off, or a file")) << endpoint;
+    EXPECT_THAT(fault_of_control(endpoint), HasSubstr("must be auto, off, a file")) << endpoint;
   }
 }
 

@@ -10,11 +10,11 @@ namespace splid::test {
 class ControlPeer {
  public:
   explicit ControlPeer(const std::string& endpoint,
-                       zmq::socket_type type = zmq::socket_type::dealer)
+                       zmq::socket_type type = zmq::socket_type::dealer, int patience_ms = 20'000)
       : socket_(context_, type) {
     socket_.set(zmq::sockopt::linger, 0);
-    socket_.set(zmq::sockopt::rcvtimeo, 20'000);
-    socket_.set(zmq::sockopt::sndtimeo, 20'000);
+    socket_.set(zmq::sockopt::rcvtimeo, patience_ms);
+    socket_.set(zmq::sockopt::sndtimeo, patience_ms);
     socket_.connect(endpoint);
   }
 
@@ -26,7 +26,7 @@ class ControlPeer {
                          last ? zmq::send_flags::none : zmq::send_flags::sndmore);
     }
   }
-  // The next reply, of one part; empty where none came within 20 s.
+  // The next reply, of one part; empty where none came within the patience.
   std::string receive() {
     zmq::message_t message;
     do {

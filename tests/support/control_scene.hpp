@@ -20,7 +20,7 @@ namespace splid::test {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-inline constexpr milliseconds patience{20'000};
+inline constexpr milliseconds longest_wait{20'000};
 
 // A daemon with a control socket, and splid ctl to ask it.
 class ControlScene : public ::testing::Test {
@@ -52,7 +52,7 @@ class ControlScene : public ::testing::Test {
   }
   template <class Holds>
   static bool eventually(Holds holds) {
-    const auto until = steady_clock::now() + patience;
+    const auto until = steady_clock::now() + longest_wait;
     while (steady_clock::now() < until) {
       if (holds()) return true;
       std::this_thread::sleep_for(milliseconds{10});

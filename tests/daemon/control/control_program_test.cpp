@@ -14,6 +14,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "tests/support/control_peer.hpp"
 #include "tests/support/control_scene.hpp"
+#include "tests/support/notify_socket.hpp"
 #include "tests/support/process_memory.hpp"
 
 // The built program under control: as splid ctl asks, and as others might.
@@ -214,10 +215,93 @@ TEST_F(Control, NobodyThereIsADeviceErrorThatNamesThePlace) {
   EXPECT_THAT(silent.err, HasSubstr("no splid answers at " + endpoint));
   daemon->signal(SIGCONT);
   end();
-  EXPECT_THAT(run_program({"ctl", "--endpoint", "tcp://127.0.0.1:1", "status"}).err,
-              HasSubstr("forward it by SSH"));
-  EXPECT_EQ(run_program({"ctl", "--endpoint", "tcp://127.0.0.1:1", "status"}).exit_code, 2);
-  EXPECT_EQ(run_program({"ctl", "--endpoint", "off", "status"}).exit_code, 2);
+  for (const char* nowhere : {"tcp://127.0.0.1:1", "off", "udp://x"}) {
+    EXPECT_EQ(run_program({"ctl", "--endpoint", nowhere, "status"}).exit_code, 2) << nowhere;
+  }
+}
+
+// A source that cannot be opened keeps the daemon waiting, and start says why.
+TEST_F(Control, StartSaysWhatKeepsItFromMeasuring) {
+  const std::string moving = configure(R"("driver":"simulator","pace":"max")");
+  const std::string recording = folder.path("r.ptu");
+  ASSERT_EQ(run_program({"simulate", "-c", moving, "--seconds", "20", "-o", recording}).exit_code,
+            0);
+  run(configure(R"("driver":"replay","speed":1,"recording":")" + recording + '"'));
+  const test::FrameWatch watch(frames);
+  ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
+  EXPECT_EQ(ctl({"stop"}).exit_code, 0);
+  std::filesystem::rename(recording, recording + ".away");
+  const ProgramResult refused = ctl({"start"});
+  EXPECT_EQ(refused.exit_code, 4);  // as the replay driver has it
+  EXPECT_THAT(refused.err, HasSubstr(recording));
+  EXPECT_THAT(ctl({"status"}).out, AllOf(HasSubstr("waiting_for_device"), HasSubstr(recording)));
+  std::filesystem::rename(recording + ".away", recording);
+  const int before = watch.frames();
+  EXPECT_EQ(ctl({"start"}).exit_code, 0);
+  EXPECT_TRUE(eventually([&] { return watch.frames() > before; }));
+  EXPECT_EQ(watch.missing(), 0);
+  end();
+}
+
+TEST_F(Control, TheServiceManagerHearsThatItWaits) {
+  const test::NotifySocket manager("400000");
+  run(configure());
+  EXPECT_EQ(ctl({"stop"}).exit_code, 0);
+  EXPECT_TRUE(manager.hears("STATUS=waiting_for_device"));
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(manager.hears("WATCHDOG=1"));
+  end();
+  EXPECT_TRUE(manager.hears("STOPPING=1"));
+}
+
+// Where the log says that it listens; empty: not yet.
+std::string port_of(const std::string& log) {
+  const std::string before = "control at ";
+  const std::size_t at = log.find(before);
+  if (at == std::string::npos) return "";
+  return log.substr(at + before.size(), log.find('\n', at) - at - before.size());
+}
+
+TEST_F(Control, OverTcpKnowsWhoAsks) {
+  const auto keys = [this](const std::string& name) {
+    const std::string text = run_program({"keys", "--output", folder.path(""), name}).out;
+    return text.substr(0, text.find('\n'));
+  };
+  keys("server");
+  const std::string anna = keys("anna");
+  keys("stranger");
+  folder.write("readers", anna + " anna\n");
+  folder.write("allowed", anna + " anna\n");
+  const std::string security =
+      R"("security":{"server_key":"server.key_secret","allow_list":"readers"})";
+  std::string text = test::file_text(configure());
+  const std::string plain = R"("control":{"endpoint":")" + endpoint + "\"}";
+  const auto with = [&](const std::string& control, const std::string& more) {
+    std::string changed = text;
+    changed.replace(changed.find(plain), plain.size(), R"("control":{)" + control + "}" + more);
+    return folder.write("tcp.json", changed);
+  };
+  const std::string port = R"("endpoint":"tcp://127.0.0.1:*")";
+  EXPECT_THAT(run_program({"run", "-c", with(port, "")}).err, HasSubstr("/control/allow_list"));
+  EXPECT_THAT(run_program({"run", "-c", with(port + R"(,"allow_list":"allowed")", "")}).err,
+              HasSubstr("takes /security/server_key"));
+  daemon = std::make_unique<test::Program>(std::vector<std::string>{
+      "run", "-c", with(port + R"(,"allow_list":"allowed")", "," + security)});
+  ASSERT_TRUE(eventually([this] { return !port_of(daemon->err()).empty(); }));
+  const auto ask = [&](const std::string& who, const std::string& what) {
+    return run_program({"ctl", "-e", port_of(daemon->err()), "--key",
+                        folder.path(who + ".key_secret"), "--server-key", folder.path("server.key"),
+                        what});
+  };
+  EXPECT_EQ(ask("anna", "stop").exit_code, 0);
+  EXPECT_THAT(ask("anna", "status").out, HasSubstr("stopped by control"));
+  const ProgramResult stranger = ask("stranger", "start");
+  EXPECT_EQ(stranger.exit_code, 3);
+  EXPECT_THAT(stranger.err, HasSubstr("refuses this key"));
+  EXPECT_THAT(ask("anna", "status").out, HasSubstr("stopped by control"));
+  EXPECT_EQ(run_program({"ctl", "-e", port_of(daemon->err()), "status"}).exit_code, 2);
+  ControlPeer without(port_of(daemon->err()), zmq::socket_type::dealer, 500);
+  EXPECT_EQ(without.ask(asking("start")), "");
+  end();
 }
 
 }  // namespace

@@ -101,8 +101,8 @@ class ControlEndpoint : public ::testing::Test {
 };
 
 TEST_F(ControlEndpoint, IsAsConfiguredOrTheServicesOrTheUsersOwn) {
-  EXPECT_EQ(control_endpoint({.endpoint = "off"}), "");
-  EXPECT_EQ(control_endpoint({.endpoint = "ipc:///a/b"}), "ipc:///a/b");
+  EXPECT_EQ(control_endpoint({.endpoint = "off", .allow_list = ""}), "");
+  EXPECT_EQ(control_endpoint({.endpoint = "ipc:///a/b", .allow_list = ""}), "ipc:///a/b");
   EXPECT_EQ(control_endpoint({}), ::geteuid() == 0 ? "ipc:///run/splid-control.sock" : "");
   ::setenv("XDG_RUNTIME_DIR", "/run/user/7", 1);
   EXPECT_EQ(control_endpoint({}), "ipc:///run/user/7/splid-control.sock");
