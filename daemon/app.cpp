@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,11 @@ int run_app(int argc, char** argv) {
   } catch (const Error& error) {
     print_error(error.what());
     return error.exit_code();
+  } catch (const std::bad_alloc&) {
+    print_error(
+        "not enough memory: lower /pipeline/ring_capacity_tags or /pipeline/estimation_threads, or "
+        "allow more; docs/threads.md has what is needed");
+    return static_cast<int>(Fault::device);
   } catch (const std::exception& error) {
     print_error(error.what());
     return static_cast<int>(Fault::device);

@@ -28,7 +28,6 @@ constexpr std::string_view tcp_prefix = "tcp:";
 
 // How long one look at a socket lasts, for the sake of the stop token.
 constexpr milliseconds slice{20};
-constexpr int connect_slices = 50;
 
 bool is_port(std::string_view text) {
   unsigned port = 0;
@@ -111,7 +110,7 @@ bool ClientSocket::connect(const std::stop_token& stop) {
 }
 
 bool ClientSocket::wait_connected(const std::stop_token& stop) {
-  for (int i = 0; i < connect_slices && !stop.stop_requested(); ++i) {
+  for (auto left = connect_patience; left > left.zero() && !stop.stop_requested(); left -= slice) {
     if (!wait_for(descriptor_, POLLOUT, slice)) continue;
     int error = 0;
     socklen_t bytes = sizeof error;

@@ -23,6 +23,8 @@ std::optional<std::string> socket_address_fault(const std::string& text);
 // Threads: one. Errors: none after construction; a failure is a sentence.
 class ClientSocket {
  public:
+  static constexpr std::chrono::milliseconds connect_patience{1000};
+
   // Looks the host's name up, once. Errors: Error(Fault::usage) where the address is none,
   // Error(Fault::device) where nobody knows the host.
   explicit ClientSocket(std::string address);
@@ -35,7 +37,7 @@ class ClientSocket {
   // Address and reason, of the connection that could not be made or ended last.
   [[nodiscard]] const std::string& failure() const { return failure_; }
 
-  // Tries once, for a second at most, and returns within some 20 ms of a stop request.
+  // Tries once, for connect_patience at most, and returns within some 20 ms of a stop request.
   bool connect(const std::stop_token& stop);
   // What has come, within `patience`; 0 where nothing did, or the other side or a failure closed
   // the connection, which is_open() then tells.

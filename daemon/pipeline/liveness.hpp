@@ -20,6 +20,11 @@ struct WorkSeen {
 // Threads: one.
 class Liveness {
  public:
+  // Of a source that does not touch the ring. Connecting to a bridge that does not answer takes a
+  // second.
+  static constexpr double source_patience_ns = 3e9;
+  static constexpr double least_frame_patience_ms = 2000;
+
   explicit Liveness(double frame_length_ms)
       : frame_patience_ns_(std::max(least_frame_patience_ms, 4 * frame_length_ms) * 1e6) {}
 
@@ -30,10 +35,6 @@ class Liveness {
   }
 
  private:
-  // Connecting to a bridge that does not answer takes a second.
-  static constexpr double source_patience_ns = 3e9;
-  static constexpr double least_frame_patience_ms = 2000;
-
   struct Count {
     bool known = false;
     std::uint64_t value = 0;

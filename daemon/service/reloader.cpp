@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,8 @@ void Reloader::reload() {
     if (!since_start.restart.empty()) {
       say(false, "takes a restart: " + joined(since_start.restart));
     }
+  } catch (const std::bad_alloc&) {
+    say(false, "not reloaded, going on as before: there is not enough memory");
   } catch (const Error& error) {
     say(false, std::string("not reloaded, going on as before: ") + error.what());
   }

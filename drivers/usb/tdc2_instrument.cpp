@@ -20,7 +20,7 @@ constexpr int streaming_setting = 1;
 constexpr std::uint8_t boot = 2;
 
 // Commands take 0.1 ms. Booting, and the table from its EEPROM, take longer than the rest.
-constexpr milliseconds patience{250};
+constexpr milliseconds patience = Tdc2Instrument::patience;
 constexpr milliseconds short_patience{30};
 
 constexpr std::uint16_t config = tdc2_config::dummies;

@@ -29,6 +29,9 @@ struct Tdc2Settings {
 // passed, by the host's clock and 50 ms late, is the heartbeat.
 class Tdc2Instrument final : public UsbInstrument {
  public:
+  // For one command to be taken, and for its answer.
+  static constexpr std::chrono::milliseconds patience{250};
+
   explicit Tdc2Instrument(const Tdc2Settings& settings) : settings_(settings) {}
 
   [[nodiscard]] std::uint8_t data_endpoint() const override { return 0x82; }

@@ -21,16 +21,11 @@ constexpr std::size_t most_bytes = 4 << 20;
 // An instrument that owes data every 10 ms has then missed five times; the status is published
 // within 50 ms more.
 constexpr milliseconds silence_reported{50};
-// Then it is opened anew, which frees an endpoint that hangs.
-constexpr milliseconds silence_ended{2000};
 
 // A device whose transfers fail one after another is reported ten times a second.
 constexpr milliseconds between_reports{100};
 
-// What an instrument sent before it was asked to: thrown away until it is quiet for 5 ms, and for
-// 20 ms at most, since one that streams by itself is never quiet.
 constexpr milliseconds quiet{5};
-constexpr milliseconds longest_drain{20};
 
 }  // namespace
 

@@ -16,6 +16,13 @@ namespace splid {
 // Threads: the source's. Errors: UsbError when the device is gone, fails for good or is silent.
 class UsbSession {
  public:
+  // An instrument that owes data and has been silent for so long is opened anew, which frees an
+  // endpoint that hangs.
+  static constexpr std::chrono::milliseconds silence_ended{2000};
+  // What an instrument sent before it was asked to is thrown away until it is quiet, and for so
+  // long at most, since one that streams by itself is never quiet.
+  static constexpr std::chrono::milliseconds longest_drain{20};
+
   using Report = std::function<void(DeviceState, const std::string&)>;
 
   // All outlive this.

@@ -14,10 +14,8 @@ using std::chrono::milliseconds;
 // 100 ms of 20 M tags/s in blocks of 16 bytes each.
 constexpr std::size_t queue_bytes = 32 << 20;
 
-// Looking costs 30 us. Opening a device that does not do what it should is tried less often, so
-// that it is not kept busy with that.
+// Looking costs 30 us.
 constexpr milliseconds between_looks{10};
-constexpr milliseconds between_tries{250};
 
 }  // namespace
 

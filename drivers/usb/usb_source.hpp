@@ -38,6 +38,10 @@ class UsbSource : public TagSource {
  public:
   using MakeInstrument = std::function<std::unique_ptr<UsbInstrument>()>;
 
+  // Opening a device that does not do what it should is tried less often than looking for one, so
+  // that it is not kept busy with that.
+  static constexpr std::chrono::milliseconds between_tries{250};
+
   // name: of the instrument, for people.
   UsbSource(std::string name, UsbOptions options, MakeInstrument make, SourceContext context);
 

@@ -49,11 +49,11 @@ class BridgeServer {
     return path_.empty() ? "tcp:127.0.0.1:" + std::to_string(port_) : "unix:" + path_;
   }
 
-  // False where nobody connects within ten seconds.
-  bool accept() {
+  // False where nobody connects within the time.
+  bool accept(int patience_ms = 10'000) {
     hang_up();
     pollfd entry{listener_, POLLIN, 0};
-    if (::poll(&entry, 1, 10'000) <= 0) return false;
+    if (::poll(&entry, 1, patience_ms) <= 0) return false;
     client_ = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     return client_ != -1;
   }

@@ -35,7 +35,10 @@ class Tags16Sender {
     const std::int64_t due_ps = std::chrono::nanoseconds(now - start_).count() * 1000;
     while ((unpaced_ || at_ps_ + block_ps <= due_ps) && waiting_.size() < room.size()) {
       const std::int64_t end_ps = at_ps_ + block_ps;
-      append_block({sequence_++, at_ps_, end_ps, records_(at_ps_, end_ps)}, waiting_);
+      std::vector<Tags16Record> records = records_(at_ps_, end_ps);
+      for (Tags16Record& record : records) record.time_ps += step_ps_;
+      append_block({sequence_++, at_ps_ + step_ps_, end_ps + step_ps_, records, version_},
+                   waiting_);
       at_ps_ = end_ps;
     }
     const std::size_t count = std::min(room.size(), waiting_.size());
@@ -55,6 +58,16 @@ class Tags16Sender {
     sequence_ += static_cast<std::uint32_t>(blocks);
     at_ps_ += blocks * block_ps;
   }
+  // The instrument's clock steps, and says nothing.
+  void step(std::int64_t by_ps) {
+    const std::lock_guard lock(mutex_);
+    step_ps_ += by_ps;
+  }
+  // Of the format, that the blocks to come claim.
+  void set_version(std::uint16_t version) {
+    const std::lock_guard lock(mutex_);
+    version_ = version;
+  }
   // As after power came: clock and numbers from 0.
   void restart() {
     const std::lock_guard lock(mutex_);
@@ -69,7 +82,9 @@ class Tags16Sender {
   Records records_;
   std::chrono::steady_clock::time_point start_;
   std::int64_t at_ps_ = 0;
+  std::int64_t step_ps_ = 0;
   std::uint32_t sequence_ = 0;
+  std::uint16_t version_ = 1;
   bool unpaced_ = false;
   std::vector<std::byte> waiting_;
 };

@@ -154,7 +154,7 @@ class UsbDouble::Bus {
   void plug() {
     {
       const std::lock_guard lock(mutex_);
-      ++number_;
+      number_ = number_ == last_number ? 2 : number_ + 1;
       gate_.emplace();
       firmware_.power_on();
     }
@@ -346,7 +346,8 @@ class UsbDouble::Bus {
   std::unique_ptr<UMockdevTestbed, Unref> testbed_;
   std::unique_ptr<UMockdevIoctlBase, Unref> handler_;
   std::string node_;
-  int number_ = 1;  // of the device on the bus; the root hub has 1
+  static constexpr int last_number = 127;  // as the kernel counts
+  int number_ = 1;                         // of the device on the bus; the root hub has 1
   std::mutex mutex_;
   std::size_t most_transfers_ = 128;
   std::optional<Gate> gate_;  // while plugged in

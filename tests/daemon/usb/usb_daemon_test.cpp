@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <functional>
 #include <memory>
 #include <random>
@@ -15,6 +14,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "protocol/pattern_json.hpp"
+#include "tests/support/fault_record.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/scene_records.hpp"
 #include "tests/support/stream_firmware.hpp"
@@ -88,7 +88,7 @@ class UsbDaemon : public ::testing::Test {
                         return json.find("\"device\":\"" + state + '"') != std::string::npos &&
                                json.find(reason) != std::string::npos;
                       }).has_value();
-    std::printf("status \"%s\" after %.1f ms\n", reason.c_str(), waited.count());
+    said_ms = waited.count();
     return came;
   }
 
@@ -99,8 +99,6 @@ class UsbDaemon : public ::testing::Test {
       frame = frame_from_json(json);
       return frame->status == FrameStatus::ok && frame->start_ps >= start_ps;
     });
-    std::printf("a frame after %.1f ms, from %.1f ms of the device's time\n", waited.count(),
-                frame ? static_cast<double>(frame->start_ps) * 1e-9 : 0.0);
     if (frame && frame->distance_m) {
       EXPECT_NEAR(*frame->distance_m, 284.5, 0.5);
     }
@@ -127,6 +125,7 @@ class UsbDaemon : public ::testing::Test {
   Subscriber subscriber{"ipc://" + folder.path("socket"), {topic_frame, topic_status}};
   std::unique_ptr<test::Program> daemon;
   std::chrono::duration<double, std::milli> waited{0};
+  double said_ms = -1;
 };
 
 TEST_F(UsbDaemon, WaitsForTheDeviceAndMeasuresOnceItIsThere) {
@@ -147,6 +146,9 @@ TEST_F(UsbDaemon, UnpluggedAndPluggedInAgain) {
     ASSERT_TRUE(frame);
     EXPECT_LT(frame->start_ps, 2'000'000'000'000);
     forget();
+    if (i > 0) continue;
+    test::record({"USB device is unplugged, and plugged in again", "no_device: it was unplugged",
+                  said_ms, "the time between", waited.count()});
   }
 }
 
@@ -154,9 +156,12 @@ TEST_F(UsbDaemon, ASilentDeviceIsSaidAndSoIsItsReturn) {
   plug_in_and_measure();
   firmware.set_silent(true);
   EXPECT_TRUE(await_status("failing", "sends nothing"));
+  const double silent_ms = said_ms;
   firmware.set_silent(false);
   EXPECT_TRUE(await_status("connected", "it sent nothing for"));
   EXPECT_TRUE(await_frame());
+  test::record({"USB device sends nothing", "failing: it sends nothing, not even an empty block",
+                silent_ms, "", waited.count()});
 }
 
 TEST_F(UsbDaemon, AStallIsClearedAndSaid) {
@@ -165,6 +170,8 @@ TEST_F(UsbDaemon, AStallIsClearedAndSaid) {
   firmware.fail(-EPIPE);
   EXPECT_TRUE(await_status("connected", "stalled and was cleared"));
   EXPECT_TRUE(await_frame());
+  test::record({"USB endpoint stalls", "connected: its endpoint stalled and was cleared", said_ms,
+                "3 ms or more", waited.count()});
 }
 
 TEST_F(UsbDaemon, AFailedTransferIsALossInItsFrame) {
@@ -197,13 +204,19 @@ TEST_P(UsbDaemonFault, IsSaidAndFramesComeAgain) {
     EXPECT_TRUE(await_status("connected", GetParam().reason));
   }
   int bad = 0;
+  double unseen_ms = 0;
   EXPECT_TRUE(await(topic_frame, [&](const std::string& json) {
     const FrameMessage frame = frame_from_json(json);
     const bool good = frame.status == FrameStatus::ok && frame.seen_fraction.value_or(0) == 1;
     bad += good || frame.valid() ? 0 : 1;
+    unseen_ms += (1 - frame.seen_fraction.value_or(1)) * frame.duration_ms;
     return good;
   }));
   EXPECT_LE(bad, 2);
+  test::record({std::string("USB transfers: ") + GetParam().name,
+                *GetParam().reason == '\0' ? "nothing: nothing is wrong"
+                                           : std::string("connected: ") + GetParam().reason,
+                said_ms, test::in_ms(unseen_ms) + " unseen", waited.count()});
 }
 
 Fault failed(const char* name, int status) {
@@ -256,6 +269,9 @@ TEST_F(UsbDaemon, GarbageInPlaceOfBlocksIsALossAndFramesGoOn) {
   firmware.send(garbage);
   EXPECT_TRUE(await_status("connected", "bytes that belong to no block"));
   EXPECT_TRUE(await_frame());
+  test::record({"USB: 5,003 bytes of garbage in place of 3 ms of blocks",
+                "connected: bytes that belong to no block", said_ms, "3 ms or more",
+                waited.count()});
 }
 
 TEST_F(UsbDaemon, DevicesListsIt) {

@@ -1,0 +1,181 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <string>
+#include <vector>
+
+#include "tests/support/process_memory.hpp"
+#include "tests/support/watched_daemon.hpp"
+
+// The built program with more to do than its processor can: a live scene without a target, whose
+// search takes the longer the faster a target may be. How fast is chosen by the time that frames
+// take here, and taken back by a reload.
+
+namespace splid {
+namespace {
+
+using test::WatchedDaemon;
+
+constexpr double frame_ms = 50;
+constexpr double usual_mps = 150;
+constexpr double fastest_mps = 30'000;  // that a configuration may say
+
+class Overload : public ::testing::Test {
+ protected:
+  std::string config(const char* effort, double max_speed_mps) const {
+    return folder.write(
+        "config.json",
+        R"({"schema":"splid.config","source":{"driver":"simulator","signal_per_pulse":0,"ambient_per_s":)" +
+            std::to_string(ambient_per_s) +
+            R"(},)"
+            R"("pipeline":{"ring_capacity_tags":)" +
+            std::to_string(ring_capacity_tags) + R"(},"estimator":{"effort":")" +
+            std::string(effort) + R"("},"scene":{"max_speed_mps":)" +
+            std::to_string(max_speed_mps) +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+            R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
+            endpoint + "\"}}");
+  }
+  void start(const char* effort) {
+    daemon = std::make_unique<WatchedDaemon>(config(effort, usual_mps), endpoint);
+    ASSERT_TRUE(daemon->await_frame(is_measured));
+  }
+  void reload(const char* effort, double max_speed_mps) const {
+    config(effort, max_speed_mps);
+    daemon->program->signal(SIGHUP);
+  }
+  // The fastest target with which frames take that many milliseconds here, about.
+  double speed_that_takes(double wanted_ms) {
+    std::vector<double> took_ms;
+    for (int i = 0; i < 9; ++i) {
+      EXPECT_TRUE(daemon->await_frame(is_measured));
+      took_ms.push_back(daemon->last_frame->compute_ms.value_or(0));
+    }
+    std::nth_element(took_ms.begin(), took_ms.begin() + 4, took_ms.end());
+    return std::min(usual_mps * wanted_ms / took_ms[4], fastest_mps);
+  }
+  static bool is_measured(const FrameMessage& frame) {
+    return frame.status == FrameStatus::no_target && frame.seen_fraction.value_or(0) == 1;
+  }
+  void TearDown() override {
+    const test::ProgramResult result = daemon->stop();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+  }
+
+  int ring_capacity_tags = 1 << 20;  // two seconds
+  int ambient_per_s = 175'000;
+  test::TempFolder folder;
+  std::string endpoint = "ipc://" + folder.path("frames");
+  std::unique_ptr<WatchedDaemon> daemon;
+};
+
+TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
+  start("exhaustive");
+  daemon->start_counting();
+  auto begin = WatchedDaemon::Clock::now();
+  // Time grows less than the speed does: step by step.
+  double mps = speed_that_takes(frame_ms);
+  const auto is_lowered = [](const FrameMessage& frame) {
+    return frame.effort.value_or("exhaustive") != "exhaustive";
+  };
+  for (bool lowered = false; !lowered && mps < fastest_mps / 1.4;) {
+    begin = WatchedDaemon::Clock::now();
+    reload("exhaustive", mps *= 1.4);
+    for (int i = 0; i < 20 && !lowered; ++i) {
+      ASSERT_TRUE(daemon->await_frame(is_measured));
+      lowered = is_lowered(*daemon->last_frame);
+    }
+  }
+  ASSERT_TRUE(daemon->await_status("its effort is lowered to"));
+  const double said_ms = WatchedDaemon::ms_since(begin);
+  const std::string said = daemon->said;
+  begin = WatchedDaemon::Clock::now();
+  reload("exhaustive", usual_mps);
+  for (int in_a_row = 0; in_a_row < 25; ++in_a_row) {
+    ASSERT_TRUE(daemon->await_frame(is_measured));
+    if (is_lowered(*daemon->last_frame)) in_a_row = -1;
+  }
+  EXPECT_EQ(daemon->lost_tags, 0U);
+  test::record({"estimation takes longer than frames do; then less (25 frames as configured)", said,
+                said_ms, daemon->losses(), WatchedDaemon::ms_since(begin)});
+}
+
+// Even at the least effort: then the ring fills, and what does not fit is a loss of its frame.
+TEST_F(Overload, WhatTheRingCannotHoldIsACountedLoss) {
+  ring_capacity_tags = 1 << 20;  // two frames
+  ambient_per_s = 10'000'000;
+  start("fast");
+  daemon->start_counting();
+  auto begin = WatchedDaemon::Clock::now();
+  bool is_lost = false;
+  for (double mps = 7500; !is_lost && mps <= fastest_mps; mps *= 2) {
+    begin = WatchedDaemon::Clock::now();
+    reload("fast", mps);
+    for (int i = 0; i < 30 && !is_lost; ++i) {
+      ASSERT_TRUE(daemon->await_frame([](const FrameMessage&) { return true; }));
+      is_lost = daemon->last_frame->lost_tags.value_or(0) > 1000;
+    }
+  }
+  if (!is_lost) GTEST_SKIP() << "this machine estimates half a million photons in time";
+  const double said_ms = WatchedDaemon::ms_since(begin);
+  const std::string shown = "a frame: " + std::string(to_string(daemon->last_frame->status));
+  begin = WatchedDaemon::Clock::now();
+  reload("fast", usual_mps);
+  double good_ms = 0;
+  for (int in_a_row = 0; in_a_row < 20; ++in_a_row) {
+    ASSERT_TRUE(daemon->await_frame([](const FrameMessage&) { return true; }));
+    if (!is_measured(*daemon->last_frame)) in_a_row = -1;
+    if (in_a_row == 0) good_ms = WatchedDaemon::ms_since(begin);
+  }
+  test::record({"estimation takes longer than frames do at the least effort: the ring is full",
+                shown, said_ms, daemon->losses(), good_ms});
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+// Less address space than the ring and the frames take.
+TEST(MemoryLimit, AtTheStartIsSaidInASentence) {
+  const test::TempFolder folder;
+  const std::string config = folder.write(
+      "config.json",
+      R"({"schema":"splid.config","source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
+      R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":"ipc://)" +
+          folder.path("frames") + R"("},"pipeline":{"ring_capacity_tags":16777216}})");
+  test::Program limited(
+      {"-c", "ulimit -v 300000; exec \"$0\" run --config \"$1\"", SPLID_BINARY, config}, "/bin/sh");
+  const test::ProgramResult result = limited.wait();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, testing::HasSubstr("not enough memory"));
+  EXPECT_THAT(result.err, testing::HasSubstr("/pipeline/ring_capacity_tags"));
+  test::record({"300 MB of memory allowed where 770 are needed, at the start",
+                "exit code 3: " + result.err.substr(0, result.err.find(';')), -1, "", -1});
+}
+
+TEST_F(Overload, WithoutMemoryForAReloadItGoesOnAsBefore) {
+  start("fast");
+  daemon->start_counting();
+  const pid_t process = daemon->program->id();
+  // Some for the messages, too little for an estimator.
+  const double allowed_mib = test::memory_mib("VmSize", std::to_string(process)) + 4;
+  const rlimit little{static_cast<rlim_t>(allowed_mib * 1024 * 1024), RLIM_INFINITY};
+  ASSERT_EQ(prlimit(process, RLIMIT_AS, &little, nullptr), 0);
+  const auto begin = WatchedDaemon::Clock::now();
+  reload("exhaustive", usual_mps);
+  ASSERT_TRUE(daemon->await_status("not reloaded"));
+  const double said_ms = WatchedDaemon::ms_since(begin);
+  for (int i = 0; i < 10; ++i) ASSERT_TRUE(daemon->await_frame(is_measured));
+  EXPECT_EQ(daemon->last_frame->effort.value_or(""), "fast");
+  const rlimit all{RLIM_INFINITY, RLIM_INFINITY};
+  ASSERT_EQ(prlimit(process, RLIMIT_AS, &all, nullptr), 0);
+  EXPECT_EQ(daemon->lost_tags, 0U);
+  test::record({"memory limit of 4 MiB more than it has, SIGHUP", daemon->said, said_ms,
+                daemon->losses(), 0});
+}
+
+#endif
+
+}  // namespace
+}  // namespace splid
