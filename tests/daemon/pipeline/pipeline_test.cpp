@@ -152,6 +152,33 @@ TEST(Pipeline, StopDrainsWhatCame) {
   EXPECT_EQ(outcome.summary.fault, nullptr);
 }
 
+// Another follows it: subscribers hear of no end, and one row of frames.
+TEST(Pipeline, GoesOnFromTheOneBefore) {
+  const Config config = scene_config(0.3);
+  Publisher publisher(config.publish.endpoint, 1000);
+  StreamSoFar so_far;
+  std::uint64_t next = 0;
+  std::uint64_t events = 0;
+  for (int i = 0; i < 3; ++i) {
+    Pipeline pipeline(config, open_scene(config), publisher, host_clock());
+    pipeline.go_on_from(so_far);
+    pipeline.observe([&](const FrameMessage& frame, const std::string&) {
+      EXPECT_EQ(frame.sequence, next++);
+      if (i < 2) pipeline.pause();
+      return true;
+    });
+    const PipelineSummary summary = pipeline.run({});
+    EXPECT_EQ(summary.paused, i < 2);
+    EXPECT_GE(summary.frames, 1u);
+    events += summary.tags.events;
+    so_far = pipeline.so_far();
+    EXPECT_EQ(publisher.last_status().find("stopping") == std::string::npos, i < 2);
+    EXPECT_EQ(so_far.totals.framer.events, events);
+    EXPECT_EQ(so_far.status.tags, events);
+    EXPECT_EQ(so_far.status.frames, next);
+  }
+}
+
 TEST(Pipeline, AnObserverThatFailsEndsTheStreamWithItsError) {
   const Config config = scene_config(5);
   Publisher publisher(config.publish.endpoint, 1000);

@@ -5,10 +5,13 @@
 #include <pthread.h>
 
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "daemon/pipeline/pipeline.hpp"
@@ -132,6 +135,53 @@ TEST(Recording, CountsThatNobodyTakesAreAnOverrun) {
   queue.put({65'537, {7}, false});
   ASSERT_TRUE(queue.take(batch));
   EXPECT_EQ(batch, (EncoderBatch{65'537, {7}, true}));
+}
+
+// Again and again, at any moment: no frame differs, and the framer allocates nothing for it.
+TEST(Recording, BeginsAndEndsWhileFramesFlow) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(4);
+  test::counted_thread = [] { return false; };
+  const Measured plain = measure(config, open_scene(config));
+  config.record.folder = folder.path("r");
+  Publisher publisher(config.publish.endpoint, 1000);
+  std::unique_ptr<TagSource> source = open_scene(config);
+  const SourceInfo info = source->info();
+  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  std::vector<std::string> json;
+  std::atomic<bool> flows{false};
+  std::atomic<bool> over{false};
+  std::size_t whole = 0;
+  pipeline.observe([&](const FrameMessage&, const std::string& line) {
+    json.push_back(repeatable(line));
+    flows = true;
+    return true;
+  });
+  std::jthread asking([&] {
+    while (!flows) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    test::allocations = 0;
+    test::counted_thread = on_framer;
+    while (!over) {
+      Recording recording(config, info, host_clock(), say_nothing);
+      pipeline.record(&recording);
+      while (recording.file().empty() && !over) {
+        std::this_thread::sleep_for(std::chrono::milliseconds{1});
+      }
+      pipeline.record(nullptr);
+      whole += recording.summary().find("1 recordings; 0 tags lost") == 0 ? 1 : 0;
+    }
+  });
+  (void)pipeline.run({});
+  over = true;
+  asking.join();
+  test::counted_thread = nullptr;
+  EXPECT_EQ(test::allocations.load(), 0u);
+  EXPECT_THAT(json, ElementsAreArray(plain.json));
+  EXPECT_GE(whole, 2u);
+  EXPECT_EQ(recordings_in(folder.path("r")).size(), whole);
+  for (const std::string& file : recordings_in(folder.path("r"))) {
+    EXPECT_FALSE(read_back(file).empty());
+  }
 }
 
 }  // namespace
