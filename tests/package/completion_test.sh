@@ -39,6 +39,8 @@ completes pattern inter // interleaved
 completes pattern interleaved --subp // --subperiods-ns
 completes run --config my. //
 completes check my. //
+completes ctl st // status start stop
+completes ctl record st // start stop
 completes nothing re // replay record
 
 complete -p splid | grep -q -- '-o default' || {
