@@ -1,6 +1,16 @@
 #pragma once
 
+#include "config/config.hpp"
+
 namespace splid {
+
+// What `run` has in memory once frames flow, MiB of 2^20 bytes: the ring, the recording's ring, the
+// frames of the lanes, the estimators and the program itself. More where a reload makes
+// estimators anew, and for frames of many photons.
+//
+// Design note: rings and frames are what they are allocated as; an estimator's part is fitted to
+// what the process has: 2 MiB, and up to 10 for a search over velocities.
+double memory_needed_mib(const Config& config);
 
 // Has the C library give large blocks back to the system as soon as they are freed, for the whole
 // process. Before the first thread.

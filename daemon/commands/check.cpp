@@ -9,6 +9,7 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
+#include "daemon/memory.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/recording/recording_report.hpp"
 #include "daemon/security/allow_list.hpp"
@@ -43,10 +44,11 @@ void check_pattern(const std::string& file, const std::string& text) {
 void check_config(const std::string& file) {
   const Config config = load_config(file);
   std::printf(
-      "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n",
+      "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n"
+      "  memory   about %.0f MiB\n",
       file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
       describe_pattern(config.pattern).c_str(), config.frame.length_ms,
-      config.publish.endpoint.c_str());
+      config.publish.endpoint.c_str(), memory_needed_mib(config));
   // Not the key: where systemd puts it, it is while the service runs alone.
   if (config.security.allow_list.empty()) return;
   const std::size_t keys = AllowList::read(config.security.allow_list).size();

@@ -13,6 +13,10 @@
 
 namespace splid {
 
+// Slots a lane: one that the framer fills while the estimator works on the other. The ring behind
+// holds what comes in longer pauses, at a third of the memory.
+inline constexpr std::size_t lane_depth = 2;
+
 // A frame on its way, with what each stage adds.
 struct LaneSlot {
   explicit LaneSlot(const FrameCapacity& capacity) : frame(capacity) {}

@@ -29,10 +29,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Slots a lane: one that the framer fills while the estimator works on the other. The ring behind
-// holds what comes in longer pauses, at a third of the memory.
-constexpr std::size_t lane_depth = 2;
-
 // Photons that the estimator has room for: 40 M/s in 50 ms, what the fastest taggers deliver. It
 // thins out fuller frames.
 constexpr std::size_t max_estimated_photons = std::size_t{1} << 21;

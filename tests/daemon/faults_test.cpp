@@ -62,7 +62,7 @@ class Faults : public ::testing::Test {
   void config(const std::string& more) const {
     (void)folder.write(
         "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"bridge","address":")" +
+        R"({"schema":"splid.config","v":[1,0],"control":{"endpoint":"off"},"source":{"driver":"bridge","address":")" +
             bridge.address() +
             R"("},"channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
             R"("pipeline":{"ring_capacity_tags":524288},"pattern":{"file":")" +
