@@ -5,17 +5,12 @@
 #include <charconv>
 #include <cmath>
 
+#include "protocol/trimmed.hpp"
+
 namespace splid {
 namespace {
 
 constexpr std::size_t max_shown = 60;
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view space = " \t\r\n";
-  const std::size_t begin = text.find_first_not_of(space);
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(space) - begin + 1);
-}
 
 // Up to the next comma, which is taken too.
 std::string_view take_field(std::string_view& rest) {

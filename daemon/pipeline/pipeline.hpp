@@ -69,8 +69,8 @@ class Pipeline {
   // What the source reports goes into the status. device: outlives run().
   void watch(DeviceMonitor& device);
   // Where what is measured from is kept from now on; null: nowhere. Nothing of this uses the one
-  // before once it returns, which takes 100 ms at most. Any thread but run()'s, one at a time; before run(), or
-  // while it runs.
+  // before once it returns, which takes 100 ms at most. Any thread but run()'s, one at a time;
+  // before run(), or while it runs.
   void record(Recording* recording);
   // Frames and counts go on from those of the streams before. Before run().
   void go_on_from(const StreamSoFar& before);

@@ -5,8 +5,8 @@
 #include "daemon/format.hpp"
 #include "daemon/security/curve_key.hpp"
 #include "daemon/security/guarded_file.hpp"
-#include "daemon/security/trimmed.hpp"
 #include "protocol/error.hpp"
+#include "protocol/trimmed.hpp"
 
 namespace splid {
 namespace {

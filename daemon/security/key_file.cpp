@@ -14,8 +14,8 @@
 
 #include "daemon/read_file.hpp"
 #include "daemon/security/guarded_file.hpp"
-#include "daemon/security/trimmed.hpp"
 #include "protocol/error.hpp"
+#include "protocol/trimmed.hpp"
 
 namespace splid {
 namespace {

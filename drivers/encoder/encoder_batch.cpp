@@ -1,18 +1,12 @@
 #include "drivers/encoder/encoder_batch.hpp"
 
 #include "protocol/ptu_losses.hpp"
+#include "protocol/trimmed.hpp"
 
 namespace splid {
 namespace {
 
 constexpr std::string_view overrun_word = "overrun";
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 }  // namespace
 

@@ -4,7 +4,7 @@
 
 namespace splid {
 
-inline constexpr std::string_view blanks = " \t\r";
+inline constexpr std::string_view blanks = " \t\r\n";
 
 // The text without such characters at its ends.
 inline std::string_view trimmed(std::string_view text, std::string_view characters = blanks) {
