@@ -29,18 +29,28 @@ void set_up_log() {
   spdlog::set_default_logger(std::move(log));
 }
 
-// A first word that is neither an option nor a command, which CLI11 would only call unexpected.
-void check_command(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands(nullptr)) names.push_back(command->get_name());
-  std::vector<const char*> known;
-  for (const std::string& name : names) {
-    if (name == argv[1]) return;
-    known.push_back(name.c_str());
+// Words where a command should stand and none does, which CLI11 would only call unexpected.
+void check_commands(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* command = &app;
+  std::string so_far = "splid";
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const std::string word = argv[i];
+    std::vector<std::string> names;
+    const CLI::App* next = nullptr;
+    for (const CLI::App* sub : command->get_subcommands(nullptr)) {
+      names.push_back(sub->get_name());
+      if (names.back() == word) next = sub;
+    }
+    if (names.empty()) return;
+    if (next == nullptr) {
+      std::vector<const char*> known;
+      for (const std::string& name : names) known.push_back(name.c_str());
+      throw Error(Fault::usage, "no command '" + word + "'" + suggest_name(word, known) + " (" +
+                                    so_far + " --help lists all)");
+    }
+    command = next;
+    so_far += " " + word;
   }
-  throw Error(Fault::usage, std::string{"no command '"} + argv[1] + "'" +
-                                suggest_name(argv[1], known) + " (splid --help lists all)");
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -61,7 +71,7 @@ int parse_and_run(int argc, char** argv) {
   add_upload(app, action);
   add_keys(app, action);
   add_ctl(app, action);
-  check_command(app, argc, argv);
+  check_commands(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

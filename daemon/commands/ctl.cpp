@@ -95,8 +95,9 @@ void print_status(const ControlReply& reply) {
               count_of(status, "valid_frames").c_str());
   std::printf("tags       %s, %s lost\n", count_of(status, "tags").c_str(),
               count_of(status, "lost_tags").c_str());
-  std::printf("recording  %s %s\n", reply.find("recording") == "true" ? "yes" : "no",
-              text_of(reply, "file").c_str());
+  const std::string file = text_of(reply, "file");
+  std::printf("recording  %s%s%s\n", reply.find("recording") == "true" ? "yes" : "no",
+              file.empty() ? "" : ": ", file.c_str());
   if (const std::string doing = text_of(reply, "doing"); !doing.empty()) {
     std::printf("doing      %s %s\n", doing.c_str(), text_of(reply, "progress").c_str());
   }

@@ -94,6 +94,9 @@ TEST_F(CommandLine, SaysItsVersionOnStandardOutput) {
 TEST_F(CommandLine, NamesTheNearestCommand) {
   expect_error({"repaly"}, 2, HasSubstr("no command 'repaly'; did you mean replay?"));
   expect_error({"frobnicate"}, 2, HasSubstr("no command 'frobnicate'"));
+  expect_error({"ctl", "statsu"}, 2,
+               HasSubstr("no command 'statsu'; did you mean status? (splid ctl --help lists all)"));
+  expect_error({"pattern", "mr"}, 2, HasSubstr("no command 'mr'; did you mean mrr?"));
 }
 
 TEST_F(CommandLine, UsageErrorsExitWithTwo) {
