@@ -6,12 +6,13 @@
 #include <vector>
 
 #include "tests/support/process_memory.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/watched_daemon.hpp"
 
 namespace splid {
 namespace {
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef SPLID_SANITIZED
 
 // What `splid check` and docs/threads.md say against what the built program has.
 TEST(MemoryNeeded, IsWhatTheProgramHas) {

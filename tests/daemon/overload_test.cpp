@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/process_memory.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/watched_daemon.hpp"
 
 // The built program with more to do than its processor can: a live scene without a target, whose
@@ -134,7 +135,7 @@ TEST_F(Overload, WhatTheRingCannotHoldIsACountedLoss) {
                 shown, said_ms, daemon->losses(), good_ms});
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef SPLID_SANITIZED
 
 // Less address space than the ring and the frames take.
 TEST(MemoryLimit, AtTheStartIsSaidInASentence) {
