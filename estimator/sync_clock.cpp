@@ -284,12 +284,23 @@ std::optional<Found> lock_from(std::span<const double> syncs, std::size_t seed, 
   return grow(syncs, seed, walk.line(), scratch);
 }
 
-// Tries seeds near the beginning, as the first sync may be a stray one, and further on.
+// A sync so close behind another is its reflection, or rings: as regular as the true ones, where
+// all have one, and late.
+bool is_double(std::span<const double> syncs, std::size_t i, double period_ps) {
+  return i > 0 && syncs[i] - syncs[i - 1] < period_ps * window_of_period;
+}
+
+// Tries seeds near the beginning, as the first sync may be a stray one, and further on; doubles
+// only where nothing else leads anywhere.
 std::optional<Found> lock(std::span<const double> syncs, double period_ps, double drift,
                           std::vector<double>& scratch) {
   const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
-  for (std::size_t i = 1; i <= early; ++i) {
-    if (const auto found = lock_from(syncs, i % early, period_ps, drift, scratch)) return found;
+  for (const bool doubles : {false, true}) {
+    for (std::size_t i = 1; i <= early; ++i) {
+      const std::size_t seed = i % early;
+      if (is_double(syncs, seed, period_ps) != doubles) continue;
+      if (const auto found = lock_from(syncs, seed, period_ps, drift, scratch)) return found;
+    }
   }
   for (const std::size_t seed : {syncs.size() / 4, syncs.size() / 2}) {
     if (seed < early) continue;

@@ -53,8 +53,13 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
     try {
       run_session(context, sink, stop);
     } catch (const UsbError& error) {
-      report(error.device_is_gone() ? DeviceState::no_device : DeviceState::failing, error.what());
-      if (!error.device_is_gone()) pause = between_tries;
+      if (!error.device_is_gone()) {
+        report(DeviceState::failing, error.what());
+        pause = between_tries;
+      } else if (last_report_.state != DeviceState::no_device) {
+        // Else it was unplugged, which has been said, and is still listed.
+        report(DeviceState::no_device, error.what());
+      }
     }
     for (; pause.count() > 0 && !stop.stop_requested(); pause -= between_looks) {
       sink.publish(0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -123,10 +124,11 @@ TEST(SyncClock, StraysAreRejectedAndCounted) {
 }
 
 TEST(SyncClock, OfADoubleTheFirstIsTheSync) {
+  constexpr std::array<double, 4> after_ps{300, 3'000, 20'000, 200'000};
   for (const double doubled : {0.05, 1.0}) {
     for (std::uint64_t seed = 1; seed < 20; ++seed) {
       SyncStream stream;
-      stream.double_after_ps = seed % 2 == 0 ? 3'000 : 300;
+      stream.double_after_ps = after_ps[seed % 4];
       stream.doubled = doubled;
       stream.seed = seed;
       stream.phase_ps = 0;  // so that a double may stand first
