@@ -38,12 +38,17 @@ class ControlScene : public ::testing::Test {
   // Runs it until it measures.
   void run(const std::string& config) {
     daemon = std::make_unique<Program>(std::vector<std::string>{"run", "--config", config});
-    ASSERT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }))
-        << daemon->err();
+    ASSERT_TRUE(eventually([this] { return measures(); })) << daemon->err();
   }
   ProgramResult ctl(std::vector<std::string> words) const {
     words.insert(words.begin(), {"ctl", "--endpoint", endpoint});
     return run_program(words);
+  }
+  // Frames come; on a machine that is slow with their effort lowered.
+  bool measures() const {
+    const std::string said = status();
+    return said.find("\"streaming\"") != std::string::npos ||
+           said.find("\"degraded\"") != std::string::npos;
   }
   // Empty where nobody answers.
   std::string status() const {

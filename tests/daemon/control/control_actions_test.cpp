@@ -92,7 +92,7 @@ TEST_F(Asked, ARecordingGoesOnWhereMeasuringDoes) {
   // Asked for while nothing is measured, it holds for what will be.
   EXPECT_THAT(ctl({"record", "stop"}).err, HasSubstr("recorded; the last file is "));
   EXPECT_EQ(ctl({"start"}).exit_code, 0);
-  EXPECT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }));
+  EXPECT_TRUE(eventually([this] { return measures(); }));
   EXPECT_EQ(recordings_in(folder.path("kept")).size(), 2u);
   end();
 }
@@ -157,7 +157,7 @@ TEST_F(Asked, CalibratesFromItsSourceAndMeasuresOn) {
   EXPECT_EQ(refused.exit_code, 4);
   EXPECT_THAT(refused.err, HasSubstr("0.2 s of simulator: too few photons"));
   EXPECT_FALSE(std::filesystem::exists(folder.path("none.json")));
-  EXPECT_TRUE(eventually([this] { return status().find("\"streaming\"") != std::string::npos; }));
+  EXPECT_TRUE(eventually([this] { return measures(); }));
   // One that was stopped stays so.
   EXPECT_EQ(ctl({"stop"}).exit_code, 0);
   EXPECT_EQ(ctl({"calibrate", "--seconds", "0.5", "--output", output, "--force"}).exit_code, 0);
