@@ -44,12 +44,14 @@ void check_commands(const CLI::App& app, int argc, char** argv) {
     if (names.empty()) return;
     if (next == nullptr) {
       std::vector<const char*> known;
+      known.reserve(names.size());
       for (const std::string& name : names) known.push_back(name.c_str());
-      throw Error(Fault::usage, "no command '" + word + "'" + suggest_name(word, known) + " (" +
-                                    so_far + " --help lists all)");
+      std::string sentence = "no command '" + word + "'";
+      sentence.append(suggest_name(word, known)).append(" (").append(so_far);
+      throw Error(Fault::usage, sentence.append(" --help lists all)"));
     }
     command = next;
-    so_far += " " + word;
+    so_far.append(" ").append(word);
   }
 }
 
