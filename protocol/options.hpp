@@ -58,9 +58,11 @@ class OptionVisitor {
 template <class Enum>
 void choose(OptionVisitor& visitor, const char* key, Enum& value,
             std::span<const char* const> names, const char* doc) {
-  auto index = static_cast<std::size_t>(value);
+  const auto before = static_cast<std::size_t>(value);
+  std::size_t index = before;
   visitor.choice(key, index, names, doc);
-  value = static_cast<Enum>(index);
+  // Who only writes them down reads options that other threads read too.
+  if (index != before) value = static_cast<Enum>(index);
 }
 
 // What a cross-check of several options found wrong.

@@ -65,11 +65,12 @@ void Measuring::prepare(std::unique_ptr<TagSource> source) {
   pipeline->watch(device_);
   pipeline->serve(notifier_);
   pipeline->observe(observer_);
+  const std::scoped_lock recording_lock(recording_mutex_);
+  if (to_record_) record(*pipeline, info);
   const std::scoped_lock lock(mutex_);
   if (reloaded_) pipeline->reload(*reloaded_);
   source_ = info;
   pipeline_ = std::move(pipeline);
-  if (to_record_) attach_recording();
   waits_for_.clear();
   if (!wanted_) pipeline_->pause();
   changed_.notify_all();
@@ -81,8 +82,9 @@ PipelineSummary Measuring::measure(const std::stop_token& stop) {
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
   spdlog::info("{}; took {:.3g} s", describe(summary), took_s);
   so_far_ = pipeline_->so_far();
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock recording_lock(recording_mutex_);
   finish_recording();
+  const std::scoped_lock lock(mutex_);
   pipeline_.reset();
   return summary;
 }
@@ -160,17 +162,21 @@ bool Measuring::record() {
                                   ": /record/folder: names no folder to record into; give one, and "
                                   "/record/when \"asked\", and restart");
   }
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock recording_lock(recording_mutex_);
   if (to_record_) return false;
+  if (pipeline_) record(*pipeline_, source_);
+  const std::scoped_lock lock(mutex_);
   to_record_ = true;
   recording_file_.clear();
-  if (pipeline_) attach_recording();
   return true;
 }
 
 bool Measuring::end_recording() {
-  const std::scoped_lock lock(mutex_);
-  if (!std::exchange(to_record_, false)) return false;
+  const std::scoped_lock recording_lock(recording_mutex_);
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!std::exchange(to_record_, false)) return false;
+  }
   if (pipeline_) pipeline_->record(nullptr);
   finish_recording();
   return true;
@@ -192,19 +198,23 @@ bool Measuring::measures() const {
   return pipeline_ != nullptr;
 }
 
-void Measuring::attach_recording() {
-  recording_ = std::make_unique<Recording>(config_, source_, host_clock(),
-                                           [this](const std::string& sentence) {
-                                             spdlog::warn("recording: {}", sentence);
-                                             device_.notice("recording: " + sentence);
-                                           });
-  pipeline_->record(recording_.get());
+// Under the recording's mutex, and not under the other: its ring takes a while to make.
+void Measuring::record(Pipeline& pipeline, const SourceInfo& source) {
+  auto made = std::make_unique<Recording>(config_, source, host_clock(),
+                                          [this](const std::string& sentence) {
+                                            spdlog::warn("recording: {}", sentence);
+                                            device_.notice("recording: " + sentence);
+                                          });
+  pipeline.record(made.get());
+  const std::scoped_lock lock(mutex_);
+  recording_ = std::move(made);
 }
 
-// Nothing gives it tags any more.
+// Likewise: it waits for the disk. Nothing gives the recording tags any more.
 void Measuring::finish_recording() {
   if (!recording_) return;
   spdlog::info("{}", recording_->summary());
+  const std::scoped_lock lock(mutex_);
   recording_file_ = recording_->file();
   recording_.reset();
 }

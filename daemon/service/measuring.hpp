@@ -67,7 +67,7 @@ class Measuring {
   PipelineSummary measure(const std::stop_token& stop);
   bool wait_until_wanted(const std::stop_token& stop);
   bool resume();
-  void attach_recording();
+  void record(Pipeline& pipeline, const SourceInfo& source);
   void finish_recording();
 
   const Config& config_;
@@ -77,19 +77,23 @@ class Measuring {
   FrameObserver observer_;
   ServiceNotifier notifier_;
   StreamSoFar so_far_;  // run() only
-  SourceInfo source_;   // of the stream that runs, or ran last; under the mutex
 
+  // What takes both takes this one first; it is held while a recording is made or ended, which may
+  // take seconds, so that records() and the like do not wait for that.
+  std::mutex recording_mutex_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  // All under the mutex.
+  // Under the mutex; the pipeline, the source and what concerns the recording change under both and
+  // may be read under either.
   bool wanted_ = true;
   bool over_ = false;   // run() has returned
   std::string reason_;  // why it is not to measure
   // The reason that status gives while the source is closed; empty: it is open.
   std::string waits_for_;
   std::exception_ptr failure_;  // of the last attempt to measure again
-  std::unique_ptr<Pipeline> pipeline_;
   std::shared_ptr<const Config> reloaded_;
+  std::unique_ptr<Pipeline> pipeline_;
+  SourceInfo source_;  // of the stream that runs, or ran last
   bool to_record_;
   std::unique_ptr<Recording> recording_;
   std::string recording_file_;  // of a recording that has ended

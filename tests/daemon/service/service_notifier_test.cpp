@@ -34,7 +34,7 @@ StatusMessage status(DaemonState state, std::uint64_t frames, const std::string&
 TEST(ServiceNotifier, IsReadyWithTheFirstFrameOrADeclaredWait) {
   for (const StatusMessage& when :
        {status(DaemonState::streaming, 1), status(DaemonState::waiting_for_device, 0)}) {
-    const test::NotifySocket manager("2000000");
+    test::NotifySocket manager("2000000");
     HeldClock clock;
     ServiceNotifier notifier(clock);
     notifier.tick(status(DaemonState::starting, 0), false);
@@ -48,7 +48,7 @@ TEST(ServiceNotifier, IsReadyWithTheFirstFrameOrADeclaredWait) {
 }
 
 TEST(ServiceNotifier, FeedsTheWatchdogFourTimesInItsTimeWhileAlive) {
-  const test::NotifySocket manager("2000000");
+  test::NotifySocket manager("2000000");
   HeldClock clock;
   ServiceNotifier notifier(clock);
   int fed = 0, fed_dead = 0;
@@ -65,7 +65,7 @@ TEST(ServiceNotifier, FeedsTheWatchdogFourTimesInItsTimeWhileAlive) {
 }
 
 TEST(ServiceNotifier, SaysStopAndReasonOnce) {
-  const test::NotifySocket manager("0");
+  test::NotifySocket manager("0");
   HeldClock clock;
   ServiceNotifier notifier(clock);
   notifier.tick(status(DaemonState::stopping, 12, "the cable came off"), true);
@@ -79,7 +79,7 @@ TEST(ServiceNotifier, SaysStopAndReasonOnce) {
 
 // A source that neither sends nor says that it is at work.
 TEST(ServiceNotifier, AHangingSourceStarvesTheWatchdog) {
-  const test::NotifySocket manager("400000");
+  test::NotifySocket manager("400000");
   const Config config = scene_config(0);
   std::stop_source stop;
   Publisher publisher(config.publish.endpoint, 100);
@@ -161,7 +161,8 @@ TEST_F(Service, IsReadyFedReloadedAndStopped) {
 
   daemon.signal(SIGTERM);
   EXPECT_TRUE(manager.hears("STOPPING=1"));
-  EXPECT_EQ(daemon.wait().exit_code, 0);
+  const test::ProgramResult result = daemon.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 TEST_F(Service, IsReadyWhileItWaitsForItsInstrument) {
@@ -175,7 +176,8 @@ TEST_F(Service, IsReadyWhileItWaitsForItsInstrument) {
   while (std::chrono::steady_clock::now() < until) (void)manager.next(milliseconds{50});
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   daemon.signal(SIGTERM);
-  EXPECT_EQ(daemon.wait().exit_code, 0);
+  const test::ProgramResult result = daemon.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 }  // namespace
