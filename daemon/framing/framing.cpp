@@ -148,6 +148,7 @@ void Framing::close() {
   const Frame& frame = slot_->frame;
   const bool clock_set_back = frame.sequence > 0 && frame.start_ps < last_end_ps_;
   if (clock_set_back) device_clock_.anchor(frame.end_ps);
+  device_clock_.follow(frame.end_ps);
   last_end_ps_ = frame.end_ps;
   slot_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
   effort_.configure(configured_effort.load(std::memory_order_relaxed));

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <utility>
@@ -175,6 +176,7 @@ std::vector<Fault> light_and_sync_faults() {
              if (record.channel != sync_input) continue;
              made.push_back({record.time_ps + 20'000, sync_input, 0, 0});
            }
+           std::ranges::stable_sort(made, {}, &Tags16Record::time_ps);
            records = made;
          });
        },

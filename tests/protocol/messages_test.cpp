@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "protocol/error.hpp"
@@ -85,6 +88,22 @@ std::string replaced(const std::string& from, const std::string& to) {
 TEST(FrameMessage, Minimal) { EXPECT_EQ(to_json(FrameMessage{}), minimal_json); }
 
 TEST(FrameMessage, Typical) { EXPECT_EQ(to_json(typical()), typical_json); }
+
+void expect_explained(const nlohmann::json& members, const std::string& page) {
+  for (const auto& [name, value] : members.items()) {
+    EXPECT_THAT(page, HasSubstr('`' + name + '`'));
+    if (value.is_object()) expect_explained(value, page);
+  }
+}
+
+TEST(Messages, EveryMemberIsExplainedInTheManual) {
+  std::ifstream file(SPLID_SOURCE_DIR "/docs/messages.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  for (const std::string& json :
+       {to_json(typical()), to_json(StatusMessage{}), to_json(VersionMessage{})}) {
+    expect_explained(nlohmann::json::parse(json), page);
+  }
+}
 
 TEST(FrameMessage, Maximal) {
   FrameMessage message;
