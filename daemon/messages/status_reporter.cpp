@@ -111,7 +111,10 @@ void StatusReporter::judge(const StreamHealth& health) {
   const bool is_well = status_.state == DaemonState::streaming;
   if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
   add_reason(health.recording_fault);
-  add_reason(notice_);
+  // A fault that has just come is noticed too.
+  if (health.recording_fault.empty() || notice_.find(health.recording_fault) == std::string::npos) {
+    add_reason(notice_);
+  }
 }
 
 void StatusReporter::add_reason(const std::string& sentence) {

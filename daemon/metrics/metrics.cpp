@@ -159,6 +159,8 @@ struct Metrics::Series {
       states<DaemonState, 5>(*registry, "splid_state", "1 for the state that the daemon is in");
   std::array<Gauge*, 3> device = states<DeviceState, 3>(
       *registry, "splid_device_state", "1 for the state that the instrument is in");
+  Counter& refused = counter(*registry, "splid_connections_refused_total",
+                             "Connections refused: no allowed key, or no handshake");
   std::vector<Counter*> drivers;  // in the order of TagSource::counters()
 };
 
@@ -182,6 +184,10 @@ Metrics::Metrics(const Config& config, const std::vector<SourceCounter>& counter
 Metrics::~Metrics() = default;
 
 std::string Metrics::url() const { return outputs_->server ? outputs_->server->url() : ""; }
+
+void Metrics::count_refused(std::function<std::uint64_t()> connections) {
+  refused_ = std::move(connections);
+}
 
 void Metrics::frame_published(const FrameMessage& message, bool effort_is_lowered) {
   Series& series = *series_;
@@ -219,6 +225,7 @@ void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
   raise(series.discarded, totals.discarded_tags);
   raise(series.jumps, framer.jumps);
   raise(series.resets, framer.resets);
+  raise(series.refused, refused_());
   series.ring_fill.Set(std::exchange(highest_fill_, 0));
   show(series.state, status.state);
   show(series.device, status.device);

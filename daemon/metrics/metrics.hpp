@@ -40,6 +40,9 @@ class Metrics {
   // Where the server answers, a wildcard port resolved; empty where there is none.
   [[nodiscard]] std::string url() const;
 
+  // Who tells how many connections were refused so far; before the first refresh().
+  void count_refused(std::function<std::uint64_t()> connections);
+
   // effort_is_lowered: the frame had less effort than was configured.
   void frame_published(const FrameMessage& message, bool effort_is_lowered);
   // 0 to 1; the highest of a second is shown.
@@ -59,6 +62,7 @@ class Metrics {
   const Clock& clock_;
   std::unique_ptr<Series> series_;
   std::unique_ptr<Outputs> outputs_;
+  std::function<std::uint64_t()> refused_ = [] { return 0; };
   double highest_fill_ = 0;
   std::int64_t next_ns_ = 0;
 };

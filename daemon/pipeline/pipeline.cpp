@@ -285,14 +285,13 @@ StreamHealth Pipeline::Stages::health() {
   health.ring_fill_ratio =
       static_cast<double>(framing->highest_fill.exchange(0)) / static_cast<double>(ring.capacity());
   health.sync_fault = sync_fault;
-  {
-    const std::scoped_lock lock(recording_mutex);
-    if (recording != nullptr) health.recording_fault = recording->fault();
-  }
   if (device != nullptr) {
     health.device_reports = device->take_reports();
     health.notices = device->take_notices();
   }
+  // After the notices, so that none is of a fault that is not here.
+  const std::scoped_lock lock(recording_mutex);
+  if (recording != nullptr) health.recording_fault = recording->fault();
   return health;
 }
 

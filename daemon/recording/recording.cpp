@@ -60,7 +60,8 @@ Recording::Recording(const Config& config, const SourceInfo& source, const Clock
       ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
       dropping_(ring_, {}),
       recorder_(
-          config, source, clock, [this] { return open_counts(); }, say_),
+          config, source, clock, [this] { return open_counts(); },
+          [this](const std::string& sentence) { news_.push_back(sentence); }),
       thread_([this] { run(); }) {}
 
 Recording::~Recording() { finish(); }
@@ -104,6 +105,7 @@ void Recording::run() {
     look_around();
   }
   recorder_.close();
+  look_around();
 }
 
 void Recording::look_around() {
@@ -113,12 +115,18 @@ void Recording::look_around() {
     flushed_ns_ = now_ns;
     const std::uint64_t drops = dropping_.drops();
     if (std::exchange(said_drops_, drops) != drops) {
-      say_("the disk is too slow; " + grouped(dropping_.dropped_tags()) + " tags lost so far");
+      news_.push_back("the disk is too slow; " + grouped(dropping_.dropped_tags()) +
+                      " tags lost so far");
     }
   }
-  const std::scoped_lock lock(mutex_);
-  if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
-  if (file_ != recorder_.file()) file_ = recorder_.file();
+  {
+    const std::scoped_lock lock(mutex_);
+    if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
+    if (file_ != recorder_.file()) file_ = recorder_.file();
+  }
+  // Who hears of a fault finds it in fault().
+  for (const std::string& sentence : news_) say_(sentence);
+  news_.clear();
 }
 
 std::string Recording::fault() const {

@@ -85,10 +85,11 @@ class Recording {
   CountsQueue counts_;
   TagRing ring_;
   DroppingSink dropping_;
-  bool finished_ = false;         // framer only
-  RotatingRecorder recorder_;     // recorder only, until it ended
-  std::int64_t flushed_ns_ = 0;   // likewise
-  std::uint64_t said_drops_ = 0;  // likewise
+  bool finished_ = false;          // framer only
+  std::vector<std::string> news_;  // recorder only: sentences not yet said
+  RotatingRecorder recorder_;      // likewise, until it ended
+  std::int64_t flushed_ns_ = 0;    // likewise
+  std::uint64_t said_drops_ = 0;   // likewise
   mutable std::mutex mutex_;
   std::string fault_;  // under the mutex
   std::string file_;   // likewise

@@ -44,13 +44,16 @@ std::string where(const Publisher& publisher, const Authenticator* authenticator
 
 // Null where nobody is to be told any.
 std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
-                                      DeviceMonitor& device) {
+                                      DeviceMonitor& device, const Authenticator* authenticator) {
   if (config.metrics.file.empty() && config.metrics.http.empty()) return nullptr;
   auto metrics = std::make_unique<Metrics>(config, source.counters(), host_clock(),
                                            [&device](const std::string& sentence) {
                                              spdlog::warn("{}", sentence);
                                              device.notice(sentence);
                                            });
+  if (authenticator != nullptr) {
+    metrics->count_refused([authenticator] { return authenticator->refused(); });
+  }
   if (!metrics->url().empty()) spdlog::info("metrics at {}", metrics->url());
   return metrics;
 }
@@ -102,7 +105,8 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
       host_clock());
   Publisher publisher(config.publish.endpoint, options.queue_messages,
                       {config.publish.local_endpoint, authenticator.get()});
-  const std::unique_ptr<Metrics> metrics = open_metrics(config, *source, device);
+  const std::unique_ptr<Metrics> metrics =
+      open_metrics(config, *source, device, authenticator.get());
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
   EncoderScore encoder;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/support/bridge_server.hpp"
+#include "tests/support/control_peer.hpp"
 #include "tests/support/fault_scene.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/small_disk.hpp"
@@ -137,6 +138,23 @@ TEST_F(Faults, StrangersAtTheMetricsPortCostNothing) {
                 "nothing: they are refused", -1, daemon->losses(), 0});
 }
 
+TEST_F(Faults, StrangersAtTheControlSocketCostNothing) {
+  control = "ipc://" + folder.path("control");
+  start();
+  daemon->start_counting();
+  for (int i = 0; i < 40; ++i) {
+    test::ControlPeer stranger(control);
+    stranger.send({test::noise_text(60'000)});
+    stranger.send(std::vector<std::string>(20, "{}"));
+    ASSERT_TRUE(daemon->await_good_frame());
+  }
+  EXPECT_EQ(daemon->bad_frames, 0U);
+  EXPECT_EQ(daemon->lost_tags, 0U);
+  EXPECT_EQ(test::run_program({"ctl", "--endpoint", control, "status"}).exit_code, 0);
+  test::record({"40 strangers at the control socket: garbage, messages of 20 parts",
+                "nothing: each is told what is wrong", -1, daemon->losses(), 0});
+}
+
 TEST_F(Faults, AnEncoderThatSpeaksGarbageCostsItsReferenceAlone) {
   test::BridgeServer encoder;
   std::jthread speaker([&](const std::stop_token& stop) {
@@ -152,6 +170,24 @@ TEST_F(Faults, AnEncoderThatSpeaksGarbageCostsItsReferenceAlone) {
   EXPECT_THAT(daemon->program->err(), testing::HasSubstr("encoder: "));
   test::record({"the encoder's socket sends garbage", "log: is not FIRST_INDEX,COUNT[,COUNT...]",
                 -1, daemon->losses(), 0});
+}
+
+TEST_F(Faults, AFullDiskForTheRecordingsIsSaidAndFramesGoOn) {
+  const test::SmallDisk disk(16);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  start(R"(,"record":{"folder":")" + disk.path("kept") + "\"}");
+  daemon->start_counting();
+  const auto begin = WatchedDaemon::Clock::now();
+  disk.fill_but(0);
+  ASSERT_TRUE(daemon->await_status("nothing is recorded"));
+  const double said_ms = WatchedDaemon::ms_since(begin);
+  const std::string said = daemon->said;
+  disk.clear();
+  ASSERT_TRUE(daemon->await_status("recording again"));
+  EXPECT_EQ(daemon->bad_frames, 0U);
+  EXPECT_EQ(daemon->lost_tags, 0U);
+  test::record({"disk of the recordings is full", said, said_ms,
+                daemon->losses() + "; what was not recorded is a loss in the next file", 0});
 }
 
 TEST_F(Faults, AFullDiskForTheMetricsIsSaid) {

@@ -47,8 +47,8 @@ class FaultScene : public ::testing::Test {
   void config(const std::string& more) const {
     (void)folder.write(
         "config.json",
-        R"({"schema":"splid.config","v":[1,0],"control":{"endpoint":"off"},"source":{"driver":"bridge","address":")" +
-            bridge.address() +
+        R"({"schema":"splid.config","v":[1,0],"control":{"endpoint":")" + control +
+            R"("},"source":{"driver":"bridge","address":")" + bridge.address() +
             R"("},"channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
             R"("pipeline":{"ring_capacity_tags":524288},"pattern":{"file":")" +
             pattern_file + R"("},"publish":{"endpoint":"tcp://127.0.0.1:*"})" + more + "}");
@@ -71,6 +71,7 @@ class FaultScene : public ::testing::Test {
   FaultyBridge bridge{
       folder.path("bridge"),
       SceneRecords(pattern_from_json(file_text(pattern_file), pattern_file), scene_options())};
+  std::string control = "off";  // its endpoint
   std::unique_ptr<WatchedDaemon> daemon;
 };
 

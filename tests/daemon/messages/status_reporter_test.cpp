@@ -100,18 +100,22 @@ TEST_F(StatusReports, SayThatNothingIsRecorded) {
   StreamHealth health{1, clock.steady_ns(), 0, ""};
   reporter.frame_published(frame(FrameStatus::ok));
   health.recording_fault = "nothing is recorded: the disk is full";
+  health.notices = {"recording: " + health.recording_fault};
   reporter.tick(health);
+  health.notices.clear();
   health.sync_fault = "the syncs come at another period";
   reporter.frame_published(frame(FrameStatus::no_sync));
   reporter.tick(health);
   health.recording_fault.clear();
   reporter.frame_published(frame(FrameStatus::ok));
   reporter.tick(health);
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""),
-                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("disk is full")),
-                                   AllOf(HasSubstr("another period; "), HasSubstr("disk is full")),
-                                   HasSubstr("\"streaming\"")));
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(HasSubstr("\"starting\""),
+                           AllOf(HasSubstr("\"degraded\""),
+                                 HasSubstr(R"("reason":"nothing is recorded: the disk is full")")),
+                           AllOf(HasSubstr("another period; "), HasSubstr("disk is full")),
+                           HasSubstr("\"streaming\"")));
 }
 
 TEST_F(StatusReports, SayEachThingThatTheDriverReports) {

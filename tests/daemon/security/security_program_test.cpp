@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/support/metrics_text.hpp"
 #include "tests/support/program.hpp"
 
 // Keys, the daemon that asks for them and the viewer that has some, by the built program.
@@ -35,6 +36,8 @@ bool comes_true(const std::function<bool()>& condition) {
   }
   return true;
 }
+
+constexpr const char* refused = "splid_connections_refused_total";
 
 class SecurityProgram : public testing::Test {
  protected:
@@ -64,8 +67,10 @@ class SecurityProgram : public testing::Test {
             publish + R"(,"security":)" + security + "}");
   }
   std::string secured() const {
-    return config(R"({"endpoint":"tcp://*:*","local_endpoint":"tcp://127.0.0.1:*"})",
-                  R"({"server_key":"server.key_secret","allow_list":"allowed"})");
+    return config(
+        R"({"endpoint":"tcp://*:*","local_endpoint":"tcp://127.0.0.1:*"})",
+        R"({"server_key":"server.key_secret","allow_list":"allowed"},"metrics":{"file":")" +
+            folder.path("splid.prom") + "\"}");
   }
 
   // Where the program says that it publishes, seen from this machine.
@@ -141,6 +146,11 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   EXPECT_THAT(listen_in_vain(endpoint, "", "").err, HasSubstr("give --key and --server-key"));
   EXPECT_THAT(listen_in_vain(local, "viewer.key_secret", server).err, HasSubstr("no CURVE"));
   EXPECT_EQ(run_program({"listen", "--key", server}).exit_code, 2);
+  EXPECT_TRUE(comes_true([this] {
+    const std::string prometheus = file_text(folder.path("splid.prom"));
+    return prometheus.find(refused) != prometheus.npos &&
+           test::MetricsText(prometheus)(refused) >= 3;
+  }));
 
   daemon.signal(SIGTERM);
   const ProgramResult ended = daemon.wait();
