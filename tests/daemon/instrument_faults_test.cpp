@@ -174,7 +174,9 @@ std::vector<Fault> light_and_sync_faults() {
            for (const Tags16Record& record : records) {
              made.push_back(record);
              if (record.channel != sync_input) continue;
-             made.push_back({record.time_ps + 20'000, sync_input, 0, 0});
+             const std::int64_t again_ps = record.time_ps + 20'000;
+             // Later ones may be past the block's end.
+             if (again_ps < records.back().time_ps) made.push_back({again_ps, sync_input, 0, 0});
            }
            std::ranges::stable_sort(made, {}, &Tags16Record::time_ps);
            records = made;
