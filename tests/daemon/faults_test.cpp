@@ -42,6 +42,23 @@ class Faults : public test::FaultScene {
     EXPECT_EQ(daemon->bad_frames, 0U);
     EXPECT_EQ(daemon->lost_tags, 0U);
   }
+
+  // Of a disk for the metrics or the recordings: what the status says when it is full, and after.
+  void fill_and_clear(const test::SmallDisk& disk, const std::string& words,
+                      const std::string& full, const std::string& well) {
+    daemon->start_counting();
+    const auto begin = WatchedDaemon::Clock::now();
+    disk.fill_but(0);
+    ASSERT_TRUE(daemon->await_status(full));
+    const double said_ms = WatchedDaemon::ms_since(begin);
+    const std::string said = daemon->said;
+    EXPECT_EQ(said.find(full), said.rfind(full)) << "said twice: " << said;
+    disk.clear();
+    ASSERT_TRUE(daemon->await_status(well));
+    EXPECT_EQ(daemon->bad_frames, 0U);
+    EXPECT_EQ(daemon->lost_tags, 0U);
+    test::record({"disk of " + words, said, said_ms, daemon->losses(), 0});
+  }
 };
 
 // What comes is no block at all, for as long as it takes.
@@ -176,35 +193,14 @@ TEST_F(Faults, AFullDiskForTheRecordingsIsSaidAndFramesGoOn) {
   const test::SmallDisk disk(16);
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   start(R"(,"record":{"folder":")" + disk.path("kept") + "\"}");
-  daemon->start_counting();
-  const auto begin = WatchedDaemon::Clock::now();
-  disk.fill_but(0);
-  ASSERT_TRUE(daemon->await_status("nothing is recorded"));
-  const double said_ms = WatchedDaemon::ms_since(begin);
-  const std::string said = daemon->said;
-  disk.clear();
-  ASSERT_TRUE(daemon->await_status("recording again"));
-  EXPECT_EQ(daemon->bad_frames, 0U);
-  EXPECT_EQ(daemon->lost_tags, 0U);
-  test::record({"disk of the recordings is full", said, said_ms,
-                daemon->losses() + "; what was not recorded is a loss in the next file", 0});
+  fill_and_clear(disk, "the recordings is full", "nothing is recorded", "recording again");
 }
 
 TEST_F(Faults, AFullDiskForTheMetricsIsSaid) {
   const test::SmallDisk disk(1);
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   start(R"(,"metrics":{"file":")" + disk.path("splid.prom") + "\"}");
-  daemon->start_counting();
-  const auto begin = WatchedDaemon::Clock::now();
-  disk.fill_but(0);
-  ASSERT_TRUE(daemon->await_status("cannot be written"));
-  const double said_ms = WatchedDaemon::ms_since(begin);
-  const std::string said = daemon->said;
-  disk.clear();
-  ASSERT_TRUE(daemon->await_status("is written again"));
-  EXPECT_EQ(daemon->bad_frames, 0U);
-  EXPECT_EQ(daemon->lost_tags, 0U);
-  test::record({"disk of the metrics' file is full", said, said_ms, daemon->losses(), 0});
+  fill_and_clear(disk, "the metrics' file is full", "cannot be written", "is written again");
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <utility>
@@ -207,6 +209,18 @@ INSTANTIATE_TEST_SUITE_P(ToldLoss, InstrumentFault, ::testing::ValuesIn(told_los
 INSTANTIATE_TEST_SUITE_P(Clock, InstrumentFault, ::testing::ValuesIn(clock_faults()), name_of);
 INSTANTIATE_TEST_SUITE_P(LightAndSyncs, InstrumentFault,
                          ::testing::ValuesIn(light_and_sync_faults()), name_of);
+
+using UtcOfFrames = test::FaultScene;
+
+TEST_F(UtcOfFrames, IsRightAgainAfterTheClockJumpedByDays) {
+  start();
+  bridge.sender.step(340'000 * second_ps);
+  ASSERT_TRUE(daemon->await_frame([](const FrameMessage& frame) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return frame.start_ps > 339'000 * second_ps &&
+           std::abs(std::chrono::duration<double>(now).count() - frame.timestamp_s) < 2;
+  }));
+}
 
 }  // namespace
 }  // namespace splid
