@@ -31,6 +31,7 @@ struct Estimate {
   double std_background_per_ns = 0;
   double significance_nats = 0;  // log-likelihood gained over no target
   double threshold_nats = 0;     // what false_alarm_rate asks of it
+  double range_odds_nats = 0;    // of the range against all others; see RangeOdds
   // Relative rms deviation of the pulses' light from the pattern's amplitudes, where it is surely
   // there; see AmplitudeCheck.
   std::optional<double> amplitude_misfit;

@@ -10,6 +10,7 @@
 #include "estimator/paper/paper_method.hpp"
 #include "estimator/pulse_shape.hpp"
 #include "estimator/pulse_train.hpp"
+#include "estimator/range_odds.hpp"
 #include "estimator/significance.hpp"
 #include "estimator/target_search.hpp"
 #include "estimator/units.hpp"
@@ -38,6 +39,11 @@ double drift_of(double velocity_mps, double length_ns) {
 // one, or one that speeds up, loses, and is above what a shoulder of an interleaved comb has.
 constexpr double least_followed_gain = 0.5;
 constexpr int most_followed = 20;
+
+// Design note: a look at all delays is as much work as all else that a followed frame costs. The
+// odds of its range grow as its gain does, by what the last searched frame had a nat. If they are
+// far above those of a risk of 1e-8 that will do; if not, the look is taken.
+constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 
 }  // namespace
@@ -50,6 +56,7 @@ struct FrameEstimator::Workspace {
   SceneOptions scene;
   double max_drift_ns;  // over a frame of nominal length
   double threshold_nats;
+  double least_odds_nats;  // of a range that is taken to be known
   FoldedFrame frame;
   TargetSearch search;
   AmplitudeCheck amplitudes;
@@ -65,10 +72,15 @@ struct FrameEstimator::Workspace {
         max_drift_ns(moving() ? drift_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(
             {train.circle_ns, drift_looked_at_ns(), shape->width_ns()}, options.false_alarm_rate)),
+        least_odds_nats(odds_at_risk_nats(options.range_risk)),
         frame(train, max_photons,
               max_drift_ns / 2 + std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()))),
         search(train, *shape,
-               {frame_length_ms * 1e6, max_drift_ns, threshold_nats, options.effort,
+               {frame_length_ms * 1e6,
+                max_drift_ns,
+                threshold_nats,
+                {told_apart_ns(), max_drift_ns, shape->width_ns()},
+                options.effort,
                 mode != Mode::ambiguous},
                max_photons),
         amplitudes(train, *shape) {
@@ -81,6 +93,11 @@ struct FrameEstimator::Workspace {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
   }
 
+  // What delays are told apart modulo.
+  [[nodiscard]] double told_apart_ns() const {
+    return mode == Mode::ambiguous ? unambiguous_ns : train.circle_ns;
+  }
+
   // Fits are not held to the speeds that the search starts from: where a frame is so short that
   // these are within a few pulse widths, much of what is looked through lies beyond.
   [[nodiscard]] double drift_looked_at_ns() const {
@@ -89,6 +106,7 @@ struct FrameEstimator::Workspace {
 
   std::optional<Fit> find(const FrameView& view, Track* track, Effort most);
   std::optional<Fit> follow(const Track& track, std::int64_t mid_ps);
+  [[nodiscard]] double range_odds_nats(const Fit& fit, const Track* track) const;
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   bool moves_after_all(const Fit& still_fit);
@@ -115,17 +133,26 @@ std::optional<Fit> FrameEstimator::Workspace::follow(const Track& track, std::in
   }
   const double beta = track.velocity_mps / speed_of_light_mps;
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
-  const Fit fit = search.find_near(
+  Fit fit = search.find_near(
       frame, {delay_ns / frame.scale / (1 + beta), drift_of(track.velocity_mps, frame.length_ns)});
   const double least =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, threshold_nats + 6);
   if (fit.gain_nats < least || !fit.has_covariance) return std::nullopt;
+  if (track.odds_per_nat * fit.gain_nats < sure_odds_nats) fit = search.look_beside(frame, fit);
   return fit;
+}
+
+double FrameEstimator::Workspace::range_odds_nats(const Fit& fit, const Track* track) const {
+  const double odds = search.range_odds_nats(fit);
+  if (track == nullptr || track->followed == 0) return odds;
+  const double expected = track->odds_per_nat * fit.gain_nats;
+  return expected < sure_odds_nats ? odds : std::min(odds, expected);
 }
 
 // What [P]'s method gives is judged as the search's own finds are: the same likelihood, the same
 // deviations, the same threshold.
 std::optional<Fit> FrameEstimator::Workspace::find_as_paper(const FrameView& view) {
+  search.find(frame);  // what else there is, for the odds
   const PaperResult found = paper->estimate(view);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
@@ -157,7 +184,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double g = p.line.drift_ns / frame.length_ns;
   const double beta = g / (2 - g);
   // tau = D (1 + beta); the clock of the pattern becomes the tagger's by `scale`.
-  const double circle_ns = (mode == Mode::ambiguous ? unambiguous_ns : train.circle_ns);
+  const double circle_ns = told_apart_ns();
   const auto wrap = [](double delay, double circle) {
     const double turned = delay - circle * std::floor(delay / circle);
     return turned < circle ? turned : 0.0;
@@ -193,11 +220,14 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
 
 void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& estimate,
                                          Track& track) const {
-  track.valid = true;
+  // What may be a wrong range is not followed: the next frame is searched whole.
+  track.valid = estimate.range_odds_nats >= least_odds_nats;
   track.mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   track.delay_ns = estimate.delay_ns;
   track.velocity_mps = estimate.velocity_mps;
-  if (track.followed == 0) track.nats_per_ns = estimate.significance_nats / frame.seen_ns;
+  if (track.followed > 0) return;
+  track.nats_per_ns = estimate.significance_nats / frame.seen_ns;
+  track.odds_per_nat = estimate.range_odds_nats / estimate.significance_nats;
 }
 
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
@@ -233,6 +263,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort mo
   if (!fit) return estimate;
   estimate.significance_nats = fit->gain_nats;
   if (fit->gain_nats < w.threshold_nats || !fit->has_covariance) return estimate;
+  estimate.range_odds_nats = w.range_odds_nats(*fit, track);
   if (w.moving() && w.scene.motion == Motion::automatic) {
     fit = w.drop_motion_unless_seen(*fit);
     if (!fit->has_covariance) return estimate;
@@ -240,7 +271,9 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort mo
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
   w.fill(estimate, *fit, view.sync);
   estimate.amplitude_misfit = w.amplitudes.misfit(w.frame, fit->parameters);
-  estimate.status = w.mode == Mode::ambiguous ? FrameStatus::ambiguous : FrameStatus::ok;
+  const bool is_sure = estimate.range_odds_nats >= w.least_odds_nats;
+  estimate.status =
+      w.mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) w.remember(view, estimate, *track);
   return estimate;
 }

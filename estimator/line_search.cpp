@@ -70,6 +70,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
   memory_.resize(3 * buffer_cells_);
   block_.resize(2 * block_cells_);
   best_.reserve(max_cells + 1);
+  delays_.reserve(max_delays + 1);
 }
 
 template <class Count>
@@ -198,14 +199,36 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   if (best_.size() > max_cells) best_.pop_back();
 }
 
-SearchCell LineSearch::best_delay(const FoldedFrame& frame, double drift_ns,
-                                  const SearchGrid& grid) {
+std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double drift_ns,
+                                                   const SearchGrid& grid) {
   auto* row = buffer<std::uint32_t>(0);
   rows_.load(frame, drift_ns, 1);
   rows_.fill(grid, row, buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
-  const auto* most = std::max_element(row, row + grid.bins);
-  const double delay_ns = (static_cast<double>(most - row) + 0.5) * grid.bin_ns;
-  return {{delay_ns, drift_ns}, *most};
+  delays_.clear();
+  std::uint32_t least = 0;
+  for (std::uint32_t bin = 0; bin < grid.bins; ++bin) {
+    if (row[bin] <= least) continue;
+    const std::uint32_t before = row[bin == 0 ? grid.bins - 1 : bin - 1];
+    const std::uint32_t after = row[bin + 1 == grid.bins ? 0 : bin + 1];
+    keep_delay({(bin + 0.5) * grid.bin_ns, row[bin], row[bin] + std::max(before, after)}, grid);
+    if (delays_.size() == max_delays) least = delays_.back().count;
+  }
+  return delays_;
+}
+
+void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
+  const auto same_pulse = [&](const DelayCell& other) {
+    const double apart = std::abs(cell.delay_ns - other.delay_ns);
+    return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;
+  };
+  for (const DelayCell& other : delays_) {
+    if (other.count >= cell.count && same_pulse(other)) return;
+  }
+  std::erase_if(delays_, same_pulse);
+  const auto place = std::find_if(delays_.begin(), delays_.end(),
+                                  [&](const DelayCell& other) { return other.count < cell.count; });
+  delays_.insert(place, cell);
+  if (delays_.size() > max_delays) delays_.pop_back();
 }
 
 }  // namespace splid

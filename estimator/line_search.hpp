@@ -17,18 +17,25 @@ struct SearchCell {
   std::uint32_t count = 0;
 };
 
+// A delay of a known drift: photons in its bin, and with those in the fuller of its two neighbours.
+struct DelayCell {
+  double delay_ns = 0;
+  std::uint32_t count = 0;
+  std::uint32_t with_neighbour = 0;
+};
+
 // Searches all delays and all drifts up to a limit at once: the frame is cut into slices so short
 // that the fastest target moves one bin in each, every slice's photons are correlated with the
 // pulse train, and a Taylor tree adds the slices along all straight lines, log2(slices) passes of
 // plain additions (Taylor 1974, for pulsar de-dispersion).
 //
 // Cost: CombRows' and 2 bins * slices * log2(slices) additions. Threads: one an object. No
-// allocation in run() and best_delay().
+// allocation in run() and best_delays().
 class LineSearch {
  public:
   static constexpr std::size_t max_cells = 16;
 
-  // grids: all that run() and best_delay() will be given.
+  // grids: all that run() and best_delays() will be given.
   LineSearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
              VectorLevel level = best_vector_level());
 
@@ -37,9 +44,12 @@ class LineSearch {
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
                                   double max_drift_ns);
 
-  // The best delay for a known drift, in a grid of one slice: a look at all delays at once, for
-  // patterns whose combs partly fit themselves at other delays (interleaved ones fit by half).
-  SearchCell best_delay(const FoldedFrame& frame, double drift_ns, const SearchGrid& grid);
+  static constexpr std::size_t max_delays = 4;
+  // The best delays for a known drift, in a grid of one slice: a look at all delays at once, for
+  // patterns whose combs partly fit themselves at other delays (interleaved ones fit by half). Most
+  // photons first, at least four bins apart. Valid until the next call.
+  std::span<const DelayCell> best_delays(const FoldedFrame& frame, double drift_ns,
+                                         const SearchGrid& grid);
 
  private:
   template <class Count>
@@ -51,6 +61,7 @@ class LineSearch {
   void keep_best(const Count* row, std::size_t count, const SearchGrid& grid, std::size_t first_bin,
                  int drift_bins);
   void keep(const SearchCell& cell, double bin_ns);
+  void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>
   Count* buffer(std::size_t which);
 
@@ -62,6 +73,7 @@ class LineSearch {
   std::vector<std::uint32_t> block_;   // two buffers of a block's lines
   std::size_t block_cells_ = 0;
   std::vector<SearchCell> best_;
+  std::vector<DelayCell> delays_;
 };
 
 }  // namespace splid

@@ -36,6 +36,9 @@ void EstimatorOptions::describe(OptionVisitor& visitor) {
                "it is not there, and every 20th frame");
   visitor.number("false_alarm_rate", false_alarm_rate, {1e-12, 0.5},
                  "fraction of frames without a target that may claim one");
+  visitor.number("range_risk", range_risk, {1e-12, 0.5},
+                 "a frame whose range is wrong with a greater chance than this has status "
+                 "ambiguous");
 }
 
 void PulseOptions::describe(OptionVisitor& visitor) {

@@ -29,6 +29,7 @@ struct EstimatorOptions {
   Effort effort = Effort::balanced;
   bool tracked = false;            // a frame first looks where the one before found its target
   double false_alarm_rate = 1e-3;  // frames without a target that claim one
+  double range_risk = 1e-3;        // chance of a wrong range above which a frame is ambiguous
   void describe(OptionVisitor& visitor);
 };
 

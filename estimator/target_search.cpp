@@ -25,6 +25,9 @@ constexpr double settled_margin_nats = 6;
 // two thirds of it at most; in weaker frames every cell is tried.
 constexpr double shoulder_margin_nats = 60;
 
+// A peak so far below the best one that it does not count against it: the odds at a risk of 5e-5.
+constexpr double rival_margin_nats = 10;
+
 // Design note: of a million photons 65,536 are searched in 3 ms instead of 20. A target that is
 // 30 nats above the threshold in them is no chance, nor taken for a shoulder of its own.
 constexpr std::size_t sampled_photons = 65536;
@@ -83,7 +86,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       search_(train, max_photons, grids()),
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
-      refinement_(shape, train, max_photons) {
+      refinement_(shape, train, max_photons),
+      odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
 }
 
@@ -121,6 +125,8 @@ bool TargetSearch::has_shoulders() const {
 }
 
 std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
+  odds_.clear();
+  sample_odds_nats_.reset();
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
@@ -132,7 +138,8 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   sample_.take_every(frame.size() / sampled_photons, frame);
   const std::optional<Fit> found = find_at_level(sample_, levels_.front());
   if (!found || found->gain_nats < threshold_nats_ + sample_margin_nats) return std::nullopt;
-  return refinement_.climb(frame, Exposure(frame, train_), found->parameters.line, moving_);
+  sample_odds_nats_ = odds_.of(*found);
+  return climb(frame, Exposure(frame, train_), found->parameters.line);
 }
 
 std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most) {
@@ -149,33 +156,35 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   const Exposure exposure(photons, train_);
   const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Fit> best;
-  const auto climb = [&](const Spot& spot) {
-    if (best && (most_gain_nats(spot) < std::max(best->gain_nats, threshold_nats_) ||
+  const auto climb_from = [&](const Spot& spot) {
+    if (best && (most_gain_nats(spot.box_gain_nats) <
+                     std::max(best->gain_nats, threshold_nats_) - rival_margin_nats ||
                  is_shoulder(spot.line, level.grid, *best))) {
       return;
     }
-    const Fit fit = refinement_.climb(photons, exposure, spot.line, moving_);
+    const Fit fit = climb(photons, exposure, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
   const auto cells = search_.run(photons, level.grid, limit_ns);
   for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
-    if (best && (best->gain_nats > best_possible_gain(photons, cell, level.grid, exposure) ||
+    if (best && (best->gain_nats - rival_margin_nats >
+                     best_possible_gain(photons, cell, level.grid, exposure) ||
                  is_shoulder(cell.line, level.grid, *best))) {
       continue;
     }
     const ZoomResult zoomed = zoom_into(photons, level, cell.line);
-    const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed)};
+    const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed.count, zoomed.box_ns)};
     // What is surely a target settles the other cells.
     if (spot.box_gain_nats > threshold_nats_ + settled_margin_nats) {
-      climb(spot);
+      climb_from(spot);
     } else {
       spots_.push_back(spot);
     }
   }
   std::sort(spots_.begin(), spots_.end(),
             [](const Spot& a, const Spot& b) { return a.box_gain_nats > b.box_gain_nats; });
-  for (const Spot& spot : spots_) climb(spot);
+  for (const Spot& spot : spots_) climb_from(spot);
   if (best && has_shoulders() && best->gain_nats > threshold_nats_) {
     recheck_delay(photons, level, exposure, *best);
   }
@@ -193,34 +202,50 @@ ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& leve
 
 // Log-likelihood ratio of a box that counts n photons where the background has m: what a pulse that
 // fills it evenly gains.
-double TargetSearch::box_gain_nats(const FoldedFrame& photons, const ZoomResult& spot) const {
+double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
+                                   double box_ns) const {
   const double all = static_cast<double>(photons.size());
-  const double expected = all * train_.pulses_per_ns * spot.box_ns;
-  const double n = spot.count;
+  const double expected = all * train_.pulses_per_ns * box_ns;
+  const double n = count;
   return n > expected ? n * std::log(n / expected) - (n - expected) : 0.0;
 }
 
 // Design note: a box of four widths gains 0.75 to 0.9 of what the pulse itself does; a fit that
 // gains half as much again and six nats more has not been seen in 10,000 frames.
-double TargetSearch::most_gain_nats(const Spot& spot) { return 1.5 * spot.box_gain_nats + 6; }
+double TargetSearch::most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
+
+Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line) {
+  const Fit fit = refinement_.climb(photons, exposure, line, moving_);
+  odds_.add(fit);
+  return fit;
+}
 
 Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                            DelayLine line) {
-  return refinement_.climb(photons, exposure, zoom_into(photons, level, line).line, moving_);
+  return climb(photons, exposure, zoom_into(photons, level, line).line);
 }
 
 // A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
 // even one by all of them and not quite. Where the best cell was such a shoulder, the peak has the
-// same drift; a near copy's own copies may be better again.
+// same drift; a near copy's own copies may be better again. What is no better counts against the
+// best one's range.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best) {
   constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
-  const DelayLine most = search_.best_delay(photons, found.drift_ns, recheck_).line;
-  const double apart =
-      std::remainder(most.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
-  if (std::abs(apart) > 3 * recheck_.bin_ns) {
-    try_delay(photons, level, exposure, apart, found, best);
+  bool is_first = true;
+  for (const DelayCell& cell : search_.best_delays(photons, found.drift_ns, recheck_)) {
+    const double apart =
+        std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
+    const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
+    if (std::abs(apart) <= 3 * recheck_.bin_ns) {
+      // The best one itself.
+    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_margin_nats) {
+      try_delay(photons, level, exposure, apart, found, best);
+    } else {
+      odds_.add({found.delay_ns + apart, found.drift_ns}, gain);
+    }
+    is_first = false;
   }
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
@@ -269,8 +294,21 @@ Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
 }
 
 Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
+  odds_.clear();
+  sample_odds_nats_.reset();
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), Exposure(frame, train_), line);
+}
+
+Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
+  Fit best = fit;
+  if (has_shoulders()) recheck_delay(frame, levels_.front(), Exposure(frame, train_), best);
+  return best;
+}
+
+double TargetSearch::range_odds_nats(const Fit& fit) const {
+  const double of_all = odds_.of(fit);
+  return sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
 }
 
 }  // namespace splid

@@ -10,6 +10,7 @@
 #include "estimator/options.hpp"
 #include "estimator/pulse_shape.hpp"
 #include "estimator/pulse_train.hpp"
+#include "estimator/range_odds.hpp"
 #include "estimator/refinement.hpp"
 #include "estimator/zoom.hpp"
 
@@ -20,6 +21,7 @@ struct SearchScope {
   double frame_length_ns = 0;  // nominal
   double max_drift_ns = 0;     // largest |g t_a| over such a frame; 0: the target is at rest
   double threshold_nats = 0;   // gain over no target that is significant
+  SearchVolume volume;         // delays told apart and drifts possible, for the odds
   Effort effort = Effort::balanced;
   bool near_copies = true;  // a comb that nearly fits itself at another delay is to be told apart
 };
@@ -39,14 +41,20 @@ class TargetSearch {
 
   // The best maximum found; empty where no cell held a photon. most: no level beyond this effort.
   std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
-  // The maximum within a coarse search cell of a line.
+  // The maximum within a coarse search cell of a line, and nothing else.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
+  // What find_near() left out: the best of a fit and of all delays that its comb can be taken for.
+  Fit look_beside(const FoldedFrame& frame, const Fit& fit);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
   // The maximum near a line for a target that may move.
   Fit fit_moving(const FoldedFrame& frame, DelayLine line);
   // What the likelihood says of a target found otherwise.
   Fit judge(const FoldedFrame& frame, const FrameParameters& at);
+  // How sure a fit's range is (see RangeOdds), given what the last find(), or find_near() and
+  // look_beside(), came by.
+  // Of a sampled frame those of the sample.
+  [[nodiscard]] double range_odds_nats(const Fit& fit) const;
 
  private:
   // One way of looking: its grid, and the windows that a zoom into one of its cells needs.
@@ -74,9 +82,11 @@ class TargetSearch {
                      Fit& best);
   void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
+  Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line);
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
-  [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, const ZoomResult& spot) const;
-  [[nodiscard]] static double most_gain_nats(const Spot& spot);
+  [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
+                                     double box_ns) const;
+  [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
   [[nodiscard]] bool is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const;
@@ -95,6 +105,8 @@ class TargetSearch {
   Zoom zoom_;
   Refinement refinement_;
   std::vector<Spot> spots_;
+  RangeOdds odds_;
+  std::optional<double> sample_odds_nats_;  // of the last find(), where the sample settled it
 };
 
 }  // namespace splid

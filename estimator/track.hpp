@@ -12,8 +12,9 @@ struct Track {
   std::int64_t mid_ps = 0;  // of the frame, tagger's clock
   double delay_ns = 0;      // round trip at mid_ps
   double velocity_mps = 0;
-  double nats_per_ns = 0;  // log-likelihood gained by the frame of the last search, per time seen
-  int followed = 0;        // frames since that search
+  double nats_per_ns = 0;   // log-likelihood gained by the frame of the last search, per time seen
+  double odds_per_nat = 0;  // of that frame's range, over the same
+  int followed = 0;         // frames since that search
 };
 
 }  // namespace splid

@@ -35,6 +35,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("sbr", message.sbr)
       .number("delay_ns", message.delay_ns)
       .number("significance", message.significance)
+      .number("range_odds_nats", message.range_odds_nats)
       .number("amplitude_misfit", message.amplitude_misfit);
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
@@ -152,6 +153,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.sbr = members.number("sbr");
   message.delay_ns = members.number("delay_ns");
   message.significance = members.number("significance");
+  message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");

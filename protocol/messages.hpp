@@ -13,7 +13,7 @@ enum class FrameStatus {
   not_run,     // never published
   ok,          // all values hold
   no_target,   // significance below what the false-alarm rate asks for
-  ambiguous,   // as ok, but the mode cannot tell which range
+  ambiguous,   // as ok, but the mode, or the photons of this frame, cannot tell which range
   incomplete,  // less than frame.min_seen_fraction of the frame was seen
   no_sync,     // too few pattern syncs to place the pattern in time
   saturated,   // so many photons that the detector's dead time would bias the values
@@ -41,6 +41,7 @@ struct FrameMessage {
   std::optional<double> sbr;               // signal counts over background counts
   std::optional<double> delay_ns;          // round trip at the frame's start
   std::optional<double> significance;      // nats gained over no target
+  std::optional<double> range_odds_nats;   // of the range against all others, log of the odds
   std::optional<double> amplitude_misfit;  // rms deviation of the pulses' light from the pattern's
                                            // amplitudes, relative, where it is surely there
 

@@ -66,6 +66,9 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
                      column("%8.4g", frame.background_per_s, 1, 8) + " " +
                      format("%8s", frame.photons ? std::to_string(*frame.photons).c_str() : "-") +
                      "  " + to_string(frame.status);
+  if (frame.status == FrameStatus::ambiguous && frame.mode != Mode::ambiguous) {
+    line += "  range odds" + column("%+6.1f nats", frame.range_odds_nats, 1, 0);
+  }
   if (error) {
     line += format("  error %+8.3f mm %+8.3f cm/s%s", error->distance_m * 1e3,
                    error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");

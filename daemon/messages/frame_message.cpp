@@ -48,6 +48,7 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
+  message.range_odds_nats = estimate.range_odds_nats;
   if (message.background_per_period && *message.background_per_period > 0) {
     message.sbr = *message.signal_per_period / *message.background_per_period;
   }

@@ -67,6 +67,8 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   status_.lost_tags += message.lost_tags.value_or(0);
   last_frame_ = message.status;
   frames_this_second_ += message.valid() ? 1 : 0;
+  const bool by_mode = message.mode == Mode::ambiguous;
+  unsure_this_second_ += message.status == FrameStatus::ambiguous && !by_mode ? 1 : 0;
   if (message.amplitude_misfit) {
     ++misfits_this_second_;
     amplitude_misfit_ = *message.amplitude_misfit;
@@ -87,7 +89,7 @@ void StatusReporter::tick(const StreamHealth& health) {
     judge(health);
     publish(health);
   }
-  if (clock_.steady_ns() >= next_ns_) judge_amplitudes();
+  if (clock_.steady_ns() >= next_ns_) judge_second();
   const DaemonState state = status_.state;
   const std::string reason = status_.reason;
   judge(health);
@@ -139,13 +141,21 @@ void StatusReporter::judge_device(const StreamHealth& health) {
 }
 
 // In half of a second's frames: chance shows one in a million a frame.
-void StatusReporter::judge_amplitudes() {
-  amplitude_reason_.clear();
+void StatusReporter::judge_second() {
+  frames_reason_.clear();
   if (misfits_this_second_ > 0 && 2 * misfits_this_second_ >= frames_this_second_) {
-    amplitude_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
-                        " % (rms) off the pattern's amplitudes: calibrate the pattern";
+    frames_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
+                     " % (rms) off the pattern's amplitudes: calibrate the pattern";
   }
-  frames_this_second_ = misfits_this_second_ = 0;
+  if (unsure_this_second_ > 0 && 2 * unsure_this_second_ >= frames_this_second_) {
+    frames_reason_ += (frames_reason_.empty() ? "" : "; ") +
+                      format(
+                          "%d of the last %d frames are ambiguous: their photons fit another "
+                          "range nearly as well (range_odds_nats); more light, longer frames or "
+                          "a pattern that fits itself less tell them apart",
+                          unsure_this_second_, frames_this_second_);
+  }
+  frames_this_second_ = misfits_this_second_ = unsure_this_second_ = 0;
 }
 
 void StatusReporter::judge_stream(const StreamHealth& health) {
@@ -167,7 +177,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
                      last_effort_ + " until it keeps up";
   } else {
     status_.state = DaemonState::streaming;
-    status_.reason = amplitude_reason_;
+    status_.reason = frames_reason_;
   }
 }
 

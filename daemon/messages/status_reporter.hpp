@@ -62,7 +62,7 @@ class StatusReporter {
   void judge(const StreamHealth& health);
   void add_reason(const std::string& sentence);
   void judge_device(const StreamHealth& health);
-  void judge_amplitudes();
+  void judge_second();
   void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -77,10 +77,11 @@ class StatusReporter {
   FrameStatus last_frame_ = FrameStatus::not_run;
   std::string configured_effort_;
   std::string last_effort_;
-  int frames_this_second_ = 0;    // with a target
-  int misfits_this_second_ = 0;   // of these, with other amplitudes than the pattern's
-  double amplitude_misfit_ = 0;   // of the last such
-  std::string amplitude_reason_;  // of the second before
+  int frames_this_second_ = 0;   // with a target
+  int misfits_this_second_ = 0;  // of these, with other amplitudes than the pattern's
+  double amplitude_misfit_ = 0;  // of the last such
+  int unsure_this_second_ = 0;   // of these, ambiguous by their photons and not by the mode
+  std::string frames_reason_;    // of the second before
   double last_frame_s_ = 0;
   double silence_limit_ns_;
   std::int64_t started_ns_ = 0;

@@ -96,7 +96,8 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
     LineSearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
     const auto expected = generic.run(folded.frame, grid, 2);
     const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
-    const SearchCell delay = generic.best_delay(folded.frame, 0.4, row);
+    const auto delays = generic.best_delays(folded.frame, 0.4, row);
+    ASSERT_EQ(delays.size(), LineSearch::max_delays);
     for (const VectorLevel level : runnable_vector_levels()) {
       LineSearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
       const auto cells = search.run(folded.frame, grid, 2);
@@ -106,7 +107,13 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
         EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
         EXPECT_EQ(cells[k].line.drift_ns, expected[k].line.drift_ns);
       }
-      EXPECT_EQ(search.best_delay(folded.frame, 0.4, row).count, delay.count);
+      const auto same = search.best_delays(folded.frame, 0.4, row);
+      ASSERT_EQ(same.size(), delays.size());
+      for (std::size_t k = 0; k < same.size(); ++k) {
+        EXPECT_EQ(same[k].delay_ns, delays[k].delay_ns);
+        EXPECT_EQ(same[k].count, delays[k].count);
+        EXPECT_EQ(same[k].with_neighbour, delays[k].with_neighbour);
+      }
     }
   }
 }

@@ -36,6 +36,7 @@ class FrameMessages : public testing::Test {
     estimate.std_velocity_mps = 0.04;
     estimate.std_background_per_ns = 1e-6;
     estimate.significance_nats = 900;
+    estimate.range_odds_nats = 450;
   }
 
   [[nodiscard]] FrameMessage make() const {
@@ -119,6 +120,7 @@ TEST_F(FrameMessages, WithoutTargetSayNothingOfIt) {
   EXPECT_FALSE(message.signal_per_pulse.has_value());
   EXPECT_TRUE(message.background_per_s.has_value());
   EXPECT_EQ(message.significance, 900);
+  EXPECT_FALSE(message.range_odds_nats.has_value());
 }
 
 TEST_F(FrameMessages, OfNoBackgroundHaveNoRatio) {

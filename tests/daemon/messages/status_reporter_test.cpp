@@ -175,6 +175,27 @@ TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
+  FrameMessage by_mode = frame(FrameStatus::ambiguous);
+  by_mode.mode = Mode::ambiguous;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // A few frames, then most of them, then all by the pattern's mode, which is meant so.
+      const bool is_ambiguous = second == 0 ? n < 3 : n % 3 != 0;
+      reporter.frame_published(second == 2    ? by_mode
+                               : is_ambiguous ? frame(FrameStatus::ambiguous)
+                                              : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("13 of the last 20"),
+                                         HasSubstr("more light")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
 TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
   FrameMessage lowered = frame(FrameStatus::ok);
   lowered.effort = "fast";
