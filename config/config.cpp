@@ -6,11 +6,13 @@
 #include <system_error>
 #include <utility>
 
+#include "config/endpoint.hpp"
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
 #include "config/sections.hpp"
 #include "protocol/error.hpp"
+#include "protocol/file_kind.hpp"
 #include "protocol/pattern_json.hpp"
 
 namespace splid {
@@ -33,6 +35,28 @@ std::string read_text(const std::string& file, const std::string& asked_by) {
     fail(asked_by + file, "cannot be read: " + std::generic_category().message(errno));
   }
   return std::move(text).str();
+}
+
+void check_kind(const std::string& text, const std::string& file) {
+  constexpr std::string_view blank = " \t\r\n";
+  if (text.find_first_not_of(blank) == std::string::npos) {
+    fail(file, "is empty; a configuration begins {\"schema\":\"splid.config\", and " +
+                   std::string("splid check --schema prints all that may follow"));
+  }
+  const auto kind = kind_of_file(text);
+  if (kind && *kind != config_file_kind) fail(file, misplaced_file(text, file, "a configuration"));
+}
+
+// What is wrong in the pattern file is as wrong at the next start: a mistake of the configuration,
+// whose key is named.
+Pattern read_pattern(const Config& config, const ReadText& read) {
+  const std::string asked_by = config.file + ": /pattern/file: ";
+  const std::string text = read(config.pattern_file, asked_by);
+  try {
+    return pattern_from_json(text, config.pattern_file);
+  } catch (const Error& error) {
+    throw Error(Fault::usage, asked_by + error.what());
+  }
 }
 
 void read_header(OptionReader& reader, const std::string& file) {
@@ -119,6 +143,7 @@ Config load_config(const std::string& file) {
 }
 
 Config config_from_json(const std::string& text, const std::string& file, const ReadText& read) {
+  check_kind(text, file);
   const json document = parse_json_text(text, file);
   Config config;
   config.file = file;
@@ -126,8 +151,11 @@ Config config_from_json(const std::string& text, const std::string& file, const 
   read_header(reader, file);
   describe_sections(config, reader);
   reader.finish();
-  const std::string asked_by = file + ": /pattern/file: ";
-  config.pattern = pattern_from_json(read(config.pattern_file, asked_by), config.pattern_file);
+  for (std::string* endpoint :
+       {&config.publish.endpoint, &config.publish.local_endpoint, &config.control.endpoint}) {
+    *endpoint = numeric_endpoint(*endpoint);
+  }
+  config.pattern = read_pattern(config, read);
   check_all(config);
   return config;
 }

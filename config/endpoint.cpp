@@ -1,5 +1,7 @@
 #include "config/endpoint.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 
 namespace splid {
@@ -35,6 +37,21 @@ bool is_loopback(std::string_view host) {
   return host == "[::1]" || host == "lo" || is_ipv4_loopback(host);
 }
 
+// Linux' own bounds of an interface's name.
+bool is_interface_name(std::string_view host) {
+  constexpr std::size_t most_letters = 15;
+  const auto is_letter = [](unsigned char c) { return std::isgraph(c) != 0 && c != '/'; };
+  return !host.empty() && host.size() <= most_letters &&
+         std::all_of(host.begin(), host.end(), is_letter);
+}
+
+bool is_bindable_host(std::string_view host) {
+  if (host == "*" || host == "localhost" || is_ipv4(host)) return true;
+  if (host.starts_with('[')) return host.ends_with(']') && host.size() > 2;
+  const bool is_number = host.find_first_not_of("0123456789.") == std::string_view::npos;
+  return !is_number && is_interface_name(host);
+}
+
 std::string_view host_of(std::string_view address) { return address.substr(0, address.rfind(':')); }
 
 std::optional<std::string> address_fault(std::string_view address, const char* example) {
@@ -57,7 +74,12 @@ std::optional<std::string> endpoint_fault(std::string_view endpoint) {
   // Linux holds a socket's path in 108 bytes, the NUL included.
   constexpr std::size_t max_ipc_bytes = 107;
   if (endpoint.starts_with(tcp)) {
-    return address_fault(endpoint.substr(tcp.size()), "tcp://127.0.0.1:9872");
+    const std::string_view address = endpoint.substr(tcp.size());
+    if (auto fault = address_fault(address, "tcp://127.0.0.1:9872")) return fault;
+    if (is_bindable_host(host_of(address))) return std::nullopt;
+    return "has \"" + std::string(host_of(address)) +
+           "\" where an address in numbers, the name of an interface or * must stand; names of "
+           "hosts are not looked up";
   }
   if (!endpoint.starts_with(ipc)) return "must begin with tcp:// or ipc://";
   const std::size_t bytes = endpoint.size() - ipc.size();
@@ -66,6 +88,12 @@ std::optional<std::string> endpoint_fault(std::string_view endpoint) {
     return "has a path of " + std::to_string(bytes) + " bytes; a socket's may have 107";
   }
   return std::nullopt;
+}
+
+std::string numeric_endpoint(const std::string& endpoint) {
+  constexpr std::string_view local = "tcp://localhost:";
+  if (!endpoint.starts_with(local)) return endpoint;
+  return "tcp://127.0.0.1:" + endpoint.substr(local.size());
 }
 
 bool is_on_this_machine(std::string_view endpoint) {

@@ -171,7 +171,19 @@ void OptionReader::objects(const char* key, const std::function<void(std::size_t
 
 void OptionReader::require(const char* key) {
   if (object_.contains(key)) return;
-  fail(pointer_to(pointer_, key), "is missing and has no default; add it");
+  // The key may be there with a slip of typing, which finish() would name too late.
+  std::vector<std::string> given;
+  for (const auto& member : object_.items()) given.push_back(member.key());
+  std::vector<const char*> names;
+  for (const std::string& name : given) {
+    const auto is_this = [&](const char* known) { return name == known; };
+    if (std::none_of(known_.begin(), known_.end(), is_this)) names.push_back(name.c_str());
+  }
+  const char* nearest = nearest_name(key, names);
+  fail(pointer_to(pointer_, key),
+       nearest == nullptr ? std::string("is missing and has no default; add it")
+                          : "is missing and has no default; \"" + std::string(nearest) +
+                                "\" is no key that splid knows: did you mean " + key + "?");
 }
 
 const json* OptionReader::take(const char* key) {

@@ -5,16 +5,18 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
-#include <vector>
+#include <string_view>
 
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/word_check.hpp"
 #include "daemon/memory.hpp"
 #include "protocol/error.hpp"
-#include "protocol/nearest_name.hpp"
 
 namespace splid {
 namespace {
@@ -29,30 +31,38 @@ void set_up_log() {
   spdlog::set_default_logger(std::move(log));
 }
 
-// Words where a command should stand and none does, which CLI11 would only call unexpected.
-void check_commands(const CLI::App& app, int argc, char** argv) {
-  const CLI::App* command = &app;
-  std::string so_far = "splid";
-  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
-    const std::string word = argv[i];
-    std::vector<std::string> names;
-    const CLI::App* next = nullptr;
-    for (const CLI::App* sub : command->get_subcommands(nullptr)) {
-      names.push_back(sub->get_name());
-      if (names.back() == word) next = sub;
-    }
-    if (names.empty()) return;
-    if (next == nullptr) {
-      std::vector<const char*> known;
-      known.reserve(names.size());
-      for (const std::string& name : names) known.push_back(name.c_str());
-      std::string sentence = "no command '" + word + "'";
-      sentence.append(suggest_name(word, known)).append(" (").append(so_far);
-      throw Error(Fault::usage, sentence.append(" --help lists all)"));
-    }
-    command = next;
-    so_far.append(" ").append(word);
+// CLI11's own sentence, in the manner of the program's others.
+std::string in_words(const CLI::ParseError& error) {
+  const std::string what = error.what();
+  constexpr std::string_view unread = "Could not convert: ";
+  if (what.starts_with(unread)) {
+    return what.substr(unread.size()) + " is no number that can be read; write it without a unit";
   }
+  const std::size_t missing = what.find(" required ");
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && what.ends_with("missing") &&
+      missing != std::string::npos) {
+    return what.substr(0, what.find(':')) + ": its value is missing";
+  }
+  return what;
+}
+
+// The innermost command that was given: its --help has what is missing.
+std::string given_command(const CLI::App& app) {
+  std::string name = "splid";
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    name += " " + command->get_name();
+  }
+  return name;
+}
+
+// What was printed may wait in a buffer still, for a disk that is full.
+int flushed(int exit_code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  if (errno == EPIPE) return exit_code;
+  throw Error(Fault::device, std::string("standard output: ") + std::strerror(errno) +
+                                 "; what was printed is not all there");
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -73,17 +83,18 @@ int parse_and_run(int argc, char** argv) {
   add_upload(app, action);
   add_keys(app, action);
   add_ctl(app, action);
-  check_commands(app, argc, argv);
+  check_words(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : usage_exit_code;
+    if (error.get_exit_code() == 0) return flushed(app.exit(error));  // help, version
+    throw Error(Fault::usage, in_words(error) + " (" + given_command(app) + " --help lists all)");
   }
   if (!action) {
     std::fputs(app.help().c_str(), stderr);
     return usage_exit_code;
   }
-  return action();
+  return flushed(action());
 }
 
 void print_error(const char* what) { std::fprintf(stderr, "splid: error: %s\n", what); }

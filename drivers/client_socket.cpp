@@ -55,6 +55,10 @@ std::optional<std::string> socket_address_fault(const std::string& text) {
   if (colon <= tcp_prefix.size() || !is_port(std::string_view(text).substr(colon + 1))) {
     return "is no host and port; write tcp:HOST:PORT, such as tcp:192.168.1.20:9880";
   }
+  if (text[tcp_prefix.size()] == '/') {
+    return "has slashes, which a bridge's address has not; write tcp:" +
+           text.substr(std::min(text.find_first_not_of('/', tcp_prefix.size()), text.size()));
+  }
   return std::nullopt;
 }
 

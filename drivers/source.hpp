@@ -79,6 +79,9 @@ class SourceOptions {
   virtual ~SourceOptions() = default;
   virtual void describe(OptionVisitor& visitor) = 0;
   [[nodiscard]] virtual std::optional<OptionFault> validate() const { return std::nullopt; }
+  // What open() or run() would stumble over at every start, told by the files that the options
+  // name and without the instrument; absent where nothing is wrong. May read files.
+  [[nodiscard]] virtual std::optional<OptionFault> start_fault() const { return std::nullopt; }
   // Errors: Error as for TagSource::run.
   [[nodiscard]] virtual std::unique_ptr<TagSource> open(const SourceContext& context) const = 0;
 };

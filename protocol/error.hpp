@@ -25,4 +25,14 @@ class Error : public std::runtime_error {
   Fault fault_;
 };
 
+// What make() returns; an Error of it begins with who asked: an option, a configuration's key.
+template <class Make>
+auto asked_by(const std::string& who, const Make& make) {
+  try {
+    return make();
+  } catch (const Error& error) {
+    throw Error(error.fault(), who + ": " + error.what());
+  }
+}
+
 }  // namespace splid

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/error.hpp"
+#include "protocol/file_kind.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/nearest_name.hpp"
 
@@ -114,6 +115,12 @@ class Object {
   std::string file_;
   std::string pointer_;
 };
+
+void check_kind(const std::string& text, const std::string& file) {
+  const auto kind = kind_of_file(text);
+  if (!kind || *kind == pattern_file_kind) return;
+  throw Error(Fault::data, file + ": " + misplaced_file(text, file, "a pattern file"));
+}
 
 json parse(const std::string& text, const std::string& file) {
   // Printing a value in an error goes down by recursion, so nesting must end somewhere.
@@ -245,6 +252,7 @@ std::string lines_of(const std::string& line) {
 }  // namespace
 
 Pattern pattern_from_json(const std::string& text, const std::string& file) {
+  check_kind(text, file);
   const json parsed = parse(text, file);
   const Object object(parsed, file, "", pattern_keys);
   check_schema(object);

@@ -12,6 +12,7 @@
 #include "daemon/calibration/recording_calibration.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/progress.hpp"
@@ -78,12 +79,12 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
       .add_option("--time-ps", options.plan.goal.std_time_ps,
                   "How well each pulse's time has to be known, one standard deviation, and how far "
                   "the target may have moved")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   command
       .add_option("--amplitude-percent", options.amplitude_percent,
                   "How well each pulse's amplitude has to be known, in percent of the mean pulse")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   command.add_option("--plot", options.plot, "SVG file to draw the pulse in");
   command.add_flag("--force", options.force, "Write over an existing file");

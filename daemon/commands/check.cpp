@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
@@ -13,7 +13,9 @@
 #include "daemon/read_file.hpp"
 #include "daemon/recording/recording_report.hpp"
 #include "daemon/security/allow_list.hpp"
+#include "daemon/service/start_check.hpp"
 #include "protocol/error.hpp"
+#include "protocol/file_kind.hpp"
 #include "protocol/pattern_json.hpp"
 
 namespace splid {
@@ -27,11 +29,14 @@ struct CheckCommand {
   bool schema = false;
 };
 
-// The value of "schema", empty where the text has none; not judged here.
-std::string schema_of(const std::string& text) {
-  const auto json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string()) return {};
-  return json["schema"].get<std::string>();
+constexpr const char* checked_kinds = "a configuration, a pattern or a PTU recording in T2 mode";
+
+// An editor may have put a byte-order mark before it, which the parser takes.
+bool begins_with_brace(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && text[first] == '{';
 }
 
 void check_pattern(const std::string& file, const std::string& text) {
@@ -43,13 +48,16 @@ void check_pattern(const std::string& file, const std::string& text) {
 
 void check_config(const std::string& file) {
   const Config config = load_config(file);
+  check_start(config);
   std::printf(
       "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n"
       "  memory   about %.0f MiB\n",
       file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
       describe_pattern(config.pattern).c_str(), config.frame.length_ms,
       config.publish.endpoint.c_str(), memory_needed_mib(config));
-  // Not the key: where systemd puts it, it is while the service runs alone.
+  for (const std::string& note : start_notes(config)) {
+    std::fprintf(stderr, "splid: warning: %s: %s\n", file.c_str(), note.c_str());
+  }
   if (config.security.allow_list.empty()) return;
   const std::size_t keys = AllowList::read(config.security.allow_list).size();
   std::printf("  allowed  %zu keys of %s\n", keys, config.security.allow_list.c_str());
@@ -66,15 +74,19 @@ int check(const CheckCommand& options) {
     return 0;
   }
   const std::string text = read_file(options.file);
-  if (schema_of(text) == "splid.pattern") {
+  const auto kind = kind_of_file(text, options.file);
+  if (kind == pattern_file_kind) {
     check_pattern(options.file, text);
-  } else if (text.find_first_not_of(" \t\r\n") != std::string::npos &&
-             text[text.find_first_not_of(" \t\r\n")] == '{') {
+  } else if (kind == config_file_kind || begins_with_brace(text)) {
     check_config(options.file);
   } else {
-    throw Error(Fault::data, options.file +
-                                 ": neither a configuration or a pattern (JSON) nor a PTU "
-                                 "recording (which starts with PQTTTR)");
+    const std::string what = misplaced_file(text, options.file, checked_kinds);
+    throw Error(
+        Fault::data,
+        options.file + ": " +
+            (what.empty() ? std::string("is neither a configuration or a pattern (JSON) nor "
+                                        "a PTU recording (which starts with PQTTTR)")
+                          : what));
   }
   return 0;
 }

@@ -12,6 +12,7 @@
 #include "daemon/calibration/calibration_report.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/control/control_client.hpp"
 #include "daemon/control/control_endpoint.hpp"
 #include "daemon/format.hpp"
@@ -58,7 +59,8 @@ std::string endpoint_of(const CtlCommand& options) {
 
 std::optional<CurveClient> keys_of(const CtlCommand& options) {
   if (options.key.empty()) return std::nullopt;
-  return CurveClient{read_secret_key(options.key), read_public_key(options.server_key)};
+  return CurveClient{asked_by("--key", [&] { return read_secret_key(options.key); }),
+                     asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
 }
 
 // The text of a reply's member; empty where there is none.
@@ -152,7 +154,7 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
       .add_option("--seconds", request.seconds,
                   "How long to take tags from the source; it does not measure meanwhile")
       ->required()
-      ->check(CLI::Range(0.1, 600.0));
+      ->check(number_between(0.1, 600));
   command.add_option("--distance-m", request.distance_m,
                      "Where the target is, which must be at rest (without it, distances are "
                      "relative to the target)");
@@ -160,12 +162,12 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
       .add_option("--time-ps", request.time_ps,
                   "How well each pulse's time has to be known, one standard deviation, and how far "
                   "the target may have moved")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   command
       .add_option("--amplitude-percent", request.amplitude_percent,
                   "How well each pulse's amplitude has to be known, in percent of the mean pulse")
-      ->check(CLI::PositiveNumber)
+      ->check(number_above_zero())
       ->capture_default_str();
   add_output(command, options, "Pattern file to write");
 }

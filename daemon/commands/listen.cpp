@@ -10,6 +10,7 @@
 
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
 #include "daemon/line_writer.hpp"
 #include "daemon/messages/subscriber.hpp"
@@ -37,7 +38,8 @@ struct ListenCommand {
 
 std::optional<CurveClient> client_of(const ListenCommand& options) {
   if (options.key.empty()) return std::nullopt;
-  return CurveClient{read_secret_key(options.key), read_public_key(options.server_key)};
+  return CurveClient{asked_by("--key", [&] { return read_secret_key(options.key); }),
+                     asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
 }
 
 bool is_among(const std::vector<std::string>& topics, const std::string& topic) {
@@ -82,7 +84,10 @@ class Listening {
       : options_(options),
         client_(client_of(options)),
         subscriber_(options.endpoint, subscriptions(options), client_) {
-    if (!options.truth.empty()) score_.emplace(truth_from_json(read_file(options.truth)));
+    if (!options.truth.empty()) {
+      score_.emplace(
+          asked_by("--truth", [&] { return truth_from_json(read_file(options.truth)); }));
+    }
   }
 
   int run(const std::stop_token& stop) {
@@ -122,8 +127,6 @@ class Listening {
     const FrameMessage frame = frame_from_json(message.json);
     const auto error = score_ ? score_->take(frame) : std::nullopt;
     print(options_.json ? message.json : frame_line(frame, error));
-    ++frames_;
-    if (options_.count != 0 && frames_ == options_.count) done_ = true;
   }
 
   static bool is_stopping(const std::string& json) {
@@ -134,6 +137,8 @@ class Listening {
 
   void print(const std::string& line) {
     if (!out_.write(line)) done_ = true;
+    ++shown_;
+    if (options_.count != 0 && shown_ == options_.count) done_ = true;
   }
 
   // A refusal is said once and tried again: whoever keeps the server may let this key in meanwhile.
@@ -172,7 +177,7 @@ class Listening {
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
-  std::uint64_t frames_ = 0;
+  std::uint64_t shown_ = 0;  // messages
   bool done_ = false;
 };
 
@@ -197,9 +202,9 @@ void add_truth_options(CLI::App& command, ListenCommand& options) {
   command
       .add_option("--max-distance-rmse-mm", options.limits.max_distance_rmse_mm,
                   "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
   command.add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps, "Likewise")
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
 }
 
 }  // namespace
@@ -215,10 +220,11 @@ void add_listen(CLI::App& app, Action& action) {
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");
   command->add_flag("--json", options->json, "Print the messages as they are");
-  command->add_option("--count,-n", options->count, "End after so many frames");
+  command->add_option("--count,-n", options->count, "End after so many messages")
+      ->check(whole_number());
   command
       ->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
   add_truth_options(*command, *options);
   command->callback([&action, options] { action = [options] { return listen(*options); }; });
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
 #include "daemon/read_file.hpp"
 #include "protocol/pattern_json.hpp"
@@ -86,14 +87,20 @@ void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
   kind = add_kind(pattern, "random", "Random pulse times that keep a distance", options, action,
                   random);
   kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
-  kind->add_option("--pulses", options.pulses, "Pulses a period")->capture_default_str();
+  kind->add_option("--pulses", options.pulses, "Pulses a period")
+      ->check(whole_number())
+      ->capture_default_str();
   kind->add_option("--min-spacing-ns", options.min_spacing_ns, "Least distance of pulses")
       ->capture_default_str();
-  kind->add_option("--seed", options.seed, "Another seed, another pattern")->capture_default_str();
+  kind->add_option("--seed", options.seed, "Another seed, another pattern")
+      ->check(whole_number())
+      ->capture_default_str();
   kind->add_flag("--stratified", options.stratified, "One pulse in each of equal slots instead");
   kind = add_kind(pattern, "periodic", "Evenly spaced pulses", options, action, periodic);
   kind->add_option("--period-ns", options.period_ns, "Pattern period")->capture_default_str();
-  kind->add_option("--pulses", options.periodic_pulses, "Pulses a period")->capture_default_str();
+  kind->add_option("--pulses", options.periodic_pulses, "Pulses a period")
+      ->check(whole_number())
+      ->capture_default_str();
   kind->add_flag("--ambiguous", options.ambiguous, "Say that targets may be beyond the range");
   kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
   kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180 189")

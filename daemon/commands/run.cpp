@@ -9,6 +9,7 @@
 #include "daemon/log_level.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
+#include "daemon/service/start_check.hpp"
 #include "daemon/service/stop_signals.hpp"
 
 namespace splid {
@@ -23,6 +24,7 @@ void add_run(CLI::App& app, Action& action) {
       // On a terminal a hangup means that it was closed.
       StopSignals signals(::isatty(STDERR_FILENO) == 0);
       const Config config = load_config(*file);
+      check_start(config);
       DeviceMonitor device;
       SessionOptions options;
       options.signals = &signals;

@@ -7,6 +7,7 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/recording/capture.hpp"
 #include "daemon/service/measuring.hpp"
@@ -59,7 +60,7 @@ void add_simulate(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--seconds,-s", options->seconds, "Length of the stream")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
   command
       ->add_option("--output,-o", options->output,
                    "PTU file to write; the truth goes beside it, ending in .truth.json")

@@ -1,6 +1,9 @@
 #include "daemon/security/server_security.hpp"
 
+#include <utility>
+
 #include "daemon/security/key_file.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -15,10 +18,12 @@ std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
     const Clock& clock) {
   if (options.server_key.empty()) return nullptr;
-  AllowList list = AllowList::read(options.allow_list);
+  AllowList list =
+      asked_by("/security/allow_list", [&] { return AllowList::read(options.allow_list); });
+  CurveKeyPair keys =
+      asked_by("/security/server_key", [&] { return read_secret_key(options.server_key); });
   if (list.size() == 0) notice("nobody may connect: " + options.allow_list + " has no key");
-  auto authenticator =
-      std::make_unique<Authenticator>(read_secret_key(options.server_key), notice, clock);
+  auto authenticator = std::make_unique<Authenticator>(std::move(keys), notice, clock);
   authenticator->allow(publish_domain, std::move(list));
   return authenticator;
 }

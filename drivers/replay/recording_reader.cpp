@@ -9,11 +9,15 @@
 #include <utility>
 
 #include "protocol/error.hpp"
+#include "protocol/file_kind.hpp"
 
 namespace splid {
 namespace {
 
 constexpr std::size_t buffer_bytes = 1 << 20;
+
+// Enough to tell a file that is no recording.
+constexpr std::size_t kind_bytes = 4096;
 
 // Design note: headers in the wild have a few KB; splid's own hold a pattern of some 100 KB at most
 // and 64 KiB of losses. What has no end after 64 MiB is no header.
@@ -52,7 +56,7 @@ void RecordingReader::read_header() {
     try {
       header = parse_ptu_header(std::span(buffer_).first(end_), complete);
     } catch (const Error& error) {
-      throw Error(error.fault(), file_ + ": " + error.what());
+      throw Error(error.fault(), file_ + ": " + what_else_it_is().value_or(error.what()));
     }
     if (!header) continue;
     header_ = std::move(*header);
@@ -60,6 +64,14 @@ void RecordingReader::read_header() {
     decoder_.emplace(header_.record_type, header_.resolution_s, header_.origin_ps);
     return;
   }
+}
+
+std::optional<std::string> RecordingReader::what_else_it_is() const {
+  std::string start(std::min(end_, kind_bytes), '\0');
+  std::memcpy(start.data(), buffer_.data(), start.size());
+  const auto kind = kind_of_file(start, file_);
+  if (!kind || *kind == recording_file_kind) return std::nullopt;
+  return misplaced_file(start, file_, "a PTU recording in T2 mode");
 }
 
 std::size_t RecordingReader::read_bytes(std::size_t max_bytes) {

@@ -44,6 +44,8 @@ class RecordingReader {
 
  private:
   void read_header();
+  // For an error: what a file that is no recording seems to be, and what to do with it.
+  [[nodiscard]] std::optional<std::string> what_else_it_is() const;
   bool refill();
   std::size_t read_bytes(std::size_t max_bytes);
   void end_of_file();

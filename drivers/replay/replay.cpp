@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <limits>
 
+#include "protocol/error.hpp"
+
 namespace splid {
 namespace {
 
@@ -28,6 +30,15 @@ void ReplayOptions::describe(OptionVisitor& visitor) {
   visitor.require("recording");
   visitor.number("speed", speed, {0, 1e9},
                  "1: at the recorded pace; N: that many times as fast; 0: as fast as possible");
+}
+
+std::optional<OptionFault> ReplayOptions::start_fault() const {
+  try {
+    const RecordingReader reader(recording, [](const std::string&) {});
+    return std::nullopt;
+  } catch (const Error& error) {
+    return OptionFault{"/recording", error.what()};
+  }
 }
 
 std::unique_ptr<TagSource> ReplayOptions::open(const SourceContext& context) const {

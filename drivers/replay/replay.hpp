@@ -22,6 +22,7 @@ struct ReplayOptions : SourceOptions {
   double speed = 0;       // recorded time a real time; 0: as fast as possible
 
   void describe(OptionVisitor& visitor) override;
+  [[nodiscard]] std::optional<OptionFault> start_fault() const override;
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
 };
 

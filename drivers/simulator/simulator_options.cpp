@@ -1,6 +1,7 @@
 #include "drivers/simulator/simulator_options.hpp"
 
 #include <array>
+#include <filesystem>
 #include <limits>
 #include <string>
 
@@ -65,6 +66,13 @@ std::optional<OptionFault> SimulatorOptions::validate() const {
   std::optional<OptionFault> fault = target.validate();
   if (fault) fault->pointer = "/target" + fault->pointer;
   return fault;
+}
+
+std::optional<OptionFault> SimulatorOptions::start_fault() const {
+  if (truth.empty()) return std::nullopt;
+  const std::filesystem::path folder = std::filesystem::path(truth).parent_path();
+  if (folder.empty() || std::filesystem::is_directory(folder)) return std::nullopt;
+  return OptionFault{"/truth", truth + ": there is no folder " + folder.string() + "; make it"};
 }
 
 }  // namespace splid

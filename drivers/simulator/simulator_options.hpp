@@ -47,6 +47,7 @@ struct SimulatorOptions : SourceOptions {
 
   void describe(OptionVisitor& visitor) override;
   [[nodiscard]] std::optional<OptionFault> validate() const override;
+  [[nodiscard]] std::optional<OptionFault> start_fault() const override;
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
 };
 

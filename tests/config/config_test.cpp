@@ -106,7 +106,9 @@ TEST_F(ConfigTest, TheVersionMayBeAbsentOrOfALaterMinor) {
 TEST_F(ConfigTest, SaysWhatIsMissing) {
   EXPECT_THAT(error_of_text("{}"), HasSubstr("c.json: /schema: is missing"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.pattern"})"),
-              HasSubstr("/schema: \"splid.pattern\" is not \"splid.config\""));
+              HasSubstr("c.json: is a splid pattern, but a configuration is expected here"));
+  EXPECT_THAT(error_of_text(R"({"schema": "splid.confg"})"),
+              HasSubstr("/schema: \"splid.confg\" is not \"splid.config\""));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config"})"), HasSubstr("/source: is missing"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {}})"),
               HasSubstr("/source/driver: is missing"));
@@ -115,7 +117,8 @@ TEST_F(ConfigTest, SaysWhatIsMissing) {
   EXPECT_THAT(error_of(R"(, "pattern": {"file": "patterns/p.json"})"),
               HasSubstr("/pattern: is given twice"));
   EXPECT_THAT(error_of_text("[1]"), HasSubstr("c.json: [1] is no object"));
-  EXPECT_THAT(error_of_text(""), HasSubstr("c.json: line 1, column 1: is no JSON"));
+  EXPECT_THAT(error_of_text("hello"), HasSubstr("c.json: line 1, column 1: is no JSON"));
+  EXPECT_THAT(error_of_text(" \n"), HasSubstr("c.json: is empty; a configuration begins {"));
 }
 
 TEST_F(ConfigTest, AnUnknownDriverNamesTheKnownOnes) {
@@ -182,15 +185,16 @@ TEST_F(ConfigTest, FilesThatCannotBeReadAreNamedWithTheirReason) {
               StartsWith(folder_.path("c.json") + ": /pattern/file: " + missing + ": cannot be"));
 }
 
-TEST_F(ConfigTest, APatternsFaultIsTheDatasAndNamesItsFile) {
+TEST_F(ConfigTest, APatternsFaultIsTheUsersAndNamesKeyAndFile) {
   folder_.write("patterns/p.json", R"({"schema": "splid.pattern"})");
   const std::string file = write();
   try {
     load_config(file);
     FAIL() << "no error";
   } catch (const Error& error) {
-    EXPECT_EQ(error.fault(), Fault::data);
-    EXPECT_THAT(error.what(), StartsWith(folder_.path("patterns/p.json")));
+    EXPECT_EQ(error.fault(), Fault::usage);
+    EXPECT_THAT(error.what(),
+                StartsWith(file + ": /pattern/file: " + folder_.path("patterns/p.json")));
   }
 }
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/endpoint.hpp"
+
 namespace splid {
 namespace {
 
@@ -90,6 +92,26 @@ TEST(PublishOptions, RefusesWhatIsNoEndpoint) {
   EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1:65536"), HasSubstr("port from 1 to 65535"));
   EXPECT_THAT(fault_of_endpoint("tcp://127.0.0.1:98x"), HasSubstr("port from 1 to 65535"));
   EXPECT_THAT(fault_of_endpoint("ipc://"), HasSubstr("names no file"));
+}
+
+// ZeroMQ would look for an interface of that name at every start, and find none.
+TEST(PublishOptions, RefusesWhatCanBeNoAddressOfAnyMachine) {
+  for (const char* host : {"lidar.example.org", "256.1.2.3", "1.2.3", "a b", "eth0/1", "[::1"}) {
+    EXPECT_THAT(fault_of_endpoint(std::string("tcp://") + host + ":9872"),
+                HasSubstr("where an address in numbers"))
+        << host;
+  }
+  EXPECT_EQ(numeric_endpoint("tcp://localhost:9872"), "tcp://127.0.0.1:9872");
+  EXPECT_EQ(numeric_endpoint("tcp://localhosts:9872"), "tcp://localhosts:9872");
+  EXPECT_EQ(numeric_endpoint("ipc://localhost:9872"), "ipc://localhost:9872");
+}
+
+TEST(PublishOptions, TheTwoEndpointsAreTwo) {
+  const auto fault =
+      PublishOptions{.endpoint = "tcp://127.0.0.1:9872", .local_endpoint = "tcp://127.0.0.1:9872"}
+          .validate();
+  ASSERT_TRUE(fault);
+  EXPECT_THAT(fault->what, HasSubstr("is /publish/endpoint too"));
 }
 
 TEST(MetricsOptions, ServeThisMachineOnly) {

@@ -132,6 +132,12 @@ TEST(OptionReader, RequiredKeysHaveToBeThere) {
             "folder/a.json: /source/targets/0/distance_m: is missing and has no default; add it");
 }
 
+TEST(OptionReader, ARequiredKeyWithASlipIsRecognised) {
+  EXPECT_THAT(error_of(R"({"targets": [{"distance_n": 1}]})"),
+              HasSubstr("/source/targets/0/distance_m: is missing and has no default; "
+                        "\"distance_n\" is no key that splid knows: did you mean distance_m?"));
+}
+
 TEST(OptionReader, FaultsAreTheUsers) {
   try {
     read(R"({"count": 9})");

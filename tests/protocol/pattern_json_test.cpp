@@ -133,7 +133,8 @@ TEST(PatternJson, CalibrationsFaultsAreNamed) {
 }
 
 TEST(PatternJson, OtherSchemasAndVersionsAreRefused) {
-  EXPECT_THAT(error_of(with("splid.pattern", "splid.config")), HasSubstr("/schema: splid.config"));
+  EXPECT_THAT(error_of(with("splid.pattern", "splid.config")),
+              HasSubstr("is a splid configuration, but a pattern file is expected"));
   EXPECT_THAT(error_of(with("[1,0]", "[2,0]")),
               HasSubstr("/v: [2,0]; this program reads version 1"));
   EXPECT_THAT(error_of(with("[1,0]", "[1]")), HasSubstr("/v: [1]; it must be [major,minor]"));

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <string>
+
+#include "daemon/format.hpp"
+
+namespace splid {
+
+// What an option's number must be, said with what was given; CLI11's own sentences have bounds of
+// 309 digits.
+
+// In [min, max].
+inline CLI::Validator number_between(double min, double max) {
+  return {[min, max](const std::string& text) {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            const bool is_number = !text.empty() && *end == '\0';
+            if (is_number && value >= min && value <= max) return std::string();
+            return format("\"%.40s\" must be a number from %g to %g, without a unit", text.c_str(),
+                          min, max);
+          },
+          "NUMBER"};
+}
+
+inline CLI::Validator number_above_zero() {
+  return {[](const std::string& text) {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            const bool is_number = !text.empty() && *end == '\0';
+            if (is_number && value > 0 && std::isfinite(value)) return std::string();
+            return format("\"%.40s\" must be a number above 0, without a unit", text.c_str());
+          },
+          "NUMBER"};
+}
+
+// A count: digits alone. CLI11 takes -1 for the largest number that there is.
+inline CLI::Validator whole_number() {
+  return {[](const std::string& text) {
+            const bool is_whole = !text.empty() && text.size() < 20 &&
+                                  text.find_first_not_of("0123456789") == std::string::npos;
+            if (is_whole) return std::string();
+            return format("\"%.40s\" must be a whole number", text.c_str());
+          },
+          "NUMBER"};
+}
+
+}  // namespace splid

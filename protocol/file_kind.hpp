@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace splid {
+
+// What a file seems to be, for whoever named it where another kind was expected.
+struct FileKind {
+  std::string_view what;  // with its article: "a PTU recording"
+  std::string_view next;  // what to do with it, an imperative without a stop
+
+  friend bool operator==(const FileKind&, const FileKind&) = default;
+};
+
+inline constexpr FileKind recording_file_kind = {"a PTU recording",
+                                                 "splid check tells what is in it"};
+inline constexpr FileKind config_file_kind = {"a splid configuration", "give it as --config"};
+inline constexpr FileKind pattern_file_kind = {"a splid pattern",
+                                               "name it in a configuration, as /pattern/file"};
+inline constexpr FileKind truth_file_kind = {"the truth of a simulated scene",
+                                             "splid listen --truth compares frames with it"};
+
+// Told by the file's first bytes, and by its name's ending where a format has no mark of its own.
+// Absent where neither says anything. start: the file's first bytes; of a JSON file up to its
+// "schema".
+//
+// Threads: any. Errors: none.
+std::optional<FileKind> kind_of_file(std::string_view start, std::string_view name = {});
+
+// "is a PTU recording, but a pattern file is expected here; splid check tells what is in it", or
+// empty where the file's kind is not known. expected: with its article.
+std::string misplaced_file(std::string_view start, std::string_view name,
+                           std::string_view expected);
+
+}  // namespace splid

@@ -1,0 +1,202 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/support/program.hpp"
+
+// Mistakes that people make, in the built program: each is told with what was given, what was
+// expected, where it came from and what to do; and what would be as wrong at the next start ends
+// with 2, in `run` and in `check` alike.
+
+namespace splid {
+namespace {
+
+using splid::test::file_text;
+using splid::test::ProgramResult;
+using splid::test::run_program;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class Mistakes : public ::testing::Test {
+ protected:
+  Mistakes() {
+    run_program({"pattern", "periodic", "--output", folder.path("pattern.json")});
+    config = write_config("config.json", "");
+  }
+
+  // more: members beside those that every configuration here has.
+  std::string write_config(const std::string& name, const std::string& more,
+                           const std::string& source = R"("driver":"simulator")",
+                           const std::string& pattern = "pattern.json") const {
+    const std::string publish =
+        more.find("\"publish\"") != std::string::npos
+            ? ""
+            : R"(,"publish":{"endpoint":"ipc://)" + folder.path("s") + "\"}";
+    return folder.write(name, R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
+                                  R"(},"pattern":{"file":")" + pattern + "\"}" + publish + more +
+                                  "}");
+  }
+
+  static void expect_error(const std::vector<std::string>& arguments, int exit_code,
+                           const ::testing::Matcher<std::string>& words) {
+    const ProgramResult result = run_program(arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_THAT(result.err, words);
+    EXPECT_THAT(result.err, AllOf(HasSubstr("splid: error: "), Not(HasSubstr("000000000"))));
+    EXPECT_THAT(result.out, IsEmpty());
+  }
+
+  // At every start, and told beforehand.
+  static void expect_lasting(const std::string& file, const ::testing::Matcher<std::string>& words,
+                             int exit_code = 2) {
+    expect_error({"run", "--config", file}, exit_code, words);
+    expect_error({"check", file}, exit_code, words);
+  }
+
+  test::TempFolder folder;
+  std::string config;
+};
+
+TEST_F(Mistakes, NumbersWithUnitsOrSigns) {
+  expect_error({"simulate", "--config", config, "--seconds", "10s", "--output", "x.ptu"}, 2,
+               AllOf(HasSubstr("--seconds"), HasSubstr("\"10s\" must be a number above 0")));
+  expect_error({"listen", "--timeout", "0"}, 2, HasSubstr("\"0\" must be a number above 0"));
+  expect_error({"listen", "--count", "-1"}, 2, HasSubstr("\"-1\" must be a whole number"));
+  expect_error({"pattern", "random", "--pulses", "2.5", "--output", folder.path("p")}, 2,
+               HasSubstr("\"2.5\" must be a whole number"));
+  expect_error({"pattern", "periodic", "--period-ns", "4us", "--output", folder.path("p")}, 2,
+               HasSubstr("--period-ns = 4us is no number that can be read"));
+}
+
+TEST_F(Mistakes, OptionsWithASlip) {
+  expect_error({"run", "--confg", config}, 2,
+               HasSubstr("no option --confg; did you mean --config? (splid run --help"));
+  expect_error({"run", "--confg=" + config}, 2, HasSubstr("did you mean --config?"));
+  expect_error({"run", "-x", config}, 2, HasSubstr("no option -x (splid run --help"));
+  expect_error({"ctl", "status", "--jsn"}, 2, HasSubstr("did you mean --json?"));
+  expect_error({"replay", "a.ptu", "--config"}, 2, HasSubstr("--config: its value is missing"));
+  expect_error({"devices", "extra"}, 2,
+               AllOf(HasSubstr("extra"), HasSubstr("splid devices --help")));
+}
+
+TEST_F(Mistakes, KeysWithASlip) {
+  const std::string slip =
+      folder.write("slip.json", R"({"schema":"splid.config","source":{"driver":"simulator"},)"
+                                R"("patern":{"file":"pattern.json"}})");
+  expect_lasting(slip, AllOf(HasSubstr("/pattern: is missing"), HasSubstr("\"patern\" is no key")));
+}
+
+TEST_F(Mistakes, FilesOfAnotherKind) {
+  const std::string recording = folder.path("a.ptu");
+  run_program({"simulate", "--config", config, "--seconds", "0.1", "--output", recording});
+  const std::string gzip = folder.write("b.json.gz", std::string("\x1f\x8b\x08\0\0", 5));
+  const std::string pattern = folder.path("pattern.json");
+  expect_error({"run", "--config", recording}, 2,
+               HasSubstr("is a PTU recording, but a configuration is expected"));
+  expect_error({"run", "--config", pattern}, 2,
+               AllOf(HasSubstr("is a splid pattern"), HasSubstr("/pattern/file")));
+  expect_error({"run", "--config", gzip}, 2, HasSubstr("gunzip"));
+  expect_error({"run", "--config", folder.write("empty.json", "")}, 2, HasSubstr("is empty"));
+  expect_error({"replay", config, "--config", config}, 4,
+               HasSubstr("is a splid configuration, but a PTU recording in T2 mode is expected"));
+  expect_error({"replay", gzip, "--config", config}, 4, HasSubstr("gunzip"));
+  expect_error({"check", gzip}, 4, HasSubstr("gunzip"));
+  expect_error({"check", folder.write("a.spc", "1234")}, 4, HasSubstr("Becker & Hickl"));
+  expect_error({"listen", "--truth", config}, 4, HasSubstr("--truth: "));
+  expect_error({"listen", "--key", folder.path("none"), "--server-key", "x"}, 2,
+               AllOf(HasSubstr("--key: "), HasSubstr("No such file")));
+}
+
+TEST_F(Mistakes, PatternsThatAreNoneAreTheConfigurations) {
+  const auto with = [&](const std::string& pattern) {
+    return write_config("c.json", "", R"("driver":"simulator")", pattern);
+  };
+  folder.write("broken.json", R"({"schema":"splid.pattern","v":[1,0])");
+  expect_lasting(with("broken.json"),
+                 AllOf(HasSubstr("/pattern/file: "), HasSubstr("broken.json")));
+  expect_lasting(with("config.json"),
+                 AllOf(HasSubstr("/pattern/file: "), HasSubstr("is a splid configuration")));
+  expect_lasting(with("none.json"), AllOf(HasSubstr("/pattern/file: "), HasSubstr("none.json")));
+}
+
+TEST_F(Mistakes, EndpointsThatCannotBeBound) {
+  const auto publish = [&](const std::string& endpoint) {
+    return write_config("c.json",
+                        R"(,"publish":{"endpoint":")" + endpoint +
+                            R"("},"security":{"unprotected":"anyone on the network may read"})");
+  };
+  expect_lasting(publish("tcp://lidar.example.org:9872"), HasSubstr("names of hosts"));
+  expect_lasting(publish("ipc://" + folder.path("none/socket")),
+                 AllOf(HasSubstr("/publish/endpoint"), HasSubstr("No such file")));
+  // These may be there in ten seconds.
+  expect_lasting(publish("tcp://nonic7:9872"), HasSubstr("no interface of this machine"), 3);
+  expect_lasting(publish("tcp://192.0.2.1:9872"), HasSubstr("no address of this machine"), 3);
+  expect_lasting(
+      write_config("d.json", "", R"("driver":"bridge","address":"tcp://127.0.0.1:9880")"),
+      AllOf(HasSubstr("/source/address"), HasSubstr("write tcp:127.0.0.1:9880")));
+  expect_lasting(write_config("e.json", R"(,"control":{"endpoint":"ipc://)" +
+                                            folder.path("none/control") + "\"}"),
+                 HasSubstr("/control/endpoint"));
+}
+
+TEST_F(Mistakes, LocalhostIsThisMachine) {
+  const std::string file = write_config("c.json", R"(,"publish":{"endpoint":"tcp://localhost:*"})",
+                                        R"("driver":"simulator","pace":"max","seconds":0.2)");
+  const ProgramResult result = run_program({"run", "--config", file});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("publishing at tcp://127.0.0.1:"));
+}
+
+TEST_F(Mistakes, FilesThatAConfigurationNames) {
+  const auto replay = [&](const std::string& recording) {
+    return write_config("c.json", "", R"("driver":"replay","recording":")" + recording + "\"");
+  };
+  expect_lasting(replay("none.ptu"), AllOf(HasSubstr("/source/recording"), HasSubstr("none.ptu")));
+  expect_lasting(replay("config.json"),
+                 AllOf(HasSubstr("/source/recording"), HasSubstr("is a splid configuration")));
+  expect_lasting(write_config("d.json", R"(,"encoder":{"file":"none.csv"},)"
+                                        R"("channels":{"encoder":"marker:1"})"),
+                 AllOf(HasSubstr("/encoder/file"), HasSubstr("none.csv")));
+  expect_lasting(write_config("e.json", R"(,"security":{"server_key":"none.key_secret",)"
+                                        R"("allow_list":"none.keys"})"),
+                 AllOf(HasSubstr("/security/allow_list"), HasSubstr("none.keys")));
+  expect_lasting(write_config("f.json", "", R"("driver":"simulator","truth":"none/truth.json")"),
+                 HasSubstr("/source/truth"));
+}
+
+TEST_F(Mistakes, FramesAndMemoryThatDoNotFit) {
+  expect_lasting(write_config("c.json", R"(,"pipeline":{"ring_capacity_tags":5000})"),
+                 AllOf(HasSubstr("c.json: "), HasSubstr("/frame/length_ms")));
+  expect_lasting(write_config("d.json", R"(,"pipeline":{"ring_capacity_tags":268435456,)"
+                                        R"("estimation_threads":64})"),
+                 AllOf(HasSubstr("/pipeline"), HasSubstr("MiB, and this machine has")));
+}
+
+TEST_F(Mistakes, CheckWarnsOfWhatRunWouldBeginWithout) {
+  const ProgramResult result =
+      run_program({"check", write_config("c.json", R"(,"metrics":{"file":"none/x.prom"},)"
+                                                   R"("record":{"folder":")" +
+                                                       config + "/tags\"}")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("/metrics/file"), HasSubstr("/record/folder")));
+}
+
+TEST_F(Mistakes, CheckTakesAByteOrderMarkAsRunDoes) {
+  const ProgramResult result =
+      run_program({"check", folder.write("marked.json", "\xef\xbb\xbf" + file_text(config))});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
+TEST_F(Mistakes, AFullOutputIsToldByItsExitCode) {
+  const std::string full = "exec '" SPLID_BINARY "' check '" + config + "' > /dev/full";
+  test::Program shell({"-c", full}, "/bin/sh");
+  const ProgramResult result = shell.wait();
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("standard output: No space left on device"));
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,55 @@
+#include "protocol/file_kind.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+using namespace std::string_view_literals;
+using ::testing::HasSubstr;
+
+std::string_view what(std::string_view start, std::string_view name = {}) {
+  const auto kind = kind_of_file(start, name);
+  return kind ? kind->what : "not known";
+}
+
+TEST(FileKind, IsToldByTheFirstBytes) {
+  EXPECT_EQ(what("PQTTTR\0\0001.0.00"sv), "a PTU recording");
+  EXPECT_THAT(what("PQHISTO\0"sv), HasSubstr("histogram"));
+  EXPECT_THAT(what("PicoHarp 300\0"sv), HasSubstr(".pt2"));
+  EXPECT_THAT(what("HydraHarp 400"sv), HasSubstr(".ht2"));
+  EXPECT_THAT(what("TimeHarp 200"sv), HasSubstr(".t3r"));
+  EXPECT_EQ(what("\x89HDF\r\n\x1a\n rest"sv), "an HDF5 file");
+  EXPECT_EQ(what("\x1f\x8b\x08\0"sv), "a gzip archive");
+  EXPECT_EQ(what("PK\x03\x04"sv), "a ZIP archive");
+}
+
+TEST(FileKind, IsToldByTheSchemaOfJson) {
+  EXPECT_EQ(what(R"({"schema":"splid.config","v":[1,0])"), "a splid configuration");
+  EXPECT_EQ(what("\xef\xbb\xbf{ \"v\": [1,0],\n \"schema\" :\t\"splid.pattern\"}"),
+            "a splid pattern");
+  EXPECT_EQ(what(R"({"schema":"splid.truth")"), "the truth of a simulated scene");
+  for (const char* text :
+       {"{\"schema\"", "{\"schema\":", "{\"schema\":7}", "{\"schema\":\"splid.c"}) {
+    EXPECT_EQ(what(text), "not known") << text;
+  }
+}
+
+TEST(FileKind, IsToldByTheNameWhereNothingElseTells) {
+  EXPECT_THAT(what("\x01\x02\x03", "folder/A.TTBIN"), HasSubstr("Swabian"));
+  EXPECT_THAT(what("\x01\x02\x03", "a.spc"), HasSubstr("Becker"));
+  EXPECT_EQ(what("PQTTTR", "a.spc"), "a PTU recording");
+  EXPECT_EQ(what("", ""), "not known");
+  EXPECT_EQ(what("hello", "a.txt"), "not known");
+}
+
+TEST(FileKind, TheSentenceSaysWhatWasExpectedAndWhatToDo) {
+  EXPECT_EQ(
+      misplaced_file("\x1f\x8b", "a.json.gz", "a configuration"),
+      "is a gzip archive, but a configuration is expected here; unpack it first, with gunzip");
+  EXPECT_EQ(misplaced_file("hello", "a.json", "a configuration"), "");
+}
+
+}  // namespace
+}  // namespace splid
