@@ -14,18 +14,23 @@ namespace {
 constexpr double width = 860;
 constexpr double left = 86;
 constexpr double right = 20;
-constexpr double panel_height = 190;
 constexpr double panel_head = 34;  // above a panel's frame: its title
 constexpr double panel_foot = 46;  // below: ticks and the axis' title
 constexpr double marker_radius = 4.5;
+constexpr double callout_radius = 9;
+constexpr double line_dots_apart = 6;
 
 // Of a 12-unit sans-serif: wide enough for the common ones, since a reader's font is not known.
 constexpr double character_width = 6.7;
+constexpr double callout_character_width = 8.2;  // bold
+constexpr double label_character_width = 6.4;
 
 constexpr const char* style =
     "<style>.title{font-size:15px;font-weight:bold;fill:#222}.panel{font-size:14px;fill:#222}"
     ".text{font-size:12px;fill:#444}.tick{font-size:12px;fill:#555}.label{font-size:10px;"
-    "fill:#555}.grid{stroke:#e6e6e6}.frame{fill:none;stroke:#999}</style>\n";
+    "fill:#444;paint-order:stroke;stroke:#fff;stroke-width:3px}.callout{font-size:12px;font-weight:"
+    "bold;fill:#222;paint-order:stroke;stroke:#fff;"
+    "stroke-width:3px}.grid{stroke:#e6e6e6}.frame{fill:none;stroke:#999}</style>\n";
 
 std::string escaped(const std::string& text) {
   std::string safe;
@@ -58,6 +63,10 @@ std::string line_between(double x1, double y1, double x2, double y2,
          attributes + "/>\n";
 }
 
+// Values beyond these have no place on an axis: what is made of them would overflow.
+constexpr double largest_magnitude = 1e200;
+constexpr double smallest_logarithmic = 1e-200;
+
 // 1, 2 or 5 times a power of ten, at least `raw`.
 double round_step(double raw) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -67,24 +76,29 @@ double round_step(double raw) {
   return 10 * power;
 }
 
+// count: above 0, as for decade_ticks().
 std::vector<double> even_ticks(ChartRange range, int count) {
-  const double step = round_step((range.high - range.low) / std::max(1, count));
+  const double step = round_step((range.high - range.low) / count);
   const double spare = step * 1e-6;
   std::vector<double> ticks;
   const double first = std::ceil((range.low - spare) / step);
-  const auto more = static_cast<int>(std::floor((range.high + spare) / step - first));
-  for (int n = 0; n <= more; ++n) ticks.push_back((first + n) * step);
+  // The step is at least the range over the count.
+  for (int n = 0; n <= count; ++n) {
+    const double tick = (first + n) * step;
+    const bool ascends = ticks.empty() || tick > ticks.back();
+    if (tick <= range.high + spare && ascends) ticks.push_back(tick);
+  }
   return ticks;
 }
 
 std::vector<double> decade_ticks(ChartRange range, int count) {
-  const double decades = std::log10(range.high / range.low);
+  const double first = std::floor(std::log10(range.low));
+  const double last = std::floor(std::log10(range.high) + 1e-9);
+  const double decades = std::log10(range.high) - std::log10(range.low);
   const bool between = decades * 3 <= count + 2;
-  const int every = std::max(1, static_cast<int>(std::ceil(decades / std::max(1, count))));
-  const auto first = static_cast<int>(std::floor(std::log10(range.low)));
-  const auto last = static_cast<int>(std::floor(std::log10(range.high) + 1e-9));
+  const double every = std::max(1.0, std::ceil(decades / count));
   std::vector<double> ticks;
-  for (int power = first; power <= last; power += every) {
+  for (double power = first; power <= last; power += every) {
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double tick = factor * std::pow(10.0, power);
       const bool inside = tick >= range.low * (1 - 1e-9) && tick <= range.high * (1 + 1e-9);
@@ -94,17 +108,25 @@ std::vector<double> decade_ticks(ChartRange range, int count) {
   return ticks;
 }
 
+bool has_place(double value, bool logarithmic) {
+  return std::abs(value) <= largest_magnitude && (!logarithmic || value >= smallest_logarithmic);
+}
+
+// An axis can be drawn over it.
+bool is_axis(ChartRange range, bool logarithmic) {
+  return has_place(range.low, logarithmic) && has_place(range.high, logarithmic) &&
+         range.low < range.high;
+}
+
 // A value's place on an axis, 0 at its low end and 1 at its high end.
 struct Scale {
   ChartRange range;
   bool logarithmic = false;
 
-  [[nodiscard]] bool holds(double value) const {
-    return std::isfinite(value) && (!logarithmic || value > 0);
-  }
+  [[nodiscard]] bool holds(double value) const { return has_place(value, logarithmic); }
   [[nodiscard]] double at(double value) const {
     if (!logarithmic) return (value - range.low) / (range.high - range.low);
-    return std::log(value / range.low) / std::log(range.high / range.low);
+    return (std::log(value) - std::log(range.low)) / (std::log(range.high) - std::log(range.low));
   }
 };
 
@@ -123,7 +145,7 @@ using Range = std::optional<ChartRange> ChartPoint::*;
 Scale scale_of(const ChartPanel& panel, const ChartAxis& axis, double ChartPoint::*value,
                Range range) {
   Scale scale{{0, 1}, axis.logarithmic};
-  if (axis.range) return {*axis.range, axis.logarithmic};
+  if (axis.range && is_axis(*axis.range, axis.logarithmic)) return {*axis.range, axis.logarithmic};
   Extent extent;
   const auto take = [&](double number) {
     if (scale.holds(number)) extent.take(number);
@@ -138,11 +160,13 @@ Scale scale_of(const ChartPanel& panel, const ChartAxis& axis, double ChartPoint
   if (extent.low > extent.high) extent = {1, 1};
   constexpr double margin = 0.07;
   if (axis.logarithmic) {
-    const double factor = std::max(1.02, std::pow(extent.high / extent.low, margin));
+    const double decades = std::log10(extent.high) - std::log10(extent.low);
+    const double factor = std::max(1.02, std::pow(10.0, margin * decades));
     scale.range = {extent.low / factor, extent.high * factor};
   } else {
     const double span = extent.high - extent.low;
-    const double more = span > 0 ? margin * span : std::max(1.0, std::abs(extent.low)) / 2;
+    const double magnitude = std::max(1.0, std::abs(extent.low));
+    const double more = span > 1e-12 * magnitude ? margin * span : magnitude / 2;
     scale.range = {extent.low - more, extent.high + more};
   }
   return scale;
@@ -152,7 +176,7 @@ Scale scale_of(const ChartPanel& panel, const ChartAxis& axis, double ChartPoint
 std::string tick_text(double value) { return format("%g", std::abs(value) < 1e-12 ? 0 : value); }
 
 std::string marker_at(const ChartSeries& series, double x, double y) {
-  const double r = marker_radius;
+  const double r = series.marker_size * marker_radius;
   const std::string paint = "fill=\"" + (series.hollow ? "#fff" : escaped(series.color)) +
                             "\" stroke=\"" + escaped(series.color) + "\" stroke-width=\"1.5\"/>\n";
   switch (series.marker) {
@@ -206,6 +230,7 @@ class PanelWriter {
     write_axes();
     for (const ChartSeries& series : panel_.series) write_line(series);
     for (const ChartSeries& series : panel_.series) write_points(series);
+    for (const ChartSeries& series : panel_.series) write_callouts(series);
     for (const ChartSeries& series : panel_.series) write_labels(series);
     return std::move(out_);
   }
@@ -214,7 +239,9 @@ class PanelWriter {
   [[nodiscard]] double x_at(double value) const {
     return left + x_.at(value) * (width - left - right);
   }
-  [[nodiscard]] double y_at(double value) const { return top_ + (1 - y_.at(value)) * panel_height; }
+  [[nodiscard]] double y_at(double value) const {
+    return top_ + (1 - y_.at(value)) * panel_.height;
+  }
   [[nodiscard]] bool shows(const ChartPoint& point) const {
     if (!x_.holds(point.x) || !y_.holds(point.y)) return false;
     const double x = x_.at(point.x);
@@ -223,7 +250,7 @@ class PanelWriter {
   }
 
   void write_axes() {
-    const double bottom = top_ + panel_height;
+    const double bottom = top_ + panel_.height;
     out_ += text_at(left, top_ - 10, "panel", "start", panel_.title);
     for (const double tick : axis_ticks(x_.range, x_.logarithmic, 8)) {
       out_ += line_between(x_at(tick), top_, x_at(tick), bottom, "class=\"grid\"");
@@ -234,9 +261,9 @@ class PanelWriter {
       out_ += text_at(left - 7, y_at(tick) + 4, "tick", "end", tick_text(tick));
     }
     out_ += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>\n",
-                   left, top_, width - left - right, panel_height);
+                   left, top_, width - left - right, panel_.height);
     out_ += text_at((left + width - right) / 2, bottom + 34, "text", "middle", panel_.x.title);
-    const double y = top_ + panel_height / 2;
+    const double y = top_ + panel_.height / 2;
     out_ += format("<g transform=\"rotate(-90 22 %.1f)\">", y) +
             text_at(22, y, "text", "middle", panel_.y.title) + "</g>\n";
   }
@@ -244,11 +271,27 @@ class PanelWriter {
   void write_line(const ChartSeries& series) {
     if (series.line == LineStyle::none) return;
     std::string places;
+    const ChartPoint* before = nullptr;
     for (const ChartPoint& point : series.points) {
-      if (shows(point)) places += format("%.1f,%.1f ", x_at(point.x), y_at(point.y));
+      if (!shows(point)) continue;
+      places += format("%.1f,%.1f ", x_at(point.x), y_at(point.y));
+      if (before != nullptr) take_line(*before, point);
+      before = &point;
     }
     if (!places.empty()) places.pop_back();
     out_ += "<polyline points=\"" + places + "\" fill=\"none\" " + stroke_of(series) + "/>\n";
+  }
+
+  // Texts keep off a line: it is taken as a row of dots, as many as a text is high apart.
+  void take_line(const ChartPoint& from, const ChartPoint& to) {
+    const double dx = x_at(to.x) - x_at(from.x);
+    const double dy = y_at(to.y) - y_at(from.y);
+    const int dots = static_cast<int>(std::hypot(dx, dy) / line_dots_apart);
+    for (int k = 1; k < dots; ++k) {
+      const double x = x_at(from.x) + dx * k / dots;
+      const double y = y_at(from.y) + dy * k / dots;
+      taken_.push_back({x - 1, y - 1, x + 1, y + 1});
+    }
   }
 
   void write_points(const ChartSeries& series) {
@@ -270,17 +313,56 @@ class PanelWriter {
       }
       out_ += marker_at(series, x, y);
       if (series.marker == Marker::none) continue;
-      constexpr double r = marker_radius;
+      const double r = series.marker_size * marker_radius;
       taken_.push_back({x - r, y - r, x + r, y + r});
     }
   }
 
+  [[nodiscard]] bool is_free(const Box& box) const {
+    return box.x0 > left && box.x1 < width - right && box.y0 > top_ &&
+           box.y1 < top_ + panel_.height &&
+           std::none_of(taken_.begin(), taken_.end(),
+                        [&](const Box& other) { return box.overlaps(other); });
+  }
+
+  void write_callouts(const ChartSeries& series) {
+    for (const ChartPoint& point : series.points) {
+      if (!point.callout.empty() && shows(point)) place_callout(point);
+    }
+  }
+
+  // As near to the marker as there is room, above it rather than below.
+  void place_callout(const ChartPoint& point) {
+    const double x = x_at(point.x);
+    const double y = y_at(point.y);
+    out_ += format(
+        "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" fill=\"none\" stroke=\"#222\" "
+        "stroke-width=\"1.5\"/>\n",
+        x, y, callout_radius);
+    const double half = static_cast<double>(point.callout.size()) * callout_character_width / 2;
+    for (double away = 24; away < 140; away += 8) {
+      for (const double dx : {0.0, half, -half, half + away, -half - away}) {
+        for (const double dy : {-away, away}) {
+          const Box box{x + dx - half, y + dy - 8, x + dx + half, y + dy + 8};
+          if (!is_free(box)) continue;
+          taken_.push_back(box);
+          const double end_y = y + dy + (dy < 0 ? 7 : -9);
+          const double end_x = std::clamp(x, box.x0, box.x1);
+          const double share = callout_radius / std::hypot(end_x - x, end_y - y);
+          out_ += line_between(x + share * (end_x - x), y + share * (end_y - y), end_x, end_y,
+                               "stroke=\"#222\"");
+          out_ += text_at(x + dx, y + dy + 4, "callout", "middle", point.callout);
+          return;
+        }
+      }
+    }
+  }
+
+  // An end that is no number is taken for that of the axis.
   static ChartRange clipped(ChartRange range, const Scale& scale) {
-    const auto inside = [&](double value) {
-      return std::isfinite(value) ? std::clamp(value, scale.range.low, scale.range.high)
-                                  : scale.range.high;
-    };
-    return {inside(range.low), inside(range.high)};
+    const auto [low, high] = scale.range;
+    return {std::isnan(range.low) ? low : std::clamp(range.low, low, high),
+            std::isnan(range.high) ? high : std::clamp(range.high, low, high)};
   }
 
   void write_labels(const ChartSeries& series) {
@@ -296,19 +378,21 @@ class PanelWriter {
       const double away = std::hypot(other.x - x_at(point.x), other.y - y_at(point.y));
       if (other.text == point.label && away < same_place) return;
     }
-    const double half = static_cast<double>(point.label.size()) * character_width / 2 * 0.85;
+    const double half = static_cast<double>(point.label.size()) * label_character_width / 2;
     const double x = x_at(point.x);
     const double y = y_at(point.y);
     // Diagonally, since error bars go the straight ways.
     const double aside = half + 4;
-    for (const auto& [dx, dy] :
-         {std::pair{aside, -11.0}, {aside, 11.0}, {-aside, -11.0}, {-aside, 11.0}}) {
+    for (const auto& [dx, dy] : {std::pair{aside, -11.0},
+                                 {aside, 11.0},
+                                 {-aside, -11.0},
+                                 {-aside, 11.0},
+                                 {aside, -19.0},
+                                 {aside, 19.0},
+                                 {-aside, -19.0},
+                                 {-aside, 19.0}}) {
       const Box box{x + dx - half, y + dy - 5, x + dx + half, y + dy + 5};
-      const bool inside =
-          box.x0 > left && box.x1 < width - right && box.y0 > top_ && box.y1 < top_ + panel_height;
-      const bool free = std::none_of(taken_.begin(), taken_.end(),
-                                     [&](const Box& other) { return box.overlaps(other); });
-      if (!inside || !free) continue;
+      if (!is_free(box)) continue;
       taken_.push_back(box);
       labels_.push_back({x, y, point.label});
       out_ += text_at(x + dx, y + dy + 3.5, "label", "middle", point.label);
@@ -358,6 +442,7 @@ std::string legend(const Chart& chart, double& y) {
 }  // namespace
 
 std::vector<double> axis_ticks(ChartRange range, bool logarithmic, int count) {
+  if (count < 1 || !is_axis(range, logarithmic)) return {};
   if (!logarithmic || range.high < 10 * range.low) return even_ticks(range, count);
   return decade_ticks(range, count);
 }
@@ -374,7 +459,7 @@ std::string to_svg(const Chart& chart) {
   body += legend(chart, y);
   for (const ChartPanel& panel : chart.panels) {
     body += PanelWriter(panel, y + panel_head - 10).write();
-    y += panel_head + panel_height + panel_foot;
+    y += panel_head + panel.height + panel_foot;
   }
   return format(
              "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" "

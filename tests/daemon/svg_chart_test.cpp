@@ -70,6 +70,30 @@ TEST(AxisTicks, AreRoundAndWithinTheRange) {
   EXPECT_THAT(axis_ticks({0.98, 1.13}, true, 4), Pointwise(DoubleNear(1e-9), {1., 1.05, 1.1}));
 }
 
+// Whatever a measurement makes of an axis: a few marks, all within it, and each above the last.
+TEST(AxisTicks, AreFewWhateverTheRange) {
+  const double nan = std::nan("");
+  const double infinite = std::numeric_limits<double>::infinity();
+  const double most = std::numeric_limits<double>::max();
+  const double least = std::numeric_limits<double>::denorm_min();
+  const std::vector<double> ends = {-infinite, -most, -1,   -least, 0,    least,    1e-300,
+                                    1e-9,      1,     1e17, 1e300,  most, infinite, nan};
+  for (const double low : ends) {
+    for (const double high : ends) {
+      for (const bool logarithmic : {false, true}) {
+        SCOPED_TRACE(std::to_string(low) + " to " + std::to_string(high));
+        const std::vector<double> ticks = axis_ticks({low, high}, logarithmic, 8);
+        EXPECT_LE(ticks.size(), 26u);
+        for (std::size_t k = 0; k < ticks.size(); ++k) {
+          EXPECT_TRUE(std::isfinite(ticks[k]) && (k == 0 || ticks[k] > ticks[k - 1])) << ticks[k];
+        }
+      }
+    }
+  }
+  EXPECT_LE(axis_ticks({1e17, 1e17 + 64}, false, 8).size(), 26u);
+  EXPECT_THAT(axis_ticks({0, 10}, true, 5), testing::IsEmpty()) << "no place on such an axis";
+}
+
 TEST(SvgChart, IsWellFormedWhateverTheTextsHold) {
   ChartSeries hostile =
       series("S < 2 & \"b\" > 1", {{2, 5, ChartRange{1.5, 3}, ChartRange{4, 6}, "a<b"}});
@@ -124,6 +148,28 @@ TEST(SvgChart, AnAxisWithoutARangeTakesTheDatas) {
   EXPECT_THAT(to_svg(empty), Not(HasSubstr("nan")));
 }
 
+// A root mean square of nothing is 0: neither an axis nor a bar of an error may take it for a
+// value.
+TEST(SvgChart, NoValueMakesAnAxisOfItsOwn) {
+  const double nan = std::nan("");
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double odd : {0.0, -1.0, nan, infinite, -infinite, 1e-320, 1e308}) {
+    for (const bool logarithmic : {false, true}) {
+      SCOPED_TRACE(odd);
+      Chart chart = chart_of({series("s", {{3, 2, ChartRange{odd, odd}, ChartRange{odd, 7}, ""},
+                                           {odd, odd, {}, {}, "odd"},
+                                           {40, 4, {}, {}, ""}})});
+      chart.panels.front().x = {"x", logarithmic, ChartRange{odd, 10}};
+      chart.panels.front().y = {"y", logarithmic, {}};
+      const std::string svg = to_svg(chart);
+      EXPECT_TRUE(is_well_formed(svg));
+      EXPECT_LT(svg.size(), 12'000u);
+      EXPECT_THAT(svg, Not(HasSubstr("nan")));
+      EXPECT_THAT(svg, Not(HasSubstr("inf")));
+    }
+  }
+}
+
 TEST(SvgChart, SeriesOfOneLabelShareAnEntryOfTheLegend) {
   Chart chart = chart_of({series("fast", {{2, 3}}), series("balanced", {{3, 3}})});
   chart.panels.push_back(chart.panels.front());
@@ -160,6 +206,31 @@ TEST(SvgChart, ALabelGivesWayToWhatIsThere) {
   };
   EXPECT_EQ(labels_at_one_place({"1", "2", "3", "4", "5", "6"}), 4u);
   EXPECT_EQ(labels_at_one_place({"1", "1", "2"}), 2u);
+}
+
+TEST(SvgChart, ALabelKeepsOffALine) {
+  // Steep enough to pass where the label of its middle would stand first.
+  ChartSeries line = series("s", {{1, 0}, {10, 5, {}, {}, "12345"}, {100, 10}});
+  const auto label = [](const std::string& svg) {
+    const std::size_t end = svg.find(">12345<");
+    return svg.substr(svg.rfind("<text", end), end - svg.rfind("<text", end));
+  };
+  const std::string beside = label(to_svg(chart_of({line})));
+  line.line = LineStyle::none;
+  EXPECT_NE(beside, label(to_svg(chart_of({line}))));
+}
+
+TEST(SvgChart, ACalloutNamesItsPointBeforeAllLabels) {
+  ChartSeries chosen = series("s", {{10, 5}});
+  chosen.points.front().callout = "chosen <b>";
+  std::vector<ChartPoint> crowd;
+  for (const char* text : {"1", "2", "3", "4"}) crowd.push_back({10, 5, {}, {}, text});
+  const std::string svg = to_svg(chart_of({series("crowd", crowd), chosen}));
+  EXPECT_TRUE(is_well_formed(svg));
+  EXPECT_THAT(svg, HasSubstr(">chosen &lt;b&gt;<"));
+  EXPECT_EQ(count_of(svg, "class=\"callout\""), 1u);
+  EXPECT_EQ(count_of(svg, "fill=\"none\" stroke=\"#222\""), 1u) << "its ring";
+  EXPECT_LT(svg.find("class=\"callout\""), svg.find("class=\"label\""));
 }
 
 }  // namespace
