@@ -3,8 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +21,7 @@
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/tradeoff/tradeoff_choice.hpp"
+#include "daemon/tradeoff/tradeoff_chart.hpp"
 #include "daemon/tradeoff/tradeoff_report.hpp"
 #include "protocol/error.hpp"
 
@@ -32,72 +35,142 @@ struct TradeoffCommand {
   std::size_t frames = 200;
   std::optional<std::int64_t> seed;
   std::optional<double> budget_ms;
+  bool paper = false;
   bool json = false;
   std::string csv;
   std::string plot = "tradeoff.svg";
 };
 
 // "exhaustive, frames of 50 ms: 17 of 201; 43 %, 12 s left".
-std::string progress_text(const std::string& doing, double done, double took_s) {
-  std::string text = doing + format("; %.0f %%", 100 * done);
-  // Before a twentieth is done the rest is a guess.
-  if (done > 0.05) text += format(", %.0f s left", took_s * (1 - done) / done);
-  return text;
+std::string progress_text(const std::string& doing, double done_s, std::optional<double> left_s) {
+  if (!left_s) return doing;
+  const double share = done_s / std::max(1e-9, done_s + *left_s);
+  return doing + format("; %.0f %%, %.0f s left", 100 * share, *left_s);
 }
 
-std::vector<TradeoffRow> measure(const Config& config, const FrameOrigin& origin,
-                                 const TradeoffCommand& options, const std::stop_token& stop) {
-  Progress progress(host_clock());
-  const std::int64_t begin_ns = host_clock().steady_ns();
-  TradeoffEvents events;
-  events.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
-  events.progress = [&](const std::string& doing, double done) {
-    if (!progress.due()) return;
-    const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
-    progress.show(progress_text(doing, done, took_s));
-  };
-  const TradeoffPlan plan{possible_lengths_ms(config, origin, options.lengths_ms, events.warn),
-                          options.frames};
-  return measure_tradeoff(config, origin, plan, thread_cpu_ms, events, stop);
-}
+// Measures, and prints what is measured as soon as it is known: the table's lines, or with --json
+// each setting's object, when all of its members are known, and the table on standard error.
+class TradeoffRun {
+ public:
+  TradeoffRun(const TradeoffCommand& options, const Config& config, const FrameOrigin& origin)
+      : options_(options), config_(config), origin_(origin), progress_(host_clock()) {
+    report_.reference = errors_against(origin);
+    report_.title = tradeoff_title(config, origin);
+    report_.configured = config.estimator;
+    report_.configured_length_ms = config.frame.length_ms;
+    report_.budget_ms = options.budget_ms;
+  }
+
+  // Errors: those of measure_tradeoff(); Error(Fault::device) where standard output takes no more.
+  const TradeoffReport& measure(StopSignals& signals) {
+    signals_ = &signals;
+    const TradeoffEvents events = make_events();
+    const TradeoffPlan plan{possible_lengths_ms(config_, origin_, options_.lengths_ms, events.warn),
+                            options_.frames, options_.paper};
+    try {
+      measure_tradeoff(config_, origin_, plan, {}, events, signals.token());
+    } catch (const std::bad_alloc&) {
+      throw Error(Fault::device,
+                  format("not enough memory for %zu frames of %g ms: lower --frames, --lengths or "
+                         "/pipeline/ring_capacity_tags",
+                         plan.frames, plan.lengths_ms.back()));
+    }
+    progress_.clear();
+    print_objects();
+    return report_;
+  }
+
+ private:
+  TradeoffEvents make_events() {
+    TradeoffEvents events;
+    events.warn = [this](const std::string& sentence) {
+      progress_.clear();
+      spdlog::warn("{}", sentence);
+    };
+    events.reckoned = [this](std::size_t rows, double seconds) {
+      progress_.clear();
+      spdlog::info("{} settings to measure: about {} s", rows, std::ceil(seconds));
+    };
+    events.progress = [this](const std::string& doing, double done_s,
+                             std::optional<double> left_s) {
+      if (progress_.due()) progress_.show(progress_text(doing, done_s, left_s));
+    };
+    events.row = [this](const TradeoffRow& row) { take(row); };
+    events.length_done = [this](double length_ms) { end_length(length_ms); };
+    return events;
+  }
+
+  void take(const TradeoffRow& row) {
+    if (rows_.empty()) print_line(table_head(report_.reference));
+    rows_.push_back(row);
+    report_.rows = rows_;
+    report_.stopped_in_ms = row.setting.length_ms;
+    print_line(table_line(row));
+  }
+
+  void end_length(double length_ms) {
+    report_.stopped_in_ms.reset();
+    print_line(knee_line(report_, length_ms));
+    if (!options_.budget_ms) print_objects();
+  }
+
+  // For people: on standard output unless that is for objects.
+  void print_line(const std::string& line) {
+    progress_.clear();
+    if (!options_.json) return print(line);
+    std::fputs((line + "\n").c_str(), stderr);
+  }
+
+  void print_objects() {
+    if (!options_.json) return;
+    for (; objects_ < rows_.size(); ++objects_) print(tradeoff_json(report_, objects_));
+  }
+
+  void print(const std::string& line) {
+    if (!LineWriter(stdout, "standard output").write(line)) signals_->request_stop();
+  }
+
+  const TradeoffCommand& options_;
+  const Config& config_;
+  const FrameOrigin& origin_;
+  Progress progress_;
+  StopSignals* signals_ = nullptr;
+  std::vector<TradeoffRow> rows_;
+  TradeoffReport report_;
+  std::size_t objects_ = 0;  // printed
+};
 
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
   if (!options.csv.empty()) {
     write_file(options.csv, tradeoff_csv(report));
     spdlog::info("the table is in {}", options.csv);
   }
-  write_file(options.plot, to_svg(tradeoff_chart(report)));
+  const Chart chart = tradeoff_chart(report);
+  if (chart.panels.empty()) {
+    spdlog::warn("{} is not drawn: no error is known of any setting", options.plot);
+    return;
+  }
+  write_file(options.plot, to_svg(chart));
   spdlog::info("the plot is in {}", options.plot);
 }
 
-// Without the line feed, which the writer adds.
-void print(const std::string& text) {
-  LineWriter(stdout, "standard output").write(text.substr(0, text.size() - 1));
-}
-
 int tradeoff(const TradeoffCommand& options) {
-  const StopSignals signals;
+  StopSignals signals;
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
   const Config config = load_config(options.config);
   FrameOrigin origin = find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
   spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));
-  const auto rows = measure(config, origin, options, signals.token());
-  if (rows.empty()) throw Error(Fault::usage, "stopped before anything was measured");
+  TradeoffRun run(options, config, origin);
+  const TradeoffReport& report = run.measure(signals);
+  if (report.rows.empty()) throw Error(Fault::usage, "stopped before anything was measured");
   if (signals.token().stop_requested()) spdlog::warn("stopped: this is what was measured so far");
-  const TradeoffReport report{rows, errors_against(origin), tradeoff_title(config, origin),
-                              config.estimator, options.budget_ms};
-  const std::string advice = tradeoff_advice(report, config.frame.length_ms);
-  if (options.json) {
-    print(tradeoff_json(report));
-    std::fputs(advice.c_str(), stderr);
-  } else {
-    print(tradeoff_table(report) + advice);
-  }
+  const std::string advice = tradeoff_advice(report);
+  std::fputs(advice.c_str(), options.json ? stderr : stdout);
+  std::fflush(stdout);
   write_files(options, report);
-  if (options.budget_ms && !find_within_budget(rows, *options.budget_ms)) {
-    throw Error(Fault::data,
-                format("no setting is done within %g ms in 99 of 100 frames", *options.budget_ms));
+  if (options.budget_ms && !chosen_row(report)) {
+    throw Error(Fault::data, no_choice_reason(report));
   }
   return 0;
 }
@@ -123,6 +196,9 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       .add_option("--budget-ms", options.budget_ms,
                   "Say which setting is the most accurate that takes no longer a frame")
       ->check(CLI::PositiveNumber);
+  command.add_flag(
+      "--paper", options.paper,
+      "Measure the method of the paper too, which takes up to a thousand times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
   command.add_option("--csv", options.csv, "Write the table to this file too");
   command.add_option("--plot", options.plot, "SVG file to draw the curve in")

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "daemon/format.hpp"
+#include "daemon/tradeoff/time_left.hpp"
 #include "daemon/tradeoff/tradeoff_score.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/units.hpp"
@@ -41,103 +42,236 @@ struct Measured {
   std::vector<FrameResult> results;  // a frame each, but after a stop
 };
 
-// How much of all is done: frames, weighed by their length.
-class Done {
- public:
-  Done(const TradeoffEvents& events, double all) : events_(events), all_(all) {}
+// What there is to do for a length, and what a trial of it took of the thread's time, which other
+// work on the machine changes less than the wall's.
+struct LengthWork {
+  double length_ms = 0;
+  double making_s = 0;  // all frames
+  std::vector<TradeoffSetting> settings;
+  std::vector<double> setting_s;  // all frames, a setting each
+};
 
-  void report(const std::string& doing, double more) const {
-    events_.progress(doing, std::min(1.0, (done_ + more) / all_));
+// What a measurement is told once and needs everywhere.
+struct Context {
+  const Config& config;
+  const FrameOrigin& origin;
+  const TradeoffPlan& plan;
+  const TradeoffClocks& clocks;
+  const TradeoffEvents& events;
+  const std::stop_token& stop;
+
+  [[nodiscard]] double now_s() const { return static_cast<double>(clocks.wall.steady_ns()) / 1e9; }
+  [[nodiscard]] double thread_s() const { return clocks.thread_ms() / 1e3; }
+};
+
+// Tells how far the work is.
+class Teller {
+ public:
+  explicit Teller(const Context& context)
+      : context_(context), begin_s_(context.now_s()), thread_begin_s_(context.thread_s()) {}
+
+  // When the trials are over: the wall's time for the thread's is as in them.
+  void expect(const std::vector<LengthWork>& works) {
+    const double thread_s = context_.thread_s() - thread_begin_s_;
+    const double share = thread_s > 0 ? (context_.now_s() - begin_s_) / thread_s : 1;
+    std::size_t rows = 0;
+    for (const LengthWork& work : works) {
+      left_.expect(share * work.making_s);
+      for (const double seconds : work.setting_s) left_.expect(share * seconds);
+      rows += work.settings.size();
+    }
+    context_.events.reckoned(rows, left_.left_s(0, 0));
+    begin_part();
   }
-  void add(double more) { done_ += more; }
+  void tell(const std::string& doing) const {
+    context_.events.progress(doing, context_.now_s() - begin_s_, std::nullopt);
+  }
+  // part: of what is being done, 0 to 1.
+  void tell(const std::string& doing, double part) const {
+    const double now_s = context_.now_s();
+    context_.events.progress(doing, now_s - begin_s_, left_.left_s(part, now_s - part_begin_s_));
+  }
+  void finish_part() {
+    left_.finish(context_.now_s() - part_begin_s_);
+    begin_part();
+  }
+  void leave_out_part() { left_.finish(0); }
 
  private:
-  const TradeoffEvents& events_;
-  double all_;
-  double done_ = 0;
+  void begin_part() { part_begin_s_ = context_.now_s(); }
+
+  const Context& context_;
+  double begin_s_;
+  double thread_begin_s_;
+  double part_begin_s_ = 0;
+  TimeLeft left_;
+};
+
+std::string name_of(const TradeoffSetting& setting) {
+  return format("%s, frames of %g ms", setting_name(setting.estimator).c_str(), setting.length_ms);
+}
+
+std::size_t most_photons(const std::vector<KeptFrame>& frames) {
+  std::size_t most = 0;
+  for (const KeptFrame& frame : frames) most = std::max(most, frame.photons_ps.size());
+  return most;
+}
+
+// Estimates frames one after the other with a setting, tracked if that says so.
+class Estimation {
+ public:
+  // Errors: those of FrameEstimator's constructor.
+  Estimation(const Context& context, const TradeoffSetting& setting, std::size_t max_photons)
+      : clock_(context.clocks.thread_ms),
+        estimator_(context.config.pattern, context.config.pulse, context.config.scene,
+                   setting.estimator, setting.length_ms, max_photons),
+        tracked_(setting.estimator.tracked) {}
+
+  FrameResult result(const KeptFrame& frame) {
+    const FrameView view = frame.view();
+    const double begin_ms = clock_();
+    const Estimate estimate = estimator_.estimate(view, tracked_ ? &track_ : nullptr);
+    return frame_result(estimate, clock_() - begin_ms);
+  }
+
+ private:
+  ThreadClock clock_;
+  FrameEstimator estimator_;
+  bool tracked_;
+  Track track_;
+};
+
+// Tries what is to be done for a length on a few frames.
+class Trial {
+ public:
+  Trial(const Context& context, double length_ms)
+      : context_(context), work_{length_ms, 0, {}, {}} {}
+
+  // Without settings where not even those frames come.
+  LengthWork work(const Teller& teller) {
+    teller.tell(format("trying frames of %g ms", work_.length_ms));
+    make_frames();
+    if (frames_.size() < 2) return work_;
+    for (const TradeoffSetting& setting :
+         settings_of_length(context_.config.estimator, work_.length_ms, context_.plan.paper)) {
+      if (context_.stop.stop_requested()) break;
+      teller.tell("trying " + name_of(setting));
+      try {
+        work_.setting_s.push_back(setting_s(setting));
+        work_.settings.push_back(setting);
+      } catch (const Error& error) {
+        context_.events.warn(name_of(setting) + ", is left out: " + error.what());
+      }
+    }
+    return work_;
+  }
+
+ private:
+  static constexpr std::size_t tried = 2;  // frames, after the first
+  // One such frame tells enough.
+  static constexpr double long_frame_s = 0.1;
+
+  // A scene has as many frames as are asked for. How many a recording has only reading it tells.
+  void make_frames() {
+    const bool endless = context_.origin.scene.has_value();
+    const double begin_s = context_.thread_s();
+    std::optional<double> first_s;
+    frames_ = collect_frames(
+        context_.config, context_.origin, work_.length_ms, endless ? tried : context_.plan.frames,
+        [&](std::size_t) {
+          if (!first_s) first_s = context_.thread_s();
+        },
+        context_.stop);
+    if (frames_.size() < 2) return;
+    const std::size_t made = frames_.size() - 1;
+    count_ = endless ? context_.plan.frames : made;
+    // What comes before the first frame comes once, and what is between frames with each.
+    work_.making_s = *first_s - begin_s + of_all(context_.thread_s() - *first_s, made);
+    frames_.resize(std::min(frames_.size(), 1 + tried));
+  }
+
+  [[nodiscard]] double of_all(double seconds, std::size_t frames) const {
+    return seconds * static_cast<double>(count_) / static_cast<double>(frames);
+  }
+
+  // The first frame warms the caches up, and counts only if it takes long.
+  [[nodiscard]] double setting_s(const TradeoffSetting& setting) const {
+    Estimation estimation(context_, setting, most_photons(frames_));
+    double begin_s = context_.thread_s();
+    estimation.result(frames_.front());
+    const double first_s = context_.thread_s() - begin_s;
+    if (first_s > long_frame_s) return of_all(first_s, 1);
+    begin_s = context_.thread_s();
+    for (std::size_t k = 1; k < frames_.size(); ++k) estimation.result(frames_[k]);
+    return of_all(context_.thread_s() - begin_s, frames_.size() - 1);
+  }
+
+  const Context& context_;
+  LengthWork work_;
+  std::size_t count_ = 0;  // of frames to be measured
+  std::vector<KeptFrame> frames_;
 };
 
 class LengthMeasurement {
  public:
-  LengthMeasurement(const Config& config, const FrameOrigin& origin, ThreadClock clock,
-                    const TradeoffEvents& events, const std::stop_token& stop)
-      : config_(config), origin_(origin), clock_(clock), events_(events), stop_(stop) {}
+  LengthMeasurement(const Context& context, Teller& teller) : context_(context), teller_(teller) {}
 
-  // Empty where there are too few frames.
-  std::vector<TradeoffRow> rows(double length_ms, std::size_t count, Done& done) {
-    count_ = count;
-    frames_ = collect_frames(
-        config_, origin_, length_ms, count,
-        [&](std::size_t n) { done.report(format("making frames of %g ms: %zu", length_ms, n), 0); },
-        stop_);
-    if (stop_.stop_requested()) return {};
-    const auto settings = settings_of_length(config_.estimator, length_ms);
+  // Tells each row as it is measured. False where there are too few frames.
+  bool measure(const LengthWork& work, std::vector<TradeoffRow>& rows) {
+    make_frames(work.length_ms);
+    if (context_.stop.stop_requested()) return false;
     if (frames_.size() < fewest_frames) {
-      events_.warn(format("frames of %g ms are left out: only %zu of them could be had", length_ms,
-                          frames_.size()));
-      done.add(work(settings.size() * count, length_ms));
-      return {};
+      context_.events.warn(format("frames of %g ms are left out: only %zu of them could be had",
+                                  work.length_ms, frames_.size()));
+      for (std::size_t k = 0; k < work.settings.size(); ++k) teller_.leave_out_part();
+      return false;
     }
-    std::vector<Measured> measured;
-    for (const TradeoffSetting& setting : settings) {
-      if (stop_.stop_requested()) break;
-      measure(setting, done, measured);
-      done.add(work(count, length_ms));
+    for (const TradeoffSetting& setting : work.settings) {
+      if (context_.stop.stop_requested()) break;
+      const Measured measured = estimate(setting);
+      if (rows_ == 0) take_yardstick(measured.results);
+      const Accuracy accuracy = score(frames_, measured.results, reference_, best_, unit_);
+      if (accuracy.frames > 0) rows.push_back(judge(measured, accuracy, unit_));
+      if (accuracy.frames > 0) context_.events.row(rows.back());
+      ++rows_;
+      teller_.finish_part();
     }
-    return judge(measured);
-  }
-
-  static double work(std::size_t frames, double length_ms) {
-    return static_cast<double>(frames) * length_ms;
+    return !context_.stop.stop_requested();
   }
 
  private:
-  void measure(const TradeoffSetting& setting, const Done& done, std::vector<Measured>& measured) {
-    std::size_t most = 0;
-    for (const KeptFrame& frame : frames_) most = std::max(most, frame.photons_ps.size());
-    try {
-      FrameEstimator estimator(config_.pattern, config_.pulse, config_.scene, setting.estimator,
-                               setting.length_ms, most);
-      measured.push_back({setting, {}});
-      run(estimator, done, measured.back());
-    } catch (const Error& error) {
-      events_.warn(format("%s, frames of %g ms, is left out: ",
-                          setting_name(setting.estimator).c_str(), setting.length_ms) +
-                   error.what());
-    }
+  void make_frames(double length_ms) {
+    const std::size_t count = context_.plan.frames;
+    frames_ = collect_frames(
+        context_.config, context_.origin, length_ms, count,
+        [&](std::size_t n) {
+          teller_.tell(format("making frames of %g ms: %zu of %zu", length_ms, n, count),
+                       static_cast<double>(n) / static_cast<double>(count));
+        },
+        context_.stop);
+    teller_.finish_part();
   }
 
-  void run(FrameEstimator& estimator, const Done& done, Measured& measured) {
-    const TradeoffSetting& setting = measured.setting;
-    const std::string doing =
-        format("%s, frames of %g ms", setting_name(setting.estimator).c_str(), setting.length_ms);
-    Track track;
-    Track* const tracked = setting.estimator.tracked ? &track : nullptr;
+  [[nodiscard]] Measured estimate(const TradeoffSetting& setting) const {
+    Measured measured{setting, {}};
+    const std::string doing = name_of(setting);
+    Estimation estimation(context_, setting, most_photons(frames_));
     for (const KeptFrame& frame : frames_) {
-      if (stop_.stop_requested()) return;
-      const FrameView view = frame.view();
-      const double begin_ms = clock_();
-      const Estimate estimate = estimator.estimate(view, tracked);
-      measured.results.push_back(frame_result(estimate, clock_() - begin_ms));
+      if (context_.stop.stop_requested()) break;
+      measured.results.push_back(estimation.result(frame));
       const std::size_t n = measured.results.size();
-      const double part = static_cast<double>(n) / static_cast<double>(frames_.size());
-      done.report(doing + format(": %zu of %zu", n, frames_.size()),
-                  part * work(count_, setting.length_ms));
+      teller_.tell(doing + format(": %zu of %zu", n, frames_.size()),
+                   static_cast<double>(n) / static_cast<double>(frames_.size()));
     }
+    return measured;
   }
 
-  [[nodiscard]] std::vector<TradeoffRow> judge(const std::vector<Measured>& measured) const {
-    if (measured.empty()) return {};
-    const std::span<const FrameResult> best = measured.front().results;
-    const Yardstick unit = make_yardstick(config_, origin_.truth, frames_, best);
-    const Reference reference =
-        origin_.truth ? truth_reference(frames_) : neighbour_reference(frames_, best, unit);
-    std::vector<TradeoffRow> rows;
-    for (const Measured& one : measured) {
-      const TradeoffRow row = judge(one, score(frames_, one.results, reference, best, unit), unit);
-      if (row.frames > 0) rows.push_back(row);
-    }
-    return rows;
+  // Of the most thorough setting's results, which come first.
+  void take_yardstick(const std::vector<FrameResult>& best) {
+    best_ = best;
+    unit_ = make_yardstick(context_.config, context_.origin.truth, frames_, best_);
+    reference_ = context_.origin.truth ? truth_reference(frames_)
+                                       : neighbour_reference(frames_, best_, unit_);
   }
 
   [[nodiscard]] TradeoffRow judge(const Measured& measured, const Accuracy& accuracy,
@@ -158,20 +292,25 @@ class LengthMeasurement {
     row.photons = row.frames > 0 ? photons / static_cast<double>(row.frames) : 0;
     row.p50_ms = to_microseconds(quantile(times_ms, 0.5));
     row.p99_ms = to_microseconds(quantile(times_ms, 0.99));
-    if (accuracy.delay_rmse_ns) row.distance_rmse_m = m_per_ns_of_delay * *accuracy.delay_rmse_ns;
-    row.velocity_rmse_mps = accuracy.velocity_rmse_mps;
+    // Differences that are no larger than the noise of their reference are no errors of nothing.
+    if (accuracy.delay_rmse_ns.value_or(0) > 0) {
+      row.distance_rmse_m = m_per_ns_of_delay * *accuracy.delay_rmse_ns;
+    }
+    if (accuracy.velocity_rmse_mps.value_or(0) > 0) {
+      row.velocity_rmse_mps = accuracy.velocity_rmse_mps;
+    }
     if (unit.bound.delay_ns > 0) row.distance_bound_m = m_per_ns_of_delay * unit.bound.delay_ns;
     if (unit.bound.velocity_mps > 0) row.velocity_bound_mps = unit.bound.velocity_mps;
     return row;
   }
 
-  const Config& config_;
-  const FrameOrigin& origin_;
-  ThreadClock clock_;
-  const TradeoffEvents& events_;
-  const std::stop_token& stop_;
-  std::size_t count_ = 0;  // of frames asked for
+  const Context& context_;
+  Teller& teller_;
   std::vector<KeptFrame> frames_;
+  std::vector<FrameResult> best_;
+  Yardstick unit_;
+  Reference reference_;
+  std::size_t rows_ = 0;
 };
 
 }  // namespace
@@ -196,7 +335,7 @@ double thread_cpu_ms() {
 }
 
 std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configured,
-                                                double length_ms) {
+                                                double length_ms, bool paper) {
   std::vector<TradeoffSetting> settings;
   EstimatorOptions options = configured;
   options.method = Method::search;
@@ -207,6 +346,7 @@ std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configur
       settings.push_back({options, length_ms});
     }
   }
+  if (!paper) return settings;
   options = configured;
   options.method = Method::paper;
   options.tracked = false;
@@ -215,21 +355,21 @@ std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configur
 }
 
 std::vector<TradeoffRow> measure_tradeoff(const Config& config, const FrameOrigin& origin,
-                                          const TradeoffPlan& plan, ThreadClock clock,
+                                          const TradeoffPlan& plan, const TradeoffClocks& clocks,
                                           const TradeoffEvents& events,
                                           const std::stop_token& stop) {
-  double all = 0;
+  const Context context{config, origin, plan, clocks, events, stop};
+  Teller teller(context);
+  std::vector<LengthWork> works;
   for (const double length_ms : plan.lengths_ms) {
-    const auto settings = settings_of_length(config.estimator, length_ms);
-    all += LengthMeasurement::work(settings.size() * plan.frames, length_ms);
+    works.push_back(Trial(context, length_ms).work(teller));
+    if (stop.stop_requested()) return {};
   }
-  Done done(events, all);
+  teller.expect(works);
   std::vector<TradeoffRow> rows;
-  for (const double length_ms : plan.lengths_ms) {
+  for (const LengthWork& work : works) {
+    if (LengthMeasurement(context, teller).measure(work, rows)) events.length_done(work.length_ms);
     if (stop.stop_requested()) break;
-    LengthMeasurement measurement(config, origin, clock, events, stop);
-    const auto more = measurement.rows(length_ms, plan.frames, done);
-    rows.insert(rows.end(), more.begin(), more.end());
   }
   if (rows.empty() && !stop.stop_requested()) {
     throw Error(Fault::data, origin.name + ": no frame length has five frames to measure");

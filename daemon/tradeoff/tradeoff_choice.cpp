@@ -45,11 +45,17 @@ void keep_least(std::span<const TradeoffRow> rows, std::vector<std::size_t>& amo
   std::erase_if(among, [&](std::size_t i) { return value(rows[i]) > limit; });
 }
 
+bool can_be_chosen(const TradeoffRow& row) {
+  return row.setting.estimator.method != Method::paper &&
+         frames_of_rmse(row) >= fewest_frames_to_choose && row.distance_rmse_m.value_or(0) > 0 &&
+         (row.velocity_rmse_mps || !row.velocity_bound_mps);
+}
+
 template <class Test>
 std::vector<std::size_t> those(std::span<const TradeoffRow> rows, const Test& test) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].distance_rmse_m && test(rows[i])) found.push_back(i);
+    if (can_be_chosen(rows[i]) && test(rows[i])) found.push_back(i);
   }
   return found;
 }
@@ -62,6 +68,8 @@ nlohmann::ordered_json json_of(EstimatorOptions options) {
 }
 
 }  // namespace
+
+std::size_t frames_of_rmse(const TradeoffRow& row) { return row.compared - row.wrong_peaks; }
 
 std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
                                      const EstimatorOptions& configured) {

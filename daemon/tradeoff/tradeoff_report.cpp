@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "daemon/format.hpp"
@@ -36,25 +37,13 @@ const char* name_of(ErrorsAgainst reference) {
   return "neighbours";
 }
 
-const char* short_of(ErrorsAgainst reference) {
-  switch (reference) {
-    case ErrorsAgainst::scene:
-      return "the simulated target";
-    case ErrorsAgainst::truth_file:
-      return "the truth file";
-    case ErrorsAgainst::neighbours:
-      break;
-  }
-  return "neighbouring frames";
-}
-
 struct Marks {
   bool knee = false;
   bool budget = false;
 };
 
 Marks marks_of(const TradeoffReport& report, std::size_t row) {
-  const auto knee = find_knee(report.rows, report.rows[row].setting.length_ms, report.configured);
+  const auto knee = knee_of(report, report.rows[row].setting.length_ms);
   const auto budget =
       report.budget_ms ? find_within_budget(report.rows, *report.budget_ms) : std::nullopt;
   return {knee == row, budget == row};
@@ -92,126 +81,11 @@ std::string column(const char* pattern, const std::optional<double>& value, doub
 }
 
 constexpr const char* headings =
-    "  frame  setting               one core, ms     distance RMSE     velocity RMSE    wrong    "
+    "  frame  setting                one core, ms     distance RMSE     velocity RMSE    wrong    "
     "no\n"
-    "     ms                        p50      p99       mm  /bound      cm/s  /bound    peaks  "
+    "     ms                         p50      p99       mm  /bound      cm/s  /bound    peaks  "
     "value  "
-    "frames\n";
-
-// Colours that keep apart for the colour-blind (Okabe and Ito).
-const char* color_of(Effort effort) {
-  switch (effort) {
-    case Effort::fast:
-      return "#d55e00";
-    case Effort::balanced:
-      return "#0072b2";
-    case Effort::exhaustive:
-      break;
-  }
-  return "#009e73";
-}
-
-Marker marker_of(Effort effort) {
-  switch (effort) {
-    case Effort::fast:
-      return Marker::triangle;
-    case Effort::balanced:
-      return Marker::circle;
-    case Effort::exhaustive:
-      break;
-  }
-  return Marker::square;
-}
-
-ChartSeries& series_of(std::vector<ChartSeries>& all, const TradeoffSetting& setting) {
-  const std::string name = setting_name(setting.estimator);
-  for (ChartSeries& series : all) {
-    if (series.label == name) return series;
-  }
-  ChartSeries series;
-  series.label = name;
-  const bool paper = setting.estimator.method == Method::paper;
-  series.color = paper ? "#555" : color_of(setting.estimator.effort);
-  series.marker = paper ? Marker::diamond : marker_of(setting.estimator.effort);
-  series.hollow = setting.estimator.tracked;
-  if (series.hollow) series.line = LineStyle::dashed;
-  all.push_back(series);
-  return all.back();
-}
-
-using Value = std::function<std::optional<double>(const TradeoffRow&)>;
-
-using Spread = ChartRange (*)(double value, const TradeoffRow&);
-
-ChartPanel panel_of(const TradeoffReport& report, const std::string& title, const ChartAxis& y,
-                    const Value& value, Spread spread) {
-  ChartPanel panel{title, {"processor time a frame, ms", true}, y, {}};
-  for (const TradeoffRow& row : report.rows) {
-    const auto at = value(row);
-    if (!at) continue;
-    ChartPoint point{row.p50_ms, *at};
-    point.x_range = ChartRange{row.p50_ms, std::max(row.p50_ms, row.p99_ms)};
-    point.y_range = spread(*at, row);
-    point.label = format("%g", row.setting.length_ms);
-    series_of(panel.series, row.setting).points.push_back(point);
-  }
-  return panel;
-}
-
-// The bound: a dashed line at 1, as wide as the data.
-void add_bound(ChartPanel& panel) {
-  double first = 0;
-  double last = 0;
-  for (const ChartSeries& series : panel.series) {
-    for (const ChartPoint& point : series.points) {
-      first = first == 0 ? point.x : std::min(first, point.x);
-      last = std::max(last, point.x_range->high);
-    }
-  }
-  if (last == 0) return;
-  panel.series.push_back({"Cramer-Rao bound",
-                          "#777",
-                          Marker::none,
-                          false,
-                          LineStyle::dashed,
-                          {{first, 1}, {last, 1}}});
-}
-
-// A root mean square of n errors is known to one part in sqrt(2 n).
-ChartRange rms_spread(double value, const TradeoffRow& row) {
-  const auto errors = static_cast<double>(row.compared - row.wrong_peaks);
-  const double part = 1 / std::sqrt(2 * std::max(1.0, errors));
-  return {value * (1 - part), value * (1 + part)};
-}
-
-ChartRange no_spread(double value, const TradeoffRow& /*row*/) { return {value, value}; }
-
-ChartPanel ratio_panel(const TradeoffReport& report, const std::string& title, const Value& value) {
-  ChartPanel panel = panel_of(report, title, {"RMSE / bound", true}, value, rms_spread);
-  // Wide enough that noise does not look like a difference.
-  ChartRange range{0.5, 2};
-  for (const ChartSeries& series : panel.series) {
-    for (const ChartPoint& point : series.points) {
-      range = {std::min(range.low, point.y / 1.1), std::max(range.high, point.y * 1.1)};
-    }
-  }
-  panel.y.range = range;
-  add_bound(panel);
-  return panel;
-}
-
-ChartPanel lost_panel(const TradeoffReport& report) {
-  double most = 0;
-  const auto percent = [&](const TradeoffRow& row) -> std::optional<double> {
-    const auto lost = static_cast<double>(row.wrong_peaks + row.no_value);
-    most = std::max(most, 100 * lost / static_cast<double>(row.frames));
-    return 100 * lost / static_cast<double>(row.frames);
-  };
-  ChartPanel panel = panel_of(report, "Frames on a wrong peak or without a value", {"% of frames"},
-                              percent, no_spread);
-  panel.y.range = ChartRange{0, std::max(1.0, 1.1 * most)};
-  return panel;
-}
+    "frames";
 
 std::string describe_target(const simulator::TargetOptions& target) {
   switch (target.motion) {
@@ -226,11 +100,68 @@ std::string describe_target(const simulator::TargetOptions& target) {
   return "a target between points";
 }
 
+// The measured length that is nearest to the configured one; 0 where nothing is measured.
+double nearest_length_ms(const TradeoffReport& report) {
+  double nearest_ms = 0;
+  double apart = std::numeric_limits<double>::infinity();
+  for (const TradeoffRow& row : report.rows) {
+    const double length_ms = row.setting.length_ms;
+    const double decades = std::abs(std::log10(length_ms / report.configured_length_ms));
+    if (decades < apart) nearest_ms = length_ms;
+    apart = std::min(apart, decades);
+  }
+  return nearest_ms;
+}
+
+// How many frames to ask for, of which as large a share can be compared as of these.
+std::size_t frames_needed(ErrorsAgainst reference, std::size_t frames, std::size_t compared) {
+  // Two at either end have too few neighbours, one of them the first, which is not judged anyway.
+  const std::size_t edges = reference == ErrorsAgainst::neighbours ? 3 : 0;
+  const bool tells = frames > edges && compared > 0;
+  const double share =
+      tells ? static_cast<double>(compared) / static_cast<double>(frames - edges) : 1;
+  return edges +
+         static_cast<std::size_t>(std::ceil(static_cast<double>(fewest_frames_to_choose) / share));
+}
+
+// Why there are too few frames of a length to choose a setting by; absent where there are enough.
+std::optional<std::string> shortage(const TradeoffReport& report, double length_ms) {
+  std::size_t frames = 0;
+  std::size_t most = 0;
+  for (const TradeoffRow& row : report.rows) {
+    if (row.setting.length_ms != length_ms) continue;
+    frames = std::max(frames, row.frames);
+    most = std::max(most, frames_of_rmse(row));
+  }
+  if (most >= fewest_frames_to_choose) return std::nullopt;
+  const std::string has =
+      format("at %g ms %zu of %zu frames could be compared and %zu are needed; ", length_ms, most,
+             frames, fewest_frames_to_choose);
+  const std::size_t needed = frames_needed(report.reference, frames, most);
+  if (report.reference == ErrorsAgainst::scene)
+    return has + format("--frames %zu has them", needed);
+  // Two more: the first, and what the start and the end cut off.
+  const double needed_s = static_cast<double>(needed + 2) * length_ms / 1e3;
+  return has + format("a recording of %.2g s with --frames %zu has them", needed_s, needed);
+}
+
 }  // namespace
 
 ErrorsAgainst errors_against(const FrameOrigin& origin) {
   if (origin.scene) return ErrorsAgainst::scene;
   return origin.truth ? ErrorsAgainst::truth_file : ErrorsAgainst::neighbours;
+}
+
+std::string short_name(ErrorsAgainst reference) {
+  switch (reference) {
+    case ErrorsAgainst::scene:
+      return "the simulated target";
+    case ErrorsAgainst::truth_file:
+      return "the truth file";
+    case ErrorsAgainst::neighbours:
+      break;
+  }
+  return "neighbouring frames";
 }
 
 std::string describe(ErrorsAgainst reference) {
@@ -246,34 +177,43 @@ std::string describe(ErrorsAgainst reference) {
          "(effort exhaustive), freed of their own noise; a constant error does not show";
 }
 
-std::string tradeoff_table(const TradeoffReport& report) {
-  std::string text = describe(report.reference) + "\n" + headings;
-  for (std::size_t i = 0; i < report.rows.size(); ++i) {
-    const TradeoffRow& row = report.rows[i];
-    const Marks marks = marks_of(report, i);
-    text +=
-        format("%7g  %-19s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
-        format("%7.3g  %7.3g", row.p50_ms, row.p99_ms) + "  " +
-        column("%7.3g", row.distance_rmse_m, 1e3, 7) + column("%8.3f", row.distance_ratio(), 1, 8) +
-        "   " + column("%7.3g", row.velocity_rmse_mps, 1e2, 7) +
-        column("%8.3f", row.velocity_ratio(), 1, 8) +
-        format("%9zu%7zu%8zu", row.wrong_peaks, row.no_value, row.frames) +
-        (marks.knee ? " *" : "") + (marks.budget ? " <" : "") + "\n";
-  }
-  return text;
+std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms) {
+  if (report.stopped_in_ms == length_ms) return std::nullopt;
+  return find_knee(report.rows, length_ms, report.configured);
 }
 
-std::string tradeoff_json(const TradeoffReport& report) {
-  std::string text;
-  for (std::size_t i = 0; i < report.rows.size(); ++i) {
-    JsonWriter line;
-    line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
-    for (const Member& member : members_of(report, i)) {
-      if (!member.json.empty()) line.raw(member.name, member.json);
-    }
-    text += line.finish() + "\n";
+std::optional<std::size_t> chosen_row(const TradeoffReport& report) {
+  if (report.budget_ms) return find_within_budget(report.rows, *report.budget_ms);
+  return knee_of(report, nearest_length_ms(report));
+}
+
+std::string table_head(ErrorsAgainst reference) { return describe(reference) + "\n" + headings; }
+
+std::string table_line(const TradeoffRow& row) {
+  return format("%7g  %-19s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
+         format("%7.3g  %7.3g", row.p50_ms, row.p99_ms) + "  " +
+         column("%7.3g", row.distance_rmse_m, 1e3, 7) +
+         column("%8.3f", row.distance_ratio(), 1, 8) + "   " +
+         column("%7.3g", row.velocity_rmse_mps, 1e2, 7) +
+         column("%8.3f", row.velocity_ratio(), 1, 8) +
+         format("%9zu%7zu%8zu", row.wrong_peaks, row.no_value, row.frames);
+}
+
+std::string knee_line(const TradeoffReport& report, double length_ms) {
+  const auto knee = knee_of(report, length_ms);
+  const std::string said =
+      knee ? "knee: " + setting_name(report.rows[*knee].setting.estimator)
+           : "no knee: " + shortage(report, length_ms).value_or("not all is known of any setting");
+  return format("%7g  ", length_ms) + said;
+}
+
+std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
+  JsonWriter line;
+  line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
+  for (const Member& member : members_of(report, row)) {
+    if (!member.json.empty()) line.raw(member.name, member.json);
   }
-  return text;
+  return line.finish();
 }
 
 std::string tradeoff_csv(const TradeoffReport& report) {
@@ -290,35 +230,27 @@ std::string tradeoff_csv(const TradeoffReport& report) {
   return names + lines;
 }
 
-Chart tradeoff_chart(const TradeoffReport& report) {
-  Chart chart{"Speed against accuracy, for frames of the lengths given in ms",
-              report.title + "; errors against " + short_of(report.reference),
-              {}};
-  chart.panels.push_back(ratio_panel(report, "Distance at mid-frame",
-                                     [](const TradeoffRow& row) { return row.distance_ratio(); }));
-  chart.panels.push_back(
-      ratio_panel(report, "Velocity", [](const TradeoffRow& row) { return row.velocity_ratio(); }));
-  chart.panels.push_back(lost_panel(report));
-  return chart;
+std::string no_choice_reason(const TradeoffReport& report) {
+  const double length_ms = nearest_length_ms(report);
+  if (report.stopped_in_ms == length_ms && !report.budget_ms) {
+    return format("not all settings of %g ms are measured", length_ms);
+  }
+  if (const auto lacking = shortage(report, length_ms)) return *lacking;
+  if (!report.budget_ms) return "the errors are no larger than the noise of their reference";
+  return format("no setting is done within %g ms in 99 of 100 frames", *report.budget_ms);
 }
 
-std::string tradeoff_advice(const TradeoffReport& report, double length_ms) {
-  const auto knee = find_knee(report.rows, length_ms, report.configured);
-  std::string text;
-  if (knee) {
-    const TradeoffSetting& setting = report.rows[*knee].setting;
-    text = format("the knee at %g ms (*): %s, %.3g ms a frame\n", length_ms,
-                  setting_name(setting.estimator).c_str(), report.rows[*knee].p50_ms);
-    if (!report.budget_ms) text += configuration_lines(setting) + "\n";
-  }
-  if (!report.budget_ms) return text;
-  const auto within = find_within_budget(report.rows, *report.budget_ms);
-  if (!within) return text;
-  const TradeoffRow& row = report.rows[*within];
-  return text +
-         format("within %g ms a frame (<): %s, frames of %g ms, p99 %.3g ms\n", *report.budget_ms,
-                setting_name(row.setting.estimator).c_str(), row.setting.length_ms, row.p99_ms) +
-         configuration_lines(row.setting) + "\n";
+std::string tradeoff_advice(const TradeoffReport& report) {
+  const auto chosen = chosen_row(report);
+  if (!chosen) return "no setting is recommended: " + no_choice_reason(report) + "\n";
+  const TradeoffRow& row = report.rows[*chosen];
+  const std::string name = setting_name(row.setting.estimator);
+  const std::string head =
+      report.budget_ms ? format("within %g ms a frame: %s, frames of %g ms, p99 %.3g ms\n",
+                                *report.budget_ms, name.c_str(), row.setting.length_ms, row.p99_ms)
+                       : format("the knee at %g ms: %s, %.3g ms a frame\n", row.setting.length_ms,
+                                name.c_str(), row.p50_ms);
+  return head + configuration_lines(row.setting) + "\n";
 }
 
 std::string tradeoff_title(const Config& config, const FrameOrigin& origin) {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/svg_chart.hpp"
 #include "daemon/tradeoff/tradeoff.hpp"
 
 namespace splid {
@@ -17,33 +17,44 @@ enum class ErrorsAgainst { scene, truth_file, neighbours };
 
 ErrorsAgainst errors_against(const FrameOrigin& origin);
 
-// In a sentence.
+// In a sentence, and in a few words.
 std::string describe(ErrorsAgainst reference);
+std::string short_name(ErrorsAgainst reference);
 
 struct TradeoffReport {
   std::span<const TradeoffRow> rows;
   ErrorsAgainst reference = ErrorsAgainst::scene;
-  std::string title;                // of the plot: the scene in a few words
-  EstimatorOptions configured;      // decides between settings that cost the same
-  std::optional<double> budget_ms;  // for one frame
+  std::string title;            // of the plot: the scene in a few words
+  EstimatorOptions configured;  // decides between settings that cost the same
+  double configured_length_ms = 50;
+  std::optional<double> budget_ms;      // for one frame
+  std::optional<double> stopped_in_ms;  // length of frames whose settings are not all measured
 };
 
-// A line a setting under two of headings; the knee of each length is marked with *, what the budget
-// allows with <.
-std::string tradeoff_table(const TradeoffReport& report);
+// The knee of a length; absent too where not all of its settings are measured.
+std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms);
 
-// One JSON object a line, "schema" first; what is not known is left out.
-std::string tradeoff_json(const TradeoffReport& report);
+// The row to take: what the budget allows if there is one, otherwise the knee of the measured
+// length that is nearest to the configured one.
+std::optional<std::size_t> chosen_row(const TradeoffReport& report);
+
+// The table, a piece at a time, each without its last line feed: what the errors are and the names
+// of the columns, a row, and what comes after the last row of a length.
+std::string table_head(ErrorsAgainst reference);
+std::string table_line(const TradeoffRow& row);
+std::string knee_line(const TradeoffReport& report, double length_ms);
+
+// One JSON object, "schema" first; what is not known is left out.
+std::string tradeoff_json(const TradeoffReport& report, std::size_t row);
 
 // The same members as columns under a line of their names; what is not known is empty.
 std::string tradeoff_csv(const TradeoffReport& report);
 
-// RMSE over bound of distance and of velocity and the share of wrong peaks against the time a
-// frame, medians with whiskers up to the 99th percentile; a series joins the lengths of a setting.
-Chart tradeoff_chart(const TradeoffReport& report);
+// Why there is no chosen row, where there is none.
+std::string no_choice_reason(const TradeoffReport& report);
 
-// Which setting to take, and its configuration lines.
-std::string tradeoff_advice(const TradeoffReport& report, double configured_length_ms);
+// Which setting to take, and its configuration lines; or why none.
+std::string tradeoff_advice(const TradeoffReport& report);
 
 // "interleaved, 40 pulses in 3780 ns; S 0.00135 a pulse, b 175000 /s, target at 284.5 m" for a
 // scene, the file's name and the pattern for a recording.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "drivers/simulator/simulator_options.hpp"
 
 namespace splid {
 namespace {
@@ -25,11 +26,11 @@ std::vector<std::string> shipped() {
 }
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
-  EXPECT_THAT(shipped(),
-              ::testing::ElementsAre("ambiguous.json", "baseline.json", "demo.json", "encoder.json",
-                                     "interleaved.json", "m8190a-mrr.json", "m8195a-swabian.json",
-                                     "mrr.json", "random.json", "replay.json",
-                                     "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
+  EXPECT_THAT(shipped(), ::testing::ElementsAre(
+                             "ambiguous.json", "baseline.json", "demo.json", "dim.json",
+                             "encoder.json", "interleaved.json", "m8190a-mrr.json",
+                             "m8195a-swabian.json", "mrr.json", "random.json", "replay.json",
+                             "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
 
 TEST(ShippedConfig, AllLoad) {
@@ -43,6 +44,15 @@ TEST(ShippedConfig, EachModesOwnHasItsPattern) {
     EXPECT_EQ(config.pattern.mode, mode);
     EXPECT_EQ(config.source_driver, "simulator");
   }
+}
+
+TEST(ShippedConfig, TheDimSceneHasANinthOfTheDemosSignal) {
+  const Config demo = load_config(folder + "demo.json");
+  const Config dim = load_config(folder + "dim.json");
+  const auto signal = [](const Config& config) {
+    return dynamic_cast<const SimulatorOptions&>(*config.source).detection.signal_per_pulse;
+  };
+  EXPECT_DOUBLE_EQ(signal(dim), signal(demo) / 9);
 }
 
 TEST(ShippedConfig, TheReplayNamesARecordingBesideIt) {

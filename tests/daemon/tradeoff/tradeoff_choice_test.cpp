@@ -17,6 +17,7 @@ TradeoffRow row(Effort effort, double length_ms, double p50_ms, double distance_
   made.setting.estimator.effort = effort;
   made.setting.length_ms = length_ms;
   made.frames = 200;
+  made.compared = 200;
   made.p50_ms = p50_ms;
   made.p99_ms = 2 * p50_ms;
   made.distance_rmse_m = distance_mm * 1e-3;
@@ -91,6 +92,37 @@ TEST(Knee, IsNoneWhereNothingWasCompared) {
   nothing.distance_rmse_m.reset();
   EXPECT_EQ(knee({nothing}), std::nullopt);
   EXPECT_EQ(find_within_budget(std::vector{nothing}, 10), std::nullopt);
+}
+
+// An RMSE of four frames is chance, and one of 0 is none.
+TEST(Choice, IsMadeByEnoughFrames) {
+  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1, 0.6)};
+  rows[0].compared = fewest_frames_to_choose + 2;
+  rows[0].wrong_peaks = 2;
+  EXPECT_THAT(knee(rows), Optional(0));
+  EXPECT_THAT(find_within_budget(rows, 10), Optional(0));
+  rows[0].wrong_peaks = 3;
+  EXPECT_EQ(knee(rows), std::nullopt);
+  EXPECT_EQ(find_within_budget(rows, 10), std::nullopt);
+}
+
+TEST(Choice, TakesNoErrorOfNothing) {
+  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1, 0)};
+  EXPECT_EQ(knee(rows), std::nullopt);
+  EXPECT_EQ(find_within_budget(rows, 10), std::nullopt);
+  rows[0] = row(Effort::balanced, 50, 1, 0.6);
+  rows[0].velocity_bound_mps = 0.04;
+  rows[0].velocity_rmse_mps.reset();
+  EXPECT_EQ(knee(rows), std::nullopt);
+}
+
+TEST(Choice, IsNeverThePapersMethod) {
+  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 2, 0.6, 3),
+                                   row(Effort::balanced, 50, 1, 0.3)};
+  rows[1].setting.estimator.method = Method::paper;
+  EXPECT_THAT(knee(rows), Optional(0));
+  EXPECT_THAT(find_knee(rows, 50, rows[1].setting.estimator), Optional(0));
+  EXPECT_THAT(find_within_budget(rows, 10), Optional(0));
 }
 
 // p99 is twice p50 in these rows.

@@ -40,7 +40,7 @@ const std::vector<TradeoffRow> rows = {row(Effort::exhaustive, 20, 4), row(Effor
                                        row(Effort::exhaustive, 50, 9), row(Effort::fast, 50, 3)};
 
 TradeoffReport report_of(std::span<const TradeoffRow> of) {
-  return {of, ErrorsAgainst::scene, "a scene", {}, std::nullopt};
+  return {of, ErrorsAgainst::scene, "a scene", {}, 50, std::nullopt, std::nullopt};
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -50,34 +50,34 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-TEST(TradeoffTable, HasALineASettingAndMarksTheKnees) {
-  TradeoffReport report = report_of(rows);
-  report.budget_ms = 5;
-  const auto lines = lines_of(tradeoff_table(report));
-  ASSERT_EQ(lines.size(), 3 + rows.size());
-  EXPECT_EQ(lines[3],
+TEST(TradeoffTable, HasALineASettingUnderItsNames) {
+  const auto head = lines_of(table_head(ErrorsAgainst::scene));
+  ASSERT_EQ(head.size(), 3u);
+  EXPECT_EQ(table_line(rows[0]),
             "     20  exhaustive               4        6     0.62   1.240       4.3   1.075       "
-            " 0      "
-            "1     200");
-  EXPECT_THAT(lines[4], HasSubstr("200 *"));
-  EXPECT_THAT(lines[5], Not(HasSubstr("*")));
-  EXPECT_THAT(lines[6], HasSubstr("200 *"));
-  EXPECT_THAT(lines[4] + lines[6], HasSubstr(" <"));
+            " 0      1     200");
+  EXPECT_EQ(head[2].size(), table_line(rows[0]).size());
+}
+
+TEST(TradeoffTable, ALengthEndsWithItsKnee) {
+  TradeoffReport report = report_of(rows);
+  EXPECT_EQ(knee_line(report, 20), "     20  knee: fast");
+  report.stopped_in_ms = 50;
+  EXPECT_EQ(knee_line(report, 20), "     20  knee: fast");
+  EXPECT_EQ(knee_of(report, 50), std::nullopt) << "the rest of its settings may be better";
 }
 
 TEST(TradeoffTable, ShowsADashForWhatIsNotKnown) {
   TradeoffRow nothing;
   nothing.frames = 200;
   nothing.no_value = 200;
-  const auto lines = lines_of(tradeoff_table(report_of(std::vector{nothing})));
-  EXPECT_EQ(std::count(lines.back().begin(), lines.back().end(), '-'), 4);
+  const std::string line = table_line(nothing);
+  EXPECT_EQ(std::count(line.begin(), line.end(), '-'), 4);
 }
 
 TEST(TradeoffJson, IsAnObjectALine) {
-  const auto lines = lines_of(tradeoff_json(report_of(rows)));
-  ASSERT_EQ(lines.size(), rows.size());
   EXPECT_EQ(
-      lines[1],
+      tradeoff_json(report_of(rows), 1),
       R"({"schema":"splid.tradeoff","v":[1,0],)"
       R"("method":"search","tracked":false,"effort":"fast","length_ms":20,"frames":200,"photons":9470,)"
       R"("compute_ms_p50":1,"compute_ms_p99":1.5,"reference":"scene","compared":199,)"
@@ -87,7 +87,7 @@ TEST(TradeoffJson, IsAnObjectALine) {
       R"("wrong_peaks":0,"no_value":1,"knee":true})");
   TradeoffRow rest = rows[0];
   rest.velocity_rmse_mps.reset();
-  EXPECT_THAT(tradeoff_json(report_of(std::vector{rest})), Not(HasSubstr("velocity_rmse")));
+  EXPECT_THAT(tradeoff_json(report_of(std::vector{rest}), 0), Not(HasSubstr("velocity_rmse")));
 }
 
 TEST(TradeoffCsv, HasTheMembersOfTheJsonAsColumns) {
@@ -103,38 +103,55 @@ TEST(TradeoffCsv, HasTheMembersOfTheJsonAsColumns) {
   EXPECT_THAT(lines[2], HasSubstr("fast,20,200,9470,1,1.5,scene,"));
 }
 
-TEST(TradeoffChart, HasAPanelAQuantityAndASeriesASetting) {
-  const Chart chart = tradeoff_chart(report_of(rows));
-  ASSERT_EQ(chart.panels.size(), 3u);
-  EXPECT_THAT(chart.subtitle, HasSubstr("a scene"));
-  for (std::size_t panel = 0; panel < 3; ++panel) {
-    std::vector<std::string> names;
-    for (const ChartSeries& series : chart.panels[panel].series) names.push_back(series.label);
-    if (panel < 2) {
-      EXPECT_THAT(names, ElementsAre("exhaustive", "fast", "Cramer-Rao bound"));
-    } else {
-      EXPECT_THAT(names, ElementsAre("exhaustive", "fast"));
-    }
-    EXPECT_THAT(chart.panels[panel].x.title, HasSubstr("ms"));
-    EXPECT_TRUE(chart.panels[panel].x.logarithmic);
-  }
-  const ChartPoint& point = chart.panels[1].series[1].points[1];
-  EXPECT_EQ(point.x, 3);
-  EXPECT_EQ(point.x_range->high, 4.5);
-  EXPECT_DOUBLE_EQ(point.y, 1.075);
-  EXPECT_EQ(point.label, "50");
-  EXPECT_DOUBLE_EQ(chart.panels[2].series[0].points[0].y, 0.5);
-}
-
 TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {
   TradeoffReport report = report_of(rows);
-  const std::string knee = tradeoff_advice(report, 50);
-  EXPECT_THAT(knee, AllOf(HasSubstr("knee at 50 ms (*): fast"), HasSubstr("\"effort\":\"fast\""),
-                          HasSubstr("\"length_ms\": 50")));
+  EXPECT_THAT(tradeoff_advice(report),
+              AllOf(HasSubstr("knee at 50 ms: fast"), HasSubstr("\"effort\":\"fast\""),
+                    HasSubstr("\"length_ms\": 50")));
   report.budget_ms = 2;
-  EXPECT_THAT(tradeoff_advice(report, 50),
-              AllOf(HasSubstr("knee at 50 ms"), HasSubstr("within 2 ms"), HasSubstr("frames of 20"),
+  EXPECT_THAT(tradeoff_advice(report),
+              AllOf(HasSubstr("within 2 ms"), HasSubstr("frames of 20"),
                     HasSubstr("\"length_ms\": 20"), Not(HasSubstr("\"length_ms\": 50"))));
+  report.budget_ms = 0.1;
+  EXPECT_THAT(tradeoff_advice(report), HasSubstr("no setting is done within 0.1 ms"));
+}
+
+TEST(TradeoffAdvice, IsForTheMeasuredLengthNearestToTheConfiguredOne) {
+  TradeoffReport report = report_of(rows);
+  report.configured_length_ms = 25;
+  EXPECT_THAT(tradeoff_advice(report), HasSubstr("knee at 20 ms"));
+  report.configured_length_ms = 200;
+  EXPECT_THAT(tradeoff_advice(report), HasSubstr("knee at 50 ms"));
+}
+
+// What 0.29 s of recording have: four frames of 50 ms, without a neighbour on either side.
+TEST(TradeoffAdvice, SaysHowManyFramesThereAreAndHowManyItTakes) {
+  TradeoffRow few = row(Effort::balanced, 50, 62);
+  few.frames = 4;
+  few.compared = 0;
+  few.no_value = 0;
+  TradeoffReport report = report_of({&few, 1});
+  report.reference = ErrorsAgainst::neighbours;
+  const auto says_what_it_takes =
+      AllOf(HasSubstr("0 of 4 frames"), HasSubstr("20 are needed"),
+            HasSubstr("a recording of 1.2 s with --frames 23 has them"));
+  EXPECT_THAT(tradeoff_advice(report), says_what_it_takes);
+  EXPECT_THAT(knee_line(report, 50), says_what_it_takes);
+  report.budget_ms = 100;
+  EXPECT_THAT(no_choice_reason(report), says_what_it_takes);
+  report.reference = ErrorsAgainst::scene;
+  EXPECT_THAT(no_choice_reason(report), HasSubstr("--frames 20 has them"));
+  few.frames = 200;
+  few.compared = 12;
+  few.wrong_peaks = 2;
+  EXPECT_THAT(no_choice_reason(report), HasSubstr("--frames 400 has them"));
+}
+
+TEST(TradeoffAdvice, IsNoneWhereAStopCameFirst) {
+  TradeoffReport report = report_of(rows);
+  report.stopped_in_ms = 50;
+  EXPECT_THAT(tradeoff_advice(report), AllOf(HasSubstr("no setting is recommended"),
+                                             HasSubstr("not all settings of 50 ms")));
 }
 
 TEST(TradeoffTitle, NamesTheScene) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -23,29 +24,40 @@ using splid::test::file_text;
 using splid::test::ProgramResult;
 using splid::test::run_program;
 using ::testing::AllOf;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
 // Each reading is a millisecond after the one before, as if every estimate took one.
-double steady_ms() {
-  static double now_ms = 0;
-  return ++now_ms;
-}
+double now_ms = 0;
+double step_ms = 1;
+double steady_ms() { return now_ms += step_ms; }
+
+class SteadyClock final : public Clock {
+ public:
+  [[nodiscard]] double unix_s() const override { return 0; }
+  [[nodiscard]] std::int64_t steady_ns() const override { return std::llround(steady_ms() * 1e6); }
+};
 
 std::vector<TradeoffRow> measured(const Config& config, const TradeoffPlan& plan,
                                   const TradeoffEvents& events, const std::stop_token& stop = {}) {
-  return measure_tradeoff(config, find_origin(config, ""), plan, steady_ms, events, stop);
+  const SteadyClock wall;
+  return measure_tradeoff(config, find_origin(config, ""), plan, {steady_ms, wall}, events, stop);
 }
 
-const TradeoffEvents no_events = {[](const std::string&, double) {}, [](const std::string&) {}};
+const TradeoffEvents no_events = {
+    [](std::size_t, double) {}, [](const std::string&, double, std::optional<double>) {},
+    [](const TradeoffRow&) {}, [](double) {}, [](const std::string&) {}};
+
+constexpr std::size_t settings = 6;  // three efforts, each frame on its own and tracked
 
 // The RMSE of 200 errors is known to 5 %: four of those.
 TEST(Tradeoff, RowsHoldWhatTheSceneGives) {
   const Config config = scene_config(1);
   const auto rows = measured(config, {{5, 10}, 200}, no_events);
-  ASSERT_THAT(rows, SizeIs(2 * settings_of_length({}, 5).size()));
+  ASSERT_THAT(rows, SizeIs(2 * settings));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const TradeoffRow& row = rows[i];
     SCOPED_TRACE(setting_name(row.setting.estimator));
@@ -87,29 +99,93 @@ TEST(Tradeoff, WithoutATargetNothingIsComparedAndNothingInvented) {
   EXPECT_FALSE(rows.front().distance_ratio());
 }
 
-TEST(Tradeoff, ProgressGoesFromNothingToAll) {
-  std::vector<double> done;
+TEST(Tradeoff, ThePapersMethodIsMeasuredWhereAsked) {
+  const auto rows = measured(scene_config(1), {{5}, 5, true}, no_events);
+  ASSERT_THAT(rows, SizeIs(settings + 1));
+  EXPECT_EQ(rows.back().setting.estimator.method, Method::paper);
+  Config config = scene_config(1);
+  config.estimator.method = Method::paper;
+  for (const TradeoffRow& row : measured(config, {{5}, 5}, no_events)) {
+    EXPECT_EQ(row.setting.estimator.method, Method::search);
+  }
+}
+
+TEST(Tradeoff, EachRowIsToldAsItIsMeasured) {
+  std::vector<std::string> told;
   TradeoffEvents events = no_events;
-  events.progress = [&](const std::string&, double part) { done.push_back(part); };
-  measured(scene_config(1), {{5, 10}, 10}, events);
-  ASSERT_THAT(done, Not(IsEmpty()));
-  EXPECT_EQ(done.front(), 0);
-  EXPECT_NEAR(done.back(), 1, 0.02);
-  EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  events.reckoned = [&](std::size_t rows, double) { told.push_back(std::to_string(rows)); };
+  events.progress = [&](const std::string& doing, double, std::optional<double>) {
+    const std::string what = doing.substr(0, doing.find_first_of(":"));
+    if (told.empty() || told.back() != what) told.push_back(what);
+  };
+  events.row = [&](const TradeoffRow& row) {
+    told.push_back("row " + setting_name(row.setting.estimator));
+  };
+  events.length_done = [&](double length_ms) { told.push_back(std::to_string(length_ms)); };
+  measured(scene_config(1), {{5}, 5}, events);
+  std::vector<std::string> expected = {"trying frames of 5 ms"};
+  std::vector<std::string> names;
+  for (const TradeoffSetting& setting : settings_of_length({}, 5, false)) {
+    names.push_back(setting_name(setting.estimator));
+    expected.push_back("trying " + names.back() + ", frames of 5 ms");
+  }
+  expected.push_back("6");
+  expected.push_back("making frames of 5 ms");
+  for (const std::string& name : names) {
+    expected.push_back(name + ", frames of 5 ms");
+    expected.push_back("row " + name);
+  }
+  expected.push_back("5.000000");
+  EXPECT_THAT(told, ElementsAreArray(expected));
+}
+
+// By a clock that goes fifty times as far with each frame of effort exhaustive as with the others.
+TEST(Tradeoff, TheTimeLeftIsTrueFromTheStart) {
+  struct Said {
+    double done_s, left_s;
+  };
+  std::vector<Said> said;
+  TradeoffEvents events = no_events;
+  events.progress = [&](const std::string& doing, double done_s, std::optional<double> left_s) {
+    step_ms = doing.find("exhaustive") == std::string::npos ? 1 : 50;
+    if (left_s) said.push_back({done_s, *left_s});
+  };
+  double reckoned_s = 0;
+  events.reckoned = [&](std::size_t, double seconds) { reckoned_s = seconds; };
+  measured(scene_config(1), {{5, 10}, 100}, events);
+  step_ms = 1;
+  ASSERT_THAT(said, Not(IsEmpty()));
+  const double all_s = said.back().done_s;
+  EXPECT_NEAR(reckoned_s, all_s - said.front().done_s, 0.5 * all_s);
+  EXPECT_NEAR(said.back().left_s, 0, 0.02 * all_s);
+  for (const Said& one : said) {
+    EXPECT_NEAR((one.done_s + one.left_s) / all_s, 1, 0.5) << one.done_s;
+  }
 }
 
 TEST(Tradeoff, AStopEndsItWithWhatIsThere) {
   std::stop_source stop;
   TradeoffEvents events = no_events;
   std::size_t estimated = 0;
-  events.progress = [&](const std::string& doing, double) {
-    if (doing.find("making") == std::string::npos && ++estimated == 30) stop.request_stop();
+  std::size_t lengths = 0;
+  events.progress = [&](const std::string& doing, double, std::optional<double> left_s) {
+    const bool estimates = left_s && doing.find("making") == std::string::npos;
+    if (estimates && ++estimated == 30) stop.request_stop();
   };
+  events.length_done = [&](double) { ++lengths; };
   const auto rows = measured(scene_config(1), {{5, 10}, 20}, events, stop.get_token());
   // 21 frames of the first setting, 9 of the second; the first frame of each is not judged.
   ASSERT_THAT(rows, SizeIs(2));
   EXPECT_EQ(rows[0].frames, 20u);
   EXPECT_EQ(rows[1].frames, 8u);
+  EXPECT_EQ(lengths, 0u);
+}
+
+TEST(Tradeoff, AStopOfTheTrialsHasNoRows) {
+  std::stop_source stop;
+  TradeoffEvents events = no_events;
+  events.progress = [&](const std::string&, double, std::optional<double>) { stop.request_stop(); };
+  EXPECT_THAT(measured(scene_config(1), {{5, 10}, 20}, events, stop.get_token()), IsEmpty());
 }
 
 TEST(Tradeoff, TheThreadsClockCountsWorkAndNotSleep) {
@@ -130,9 +206,9 @@ class TradeoffProgram : public ::testing::Test {
         R"("pattern":{"file":"pattern.json"},"pipeline":{"ring_capacity_tags":131072}})");
   }
 
-  ProgramResult run(std::vector<std::string> more) const {
+  ProgramResult run(std::vector<std::string> more, const std::string& frames = "12") const {
     std::vector<std::string> arguments = {"tradeoff", "--config", config,      "--plot", plot(),
-                                          "--frames", "12",       "--lengths", "5,10"};
+                                          "--frames", frames,     "--lengths", "5,10"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_program(arguments);
   }
@@ -164,7 +240,7 @@ TEST_F(TradeoffProgram, PrintsARowALineAsJson) {
     EXPECT_GT(row.at("compute_ms_p50"), 0);
     EXPECT_GE(row.at("compute_ms_p99"), row.at("compute_ms_p50"));
   }
-  EXPECT_EQ(rows, 2 * settings_of_length({}, 5).size());
+  EXPECT_EQ(rows, 2 * settings);
 }
 
 TEST_F(TradeoffProgram, ASeedGivesItsOwnFramesAgain) {
@@ -176,11 +252,22 @@ TEST_F(TradeoffProgram, ASeedGivesItsOwnFramesAgain) {
   EXPECT_NE(photons("7"), photons("8"));
 }
 
+TEST_F(TradeoffProgram, TooFewFramesAreNoRecommendation) {
+  const ProgramResult result = run({});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("no setting is recommended"), HasSubstr("12 of 12 frames"),
+                    HasSubstr("20 are needed"), Not(HasSubstr("\"estimator\""))));
+  const ProgramResult budget = run({"--budget-ms", "10000"});
+  EXPECT_EQ(budget.exit_code, 4);
+  EXPECT_THAT(budget.err, HasSubstr("20 are needed"));
+}
+
 TEST_F(TradeoffProgram, ABudgetIsMetOrADataError) {
-  const ProgramResult met = run({"--budget-ms", "10000"});
+  const ProgramResult met = run({"--budget-ms", "10000"}, "20");
   EXPECT_EQ(met.exit_code, 0) << met.err;
   EXPECT_THAT(met.out, AllOf(HasSubstr("within 10000 ms"), HasSubstr("\"length_ms\": 10")));
-  const ProgramResult missed = run({"--budget-ms", "0.000001"});
+  const ProgramResult missed = run({"--budget-ms", "0.000001"}, "20");
   EXPECT_EQ(missed.exit_code, 4);
   EXPECT_THAT(missed.out, HasSubstr("balanced"));
   EXPECT_THAT(missed.err, HasSubstr("no setting is done within 1e-06 ms"));
@@ -198,10 +285,33 @@ TEST_F(TradeoffProgram, ErrorsHaveTheExitCodesOfTheOtherCommands) {
   expect_error(run({"--csv", folder.path("no/such/folder.csv")}), 3, "folder.csv");
 }
 
-TEST_F(TradeoffProgram, ASignalEndsItCleanly) {
-  std::vector<std::string> arguments = {"tradeoff",  "--config", config,     "--plot",  plot(),
-                                        "--lengths", "5",        "--frames", "1000000", "--json"};
-  splid::test::Program program(arguments);
+// Until it has printed the text on standard output, which is no terminal here; false after a
+// minute.
+bool has_printed(const splid::test::Program& program, const std::string& text) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+  while (std::chrono::steady_clock::now() < until) {
+    if (program.out().find(text) != std::string::npos) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  return false;
+}
+
+// The paper's method alone would take minutes.
+TEST_F(TradeoffProgram, ASignalEndsItWithTheRowsThatAreThere) {
+  splid::test::Program program({"tradeoff", "--config", config, "--plot", plot(), "--lengths",
+                                "5,200", "--frames", "50", "--paper"});
+  ASSERT_TRUE(has_printed(program, "fast, tracked")) << program.err();
+  program.signal(SIGINT);
+  const ProgramResult result = program.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("14 settings to measure: about"),
+                                HasSubstr("stopped: this is what was measured so far")));
+  EXPECT_THAT(file_text(plot()), HasSubstr("</svg>"));
+}
+
+TEST_F(TradeoffProgram, ASignalBeforeTheFirstRowSaysSo) {
+  splid::test::Program program({"tradeoff", "--config", config, "--plot", plot(), "--lengths", "5",
+                                "--frames", "1000000", "--json"});
   while (program.err().find("frames of the configured scene") == std::string::npos) {
     std::this_thread::sleep_for(std::chrono::milliseconds{5});
   }
