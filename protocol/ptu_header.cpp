@@ -164,9 +164,10 @@ PtuRecordType record_type(const PtuHeader& header) {
   }
   // In all record types known the second byte is the mode.
   if ((value & 0xFF00U) == 0x0300U) {
-    fail(offset_of(header, name),
-         "record type " + hex(value) +
-             " is T3; only T2 keeps each photon's time. Record in T2 mode");
+    fail(offset_of(header, name), "record type " + hex(value) +
+                                      " is T3, which keeps a photon's time since the last sync but "
+                                      "not the syncs' own times; no "
+                                      "program brings them back. Record again in T2 mode");
   }
   fail(offset_of(header, name), "unknown record type " + hex(value));
 }
@@ -174,9 +175,13 @@ PtuRecordType record_type(const PtuHeader& header) {
 void check_mode(const PtuHeader& header) {
   const auto mode = header.integer("Measurement_Mode");
   if (!mode || *mode == 2) return;
-  fail(offset_of(header, "Measurement_Mode"),
-       "Measurement_Mode is " + std::to_string(*mode) + (*mode == 3 ? " (T3)" : "") +
-           "; only T2 (2) keeps each photon's time. Record in T2 mode");
+  fail(
+      offset_of(header, "Measurement_Mode"),
+      "Measurement_Mode is " + std::to_string(*mode) +
+          (*mode == 3 ? " (T3), which keeps a photon's time since the last sync but not the syncs' "
+                        "own times; no program brings them back"
+                      : "; only T2 (2) keeps each photon's time") +
+          ". Record again in T2 mode");
 }
 
 double resolution(const PtuHeader& header) {

@@ -84,7 +84,7 @@ std::optional<PtuHeader> parse_ptu_header(std::span<const std::byte> prefix, boo
 struct PtuFacts {
   double created_unix_s = 0;         // UTC at origin_ps, to a microsecond
   std::int64_t origin_ps = 0;        // tagger's clock at time 0 of the records
-  std::uint64_t record_count = 0;    // 0 while recording
+  std::uint64_t record_count = 0;    // in the file
   std::int64_t acquisition_ms = 0;   // length of the recording
   std::int64_t sync_rate_hz = 0;     // mean; 0: not known
   std::string instrument = "splid";  // HW_Type
@@ -104,5 +104,11 @@ struct PtuFacts {
 //
 // Errors: Error(Fault::data) where a string holds the words Header_End, which readers search for.
 std::vector<std::byte> make_ptu_header(const PtuFacts& facts);
+
+// Where the record count of such a header stands, so that it alone can be written over as the file
+// grows: its first byte of 8, little endian, never on two pages.
+constexpr std::size_t ptu_record_count_at(std::size_t header_bytes) { return header_bytes - 56; }
+// Sets it. header: of make_ptu_header().
+void set_ptu_record_count(std::span<std::byte> header, std::uint64_t count);
 
 }  // namespace splid

@@ -123,8 +123,17 @@ std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
   if (!facts.encoder_file.empty()) writer.string("Splid_Encoder", facts.encoder_file);
   const std::size_t room_bytes = std::max<std::size_t>(facts.losses_room_bytes, 128);
   writer.string("Splid_Losses", losses_to_text(facts.losses, room_bytes - 1), room_bytes);
+  // Last, see ptu_record_count_at().
   writer.integer("TTResult_NumberOfRecords", static_cast<std::int64_t>(facts.record_count));
   return writer.finish();
+}
+
+void set_ptu_record_count(std::span<std::byte> header, std::uint64_t count) {
+  const auto place = header.subspan(ptu_record_count_at(header.size()), 8);
+  for (std::byte& byte : place) {
+    byte = static_cast<std::byte>(count & 0xFFU);
+    count >>= 8U;
+  }
 }
 
 }  // namespace splid

@@ -11,8 +11,9 @@ namespace splid {
 
 // UTC of times in the tagger's clock. Where the source does not know it, a live source's first tag
 // is as old as the host's clock says when it comes, and from then on the host's clock is followed:
-// a tagger that is off by 10 ppm would be off by 26 s after a month. Anything else starts at 1970,
-// so that a replay repeats itself and never looks at the host's clock.
+// a tagger that is off by 10 ppm would be off by 26 s after a month. Anything else, a recording
+// that names no date, starts at 1970, so that a replay repeats itself and never looks at the host's
+// clock.
 //
 // Threads: one at a time. Errors: none.
 class DeviceClock {

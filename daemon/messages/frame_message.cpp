@@ -18,6 +18,15 @@ constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_per_s / 2;
 // 0.4 mm for sigma = 100 ps, as much as the noise of a good 50 ms frame (0.6 mm).
 constexpr double max_dead_time_chance = 0.1;
 
+// Design note: four photons of background have a deviation of two, and a ratio to them one of 50 %.
+// Of fewer, the ratio says nothing, and where there is none it would be the likelihood's rounding:
+// 1e15.
+constexpr double least_background_deviations = 2;
+
+// Where no photon speaks for background, its likelihood is highest at none, falls as exp(-b t), and
+// has b come out as the search's rounding instead of 0; its deviation is then 1 / t.
+constexpr double no_background_deviations = 1e-6;
+
 double seen_ns(const Frame& frame) {
   return static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps * frame.seen_fraction;
 }
@@ -49,7 +58,9 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
   message.range_odds_nats = estimate.range_odds_nats;
-  if (message.background_per_period && *message.background_per_period > 0) {
+  const double background_per_s = *message.background_per_s;
+  if (background_per_s > 0 &&
+      background_per_s >= least_background_deviations * *message.std_background_per_s) {
     message.sbr = *message.signal_per_period / *message.background_per_period;
   }
 }
@@ -57,8 +68,12 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
 void add_background(FrameMessage& message, const Frame& frame, const Estimate& estimate,
                     const FrameContext& context) {
   const double period_ps = frame.sync.locked ? frame.sync.period_ps : context.period_ps;
-  message.background_per_s = estimate.background_per_ns * ns_per_s;
-  message.background_per_period = estimate.background_per_ns * period_ps * ns_per_ps;
+  const bool is_none =
+      estimate.has_values &&
+      estimate.background_per_ns < no_background_deviations * estimate.std_background_per_ns;
+  const double background_per_ns = is_none ? 0 : estimate.background_per_ns;
+  message.background_per_s = background_per_ns * ns_per_s;
+  message.background_per_period = background_per_ns * period_ps * ns_per_ps;
   if (estimate.has_values) {
     message.std_background_per_s = estimate.std_background_per_ns * ns_per_s;
   }

@@ -1,11 +1,13 @@
 #include "daemon/recording/recorder.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <utility>
 
 #include "protocol/error.hpp"
@@ -31,34 +33,69 @@ constexpr std::int64_t ps_per_ms = 1'000'000'000;
 Recorder::Recorder(std::string file, PtuFacts facts, const DeviceClock& clock, bool overwrite)
     : file_(std::move(file)), facts_(std::move(facts)), clock_(clock) {
   pending_.reserve(2 * block_bytes);
+  // Until the first tag says better.
+  clock_.anchor(0);
   facts_.created_unix_s = clock_.unix_s(0);
   facts_.guid.clear();
-  const std::vector<std::byte> header = make_ptu_header(facts_);
-  open(overwrite);
+  header_ = make_ptu_header(facts_);
+  const bool is_new = open(overwrite);
   try {
-    write_at(header, written_bytes_);
+    begin_file(is_new);
   } catch (const Error&) {
-    // Nothing that could be read: a recorder that tries again would leave one each time.
     ::close(descriptor_);
-    ::unlink(file_.c_str());
+    // Nothing that could be read: a recorder that tries again would leave one each time.
+    if (is_new) ::unlink(file_.c_str());
     throw;
   }
-  header_bytes_ = pending_at_ = written_bytes_;
+  written_bytes_ = pending_at_ = header_.size();
 }
 
 Recorder::~Recorder() {
   if (descriptor_ != -1) ::close(descriptor_);
 }
 
-void Recorder::open(bool overwrite) {
-  const int how = O_WRONLY | O_CREAT | O_CLOEXEC | (overwrite ? O_TRUNC : O_EXCL);
-  descriptor_ = ::open(file_.c_str(), how, 0666);
-  if (descriptor_ != -1) return;
-  if (errno == EEXIST) {
+// Whether the file was not there before.
+bool Recorder::open(bool overwrite) {
+  constexpr int how = O_WRONLY | O_CLOEXEC;
+  descriptor_ = ::open(file_.c_str(), how | O_CREAT | O_EXCL, 0666);
+  if (descriptor_ != -1) return true;
+  if (errno == EEXIST && !overwrite) {
     throw Error(Fault::usage,
                 file_ + ": the file exists; give another name, or --force to overwrite it");
   }
+  if (errno == EEXIST) descriptor_ = open_existing(how);
+  if (descriptor_ != -1) return false;
   throw Error(Fault::device, file_ + ": cannot be made: " + std::strerror(errno));
+}
+
+// Neither waits for a pipe's other end nor writes over a disk.
+int Recorder::open_existing(int how) const {
+  struct stat status {};
+  if (::stat(file_.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISCHR(status.st_mode)) {
+    throw Error(Fault::usage, file_ +
+                                  ": is no file but a folder, a disk, a pipe or a socket; a "
+                                  "recording is written in place and takes a file");
+  }
+  return ::open(file_.c_str(), how | O_CREAT, 0666);
+}
+
+// What was there stays as it was until there is room for the header.
+void Recorder::begin_file(bool is_new) {
+  struct stat before {};
+  const bool is_kept = !is_new && ::fstat(descriptor_, &before) == 0 && S_ISREG(before.st_mode);
+  if (is_kept) {
+    const int full = ::posix_fallocate(descriptor_, 0, static_cast<off_t>(header_.size()));
+    if (full != 0 && full != EOPNOTSUPP && full != EINVAL) {
+      if (::ftruncate(descriptor_, before.st_size) != 0) errno = full;
+      throw Error(Fault::device, file_ + ": " + std::strerror(full) +
+                                     "; it stays as it was; make room or give another place");
+    }
+  }
+  std::uint64_t offset = 0;
+  write_at(header_, offset);
+  if (is_kept && ::ftruncate(descriptor_, static_cast<off_t>(header_.size())) != 0) {
+    throw Error(Fault::device, file_ + ": cannot be cut: " + std::strerror(errno));
+  }
 }
 
 void Recorder::write(std::span<const Tag> tags) {
@@ -74,9 +111,9 @@ void Recorder::write(std::span<const Tag> tags) {
 
 void Recorder::flush() {
   write_pending();
-  const std::vector<Loss> losses = encoder_.losses().losses(encoder_.now_ps());
+  std::vector<Loss> losses = encoder_.losses().losses(encoder_.now_ps());
   if (losses == facts_.losses) return;
-  facts_.losses = losses;
+  facts_.losses = std::move(losses);
   write_header();
 }
 
@@ -84,7 +121,6 @@ void Recorder::close() {
   encoder_.flush(pending_);
   write_pending();
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
-  facts_.record_count = encoder_.records();
   if (begun_) {
     facts_.acquisition_ms = saturated_difference(encoder_.now_ps(), facts_.origin_ps) / ps_per_ms;
   }
@@ -95,7 +131,7 @@ void Recorder::close() {
 }
 
 std::uint64_t Recorder::written_records() const {
-  return (written_bytes_ - header_bytes_) / ptu_record_bytes;
+  return (written_bytes_ - header_.size()) / ptu_record_bytes;
 }
 
 std::uint64_t Recorder::give_up() {
@@ -104,11 +140,10 @@ std::uint64_t Recorder::give_up() {
   const std::uint64_t written = (written_bytes_ - pending_at_) / ptu_record_bytes;
   const std::uint64_t lost = ptu_tags(std::span(pending_).subspan(written * ptu_record_bytes));
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
-  facts_.record_count = written_records();
   try {
     write_header();
   } catch (const Error&) {
-    // The one before says to read to the end of the file.
+    // The one before counts the records that were there then.
   }
   ::close(std::exchange(descriptor_, -1));
   return lost;
@@ -123,16 +158,35 @@ void Recorder::begin(std::int64_t first_tag_ps) {
   write_header();
 }
 
+// The count follows the records that it counts: whoever ends the program between the two leaves one
+// that is too small, never one too large.
 void Recorder::write_pending() {
   if (pending_.empty()) return;
   write_at(pending_, written_bytes_);
   pending_at_ = written_bytes_;
   pending_.clear();
+  facts_.record_count = written_records();
+  set_ptu_record_count(header_, facts_.record_count);
+  write_header_part(ptu_record_count_at(header_.size()), header_.size());
 }
 
+// Design note: only the bytes that have changed, which a killed program leaves whole or as they
+// were: the system copies a page at once, and looks for signals between two.
 void Recorder::write_header() {
-  std::uint64_t offset = 0;
-  write_at(make_ptu_header(facts_), offset);
+  facts_.record_count = written_records();
+  const std::vector<std::byte> next = make_ptu_header(facts_);
+  const auto [was, is] = std::mismatch(header_.begin(), header_.end(), next.begin(), next.end());
+  const auto [was_last, is_last] = std::mismatch(header_.rbegin(), std::make_reverse_iterator(was),
+                                                 next.rbegin(), std::make_reverse_iterator(is));
+  const auto begin = static_cast<std::size_t>(is - next.begin());
+  const auto end = static_cast<std::size_t>(is_last.base() - next.begin());
+  header_ = next;
+  write_header_part(begin, end);
+}
+
+void Recorder::write_header_part(std::size_t begin, std::size_t end) {
+  std::uint64_t offset = begin;
+  write_at(std::span(header_).subspan(begin, end - begin), offset);
 }
 
 // offset: of the first byte; afterwards of the first that was not written, also where it throws.

@@ -13,13 +13,15 @@
 
 namespace splid {
 
-// Writes a PTU recording from a stream of tags. The file can be read at any moment: its header is
-// there from the start, says "read to the end" while recording, and is written over in place when
-// the first tag tells the origin of device time, when losses change and at the end.
+// Writes a PTU recording from a stream of tags. Any reader can read the file at any moment, also
+// after a kill -9: its header is there from the start and is written over in place when the first
+// tag tells the origin of device time, when losses change and at the end; its record count follows
+// each block of records, and never counts one that is not there.
 //
-// Threads: one. Errors: Error(Fault::usage) where the file exists and may not be overwritten;
-// Error(Fault::device) with the file, the bytes written and the errno text when it cannot be
-// written; what was written stays readable.
+// Threads: one. Errors: Error(Fault::usage) where the file exists and may not be overwritten, or is
+// none; Error(Fault::device) with the file, the bytes written and the errno text when it cannot be
+// written; what was written stays readable. A file that was there is as it was where the recording
+// cannot be begun for want of room, and is never removed.
 class Recorder {
  public:
   // facts: instrument, release, pattern and configuration; the rest is filled in here.
@@ -52,10 +54,13 @@ class Recorder {
   [[nodiscard]] std::uint64_t lost_tags() const { return encoder_.losses().lost_tags(); }
 
  private:
-  void open(bool overwrite);
+  bool open(bool overwrite);
+  [[nodiscard]] int open_existing(int how) const;
+  void begin_file(bool is_new);
   void begin(std::int64_t first_tag_ps);
   void write_pending();
   void write_header();
+  void write_header_part(std::size_t begin, std::size_t end);
   void write_at(std::span<const std::byte> bytes, std::uint64_t& offset);
 
   std::string file_;
@@ -65,7 +70,7 @@ class Recorder {
   PtuEncoder encoder_{0};
   bool begun_ = false;
   std::vector<std::byte> pending_;
-  std::uint64_t header_bytes_ = 0;
+  std::vector<std::byte> header_;    // as it is in the file
   std::uint64_t pending_at_ = 0;     // place in the file of the first byte in pending_
   std::uint64_t written_bytes_ = 0;  // header included; past pending_at_ after a failed write alone
 };

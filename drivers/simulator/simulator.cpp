@@ -19,6 +19,11 @@ namespace {
 constexpr std::int64_t slice_ps = 1'000'000'000;
 constexpr std::int64_t heartbeat_ps = 5 * slice_ps;
 
+// Design note: 2026-01-01 00:00 UTC. A scene as fast as possible has no time of day of its own, and
+// one seed gives one recording, byte for byte: a date that never changes, and that no reader takes
+// for a broken clock, as it would 1970.
+constexpr double scene_begins_unix_s = 1'767'225'600;
+
 // Since the stream's start. For ever is until the tagger's clock would overflow, some 50 days or
 // more.
 std::int64_t end_ps_of(const SimulatorOptions& options) {
@@ -42,7 +47,9 @@ SimulatorSource::SimulatorSource(SimulatorOptions options, Pattern pattern)
     : options_(std::move(options)), pattern_(std::move(pattern)) {}
 
 SourceInfo SimulatorSource::info() const {
-  return {"simulator", options_.pace == SimulatorPace::live, std::nullopt};
+  if (options_.pace == SimulatorPace::live) return {"simulator", true, std::nullopt};
+  const double start_s = static_cast<double>(options_.start_ps) / simulator::ps_per_s;
+  return {"simulator", false, scene_begins_unix_s - start_s};
 }
 
 void SimulatorSource::run(TagSink& sink, std::stop_token stop) {

@@ -45,6 +45,18 @@ TEST(PtuHeaderWrite, RoundTrip) {
   EXPECT_EQ(header->text("Splid_Encoder"), std::nullopt);
 }
 
+TEST(PtuHeaderWrite, TheRecordCountCanBeSetInPlace) {
+  for (const std::uint64_t count : {0ULL, 1ULL, 0x0123456789ABCDEFULL}) {
+    PtuFacts counted = facts();
+    counted.record_count = count;
+    std::vector<std::byte> bytes = make_ptu_header(facts());
+    set_ptu_record_count(bytes, count);
+    EXPECT_EQ(bytes, make_ptu_header(counted));
+  }
+  // On one page, so that the system writes it at once.
+  EXPECT_EQ(ptu_record_count_at(make_ptu_header(facts()).size()) % 8, 0U);
+}
+
 TEST(PtuHeaderWrite, TheEncodersFileIsNamedWhereThereIsOne) {
   PtuFacts with_encoder = facts();
   with_encoder.encoder_file = "rail.ptu.encoder.csv";

@@ -123,9 +123,27 @@ TEST_F(FrameMessages, WithoutTargetSayNothingOfIt) {
   EXPECT_FALSE(message.range_odds_nats.has_value());
 }
 
-TEST_F(FrameMessages, OfNoBackgroundHaveNoRatio) {
-  estimate.background_per_ns = 0;
+// As of a scene without background: its likelihood is highest at none, and one photon in 50 ms,
+// 2e-8 a ns, is its deviation.
+TEST_F(FrameMessages, OfNoBackgroundHaveNoneAndNoRatio) {
+  estimate.std_background_per_ns = 2e-8;
+  for (const double background_per_ns : {0.0, 1e-20, 1e-15}) {
+    estimate.background_per_ns = background_per_ns;
+    const FrameMessage message = make();
+    EXPECT_EQ(message.background_per_s, 0);
+    EXPECT_EQ(message.background_per_period, 0);
+    EXPECT_DOUBLE_EQ(message.std_background_per_s.value(), 20);
+    EXPECT_FALSE(message.sbr.has_value());
+  }
+}
+
+TEST_F(FrameMessages, OfABackgroundThatMayBeNoneHaveNoRatio) {
+  estimate.background_per_ns = 3e-8;
+  estimate.std_background_per_ns = 2e-8;
+  EXPECT_DOUBLE_EQ(make().background_per_s.value(), 30);
   EXPECT_FALSE(make().sbr.has_value());
+  estimate.background_per_ns = 4e-8;
+  EXPECT_TRUE(make().sbr.has_value());
 }
 
 TEST(FrameContext, SumsTheAmplitudesOfAllPulsesInAPeriod) {

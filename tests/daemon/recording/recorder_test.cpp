@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -10,7 +11,9 @@
 
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
+#include "tests/support/error_text.hpp"
 #include "tests/support/read_back.hpp"
+#include "tests/support/strict_ptu.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
@@ -75,7 +78,56 @@ TEST(Recorder, TheFileCanBeReadAtAnyMoment) {
   }
   // Never closed: as after a kill. All but the last microsecond is there.
   EXPECT_GE(read_back(file).size(), 98u);
-  EXPECT_EQ(scan_recording(file).header.record_count, 0u);
+  const test::StrictPtu strict = test::read_strictly(file);
+  EXPECT_TRUE(strict.readable);
+  EXPECT_EQ(strict.counted, strict.held);
+  EXPECT_THAT(scan_recording(file).warnings, ElementsAre());
+}
+
+TEST(Recorder, TheHeaderCountsWhatIsInTheFileAtEachBlockAndFlush) {
+  const splid::test::TempFolder folder;
+  const std::string file = folder.path("a.ptu");
+  const std::vector<Tag> tags = some_tags(600'000);
+  Recorder recorder(file, facts(), clock_from(0), false);
+  EXPECT_EQ(test::read_strictly(file).counted, 0u);
+  std::uint64_t before = 0;
+  int grown = 0;
+  for (std::size_t from = 0; from < tags.size(); from += 50'000) {
+    recorder.write(std::span(tags).subspan(from, 50'000));
+    if (from % 200'000 == 0) recorder.flush();
+    const test::StrictPtu strict = test::read_strictly(file);
+    ASSERT_TRUE(strict.readable);
+    EXPECT_EQ(strict.counted, strict.held);
+    EXPECT_EQ(strict.counted, recorder.written_records());
+    if (from % 200'000 == 0) {
+      EXPECT_GE(strict.photons + strict.syncs + 2, from + 50'000);
+    }
+    grown += strict.counted > before ? 1 : 0;
+    before = strict.counted;
+  }
+  EXPECT_GE(grown, 3);
+  recorder.close();
+  const test::StrictPtu strict = test::read_strictly(file);
+  EXPECT_EQ(strict.photons + strict.syncs, tags.size());
+  EXPECT_EQ(strict.counted, strict.held);
+}
+
+// A loss that is written into the header leaves the count as it is.
+TEST(Recorder, TheCountStaysTrueAsLossesAreWritten) {
+  const splid::test::TempFolder folder;
+  const std::string file = folder.path("a.ptu");
+  Recorder recorder(file, facts(), clock_from(0), false);
+  for (std::int64_t i = 1; i < 2'000; ++i) {
+    const std::int64_t at_ps = i * 10'000'000;
+    recorder.write(std::vector<Tag>{photon_tag(at_ps, 1), {at_ps + 1, 1, TagKind::missed, {}}});
+    if (i % 100 != 0) continue;
+    recorder.flush();
+    const test::StrictPtu strict = test::read_strictly(file);
+    ASSERT_TRUE(strict.readable);
+    EXPECT_EQ(strict.counted, strict.held);
+  }
+  recorder.close();
+  EXPECT_EQ(recorder.lost_tags(), 1'999u);
 }
 
 TEST(Recorder, LossesAreInTheHeaderFromTheNextFlush) {
@@ -107,6 +159,41 @@ TEST(Recorder, RefusesToOverwriteUnlessToldTo) {
   Recorder recorder(file, facts(), clock_from(0), true);
   recorder.close();
   EXPECT_THAT(read_back(file), ElementsAre());
+}
+
+// A header of 100 bytes and more does not fit: neither a file nor a device that was there is gone,
+// and one that was not there is not left behind.
+TEST(Recorder, WhatWasThereStaysWhereARecordingCannotBegin) {
+  const splid::test::TempFolder folder;
+  const std::string file = folder.write("a.ptu", "precious");
+  const std::string device = folder.path("device");
+  std::filesystem::create_symlink("/dev/full", device);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit little{100, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+  EXPECT_THROW(Recorder(file, facts(), clock_from(0), true), Error);
+  EXPECT_THROW(Recorder(folder.path("new.ptu"), facts(), clock_from(0), true), Error);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THROW(Recorder(device, facts(), clock_from(0), true), Error);
+  EXPECT_EQ(test::file_text(file), "precious");
+  EXPECT_TRUE(std::filesystem::is_character_file(device));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("new.ptu")));
+}
+
+TEST(Recorder, WritesOverNoFolderPipeOrSocket) {
+  const splid::test::TempFolder folder;
+  const std::string pipe = folder.path("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::string sub_folder = folder.path("folder");
+  std::filesystem::create_directory(sub_folder);
+  for (const std::string& place : {pipe, sub_folder}) {
+    EXPECT_THAT(test::error_text([&] { const Recorder r(place, facts(), clock_from(0), true); }),
+                HasSubstr("is no file"));
+    EXPECT_TRUE(std::filesystem::exists(place));
+  }
 }
 
 TEST(Recorder, AFullDiskIsADeviceErrorAndTheFileStaysReadable) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <random>
 #include <string>
@@ -15,6 +16,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/small_disk.hpp"
+#include "tests/support/strict_ptu.hpp"
 
 // What the built program keeps while it measures.
 
@@ -24,6 +26,7 @@ namespace {
 using splid::test::Program;
 using splid::test::ProgramResult;
 using splid::test::read_back;
+using splid::test::read_strictly;
 using splid::test::recordings_in;
 using splid::test::run_program;
 using splid::test::SmallDisk;
@@ -36,15 +39,20 @@ constexpr milliseconds patience{20'000};
 class RecordingProgram : public ::testing::Test {
  protected:
   // The pattern's syncs and 60,000 photons a second, at their own pace, and an encoder's samples.
-  std::string config(const std::string& record, const std::string& source = "") const {
-    return folder.write(
-        "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator","pace":"live",)"
-        R"("encoder_rate_hz":1000)" +
-            source +
-            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
-            R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
-            record + R"(},"publish":{"endpoint":")" + endpoint + "\"}}");
+  std::string config(const std::string& record, const std::string& source = "",
+                     const std::string& pace = R"("pace":"live","encoder_rate_hz":1000)") const {
+    return folder.write("config.json",
+                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator")" +
+                            (pace.empty() ? "" : "," + pace) + source +
+                            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+                            R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
+                            record + R"(},"publish":{"endpoint":")" + endpoint + "\"}}");
+  }
+
+  // SPLID_KILLS: more of them, for a table.
+  static int killed_rounds() {
+    const char* rounds = std::getenv("SPLID_KILLS");
+    return rounds == nullptr ? 4 : std::atoi(rounds);
   }
 
   // Whether such a message comes.
@@ -116,6 +124,44 @@ TEST_F(RecordingProgram, AKilledDaemonLosesASecondAtMost) {
   splid::test::record({"daemon is killed (kill -9) while it records, four times",
                        "all files can be read", -1,
                        splid::test::in_ms(most_lost_ms) + " of the stream at most", -1});
+}
+
+// As fast as the scene can be made, so that a kill may come between any two writes: whoever
+// believes the header gets what is there, but for what is handed over at once (1 MiB, or 0.4 s).
+TEST_F(RecordingProgram, AKilledRecordingCountsItsRecordsForReadersThatBelieveIt) {
+  constexpr std::uint64_t at_once = 2 * (1U << 20U) / 4;
+  std::mt19937 random(11);
+  std::uniform_int_distribution<int> instant_ms(0, 300);
+  const std::string file =
+      config(R"("folder":"kept","max_file_mib":2)", R"(,"pace":"max","signal_per_pulse":0.5)", "");
+  for (const bool is_rotated : {false, true}) {
+    for (int round = 0; round < killed_rounds(); ++round) {
+      std::filesystem::remove_all(folder.path("kept"));
+      std::filesystem::create_directory(folder.path("kept"));
+      Program recorder(is_rotated ? std::vector<std::string>{"run", "--config", file}
+                                  : std::vector<std::string>{"record", "--config", file, "--output",
+                                                             folder.path("kept/a.ptu")});
+      std::vector<std::string> files;
+      const auto until = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+      while (files.empty() || (files.size() < 2 && read_strictly(files[0]).counted == 0)) {
+        ASSERT_LT(std::chrono::steady_clock::now(), until) << recorder.err();
+        std::this_thread::sleep_for(milliseconds{5});
+        files = recordings_in(folder.path("kept"));
+      }
+      std::this_thread::sleep_for(milliseconds{instant_ms(random)});
+      recorder.signal(SIGKILL);
+      (void)recorder.wait();
+      files = recordings_in(folder.path("kept"));
+      for (const std::string& recording : files) {
+        const auto strict = read_strictly(recording);
+        ASSERT_TRUE(strict.readable) << strict.counted << " of " << strict.held;
+        EXPECT_LE(strict.held - strict.counted, recording == files.back() ? at_once : 0);
+        EXPECT_EQ(read_back(recording).size(),
+                  strict.counted - strict.overflows);  // splid's reader agrees
+      }
+      EXPECT_GT(read_strictly(files.front()).photons, 0u);
+    }
+  }
 }
 
 TEST_F(RecordingProgram, FramesGoOnWhenTheDiskIsFullAndItRecordsAgainWhenThereIsRoom) {
