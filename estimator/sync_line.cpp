@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "protocol/saturated.hpp"
+
 namespace splid {
 namespace {
 
@@ -30,7 +32,8 @@ void SyncLine::add(const SyncFit& fit) {
     // Design note: the excess is summed from frame to frame. k times the period, formed at once,
     // passes 2^53 ps after 2.5 hours and would be rounded to 2 ps and more.
     const double gap_ps =
-        static_cast<double>(fit.origin_ps - last_.origin_ps) + fit.phase_ps - last_.phase_ps;
+        static_cast<double>(saturated_difference(fit.origin_ps, last_.origin_ps)) + fit.phase_ps -
+        last_.phase_ps;
     const double period_ps = (fit.period_ps + last_.period_ps) / 2;
     const double periods = std::round(gap_ps / period_ps);
     const double off_by = periods * (fit.std_period_ps + last_.std_period_ps) / period_ps;

@@ -10,42 +10,66 @@ namespace {
 using namespace std::string_view_literals;
 
 struct Mark {
-  std::string_view bytes;  // at the file's start, or its name's ending, in small letters
+  std::string_view start;   // the file's first bytes; empty: any
+  std::string_view ending;  // its name's, in small letters; empty: any
   FileKind kind;
 };
 
-constexpr std::string_view as_t2 =
-    "save the measurement as PTU in T2 mode with the maker's program";
+constexpr std::string_view t2_next =
+    "have libpicoquant write its times as text, and make a PTU of that (docs/recording.md, "
+    "\"Recordings of other kinds\")";
+constexpr std::string_view t3_next =
+    "record again in T2 mode, as PTU: it lacks the syncs' own times, which are the pattern's "
+    "clock, "
+    "and no program brings them back";
+constexpr std::string_view counts_next =
+    "record again in T2 mode, as PTU: no program brings single photons back";
+constexpr std::string_view swabian_next =
+    "have the FileReader of Swabian's Python module TimeTagger write its times as text, and make a "
+    "PTU of that (docs/recording.md, \"Recordings of other kinds\")";
+constexpr std::string_view hdf5_next =
+    "where it has each detection's time in ps by one clock, have h5py write these as text, and "
+    "make "
+    "a PTU of that (docs/recording.md, \"Recordings of other kinds\")";
 
+constexpr FileKind histogram_kind = {
+    "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
+
+// The first that fits. Before those of a name alone, JSON's schema has its say.
 constexpr std::array marks = {
-    Mark{"PQTTTR"sv, recording_file_kind},
-    Mark{"PQHISTO"sv,
-         {"a PicoQuant histogram (PHU), which holds counts and no photons",
-          "record the measurement as PTU in T2 mode"}},
-    Mark{"PicoHarp"sv, {"a PicoQuant file of the kind before PTU (.pt2, .pt3, .phd)", as_t2}},
-    Mark{"HydraHarp"sv, {"a PicoQuant file of the kind before PTU (.ht2, .ht3, .hhd)", as_t2}},
-    Mark{"TimeHarp"sv, {"a PicoQuant file of the kind before PTU (.t3r, .thd)", as_t2}},
-    Mark{"\x89HDF\r\n\x1a\n"sv, {"an HDF5 file", "export its photons as PTU in T2 mode"}},
-    Mark{"\x1f\x8b"sv, {"a gzip archive", "unpack it first, with gunzip"}},
+    Mark{"PQTTTR"sv, "", recording_file_kind},
+    Mark{"PQHISTO"sv, "", histogram_kind},
+    Mark{"PicoHarp"sv, ".pt2", {"a PicoHarp recording in T2 mode (.pt2)", t2_next}},
+    Mark{"PicoHarp"sv, ".pt3", {"a PicoHarp recording in T3 mode (.pt3)", t3_next}},
+    Mark{"PicoHarp"sv, "", {"a PicoQuant file of the kind before PTU (.pt2, .pt3, .phd)", t2_next}},
+    Mark{"HydraHarp"sv, ".ht2", {"a HydraHarp recording in T2 mode (.ht2)", t2_next}},
+    Mark{"HydraHarp"sv, ".ht3", {"a HydraHarp recording in T3 mode (.ht3)", t3_next}},
+    Mark{
+        "HydraHarp"sv, "", {"a PicoQuant file of the kind before PTU (.ht2, .ht3, .hhd)", t2_next}},
+    Mark{"TimeHarp"sv, "", {"a PicoQuant file of the kind before PTU (.t3r, .thd)", t3_next}},
+    Mark{"\x89HDF\r\n\x1a\n"sv, "", {"an HDF5 file, maybe Photon-HDF5", hdf5_next}},
+    Mark{"\x1f\x8b"sv, "", {"a gzip archive", "unpack it first, with gunzip"}},
     Mark{"\xfd"
          "7zXZ\0"sv,
+         "",
          {"an xz archive", "unpack it first, with unxz"}},
-    Mark{"\x28\xb5\x2f\xfd"sv, {"a zstd archive", "unpack it first, with unzstd"}},
-    Mark{"BZh"sv, {"a bzip2 archive", "unpack it first, with bunzip2"}},
-    Mark{"PK\x03\x04"sv, {"a ZIP archive", "unpack it first, with unzip"}},
+    Mark{"\x28\xb5\x2f\xfd"sv, "", {"a zstd archive", "unpack it first, with unzstd"}},
+    Mark{"BZh"sv, "", {"a bzip2 archive", "unpack it first, with bunzip2"}},
+    Mark{"PK\x03\x04"sv, "", {"a ZIP archive", "unpack it first, with unzip"}},
 };
 
 // Formats that have no mark at their start that could be relied on.
 constexpr std::array endings = {
-    Mark{".ttbin"sv,
-         {"a Swabian Time Tagger file by its name",
-          "read it with Swabian's library and send its tags through a bridge (docs/instruments)"}},
-    Mark{".spc"sv, {"a Becker & Hickl file by its name", "export its photons as PTU in T2 mode"}},
-    Mark{".t3r"sv, {"a PicoQuant file of the kind before PTU by its name", as_t2}},
-    Mark{".ht2"sv, {"a PicoQuant file of the kind before PTU by its name", as_t2}},
-    Mark{".phu"sv,
-         {"a PicoQuant histogram by its name", "record the measurement as PTU in T2 mode"}},
-    Mark{".h5"sv, {"an HDF5 file by its name", "export its photons as PTU in T2 mode"}},
+    Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
+    Mark{"", ".spc"sv, {"a Becker & Hickl file by its name", t3_next}},
+    Mark{"", ".pt2"sv, {"a PicoHarp recording in T2 mode by its name", t2_next}},
+    Mark{"", ".ht2"sv, {"a HydraHarp recording in T2 mode by its name", t2_next}},
+    Mark{"", ".pt3"sv, {"a PicoHarp recording in T3 mode by its name", t3_next}},
+    Mark{"", ".ht3"sv, {"a HydraHarp recording in T3 mode by its name", t3_next}},
+    Mark{"", ".t3r"sv, {"a TimeHarp recording in T3 mode by its name", t3_next}},
+    Mark{"", ".phu"sv, {"a PicoQuant histogram by its name", counts_next}},
+    Mark{"", ".h5"sv, {"an HDF5 file by its name", hdf5_next}},
+    Mark{"", ".hdf5"sv, {"an HDF5 file by its name", hdf5_next}},
 };
 
 std::string_view skip(std::string_view text, std::string_view what) {
@@ -73,18 +97,18 @@ std::string lower(std::string_view text) {
 }  // namespace
 
 std::optional<FileKind> kind_of_file(std::string_view start, std::string_view name) {
-  for (const Mark& mark : marks) {
-    if (start.starts_with(mark.bytes)) return mark.kind;
-  }
+  const std::string small = lower(name);
+  const auto fits = [&](const Mark& mark) {
+    return start.starts_with(mark.start) && small.ends_with(mark.ending);
+  };
+  const auto* const mark = std::find_if(marks.begin(), marks.end(), fits);
+  if (mark != marks.end()) return mark->kind;
   const std::string_view schema = schema_of(start);
   if (schema == "splid.config") return config_file_kind;
   if (schema == "splid.pattern") return pattern_file_kind;
   if (schema == "splid.truth") return truth_file_kind;
-  const std::string small = lower(name);
-  for (const Mark& ending : endings) {
-    if (small.ends_with(ending.bytes)) return ending.kind;
-  }
-  return std::nullopt;
+  const auto* const ending = std::find_if(endings.begin(), endings.end(), fits);
+  return ending == endings.end() ? std::nullopt : std::optional(ending->kind);
 }
 
 std::string misplaced_file(std::string_view start, std::string_view name,

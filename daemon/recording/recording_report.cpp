@@ -3,37 +3,58 @@
 #include <algorithm>
 #include <array>
 #include <cinttypes>
+#include <cmath>
 #include <cstdint>
-#include <vector>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
 
+#include "config/channel_name.hpp"
 #include "daemon/format.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
-#include "estimator/sync_period.hpp"
+#include "estimator/sync_survey.hpp"
 
 namespace splid {
 namespace {
 
-// Syncs that the period is looked for in: 60 ms of a 3780 ns pattern.
-constexpr std::size_t syncs_looked_at = 16'384;
+// Where a recording's syncs are: on the channel that its own configuration names, or else where PTU
+// has syncs.
+struct SyncChannel {
+  ChannelName channel{TagKind::sync, 0};
+  std::string of;  // in words, where it is no sync record; else empty
+};
 
-std::vector<std::int64_t> first_syncs(const std::string& file) {
-  RecordingReader reader(file, [](const std::string&) {});
-  std::vector<Tag> block(65'536);
-  std::vector<std::int64_t> syncs_ps;
-  for (std::size_t count = 1; count > 0 && syncs_ps.size() < syncs_looked_at;) {
-    count = reader.read(block);
-    for (std::size_t i = 0; i < count && syncs_ps.size() < syncs_looked_at; ++i) {
-      if (block[i].kind == TagKind::sync) syncs_ps.push_back(block[i].time_ps);
-    }
-  }
-  return syncs_ps;
+SyncChannel sync_channel(const PtuHeader& header) {
+  const auto config = nlohmann::json::parse(header.config_json, nullptr, false);
+  const nlohmann::json::json_pointer place("/channels/sync");
+  if (config.is_discarded() || !config.contains(place)) return {};
+  const nlohmann::json& name = config[place];
+  const std::string text = name.is_string() ? name.get<std::string>() : name.dump();
+  const auto channel = parse_channel(text);
+  if (!channel || channel->kind == TagKind::sync) return {};
+  const std::string what = channel->kind == TagKind::photon ? "input " : "";
+  return {*channel, ", of " + what + text + ", which its configuration names"};
 }
 
 std::string count_line(const std::string& name, std::uint64_t count, double duration_s) {
   std::string line = format("  %-14s %15s", name.c_str(), grouped(count).c_str());
   if (duration_s > 0) line += format("  %12.6g /s", static_cast<double>(count) / duration_s);
   return line + "\n";
+}
+
+std::string report_steps_back(const RecordingInfo& info) {
+  std::string text = format("  %-14s %15s  to a time before the tag in front, by %s ps at most",
+                            "steps back", grouped(info.steps_back).c_str(),
+                            grouped(static_cast<std::uint64_t>(info.longest_step_back_ps)).c_str());
+  if (info.far_steps_back > 0) {
+    text += format(
+        "; %s by more than the 1 us that is sorted: such tags are late, or the tagger's "
+        "clock was set",
+        grouped(info.far_steps_back).c_str());
+  }
+  return text + "\n";
 }
 
 std::string report_counts(const RecordingInfo& info, double duration_s) {
@@ -49,7 +70,7 @@ std::string report_counts(const RecordingInfo& info, double duration_s) {
   }
   text += count_line("overflows", info.overflow_records, 0);
   if (info.unknown_records > 0) text += count_line("unknown", info.unknown_records, 0);
-  if (info.steps_back > 0) text += count_line("steps back", info.steps_back, 0);
+  if (info.steps_back > 0) text += report_steps_back(info);
   return text;
 }
 
@@ -60,11 +81,15 @@ std::string report_times(const RecordingInfo& info, double duration_s) {
                 *info.first_ps, *info.last_ps, duration_s);
 }
 
-std::string report_sync_period(const std::string& file, const RecordingInfo& info) {
-  if (info.syncs == 0) return {};
-  const auto period_ps = find_sync_period_ps(first_syncs(file));
-  if (!period_ps) return "  sync period    none that fits\n";
-  return format("  sync period    %15.6f ps\n", *period_ps);
+// With two digits of the deviation.
+std::string report_sync_period(const std::optional<SyncLine::Period>& period,
+                               const std::string& of) {
+  if (!period) return "  sync period    none that fits" + of + "\n";
+  const double std_ps = period->std_period_ps;
+  const double least_digits = std_ps > 0 ? 1 - std::floor(std::log10(std_ps)) : 9;
+  const int digits = static_cast<int>(std::clamp(least_digits, 0.0, 9.0));
+  return format("  sync period    %15.*f ps +- %.*f ps%s\n", digits, period->period_ps, digits,
+                std_ps, of.c_str());
 }
 
 std::string report_own_facts(const PtuHeader& header) {
@@ -86,7 +111,16 @@ std::string report_own_facts(const PtuHeader& header) {
 }  // namespace
 
 std::string report_recording(const std::string& file) {
-  const RecordingInfo info = scan_recording(file);
+  const SyncChannel sync = sync_channel(RecordingReader(file, [](const std::string&) {}).header());
+  SyncSurvey survey;
+  std::uint64_t syncs = 0;
+  const RecordingInfo info = scan_recording(file, 0, [&](std::span<const Tag> tags) {
+    for (const Tag& tag : tags) {
+      if (!sync.channel.matches(tag)) continue;
+      survey.take(tag.time_ps);
+      ++syncs;
+    }
+  });
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
   std::string text =
@@ -95,7 +129,7 @@ std::string report_recording(const std::string& file) {
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);
-  text += report_sync_period(file, info);
+  if (syncs > 0) text += report_sync_period(survey.finish(), sync.of);
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
   return text;

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <string_view>
+
 namespace splid {
 namespace {
 
@@ -20,7 +23,7 @@ TEST(FileKind, IsToldByTheFirstBytes) {
   EXPECT_THAT(what("PicoHarp 300\0"sv), HasSubstr(".pt2"));
   EXPECT_THAT(what("HydraHarp 400"sv), HasSubstr(".ht2"));
   EXPECT_THAT(what("TimeHarp 200"sv), HasSubstr(".t3r"));
-  EXPECT_EQ(what("\x89HDF\r\n\x1a\n rest"sv), "an HDF5 file");
+  EXPECT_THAT(what("\x89HDF\r\n\x1a\n rest"sv), HasSubstr("an HDF5 file"));
   EXPECT_EQ(what("\x1f\x8b\x08\0"sv), "a gzip archive");
   EXPECT_EQ(what("PK\x03\x04"sv), "a ZIP archive");
 }
@@ -42,6 +45,31 @@ TEST(FileKind, IsToldByTheNameWhereNothingElseTells) {
   EXPECT_EQ(what("PQTTTR", "a.spc"), "a PTU recording");
   EXPECT_EQ(what("", ""), "not known");
   EXPECT_EQ(what("hello", "a.txt"), "not known");
+}
+
+// What keeps each detection's time can become a PTU; what does not has to be recorded again.
+TEST(FileKind, TheSentenceSaysWhetherAPtuInT2ModeCanBeMadeOfIt) {
+  const auto next = [](std::string_view start, std::string_view name) {
+    return misplaced_file(start, name, "a PTU recording in T2 mode");
+  };
+  for (const auto& [start, name, program] :
+       {std::array{"HydraHarp\0"sv, "A.HT2"sv, "libpicoquant"sv},
+        {"", "a.pt2", "libpicoquant"},
+        {"\x01", "a.ttbin", "FileReader"},
+        {"\x89HDF\r\n\x1a\n"sv, "a", "h5py"},
+        {"", "a.h5", "h5py"}}) {
+    EXPECT_THAT(next(start, name), HasSubstr(program));
+    EXPECT_THAT(next(start, name), HasSubstr("make a PTU of that (docs/recording.md"));
+  }
+  for (const auto& [start, name] : {std::array{"HydraHarp\0"sv, "a.ht3"sv},
+                                    {"TimeHarp 200"sv, "a.t3r"},
+                                    {"", "a.pt3"},
+                                    {"", "a.spc"},
+                                    {"PQHISTO", "a"},
+                                    {"", "a.phu"}}) {
+    EXPECT_THAT(next(start, name), HasSubstr("record again in T2 mode")) << name;
+    EXPECT_THAT(next(start, name), HasSubstr("no program brings")) << name;
+  }
 }
 
 TEST(FileKind, TheSentenceSaysWhatWasExpectedAndWhatToDo) {

@@ -39,18 +39,23 @@ TEST(RecordingInfo, CountsKindsAndChannels) {
   EXPECT_EQ(info.tags(), 6U);
   EXPECT_EQ(info.first_ps, 1'000'000'000'090);
   EXPECT_EQ(info.last_ps, 1'000'033'554'437);
-  EXPECT_EQ(info.steps_back, 0U);
+  EXPECT_EQ(info.steps_back, 1U);
+  EXPECT_EQ(info.far_steps_back, 0U);
+  EXPECT_EQ(info.longest_step_back_ps, 110);
   EXPECT_TRUE(info.whole);
   EXPECT_EQ(info.warnings.size(), 1U);
-  EXPECT_EQ(channels_in_words(info), "0, 2, sync and marker:3");
+  EXPECT_EQ(channels_in_words(info), "input 0, input 2, sync and marker:3");
 }
 
 TEST(RecordingInfo, StepsBackAreCounted) {
   const test::TempFolder folder;
   const RecordingInfo info = scan_recording(folder.write(
-      "made.ptu", recording(counted(3), {photon_record(1, 3'000'000), photon_record(1, 2'000'000),
-                                         photon_record(1, 1'999'999)})));
-  EXPECT_EQ(info.steps_back, 1U);
+      "made.ptu", recording(counted(5), {photon_record(1, 3'000'000), photon_record(1, 2'000'000),
+                                         photon_record(1, 1'999'999), photon_record(1, 2'000'000),
+                                         photon_record(1, 900'000)})));
+  EXPECT_EQ(info.steps_back, 3U);
+  EXPECT_EQ(info.far_steps_back, 1U);
+  EXPECT_EQ(info.longest_step_back_ps, 1'100'000);
 }
 
 TEST(RecordingInfo, NothingInItIsSaid) {
@@ -80,7 +85,7 @@ TEST(RecordingInfo, OfARealHydraHarp) {
   EXPECT_EQ(info.photons[1], 224'721U);
   EXPECT_EQ(info.first_ps, 8'584'904);
   EXPECT_EQ(info.last_ps, 999'986'166'686);
-  EXPECT_EQ(channels_in_words(info), "0 and 1");
+  EXPECT_EQ(channels_in_words(info), "input 0 and input 1");
   EXPECT_THAT(info.warnings, ::testing::IsEmpty());
 }
 
@@ -91,7 +96,7 @@ TEST(RecordingInfo, OfARealQuTag) {
   EXPECT_EQ(info.photons[1], 43'736U);
   EXPECT_EQ(info.photons[2], 62'437U);
   EXPECT_EQ(info.syncs, 105'600U);
-  EXPECT_EQ(channels_in_words(info), "1, 2 and sync");
+  EXPECT_EQ(channels_in_words(info), "input 1, input 2 and sync");
 }
 
 }  // namespace
