@@ -10,6 +10,7 @@
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
+#include "config/pattern_file.hpp"
 #include "config/sections.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
@@ -139,10 +140,11 @@ void check_all(const Config& config) {
 }  // namespace
 
 Config load_config(const std::string& file) {
-  return config_from_json(read_text(file, ""), file, read_text);
+  return config_from_json(read_text(file, ""), file, read_text, shipped_patterns_folder());
 }
 
-Config config_from_json(const std::string& text, const std::string& file, const ReadText& read) {
+Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,
+                        const std::string& shipped_patterns) {
   check_kind(text, file);
   const json document = parse_json_text(text, file);
   Config config;
@@ -155,6 +157,11 @@ Config config_from_json(const std::string& text, const std::string& file, const 
        {&config.publish.endpoint, &config.publish.local_endpoint, &config.control.endpoint}) {
     *endpoint = numeric_endpoint(*endpoint);
   }
+  const auto written = document["pattern"]["file"].get<std::string>();
+  PatternFile found =
+      find_pattern_file(config.pattern_file, written, shipped_patterns, file + ": /pattern/file: ");
+  config.pattern_file = std::move(found.path);
+  config.pattern_note = std::move(found.note);
   config.pattern = read_pattern(config, read);
   check_all(config);
   return config;

@@ -19,7 +19,8 @@ struct Config {
   std::string file;           // as given
   std::string source_driver;  // name of the driver
   std::unique_ptr<SourceOptions> source;
-  std::string pattern_file;  // resolved path
+  std::string pattern_file;  // as found: see find_pattern_file()
+  std::string pattern_note;  // where it is not where the file says, a sentence for people
   Pattern pattern;           // read from pattern_file and valid
   ChannelOptions channels;
   EncoderOptions encoder;
@@ -46,8 +47,9 @@ Config load_config(const std::string& file);
 using ReadText = std::function<std::string(const std::string& file, const std::string& asked_by)>;
 
 // As load_config, from text that stands in `file`, by which relative paths are resolved. read: for
-// the pattern file.
-Config config_from_json(const std::string& text, const std::string& file, const ReadText& read);
+// the pattern file. shipped_patterns: the folder that has it where it is not there; empty: none.
+Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,
+                        const std::string& shipped_patterns = "");
 
 // The effective configuration, defaults included, as it goes into recordings.
 std::string config_to_json(const Config& config);

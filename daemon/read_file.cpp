@@ -1,5 +1,7 @@
 #include "daemon/read_file.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -8,6 +10,8 @@
 #include <fstream>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <system_error>
 
 #include "protocol/error.hpp"
 
@@ -34,20 +38,68 @@ std::string read_file(const std::string& file) {
   return read_start(file, std::numeric_limits<std::size_t>::max());
 }
 
-void write_file(const std::string& file, const std::string& text) {
+namespace {
+
+namespace fs = std::filesystem;
+
+// errno of what failed; 0: nothing.
+int write_text(const std::string& file, const std::string& text) {
+  errno = 0;
   std::ofstream out(file, std::ios::binary);
-  out << text << std::flush;
-  if (!out) throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno));
+  out << text;
+  out.close();
+  if (out) return 0;
+  return errno != 0 ? errno : EIO;
+}
+
+// Where a file is put, links followed; absent: it is written where it is. A device, such as
+// /dev/stdout, has no place that another file could be put into, and a folder that nobody may write
+// to has none either.
+std::optional<fs::path> replaceable(const std::string& file, const fs::file_status& before) {
+  std::error_code failure;
+  const bool is_there = fs::exists(before);
+  if (is_there ? !fs::is_regular_file(before) : fs::is_symlink(file, failure)) return std::nullopt;
+  fs::path place = is_there ? fs::canonical(file, failure) : fs::path(file);
+  const std::string folder = place.parent_path().empty() ? "." : place.parent_path().string();
+  if (failure || ::access(folder.c_str(), W_OK) != 0) return std::nullopt;
+  return place;
+}
+
+// errno of what failed; 0: nothing.
+int write_and_replace(const fs::path& place, const std::string& text,
+                      const fs::file_status& before) {
+  const std::string beside = place.string() + "." + std::to_string(::getpid()) + ".part";
+  int fault = write_text(beside, text);
+  std::error_code failure;
+  if (fault == 0 && fs::exists(before)) fs::permissions(beside, before.permissions(), failure);
+  if (fault == 0 && std::rename(beside.c_str(), place.c_str()) != 0) fault = errno;
+  if (fault != 0) fs::remove(beside, failure);
+  return fault;
+}
+
+}  // namespace
+
+// Design note: beside it first, and then in its place, so that a full disk or a kill leaves what
+// was there.
+void write_file(const std::string& file, const std::string& text) {
+  std::error_code failure;
+  const fs::file_status before = fs::status(file, failure);
+  const std::optional<fs::path> place = replaceable(file, before);
+  const int fault = place ? write_and_replace(*place, text, before) : write_text(file, text);
+  if (fault == 0) return;
+  const bool is_kept = place && fs::exists(before);
+  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(fault) +
+                                 (is_kept ? "; it stays as it was" : ""));
 }
 
 void check_may_write(const std::string& file, bool force) {
-  if (force || !std::filesystem::exists(file)) return;
+  if (force || !fs::exists(file)) return;
   throw Error(Fault::usage, file + ": exists; --force writes over it");
 }
 
 void check_folder_of(const std::string& file) {
-  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
-  if (folder.empty() || std::filesystem::is_directory(folder)) return;
+  const fs::path folder = fs::path(file).parent_path();
+  if (folder.empty() || fs::is_directory(folder)) return;
   throw Error(Fault::device, file + ": there is no folder " + folder.string() +
                                  "; make it, or name a file in another");
 }

@@ -12,7 +12,7 @@ std::string read_file(const std::string& file);
 // Its first bytes, at most count; likewise.
 std::string read_start(const std::string& file, std::size_t count);
 
-// Writes a whole file, over one that is there.
+// Writes a whole file, over one that is there, which stays as it was where that fails.
 // Errors: Error(Fault::device) with the file and the errno text.
 void write_file(const std::string& file, const std::string& text);
 

@@ -14,7 +14,9 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -38,6 +40,14 @@ void check_output(const CalibrateCommand& options) {
   check_may_write(options.output, options.force);
 }
 
+void check_inputs_stay(const Config& config, const CalibrateCommand& options) {
+  OutputCheck outputs(config);
+  outputs.add_input("the recording", options.plan.recording);
+  outputs.check("--plot", options.plot);
+  outputs.may_replace("/pattern/file");  // by what was found of it
+  outputs.check("--output", options.output);
+}
+
 PatternCalibration calibrate_shown(const Config& config, const CalibrationPlan& plan,
                                    const std::stop_token& stop) {
   Progress progress(host_clock());
@@ -51,7 +61,8 @@ int calibrate(CalibrateCommand options) {
   const StopSignals signals;
   options.plan.goal.std_amplitude = options.amplitude_percent / 100;
   check_output(options);
-  const Config config = load_config(options.config);
+  const Config config = load_config_aloud(options.config);
+  check_inputs_stay(config, options);
   const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
   if (!options.plot.empty()) {

@@ -9,6 +9,7 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/memory.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/recording/recording_report.hpp"
@@ -47,7 +48,7 @@ void check_pattern(const std::string& file, const std::string& text) {
 }
 
 void check_config(const std::string& file) {
-  const Config config = load_config(file);
+  const Config config = load_config_aloud(file);
   check_start(config);
   std::printf(
       "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n"

@@ -16,6 +16,7 @@
 #include "daemon/control/control_client.hpp"
 #include "daemon/control/control_endpoint.hpp"
 #include "daemon/format.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/security/key_file.hpp"
@@ -123,10 +124,18 @@ void keep_pattern(const ControlReply& reply, const CtlCommand& options) {
   }
 }
 
+void check_is_not_read(const CtlCommand& options) {
+  if (options.config.empty()) return;
+  OutputCheck outputs(load_config(options.config));
+  outputs.may_replace("/pattern/file");
+  outputs.check("--output", options.output);
+}
+
 int ctl(const CtlCommand& options) {
   if (!options.output.empty()) {
     check_folder_of(options.output);
     check_may_write(options.output, options.force);
+    check_is_not_read(options);
   }
   const ControlReply reply = ask(options);
   if (reply.fault) throw Error(*reply.fault, reply.message);

@@ -7,6 +7,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/read_file.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/pattern_make.hpp"
@@ -36,6 +37,7 @@ std::vector<double> in_ps(std::vector<double> times_ns) {
 }
 
 int write_pattern(const Pattern& pattern, const std::string& file) {
+  check_is_pattern_or_new(file);
   write_file(file, to_json_file(pattern));
   std::fprintf(stderr, "%s: %s\n", file.c_str(), describe_pattern(pattern).c_str());
   if (const auto lobe = highest_side_lobe(pattern)) {

@@ -6,7 +6,10 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/encoder_log.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/recording/capture.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -20,9 +23,16 @@ struct RecordCommand {
   bool force = false;
 };
 
+void check_output(const Config& config, const std::string& output) {
+  const OutputCheck outputs(config);
+  outputs.check("--output", output);
+  outputs.check("--output with its counts", encoder_file_of(output));
+}
+
 int record(const RecordCommand& options) {
   const StopSignals signals;
-  const Config config = load_config(options.config);
+  const Config config = load_config_aloud(options.config);
+  check_output(config, options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
   spdlog::info("source {}; recording into {}", source->info().name, options.output);
   const CaptureSummary summary =

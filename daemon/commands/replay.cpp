@@ -12,6 +12,7 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/encoder_log.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
@@ -34,6 +35,7 @@ struct ReplayCommand {
   std::string encoder;
   std::string speed = "max";
   bool json = false;
+  bool no_publish = false;
   double wait_for_subscriber_s = 0;
 };
 
@@ -99,7 +101,7 @@ void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
 int replay(const ReplayCommand& options) {
   const StopSignals signals;
   const double speed = speed_of(options.speed);
-  Config config = load_config(options.config);
+  Config config = load_config_aloud(options.config);
   auto source = std::make_unique<ReplayOptions>();
   source->recording = options.recording;
   source->speed = speed;
@@ -110,7 +112,8 @@ int replay(const ReplayCommand& options) {
   std::unique_ptr<TagSource> recording = open_source(config, &device);
   warn_of_absent_channels(config, options.recording);
   SessionOptions session;
-  session.json = options.json;
+  session.json = session.may_only_print = options.json;
+  session.publish = !options.no_publish;
   session.queue_messages = queue_messages;
   session.wait_for_subscriber_s = options.wait_for_subscriber_s;
   return run_session(config, std::move(recording), device, session, signals.token());
@@ -129,10 +132,15 @@ void add_replay(CLI::App& app, Action& action) {
   command->add_option("--speed", options->speed, "max, or how many times the recorded pace")
       ->capture_default_str();
   command->add_flag("--json", options->json, "Each frame as a line of JSON on standard output");
+  CLI::Option* wait =
+      command
+          ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
+                       "Seconds to wait at most until somebody subscribes to frames")
+          ->check(CLI::NonNegativeNumber);
   command
-      ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
-                   "Seconds to wait at most until somebody subscribes to frames")
-      ->check(CLI::NonNegativeNumber);
+      ->add_flag("--no-publish", options->no_publish,
+                 "Bind no endpoint: the frames go to --json alone, and the end's count to people")
+      ->excludes(wait);
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return replay(*options); }; });
 }

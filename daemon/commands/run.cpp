@@ -6,6 +6,7 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
@@ -23,7 +24,7 @@ void add_run(CLI::App& app, Action& action) {
     action = [file] {
       // On a terminal a hangup means that it was closed.
       StopSignals signals(::isatty(STDERR_FILENO) == 0);
-      const Config config = load_config(*file);
+      const Config config = load_config_aloud(*file);
       check_start(config);
       DeviceMonitor device;
       SessionOptions options;

@@ -8,7 +8,11 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
+#include "daemon/encoder_log.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/output_check.hpp"
+#include "daemon/read_file.hpp"
 #include "daemon/recording/capture.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -36,12 +40,22 @@ SimulatorOptions& scene_of(Config& config) {
                                 "\"; simulate needs a scene: the driver \"simulator\"");
 }
 
+void check_outputs(const Config& config, const SimulateCommand& options) {
+  const OutputCheck outputs(config);
+  const std::string truth = truth_file(options.output);
+  outputs.check("--output", options.output);
+  outputs.check("--output with its truth", truth);
+  outputs.check("--output with its counts", encoder_file_of(options.output));
+  check_may_write(truth, options.force);
+}
+
 int simulate(const SimulateCommand& options) {
   const StopSignals signals;
-  Config config = load_config(options.config);
+  Config config = load_config_aloud(options.config);
   SimulatorOptions& scene = scene_of(config);
   scene.pace = SimulatorPace::max;
   scene.seconds = options.seconds;
+  check_outputs(config, options);
   scene.truth = truth_file(options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
   const CaptureSummary summary =

@@ -17,7 +17,9 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
 #include "daemon/line_writer.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -157,7 +159,11 @@ void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
 int tradeoff(const TradeoffCommand& options) {
   StopSignals signals;
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
-  const Config config = load_config(options.config);
+  const Config config = load_config_aloud(options.config);
+  OutputCheck outputs(config);
+  outputs.add_input("the recording", options.recording);
+  outputs.check("--csv", options.csv);
+  outputs.check("--plot", options.plot);
   FrameOrigin origin = find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
   spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));

@@ -11,7 +11,9 @@
 #include "daemon/clock.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
+#include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -49,13 +51,16 @@ Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
 
 int run_upload(const UploadCommand& options) {
   const StopSignals signals;
-  const Config config = load_config(options.config);
+  const Config config = load_config_aloud(options.config);
   if (options.stop) {
     spdlog::info("{}: plays nothing, its output is off; its error queue is empty",
                  stop_awg(config.awg, signals.token()));
     return 0;
   }
   if (!options.output.empty()) check_may_write(options.output, options.force);
+  OutputCheck outputs(config);
+  outputs.may_replace("/pattern/file");  // by the same pattern as it is played
+  outputs.check("--output", options.output);
   const AwgModel& model = awg_models()[config.awg.model];
   const WaveformPlan plan = plan_waveform(config.pattern, model, config.awg);
   spdlog::info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),

@@ -35,10 +35,7 @@ bool is_prefix(std::string_view prefix, std::string_view text) {
     case ENOCOMPATPROTO:
       throw Error(Fault::usage, place + "; give it as tcp://127.0.0.1:PORT or ipc:///PATH");
     case EADDRINUSE:
-      throw Error(Fault::device, place +
-                                     "; another program, maybe another splid, listens there: stop "
-                                     "it or give " +
-                                     key + " another port");
+      throw EndpointTaken(endpoint, place);
     default:
       throw Error(Fault::device,
                   place + "; give " + key + " an address of this machine that may be bound");
@@ -94,7 +91,7 @@ Publisher::Publisher(const std::string& endpoint, int queue_messages, const Acce
     local_endpoint_ = bind_endpoint(xpub, "publish.local_endpoint", access.local_endpoint);
   }
   if (access.authenticator != nullptr) access.authenticator->protect(xpub, publish_domain);
-  endpoint_ = bind_endpoint(xpub, "publish.endpoint", endpoint);
+  if (!endpoint.empty()) endpoint_ = bind_endpoint(xpub, "publish.endpoint", endpoint);
 }
 
 Publisher::~Publisher() = default;

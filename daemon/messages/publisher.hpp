@@ -4,10 +4,24 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
+
+#include "protocol/error.hpp"
 
 namespace splid {
 
 class Authenticator;
+
+// Another program has the endpoint; open_publisher() says what to do.
+class EndpointTaken : public Error {
+ public:
+  EndpointTaken(std::string endpoint, const std::string& what)
+      : Error(Fault::device, what), endpoint_(std::move(endpoint)) {}
+  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
+
+ private:
+  std::string endpoint_;
+};
 
 // The ZeroMQ socket that subscribers connect to: XPUB, bound, each message exactly two parts, topic
 // and JSON (protocol/messages.hpp). It may have a second endpoint, plain, at which the same
@@ -16,8 +30,9 @@ class Authenticator;
 //
 // Threads: one at a time; a hand-over needs a fence between, such as the start of a thread.
 // Errors: the constructor throws Error, Fault::usage for an endpoint that ZeroMQ cannot read and
-// Fault::device for one that cannot be bound; nothing after that. Timeouts: no call waits but
-// wait_for_subscriber(); the destructor waits up to linger for what is still queued.
+// Fault::device for one that cannot be bound, as EndpointTaken where another program has it;
+// nothing after that. Timeouts: no call waits but wait_for_subscriber(); the destructor waits up to
+// linger for what is still queued.
 class Publisher {
  public:
   static constexpr std::chrono::milliseconds linger{300};
@@ -28,6 +43,7 @@ class Publisher {
     Authenticator* authenticator = nullptr;  // of `endpoint`, outlives this; null: it is plain too
   };
 
+  // endpoint: empty: bound nowhere, so that nobody can subscribe and every message is dropped.
   // queue_messages: how many messages are kept for each subscriber that does not read.
   Publisher(const std::string& endpoint, int queue_messages, const Access& access);
   // Plain.

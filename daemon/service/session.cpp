@@ -18,6 +18,7 @@
 #include "daemon/progress.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/service/measuring.hpp"
+#include "daemon/service/open_publisher.hpp"
 #include "daemon/service/reloader.hpp"
 #include "daemon/service/session_report.hpp"
 #include "daemon/truth_score.hpp"
@@ -27,7 +28,7 @@ namespace splid {
 namespace {
 
 void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_token& stop) {
-  if (seconds <= 0) return;
+  if (seconds <= 0 || publisher.endpoint().empty()) return;
   constexpr double slice_s = 0.1;
   for (double left_s = seconds; left_s > 0 && !stop.stop_requested(); left_s -= slice_s) {
     if (publisher.wait_for_subscriber(std::chrono::milliseconds{100})) return;
@@ -36,7 +37,8 @@ void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_t
 }
 
 std::string where(const Publisher& publisher, const Authenticator* authenticator) {
-  std::string text = publisher.endpoint();
+  if (publisher.endpoint().empty()) return "not publishing";
+  std::string text = "publishing at " + publisher.endpoint();
   if (authenticator != nullptr) text += " (CURVE, public key " + authenticator->public_key() + ")";
   const std::string& local = publisher.local_endpoint();
   return local.empty() ? text : text + " and, for this machine, at " + local;
@@ -103,8 +105,8 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   const auto authenticator = open_authenticator(
       config.security, [](const std::string& sentence) { spdlog::warn("{}", sentence); },
       host_clock());
-  Publisher publisher(config.publish.endpoint, options.queue_messages,
-                      {config.publish.local_endpoint, authenticator.get()});
+  const std::unique_ptr<Publisher> opened = open_publisher(config, options, authenticator.get());
+  Publisher& publisher = *opened;
   const std::unique_ptr<Metrics> metrics =
       open_metrics(config, *source, device, authenticator.get());
   LineWriter out(stdout, "standard output");
@@ -125,9 +127,8 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   ControlActions actions(config, measuring, publisher);
   const auto control =
       options.is_service ? open_control(config, actions, authenticator.get()) : nullptr;
-  spdlog::info("source {}; pattern {} ({}); publishing at {}", source->info().name,
-               config.pattern_file, describe_pattern(config.pattern),
-               where(publisher, authenticator.get()));
+  spdlog::info("source {}; pattern {} ({}); {}", source->info().name, config.pattern_file,
+               describe_pattern(config.pattern), where(publisher, authenticator.get()));
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const PipelineSummary summary = measuring.run(std::move(source), stop);
   progress.clear();

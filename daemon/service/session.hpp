@@ -13,7 +13,10 @@ namespace splid {
 // What `run` and `replay` share.
 
 struct SessionOptions {
-  bool json = false;  // each frame on standard output too
+  bool json = false;    // each frame on standard output too
+  bool publish = true;  // false: binds no endpoint
+  // Where another program has the endpoint, frames are printed alone; see open_publisher().
+  bool may_only_print = false;
   // Messages kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most

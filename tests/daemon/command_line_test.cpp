@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <thread>
 
 #include "daemon/messages/publisher.hpp"
+#include "protocol/messages.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 
@@ -147,7 +149,8 @@ TEST_F(CommandLine, WarnsOfAChannelThatNeverOccurs) {
       write_config("other.json", R"("driver":"simulator")", R"(,"channels":{"photon":[5]})");
   const ProgramResult result = run_program({"replay", recording, "--config", other});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.err, HasSubstr("channels.photon 5 never occurs; " + recording + " has 1"));
+  EXPECT_THAT(result.err,
+              HasSubstr("channels.photon 5 never occurs; " + recording + " has input 1"));
 }
 
 TEST_F(CommandLine, AWrongPatternPeriodIsADataErrorThatSaysWhatFits) {
@@ -224,7 +227,51 @@ TEST_F(CommandLine, APortInUseIsADeviceError) {
                         other.endpoint() + "\"}}");
   expect_error({"run", "--config", taken}, 3,
                AllOf(HasSubstr(other.endpoint()), HasSubstr("Address already in use"),
-                     HasSubstr("publish.endpoint")));
+                     HasSubstr("publish.endpoint"), HasSubstr("another program")));
+}
+
+// As where the installed service measures: who prints needs no port, who does not is told who has
+// it.
+TEST_F(CommandLine, AReplayWithoutAPortPrintsOrSaysWhoHasIt) {
+  const std::string recording = simulate("a.ptu", "0.2");
+  Publisher other("tcp://127.0.0.1:*", 10);
+  const std::string taken =
+      write_config("taken.json", R"("driver":"simulator")", R"(,"scene":{"max_speed_mps":150})");
+  std::string text = file_text(taken);
+  const std::string own = "ipc://" + folder.path("socket");
+  text.replace(text.find(own), own.size(), other.endpoint());
+  (void)folder.write("taken.json", text);
+
+  const ProgramResult printed = run_program({"replay", recording, "--config", taken, "--json"});
+  EXPECT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_EQ(lines_of(printed.out).size(),
+            lines_of(run_program({"replay", recording, "--config", config, "--json"}).out).size());
+  EXPECT_THAT(printed.err, HasSubstr("frames are printed and not published"));
+
+  VersionMessage version;
+  version.release = "7.8.9";
+  version.pattern = "the-other-pattern";
+  StatusMessage status;
+  status.source = "the other source";
+  other.publish_version(to_json(version));
+  other.publish_status(to_json(status));
+  std::atomic<bool> over = false;
+  std::thread greeter([&] {
+    while (!over) {
+      other.greet();
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
+  });
+  expect_error(
+      {"replay", recording, "--config", taken}, 3,
+      AllOf(HasSubstr("splid 7.8.9"), HasSubstr("the other source"), HasSubstr("the-other-pattern"),
+            HasSubstr("--no-publish"), HasSubstr("systemctl stop splid")));
+  over = true;
+  greeter.join();
+  const ProgramResult silent =
+      run_program({"replay", recording, "--config", taken, "--no-publish"});
+  EXPECT_EQ(silent.exit_code, 0);
+  EXPECT_THAT(silent.err, HasSubstr("not publishing"));
 }
 
 TEST_F(CommandLine, RunStopsOnSignalWithZero) {

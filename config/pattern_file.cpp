@@ -1,0 +1,63 @@
+#include "config/pattern_file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// build/release/tests/program is three folders below the repository.
+constexpr int most_folders_up = 4;
+
+std::string pattern_names_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code failure;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failure)) {
+    if (entry.path().extension() == ".json") names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+}  // namespace
+
+std::string shipped_patterns_folder() {
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  fs::path folder = fs::read_symlink("/proc/self/exe", failure).parent_path();
+  if (failure) return {};
+  const fs::path installed = folder.parent_path() / "share/splid/patterns";
+  if (fs::is_directory(installed, failure)) return installed.string();
+  for (int up = 0; up < most_folders_up; ++up, folder = folder.parent_path()) {
+    const fs::path built = folder / "config/patterns";
+    if (fs::is_directory(built, failure)) return built.string();
+  }
+  return {};
+}
+
+PatternFile find_pattern_file(const std::string& resolved, const std::string& written,
+                              const std::string& shipped_folder, const std::string& asked_by) {
+  namespace fs = std::filesystem;
+  std::error_code absent;
+  const bool may_be_shipped = fs::path(written).is_relative() && !shipped_folder.empty();
+  if (!may_be_shipped || fs::exists(resolved, absent)) return {resolved, ""};
+  const fs::path shipped = fs::path(shipped_folder) / fs::path(written).filename();
+  if (fs::is_regular_file(shipped, absent)) {
+    return {shipped.string(), asked_by + resolved +
+                                  " is not there; the pattern of that name which "
+                                  "comes with splid is taken: " +
+                                  shipped.string()};
+  }
+  throw Error(Fault::usage, asked_by + resolved +
+                                ": there is no such file, and none of that name in " +
+                                shipped_folder + ", which has " + pattern_names_in(shipped_folder) +
+                                "; name one of these, or make one with splid pattern");
+}
+
+}  // namespace splid

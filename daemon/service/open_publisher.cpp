@@ -1,0 +1,80 @@
+#include "daemon/service/open_publisher.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "daemon/messages/subscriber.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::chrono::milliseconds patience{1000};
+
+std::string text_in(const std::string& json, const char* member) {
+  const auto message = nlohmann::json::parse(json, nullptr, false);
+  if (!message.is_object() || !message.contains(member) || !message[member].is_string()) return {};
+  return message[member].get<std::string>();
+}
+
+// "splid 0.1.0, which measures from the simulator with the pattern interleaved-180-189". Whoever
+// publishes says so to each new subscriber; one that wants keys, or is no splid, does not.
+std::string who_publishes_at(std::string endpoint) {
+  if (const auto star = endpoint.find('*'); star != std::string::npos) {
+    endpoint.replace(star, 1, "127.0.0.1");
+  }
+  const auto until = std::chrono::steady_clock::now() + patience;
+  std::string version;
+  std::string status;
+  try {
+    Subscriber subscriber(endpoint, {topic_version, topic_status});
+    while ((version.empty() || status.empty()) && std::chrono::steady_clock::now() < until) {
+      const auto message = subscriber.receive(std::chrono::milliseconds{100});
+      if (!message) continue;
+      (message->topic == topic_version ? version : status) = message->json;
+    }
+  } catch (const Error&) {
+    return {};
+  }
+  const std::string release = text_in(version, "release");
+  if (release.empty()) return {};
+  std::string who = "splid " + release;
+  const std::string source = text_in(status, "source");
+  const std::string pattern = text_in(version, "pattern");
+  if (!source.empty()) who += ", which measures from " + source;
+  if (!pattern.empty()) who += (source.empty() ? ", " : " ") + ("with the pattern " + pattern);
+  return who;
+}
+
+std::string taken(const EndpointTaken& error) {
+  const std::string who = who_publishes_at(error.endpoint());
+  return std::string(error.what()) + ", by " +
+         (who.empty() ? "another program, or a splid that asks for keys" : who);
+}
+
+}  // namespace
+
+std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOptions& options,
+                                          Authenticator* authenticator) {
+  const auto unbound = [&] { return std::make_unique<Publisher>("", options.queue_messages); };
+  if (!options.publish) return unbound();
+  const Publisher::Access access{config.publish.local_endpoint, authenticator};
+  try {
+    return std::make_unique<Publisher>(config.publish.endpoint, options.queue_messages, access);
+  } catch (const EndpointTaken& error) {
+    if (options.may_only_print) {
+      spdlog::warn("{}; frames are printed and not published", taken(error));
+      return unbound();
+    }
+    throw Error(Fault::device,
+                taken(error) + "; stop that one (the service: systemctl stop splid), or give " +
+                    config.file + " an endpoint of its own, such as tcp://127.0.0.1:9882" +
+                    (options.is_service ? "" : ", or replay with --no-publish"));
+  }
+}
+
+}  // namespace splid
