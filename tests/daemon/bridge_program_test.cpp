@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "daemon/messages/subscriber.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/python_program.hpp"
 
 // The bridges that are shipped, as programs of their own, with the built program at the other end.
@@ -28,7 +29,7 @@ class BridgeProgram : public ::testing::Test {
   // The next frame from a `splid run` of this configuration that `wanted` is true for.
   template <class Wanted>
   std::optional<json> frame(Subscriber& frames, const Wanted& wanted) {
-    const auto deadline = steady_clock::now() + std::chrono::seconds{60};
+    const auto deadline = steady_clock::now() + test::patience;
     while (steady_clock::now() < deadline) {
       const auto message = frames.receive(std::chrono::milliseconds{200});
       if (!message) continue;

@@ -11,6 +11,7 @@
 
 #include "protocol/pattern_json.hpp"
 #include "tests/support/awg_double.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 // The built program and a generator on a port of this machine.
@@ -117,7 +118,7 @@ TEST_F(UploadCommand, EndsOnASignalWhileTheGeneratorIsSilent) {
   faults.silent_at = ":TRAC1:DATA";
   AwgDouble awg(AwgDouble::Model::m8195a, faults);
   test::Program program({"upload", "--config", config_for(awg)});
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto end = std::chrono::steady_clock::now() + test::patience;
   while (!has_begun_to_send(awg.heard())) {
     ASSERT_LT(std::chrono::steady_clock::now(), end);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

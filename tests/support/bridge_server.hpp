@@ -50,7 +50,7 @@ class BridgeServer {
   }
 
   // False where nobody connects within the time.
-  bool accept(int patience_ms = 10'000) {
+  bool accept(int patience_ms = 120'000) {
     hang_up();
     pollfd entry{listener_, POLLIN, 0};
     if (::poll(&entry, 1, patience_ms) <= 0) return false;

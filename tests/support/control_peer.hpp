@@ -10,7 +10,7 @@ namespace splid::test {
 class ControlPeer {
  public:
   explicit ControlPeer(const std::string& endpoint,
-                       zmq::socket_type type = zmq::socket_type::dealer, int patience_ms = 20'000)
+                       zmq::socket_type type = zmq::socket_type::dealer, int patience_ms = 120'000)
       : socket_(context_, type) {
     socket_.set(zmq::sockopt::linger, 0);
     socket_.set(zmq::sockopt::rcvtimeo, patience_ms);

@@ -13,14 +13,13 @@
 
 #include "daemon/messages/subscriber.hpp"
 #include "protocol/messages.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 namespace splid::test {
 
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
-
-inline constexpr milliseconds longest_wait{20'000};
 
 // A daemon with a control socket, and splid ctl to ask it.
 class ControlScene : public ::testing::Test {
@@ -57,7 +56,7 @@ class ControlScene : public ::testing::Test {
   }
   template <class Holds>
   static bool eventually(Holds holds) {
-    const auto until = steady_clock::now() + longest_wait;
+    const auto until = steady_clock::now() + patience;
     while (steady_clock::now() < until) {
       if (holds()) return true;
       std::this_thread::sleep_for(milliseconds{10});

@@ -19,8 +19,8 @@ class LocalConnection {
     place.sin_family = AF_INET;
     place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     place.sin_port = htons(static_cast<std::uint16_t>(port));
-    const timeval patience{10, 0};
-    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+    const timeval longest{120, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &longest, sizeof longest);
     (void)connect(socket_, reinterpret_cast<sockaddr*>(&place), sizeof place);
   }
   ~LocalConnection() { ::close(socket_); }
@@ -32,9 +32,9 @@ class LocalConnection {
     (void)!::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   }
   // Until the other end closes, or that much silence.
-  [[nodiscard]] std::string receive(int silence_ms = 10'000) const {
-    const timeval patience{silence_ms / 1000, silence_ms % 1000 * 1000};
-    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  [[nodiscard]] std::string receive(int silence_ms = 60'000) const {
+    const timeval longest{silence_ms / 1000, silence_ms % 1000 * 1000};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &longest, sizeof longest);
     std::string all;
     std::array<char, 4096> some{};
     for (ssize_t got = 0; (got = recv(socket_, some.data(), some.size(), 0)) > 0;) {

@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "tests/support/patience.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid::test {
@@ -47,17 +48,17 @@ class NotifySocket {
   NotifySocket& operator=(const NotifySocket&) = delete;
 
   // The next datagram; empty where none came within the time.
-  std::string next(std::chrono::milliseconds patience) {
+  std::string next(std::chrono::milliseconds longest) {
     std::unique_lock lock(mutex_);
-    if (!came_.wait_for(lock, patience, [this] { return !datagrams_.empty(); })) return "";
+    if (!came_.wait_for(lock, longest, [this] { return !datagrams_.empty(); })) return "";
     std::string text = std::move(datagrams_.front());
     datagrams_.pop_front();
     return text;
   }
 
-  // True once a datagram that holds `text` came, at the latest after 20 s.
+  // True once a datagram that holds `text` came, or the test's patience is at its end.
   bool hears(const std::string& text) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+    const auto deadline = std::chrono::steady_clock::now() + patience;
     while (std::chrono::steady_clock::now() < deadline) {
       if (next(std::chrono::milliseconds{100}).find(text) != std::string::npos) return true;
     }
@@ -75,8 +76,8 @@ class NotifySocket {
 
  private:
   void read(const std::stop_token& stop) {
-    const timeval patience{0, 20'000};
-    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval between_looks{0, 20'000};
+    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &between_looks, sizeof between_looks);
     std::array<char, 8192> text{};
     while (!stop.stop_requested()) {
       const auto bytes = ::recv(descriptor_, text.data(), text.size(), 0);

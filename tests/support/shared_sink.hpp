@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "drivers/source.hpp"
+#include "tests/support/patience.hpp"
 
 namespace splid::test {
 
@@ -25,10 +26,10 @@ class SharedSink final : public TagSink {
     changed_.notify_all();
   }
 
-  // At least `count` tags, or fewer after ten seconds.
+  // At least `count` tags, or fewer when the test's patience is at its end.
   std::vector<Tag> wait(std::size_t count) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::chrono::seconds{10}, [&] { return tags_.size() >= count; });
+    changed_.wait_for(lock, patience, [&] { return tags_.size() >= count; });
     return tags_;
   }
 
@@ -47,10 +48,10 @@ class ReportList {
     reports_.push_back(report);
     changed_.notify_all();
   }
-  // Whether a report of that state with `words` in its reason is there within ten seconds.
+  // Whether a report of that state with `words` in its reason comes.
   bool wait(DeviceState state, const std::string& words) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds{10}, [&] {
+    return changed_.wait_for(lock, patience, [&] {
       return std::any_of(reports_.begin(), reports_.end(), [&](const DeviceReport& report) {
         return report.state == state && report.reason.find(words) != std::string::npos;
       });

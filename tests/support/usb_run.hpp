@@ -18,13 +18,14 @@
 
 #include "drivers/source.hpp"
 #include "protocol/error.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/scene_runs.hpp"
 
 namespace splid::test {
 
 // Looks again each millisecond; false where it does not come true within 20 s.
 inline bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+  const auto deadline = std::chrono::steady_clock::now() + patience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds{1});

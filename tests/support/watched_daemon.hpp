@@ -16,6 +16,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "tests/support/fault_record.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 namespace splid::test {
@@ -89,7 +90,7 @@ class WatchedDaemon {
 
  private:
   bool await(const std::function<bool(const Subscriber::Message&)>& meant) {
-    const auto deadline = Clock::now() + std::chrono::seconds{30};
+    const auto deadline = Clock::now() + patience;
     while (Clock::now() < deadline) {
       const auto message = subscriber_.receive(std::chrono::milliseconds{100});
       if (!message) continue;
@@ -115,7 +116,7 @@ class WatchedDaemon {
 
   [[nodiscard]] std::string said_endpoint() const {
     const std::string words = "publishing at ";
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 12'000; ++i) {
       const std::string err = program->err();
       const auto at = err.find(words);
       const auto end = at == std::string::npos ? at : err.find('\n', at);

@@ -10,6 +10,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
+#include "tests/support/patience.hpp"
 
 namespace splid {
 namespace {
@@ -31,8 +32,7 @@ class StatusReports : public ::testing::Test {
  protected:
   explicit StatusReports(bool live = true)
       : reporter(config, SourceInfo{"scripted", live, {}}, publisher, clock) {
-    while (!publisher.wait_for_subscriber(milliseconds{5000})) {
-    }
+    EXPECT_TRUE(publisher.wait_for_subscriber(test::patience));
     reporter.start();
   }
 

@@ -18,6 +18,7 @@
 #include "drivers/source.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/metrics_text.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 // The built program's metrics as Prometheus and node_exporter see them.
@@ -36,9 +37,9 @@ using testing::HasSubstr;
 
 constexpr const char* get_metrics = "GET /metrics HTTP/1.1\r\nHost: splid\r\n\r\n";
 
-// Looks again ten times a second; false where it does not come true within 60 s.
+// Looks again ten times a second; false where the test's patience ends first.
 bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = steady_clock::now() + std::chrono::seconds{60};
+  const auto deadline = steady_clock::now() + test::patience;
   while (!condition()) {
     if (steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds{100});
@@ -94,12 +95,30 @@ TEST_F(MetricsProgram, TellsPrometheusAndTheFileWhatItDoes) {
   const LocalConnection elsewhere(port);
   elsewhere.send("GET /etc/passwd HTTP/1.0\r\n\r\n");
   EXPECT_THAT(elsewhere.receive(), HasSubstr(" 404 "));
-  const auto asked = std::chrono::steady_clock::now();
   program.signal(SIGTERM);
   EXPECT_EQ(program.wait().exit_code, 0);
-  // What the daemon promises; the server's library alone would take twice that.
-  EXPECT_LT(std::chrono::steady_clock::now() - asked, std::chrono::seconds{1});
   EXPECT_EQ(MetricsText(file_text(file))("splid_state{state=\"stopping\"}"), 1);
+}
+
+// The server's library alone sleeps for up to two seconds before it lets go. Beside a stop without
+// a server, since a slow machine is slow in both; a pause of the machine's own may fall into one of
+// them.
+TEST_F(MetricsProgram, StopsAsFastAsWithoutAServer) {
+  const auto stop_time = [&](const std::string& metrics) {
+    Program program({"run", "--config", config(metrics)});
+    Subscriber frames(endpoint, {"frame"});
+    EXPECT_TRUE(frames.receive(test::patience)) << program.err();
+    const auto asked = steady_clock::now();
+    program.signal(SIGTERM);
+    EXPECT_EQ(program.wait().exit_code, 0);
+    return steady_clock::now() - asked;
+  };
+  bool as_fast = false;
+  for (int attempt = 0; attempt < 5 && !as_fast; ++attempt) {
+    const auto without = stop_time(R"({"file":"splid.prom"})");
+    as_fast = stop_time(R"({"http":"127.0.0.1:*"})") < without + std::chrono::milliseconds{500};
+  }
+  EXPECT_TRUE(as_fast);
 }
 
 TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
@@ -118,7 +137,7 @@ TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
     held.back()->send(kind == 0   ? noise.substr(0, 60'000)
                       : kind == 1 ? "GET /metrics HTTP/1.1\r\nX: " + std::string(60'000, 'a')
                                   : "GET /metr");
-    const auto message = frames.receive(std::chrono::seconds{20});
+    const auto message = frames.receive(test::patience);
     ASSERT_TRUE(message) << program.err();
     const json frame = json::parse(message->json);
     EXPECT_EQ(frame["sequence"], last.value_or(frame["sequence"].get<std::int64_t>() - 1) + 1);

@@ -16,6 +16,7 @@
 #include "daemon/messages/subscriber.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/scripted_source.hpp"
 
 namespace splid {
@@ -102,7 +103,7 @@ TEST(Pipeline, SubscribersGetTheObserversBytes) {
   const Config config = scene_config(0.3, 2);
   Publisher publisher(config.publish.endpoint, 1000);
   Subscriber subscriber(publisher.endpoint(), {""});
-  ASSERT_TRUE(publisher.wait_for_subscriber(milliseconds{5000}));
+  ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
   Pipeline pipeline(config, open_scene(config), publisher, host_clock());
   std::vector<std::string> observed;
   pipeline.observe([&](const FrameMessage&, const std::string& json) {

@@ -13,6 +13,7 @@
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/messages.hpp"
 #include "tests/support/fault_record.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/small_disk.hpp"
@@ -34,7 +35,7 @@ using Message = Subscriber::Message;
 using std::chrono::milliseconds;
 using ::testing::HasSubstr;
 
-constexpr milliseconds patience{20'000};
+using test::patience;
 
 class RecordingProgram : public ::testing::Test {
  protected:

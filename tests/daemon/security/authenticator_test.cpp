@@ -17,6 +17,7 @@
 #include "daemon/security/curve_socket.hpp"
 #include "daemon/security/server_security.hpp"
 #include "tests/support/local_connection.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/tcp_recorder.hpp"
 
 namespace splid {
@@ -36,7 +37,7 @@ using testing::Not;
 using State = HandshakeWatch::State;
 
 constexpr const char* any_port = "tcp://127.0.0.1:*";
-constexpr std::chrono::seconds patience{30};
+using test::patience;
 
 int port_of(const std::string& endpoint) {
   return std::stoi(endpoint.substr(endpoint.rfind(':') + 1));

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tests/support/metrics_text.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 // Keys, the daemon that asks for them and the viewer that has some, by the built program.
@@ -29,7 +30,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+  const auto deadline = std::chrono::steady_clock::now() + test::patience;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds{50});

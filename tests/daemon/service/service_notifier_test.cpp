@@ -13,6 +13,7 @@
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/notify_socket.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/scripted_source.hpp"
 
@@ -38,11 +39,11 @@ TEST(ServiceNotifier, IsReadyWithTheFirstFrameOrADeclaredWait) {
     HeldClock clock;
     ServiceNotifier notifier(clock);
     notifier.tick(status(DaemonState::starting, 0), false);
-    EXPECT_THAT(manager.next(milliseconds{1000}), HasSubstr("STATUS=starting"));
+    EXPECT_THAT(manager.next(test::patience), HasSubstr("STATUS=starting"));
     notifier.tick(when, false);
-    EXPECT_EQ(manager.next(milliseconds{1000}), "READY=1");
+    EXPECT_EQ(manager.next(test::patience), "READY=1");
     notifier.tick(when, false);
-    EXPECT_THAT(manager.next(milliseconds{1000}), HasSubstr("STATUS="));
+    EXPECT_THAT(manager.next(test::patience), HasSubstr("STATUS="));
     EXPECT_THAT(manager.next(milliseconds{50}), IsEmpty());
   }
 }
@@ -70,9 +71,9 @@ TEST(ServiceNotifier, SaysStopAndReasonOnce) {
   ServiceNotifier notifier(clock);
   notifier.tick(status(DaemonState::stopping, 12, "the cable came off"), true);
   notifier.tick(status(DaemonState::stopping, 12, "the cable came off"), true);
-  EXPECT_EQ(manager.next(milliseconds{1000}), "READY=1");
-  EXPECT_EQ(manager.next(milliseconds{1000}), "STOPPING=1");
-  EXPECT_THAT(manager.next(milliseconds{1000}),
+  EXPECT_EQ(manager.next(test::patience), "READY=1");
+  EXPECT_EQ(manager.next(test::patience), "STOPPING=1");
+  EXPECT_THAT(manager.next(test::patience),
               testing::AllOf(HasSubstr("STATUS=stopping: 12 frames"), HasSubstr("cable")));
   EXPECT_THAT(manager.next(milliseconds{50}), IsEmpty());
 }
@@ -93,7 +94,7 @@ TEST(ServiceNotifier, AHangingSourceStarvesTheWatchdog) {
   std::jthread running([&] { (void)pipeline.run(stop.get_token()); });
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   EXPECT_TRUE(manager.hears("STATUS=waiting_for_device"));
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+  const auto deadline = std::chrono::steady_clock::now() + test::patience;
   bool was_starved = false;
   while (!was_starved && std::chrono::steady_clock::now() < deadline) {
     was_starved = !manager.hears_within("WATCHDOG=1", milliseconds{1000});
@@ -120,7 +121,7 @@ class Service : public ::testing::Test {
 
   // Waits for a message of the topic that holds `text`.
   std::string await(Subscriber& subscriber, const std::string& topic, const std::string& text) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+    const auto deadline = std::chrono::steady_clock::now() + test::patience;
     while (std::chrono::steady_clock::now() < deadline) {
       const auto message = subscriber.receive(milliseconds{100});
       if (message && message->topic == topic && message->json.find(text) != std::string::npos) {

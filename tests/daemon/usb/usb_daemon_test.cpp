@@ -15,6 +15,7 @@
 #include "protocol/messages.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/fault_record.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/scene_records.hpp"
 #include "tests/support/stream_firmware.hpp"
@@ -72,7 +73,7 @@ class UsbDaemon : public ::testing::Test {
   std::optional<std::string> await(const std::string& topic,
                                    const std::function<bool(const std::string&)>& meant) {
     const auto began = steady_clock::now();
-    while (steady_clock::now() - began < 20s) {
+    while (steady_clock::now() - began < test::patience) {
       const auto message = subscriber.receive(100ms);
       if (message && message->topic == topic && meant(message->json)) {
         waited = std::chrono::duration<double, std::milli>(steady_clock::now() - began);

@@ -7,6 +7,7 @@
 
 #include "tests/support/awg_double.hpp"
 #include "tests/support/error_text.hpp"
+#include "tests/support/patience.hpp"
 
 namespace splid {
 namespace {
@@ -17,8 +18,8 @@ using test::error_text;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-ScpiClient connected(const AwgDouble& awg) {
-  return {"tcp:" + awg.address(), std::chrono::milliseconds(500), {}};
+ScpiClient connected(const AwgDouble& awg, std::chrono::milliseconds longest = test::patience) {
+  return {"tcp:" + awg.address(), longest, {}};
 }
 
 TEST(ScpiClient, AsksAndCommands) {
@@ -54,10 +55,11 @@ TEST(ScpiClient, BlocksMayHoldAnyBytes) {
 TEST(ScpiClient, AnswersThatAreTooLongOrNoneAreErrors) {
   AwgFaults faults;
   faults.garbage_at = ":TRAC1:DATA?";
-  const auto error_of = [&](const std::string& garbage) {
+  const auto error_of = [&](const std::string& garbage,
+                            std::chrono::milliseconds longest = test::patience) {
     faults.garbage = garbage;
     AwgDouble awg(AwgDouble::Model::m8195a, faults);
-    ScpiClient client = connected(awg);
+    ScpiClient client = connected(awg, longest);
     return error_text([&] { client.ask_data(":TRAC1:DATA? 1,0,4", 40); });
   };
   EXPECT_THAT(error_of("#9999999999"),
@@ -65,7 +67,8 @@ TEST(ScpiClient, AnswersThatAreTooLongOrNoneAreErrors) {
   EXPECT_THAT(error_of("#0abc\n"), HasSubstr("answered a block that begins \"#0\""));
   EXPECT_THAT(error_of("#a\n"), HasSubstr("answered a block that begins \"#a\""));
   EXPECT_THAT(error_of("#3-12"), HasSubstr("answered a block that begins \"#3-12\""));
-  EXPECT_THAT(error_of("#15abc"), HasSubstr("did nothing for 500 ms"));
+  EXPECT_THAT(error_of("#15abc", std::chrono::milliseconds(500)),
+              HasSubstr("did nothing for 500 ms"));
   EXPECT_THAT(error_of("#15abcdefgh\n"), HasSubstr("answered more than 2 bytes"));
   EXPECT_THAT(error_of(std::string(10'000, '1')), HasSubstr("answered more than 40 bytes"));
 }

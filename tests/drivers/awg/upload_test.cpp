@@ -185,7 +185,7 @@ std::string error_with(const AwgFaults& faults, Fault fault = Fault::device,
                        AwgDouble::Model model = AwgDouble::Model::m8195a) {
   AwgDouble awg(model, faults);
   AwgOptions options = options_for(awg);
-  options.timeout_s = 0.3;
+  options.timeout_s = faults.silent_at.empty() ? 120 : 0.3;
   try {
     upload(options, make_random({}), ignore, never);
   } catch (const Error& error) {
