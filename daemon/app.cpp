@@ -17,6 +17,7 @@
 #include "daemon/commands/word_check.hpp"
 #include "daemon/memory.hpp"
 #include "protocol/error.hpp"
+#include "protocol/vector_level.hpp"
 
 namespace splid {
 namespace {
@@ -67,7 +68,8 @@ int flushed(int exit_code) {
 
 int parse_and_run(int argc, char** argv) {
   CLI::App app{"splid: a daemon for single-photon lidar", "splid"};
-  app.set_version_flag("--version", "splid " SPLID_VERSION);
+  app.set_version_flag("--version", std::string("splid " SPLID_VERSION " (search kernels: ") +
+                                        vector_level_name(best_vector_level()) + ")");
   app.require_subcommand(0, 1);
   Action action;
   add_run(app, action);

@@ -51,5 +51,8 @@ extern const SearchKernels search_kernels;
 namespace x86_64_v4 {
 extern const SearchKernels search_kernels;
 }
+namespace neon {
+extern const SearchKernels search_kernels;
+}
 
 }  // namespace splid

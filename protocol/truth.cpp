@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "protocol/error.hpp"
@@ -16,9 +18,10 @@ Error bad_member(const std::string& key, const std::string& problem) {
   return {Fault::data, "truth: /" + key + " " + problem};
 }
 
-const json& member(const json& object, const std::string& key) {
+// The result is part of `object`, and nothing of it of `key`.
+const json& member(const json& object, std::string_view key) {
   const auto found = object.find(key);
-  if (found == object.end()) throw bad_member(key, "is missing");
+  if (found == object.end()) throw bad_member(std::string(key), "is missing");
   return *found;
 }
 

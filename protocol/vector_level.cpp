@@ -2,6 +2,20 @@
 
 namespace splid {
 
+const char* vector_level_name(VectorLevel level) {
+  switch (level) {
+    case VectorLevel::generic:
+      return "generic";
+    case VectorLevel::x86_64_v3:
+      return "x86_64_v3";
+    case VectorLevel::x86_64_v4:
+      return "x86_64_v4";
+    case VectorLevel::neon:
+      return "neon";
+  }
+  return "unknown";
+}
+
 std::vector<VectorLevel> runnable_vector_levels() {
   std::vector<VectorLevel> levels = {VectorLevel::generic};
 #ifdef SPLID_X86_64_LEVELS
@@ -14,6 +28,8 @@ std::vector<VectorLevel> runnable_vector_levels() {
       levels.push_back(VectorLevel::x86_64_v4);
     }
   }
+#elif defined(SPLID_ARM64_LEVELS)
+  levels.push_back(VectorLevel::neon);
 #endif
   return levels;
 }

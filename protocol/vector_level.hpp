@@ -7,10 +7,14 @@ namespace splid {
 // The vector widths that the loops in *_kernels.cpp are compiled for. All levels of a kernel give
 // the same bits; wider ones are faster.
 enum class VectorLevel {
-  generic,    // any processor of the architecture
+  generic,    // any processor of the architecture; on arm64 one number at a time
   x86_64_v3,  // AVX2
   x86_64_v4,  // AVX-512
+  neon,       // what every arm64 processor has
 };
+
+// "generic", "x86_64_v3", ...
+const char* vector_level_name(VectorLevel level);
 
 // Widest level that this processor runs and this build holds.
 VectorLevel best_vector_level();

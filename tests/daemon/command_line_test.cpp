@@ -11,6 +11,7 @@
 
 #include "daemon/messages/publisher.hpp"
 #include "protocol/messages.hpp"
+#include "protocol/vector_level.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 
@@ -90,7 +91,8 @@ TEST_F(CommandLine, WithoutArgumentsHelpsAndFails) {
 TEST_F(CommandLine, SaysItsVersionOnStandardOutput) {
   const ProgramResult result = run_program({"--version"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.out, "splid 0.1.0\n");
+  EXPECT_EQ(result.out, std::string("splid 0.1.0 (search kernels: ") +
+                            vector_level_name(best_vector_level()) + ")\n");
 }
 
 TEST_F(CommandLine, NamesTheNearestCommand) {

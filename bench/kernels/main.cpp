@@ -1,0 +1,142 @@
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "estimator/search_dispatch.hpp"
+
+// The search's kernels by themselves, for an emulator that counts instructions.
+//
+//   kernel_counts                        a checksum of each kernel's numbers at each vector level;
+//   exit
+//                                        code 1 where a level gives other bits than generic
+//   kernel_counts LEVEL KERNEL ROUNDS    runs one so many times over 4,099 elements
+namespace {
+
+using splid::SearchKernels;
+using splid::VectorLevel;
+
+constexpr std::size_t count = 4099;  // no multiple of any vector
+
+struct Arrays {
+  Arrays() {
+    std::mt19937_64 random(1);
+    for (std::size_t i = 0; i < count; ++i) {
+      in_16.push_back(static_cast<std::uint16_t>(random()));
+      in_32.push_back(static_cast<std::uint32_t>(random()));
+      times.push_back(static_cast<double>(random() >> 11) * 0x1p-20);
+      photons_ps.push_back(static_cast<std::int64_t>(random() >> 28));  // 69 ms
+    }
+    for (std::uint8_t& flag : flags) flag = random() % 16 == 0 ? 1 : 0;
+  }
+  std::vector<std::uint16_t> in_16;
+  std::vector<std::uint32_t> in_32;
+  std::vector<double> times;
+  std::vector<std::int64_t> photons_ps;
+  std::vector<std::uint8_t> flags = std::vector<std::uint8_t>(1 << 12);
+  // What comes out.
+  std::vector<std::uint16_t> out_16 = std::vector<std::uint16_t>(count, 1);
+  std::vector<std::uint32_t> out_32 = std::vector<std::uint32_t>(count, 1);
+  std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
+  std::uint64_t out = 0;
+};
+
+using Run = std::function<void(const SearchKernels&, Arrays&)>;
+
+const std::map<std::string, Run>& runs() {
+  static const std::map<std::string, Run> all = {
+      {"add", [](const SearchKernels& by,
+                 Arrays& a) { by.add(a.out_16.data(), a.in_16.data(), a.in_16.data(), count); }},
+      {"add_32",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_32(a.out_32.data(), a.in_32.data(), a.in_32.data(), count);
+       }},
+      {"accumulate", [](const SearchKernels& by,
+                        Arrays& a) { by.accumulate(a.out_16.data(), a.in_16.data(), count); }},
+      {"accumulate_32",
+       [](const SearchKernels& by, Arrays& a) {
+         by.accumulate_32(a.out_32.data(), a.in_32.data(), count);
+       }},
+      {"largest",
+       [](const SearchKernels& by, Arrays& a) { a.out = by.largest(a.in_16.data(), count); }},
+      {"largest_32",
+       [](const SearchKernels& by, Arrays& a) { a.out = by.largest_32(a.in_32.data(), count); }},
+      {"delay_bins",
+       [](const SearchKernels& by, Arrays& a) {
+         by.delay_bins(a.out_32.data(), 77, a.in_32.data(), count, 3780);
+       }},
+      {"line_phases",
+       [](const SearchKernels& by, Arrays& a) {
+         by.line_phases(a.out_32.data(), a.in_32.data(), a.times.data(), 1e6, 0.3, count);
+       }},
+      {"fold",
+       [](const SearchKernels& by, Arrays& a) {
+         by.fold(a.out_ns.data(), a.out_phases.data(), a.out_32.data(), a.photons_ps.data(),
+                 {1000, 1e-3, 1 / 3.78e6, 0.25, 1e-24, 3780}, count);
+       }},
+      {"pick",
+       [](const SearchKernels& by, Arrays& a) {
+         a.out = by.pick(a.out_32.data(), a.in_32.data(), a.flags.data(), 20, count);
+       }},
+  };
+  return all;
+}
+
+// FNV-1a
+template <class Value>
+void add_to(std::uint64_t& sum, const std::vector<Value>& values) {
+  for (const Value& value : values) {
+    unsigned char bytes[sizeof(Value)];
+    std::memcpy(bytes, &value, sizeof bytes);
+    for (const unsigned char byte : bytes) sum = (sum ^ byte) * 0x100000001b3;
+  }
+}
+
+std::uint64_t checksum(const Run& run, VectorLevel level) {
+  Arrays arrays;
+  run(splid::search_kernels(level), arrays);
+  // What pick leaves behind the picked is anything.
+  std::uint64_t sum = 0xcbf29ce484222325 ^ arrays.out;
+  if (arrays.out == 0) add_to(sum, arrays.out_32);
+  add_to(sum, std::vector(arrays.out_32.begin(),
+                          arrays.out_32.begin() + static_cast<std::ptrdiff_t>(arrays.out % count)));
+  add_to(sum, arrays.out_16);
+  add_to(sum, arrays.out_ns);
+  add_to(sum, arrays.out_phases);
+  return sum;
+}
+
+int compare_levels() {
+  int code = 0;
+  for (const auto& [name, run] : runs()) {
+    const std::uint64_t expected = checksum(run, VectorLevel::generic);
+    for (const VectorLevel level : splid::runnable_vector_levels()) {
+      const std::uint64_t sum = checksum(run, level);
+      std::printf("%-13s %-9s %016llx\n", name.c_str(), splid::vector_level_name(level),
+                  static_cast<unsigned long long>(sum));
+      if (sum != expected) code = 1;
+    }
+  }
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc == 1) return compare_levels();
+  if (argc != 4 || !runs().contains(argv[2])) return 2;
+  for (const VectorLevel level : splid::runnable_vector_levels()) {
+    if (std::string(argv[1]) != splid::vector_level_name(level)) continue;
+    Arrays arrays;
+    for (int round = std::atoi(argv[3]); round > 0; --round) {
+      runs().at(argv[2])(splid::search_kernels(level), arrays);
+    }
+    return 0;
+  }
+  return 2;
+}
