@@ -73,12 +73,17 @@ constexpr const char* first_names =
     "no_value,wrong,with_deviation";
 constexpr std::size_t key_fields = 8;
 constexpr std::size_t first_fields = 12;
+// What results of before the odds of the range do not have.
+constexpr const char* odds_names = ",ambiguous,wrong_ok";
+constexpr std::size_t odds_fields = 2;
 
-std::string header() {
+std::string header_without_odds() {
   std::string line = first_names;
   for (const Column& column : columns()) line += std::string(",") + column.name;
   return line + ",machine,date";
 }
+
+std::string header() { return header_without_odds() + odds_names; }
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> fields;
@@ -127,7 +132,7 @@ bool read_job(const std::vector<std::string>& fields, Job& job) {
 void read_file_into(const std::filesystem::path& file, Results& results) {
   std::ifstream in(file);
   std::string line;
-  if (!std::getline(in, line) || line != header()) {
+  if (!std::getline(in, line) || (line != header() && line != header_without_odds())) {
     refuse(file, "line 1 is not the header of this program's results; move the file away");
   }
   for (int number = 2; std::getline(in, line); ++number) {
@@ -148,12 +153,15 @@ std::string to_csv(const Result& result) {
                      std::to_string(result.score.wrong) + "," +
                      std::to_string(result.score.with_deviation);
   for (const Column& column : columns()) line += "," + number_text(column.at(copy));
-  return line + "," + result.machine + "," + result.date;
+  return line + "," + result.machine + "," + result.date + "," +
+         std::to_string(result.score.ambiguous) + "," + std::to_string(result.score.wrong_ok);
 }
 
 std::optional<Result> from_csv(const std::string& line) {
   const std::vector<std::string> fields = split(line);
-  if (fields.size() != first_fields + columns().size() + 2) return std::nullopt;
+  const std::size_t fields_without_odds = first_fields + columns().size() + 2;
+  const bool has_odds = fields.size() == fields_without_odds + odds_fields;
+  if (!has_odds && fields.size() != fields_without_odds) return std::nullopt;
   Result result;
   if (!read_job(fields, result.job)) return std::nullopt;
   result.score.trials = result.job.trials;
@@ -165,8 +173,12 @@ std::optional<Result> from_csv(const std::string& line) {
   for (std::size_t i = 0; i < columns().size(); ++i) {
     if (!read_number(fields[first_fields + i], columns()[i].at(result))) return std::nullopt;
   }
-  result.machine = fields[fields.size() - 2];
-  result.date = fields.back();
+  result.machine = fields[fields_without_odds - 2];
+  result.date = fields[fields_without_odds - 1];
+  if (has_odds && (!read_number(fields[fields_without_odds], result.score.ambiguous) ||
+                   !read_number(fields[fields_without_odds + 1], result.score.wrong_ok))) {
+    return std::nullopt;
+  }
   return result;
 }
 

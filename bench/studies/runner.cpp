@@ -33,9 +33,11 @@ std::string describe(const Cell& cell) {
 std::string describe(const Result& result) {
   const Score& s = result.score;
   const Bound& bound = result.expectation.bound;
-  return format("delay %.2f, velocity %.2f of the bound, %d wrong, %d none, of %d; %.2f ms a frame",
-                s.rmse[delay] / bound.delay_ns, s.rmse[velocity] / bound.velocity_mps, s.wrong,
-                s.no_value, s.trials, s.p50_ms);
+  return format(
+      "delay %.2f, velocity %.2f of the bound, %d wrong, %d of them ok, %d ambiguous, "
+      "%d none, of %d; %.2f ms a frame",
+      s.rmse[delay] / bound.delay_ns, s.rmse[velocity] / bound.velocity_mps, s.wrong, s.wrong_ok,
+      s.ambiguous, s.no_value, s.trials, s.p50_ms);
 }
 
 // Guesses the time left from what each estimator took for its work so far.
@@ -148,11 +150,27 @@ void run_jobs(const std::vector<Job>& jobs, int threads, const std::stop_token& 
   if (run.error) std::rethrow_exception(run.error);
 }
 
+// More wrong peaks among frames that are ok than the risk allows, by more than chance; and frames
+// lost to the odds where there is nothing to doubt.
+void check_odds(const Result& result, std::vector<std::string>& faults) {
+  const Score& s = result.score;
+  if (!s.has_odds()) return;
+  if (s.ok() > 0 && wilson_95(s.wrong_ok, s.ok()).low > EstimatorOptions().range_risk) {
+    faults.push_back(describe(result.job.cell) +
+                     format(": %d wrong peaks among %d frames that are ok", s.wrong_ok, s.ok()));
+  }
+  if (is_easy(result.expectation) && s.ambiguous > 0) {
+    faults.push_back(describe(result.job.cell) +
+                     format(": %d frames ambiguous where the photons leave no doubt", s.ambiguous));
+  }
+}
+
 std::vector<std::string> faults_of_search(const Results& results) {
   std::vector<std::string> faults;
   for (const auto& [name, result] : results) {
     const Score& s = result.score;
     if (result.job.estimator != Estimator::search) continue;
+    check_odds(result, faults);
     if (is_easy(result.expectation) && s.right() < s.trials) {
       faults.push_back(describe(result.job.cell) +
                        format(": %d wrong peaks and %d without a value", s.wrong, s.no_value) +

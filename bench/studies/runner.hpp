@@ -17,7 +17,8 @@ void run_jobs(const std::vector<Job>& jobs, int threads, const std::stop_token& 
 
 // What the search must not do, a sentence each; empty where all is well. In cells whose photons
 // decide: RMSE of delay or velocity above the ratio to reach by more than four standard errors. In
-// easy cells: any wrong peak or frame without a value.
+// easy cells: any wrong peak, frame without a value or ambiguous by its odds. In any cell: more
+// wrong peaks among frames that are ok than the risk allows.
 std::vector<std::string> faults_of_search(const Results& results);
 
 }  // namespace splid::studies

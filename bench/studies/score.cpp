@@ -14,6 +14,11 @@ double quantile(std::vector<double> sorted, double share) {
   return sorted[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
 }
 
+// Few photons leave a delay to more than a pulse width, and say so.
+bool is_wrong_and_sure(const TrialOutcome& outcome) {
+  return !outcome.ambiguous && std::abs(outcome.error[delay]) > 5 * outcome.deviation[delay];
+}
+
 bool publishes_deviations(const TrialOutcome& outcome) {
   return std::all_of(outcome.deviation.begin(), outcome.deviation.end(),
                      [](double deviation) { return deviation > 0; });
@@ -48,14 +53,17 @@ double Score::relative_error() const { return 1 / std::sqrt(2.0 * right()); }
 
 Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_ns) {
   Score found;
+  found.ambiguous = found.wrong_ok = 0;
   std::vector<double> times_ms;
   for (const TrialOutcome& outcome : outcomes) {
     ++found.trials;
     times_ms.push_back(outcome.compute_ms);
+    found.ambiguous += outcome.has_values && outcome.ambiguous ? 1 : 0;
     if (!outcome.has_values) {
       ++found.no_value;
     } else if (std::abs(outcome.error[delay]) > wrong_peak_limit_ns) {
       ++found.wrong;
+      found.wrong_ok += is_wrong_and_sure(outcome) ? 1 : 0;
     } else {
       add_right(outcome, found);
     }

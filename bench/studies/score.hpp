@@ -15,6 +15,7 @@ struct TrialOutcome {
   bool has_values = false;
   FourValues error{};      // delay at mid-frame ns, velocity m/s, S counts/pulse, b counts/ns
   FourValues deviation{};  // published with them; 0: none
+  bool ambiguous = false;  // range odds below those of the default risk
   double compute_ms = 0;   // of the thread's own time
 };
 
@@ -29,14 +30,19 @@ Share wilson_95(int hits, int trials);
 // What a job found, in numbers that the tables print.
 struct Score {
   int trials = 0;
-  int no_value = 0;                       // no_target, or none found
-  int wrong = 0;                          // wrong peaks: delay off by more than limit_ns
-  FourValues rmse{};                      // of the rest, units of TrialOutcome::error
+  int no_value = 0;  // no_target, or none found
+  int wrong = 0;     // wrong peaks: delay off by more than limit_ns
+  int ambiguous =
+      -1;             // frames whose odds ask for it, the mode aside; -1: older result, not counted
+  int wrong_ok = -1;  // wrong peaks of the frames that are not, off by five of their own deviations
+  FourValues rmse{};  // of the rest, units of TrialOutcome::error
   FourValues inside_one{}, inside_two{};  // shares of errors inside one and two deviations
   int with_deviation = 0;                 // frames that published deviations
   double p50_ms = 0, p99_ms = 0;
 
   [[nodiscard]] int right() const { return trials - no_value - wrong; }
+  [[nodiscard]] bool has_odds() const { return ambiguous >= 0; }
+  [[nodiscard]] int ok() const { return trials - no_value - ambiguous; }  // has_odds()
   // One standard deviation of rmse, relative: 1 / sqrt(2 N). right() > 0.
   [[nodiscard]] double relative_error() const;
 };

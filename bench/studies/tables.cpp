@@ -36,6 +36,8 @@ Wang's remainder theorem (Fig. 5) works on periods rounded to whole nanoseconds,
 | CRB | Cramér-Rao bound of the delay at mid-frame and of the velocity: standard deviations |
 | floor | RMSE over bound, of τ and v, of somebody who knows which photons are signal: with few photons their number and their places in the frame differ much from frame to frame, and no method can have the mean frame's bound. 1 with many |
 | wrong | frames with a delay off by more than 5 σ and 8 bounds, with the 95 % interval of their share (Wilson); left out of the columns after it |
+| ok | wrong peaks among the frames that are `ok`: not `ambiguous` by their range odds at the default risk of 1e-3, and off by more than five of their own deviations as well (three photons leave a delay to a nanosecond, and say so) |
+| ambiguous | frames whose range odds make them so, right and wrong |
 | none | frames without a value (no target found) |
 | τ, v, S, b | RMSE over bound, ± one standard deviation, 1/√(2N) |
 | inside | share of errors of τ and of v inside one and two of the published standard deviations (68 and 95 % of a normal error) |
@@ -94,6 +96,11 @@ std::string wrong_text(const Score& s) {
                 percent(share.high).c_str());
 }
 
+std::string ok_text(const Score& s) {
+  return s.has_odds() ? format("%d of %d | %d", s.wrong_ok, s.ok(), s.ambiguous)
+                      : std::string("– | –");
+}
+
 std::string ratio_text(const Result& row, std::size_t value) {
   if (row.score.right() < 2) return "–";
   const double ratio = row.score.rmse[value] / bound_of(row, value);
@@ -119,8 +126,8 @@ std::string row_text(const Result& row, const std::vector<const Parameter*>& var
                  e.signal_photons, e.background_photons, e.gain_nats, e.gain_deviation_nats,
                  e.threshold_nats, e.chance_lost, photons_decide(e) ? "" : " ✗",
                  1e3 * e.bound.delay_ns, e.bound.velocity_mps, floor.c_str());
-  text +=
-      format(" %s | %s | %d |", to_string(row.job.estimator), wrong_text(s).c_str(), s.no_value);
+  text += format(" %s | %s | %s | %d |", to_string(row.job.estimator), wrong_text(s).c_str(),
+                 ok_text(s).c_str(), s.no_value);
   for (std::size_t value = 0; value < values; ++value) text += " " + ratio_text(row, value) + " |";
   text += " " + inside_text(s, delay) + " | " + inside_text(s, velocity) + " |";
   return text + format(" %.3g |\n", s.p50_ms);
@@ -146,11 +153,12 @@ std::string study_section(const Rows& rows, const StudyInfo& study, const std::s
     rule += "---|";
   }
   text +=
-      " photons | gain | lost | CRB | floor | estimator | wrong | none | τ | v | S | b | inside τ, "
+      " photons | gain | lost | CRB | floor | estimator | wrong | ok | ambiguous | none | τ | v | "
+      "S | b | inside τ, "
       "% | "
       "inside v, "
       "% | ms |\n" +
-      rule + "---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+      rule + "---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Result* row : rows) text += row_text(*row, varying);
   return text + "\n";
 }
@@ -158,11 +166,17 @@ std::string study_section(const Rows& rows, const StudyInfo& study, const std::s
 // A study and estimator in one line, over the cells whose photons decide.
 struct Summary {
   int cells = 0, decided = 0, in_reach = 0, frames = 0, wrong = 0, none = 0;
+  int wrong_ok = 0, ok = 0, ambiguous = 0;  // over all cells, those with odds
   double worst_delay = 0, worst_velocity = 0;
 
   void add(const Result& row) {
     const Score& s = row.score;
     ++cells;
+    if (s.has_odds()) {
+      wrong_ok += s.wrong_ok;
+      ok += s.ok();
+      ambiguous += s.ambiguous;
+    }
     if (!photons_decide(row.expectation)) return;
     ++decided;
     frames += s.trials;
@@ -186,9 +200,11 @@ std::string summary(const Results& results) {
       "## In short\n\nOver the cells whose photons decide. To reach: RMSE over bound of delay and "
       "velocity, 1.05 times what the photons' number leaves (the column floor; Fig. 4, with 19 "
       "photons: 1.15); a cell is within it if both are, give or take two standard deviations. "
-      "Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %).\n\n"
+      "Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %); of frames that are `ok` at most 0.1 % in all "
+      "cells, also where the photons do not decide.\n\n"
       "| study | estimator | cells | photons decide in | of these within reach | largest τ | "
-      "largest v | wrong peaks | without a value |\n|---|---|---|---|---|---|---|---|---|\n";
+      "largest v | wrong peaks | without a value | all cells: wrong of `ok` | ambiguous "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const StudyInfo& study : all_studies()) {
     for (const Estimator estimator : {Estimator::search, Estimator::paper, Estimator::wang}) {
       Summary sum;
@@ -199,10 +215,13 @@ std::string summary(const Results& results) {
       const auto worst = [&](double ratio) {
         return sum.decided > 0 ? format("%.3f", ratio) : std::string("–");
       };
-      text += format("| %s | %s | %d | %d | %d | %s | %s | %d of %d | %d |\n",
+      text += format("| %s | %s | %d | %d | %d | %s | %s | %d of %d | %d | %s |\n",
                      std::string(study.name).c_str(), to_string(estimator), sum.cells, sum.decided,
                      sum.in_reach, worst(sum.worst_delay).c_str(),
-                     worst(sum.worst_velocity).c_str(), sum.wrong, sum.frames, sum.none);
+                     worst(sum.worst_velocity).c_str(), sum.wrong, sum.frames, sum.none,
+                     sum.ok + sum.ambiguous > 0
+                         ? format("%d of %d | %d", sum.wrong_ok, sum.ok, sum.ambiguous).c_str()
+                         : "– | –");
     }
   }
   return text + "\n";

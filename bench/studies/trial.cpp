@@ -9,6 +9,7 @@
 #include "bench/studies/wang.hpp"
 #include "bench/thread_clock.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/range_odds.hpp"
 #include "estimator/units.hpp"
 #include "tests/support/frame_maker.hpp"
 
@@ -87,6 +88,9 @@ class Bench {
     TrialOutcome outcome;
     outcome.compute_ms = compute_ms;
     outcome.has_values = found.has_values;
+    // Wang's has none.
+    outcome.ambiguous =
+        !by_wang_ && found.range_odds_nats < odds_at_risk_nats(EstimatorOptions().range_risk);
     outcome.error = {std::remainder(found.delay_ns - delay_ns, unambiguous_ns_),
                      found.velocity_mps - made_.velocity_mps,
                      found.signal_per_pulse - made_.signal_per_pulse,

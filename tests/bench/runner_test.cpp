@@ -37,6 +37,21 @@ TEST(Faults, OfTheSearchAreFound) {
   EXPECT_EQ(faults_of(result), 1U);
 }
 
+// Six wrong of 800 that are ok are more than the risk of 1e-3 and chance; in any cell.
+TEST(Faults, OfTheOddsAreFound) {
+  Result result = good_result();
+  result.score.ambiguous = result.score.wrong_ok = 0;
+  EXPECT_EQ(faults_of(result), 0U);
+  result.score.ambiguous = 1;
+  EXPECT_EQ(faults_of(result), 1U);
+  result.expectation.chance_lost = 0.5;
+  EXPECT_EQ(faults_of(result), 0U);
+  result.score.wrong_ok = 1;
+  EXPECT_EQ(faults_of(result), 0U);
+  result.score.wrong_ok = 6;
+  EXPECT_EQ(faults_of(result), 1U);
+}
+
 TEST(Faults, AreNoneWherePhotonsDoNotDecideOrAnotherEstimatorRan) {
   Result result = good_result();
   result.score.wrong = 400;

@@ -52,6 +52,20 @@ TEST(Score, WrongPeaksAndFramesWithoutValuesAreCountedAndLeftOut) {
   EXPECT_NEAR(found.relative_error(), 0.5, 1e-15);
 }
 
+TEST(Score, WrongPeaksOfFramesThatAreOkAreCountedApart) {
+  TrialOutcome unsure = outcome(7, 0.1, 1);
+  unsure.ambiguous = true;
+  TrialOutcome lost = outcome(0.03, 0.05, 1);
+  lost.ambiguous = true;
+  // Wrong and sure of it; wrong and unsure; right and unsure; wide, and says so; right.
+  const Score found = score(
+      {outcome(7, 0.1, 1), unsure, lost, outcome(0.8, 0.5, 1), outcome(0.03, 0.05, 1), {}}, 0.5);
+  EXPECT_EQ(found.wrong, 3);
+  EXPECT_EQ(found.ambiguous, 2);
+  EXPECT_EQ(found.wrong_ok, 1);
+  EXPECT_EQ(found.ok(), 3);
+}
+
 TEST(Score, AnEstimatorWithoutDeviationsHasNoCoverage) {
   const Score found = score({outcome(0.03, 0, 1)}, 0.5);
   EXPECT_EQ(found.with_deviation, 0);

@@ -44,7 +44,8 @@ TEST(Significance, FalseAlarmsComeAtTheRateAskedFor) {
   const int frames = 300;
   for (int n = 0; n < frames; ++n) {
     const auto frame = made.make(static_cast<std::uint64_t>(n));
-    alarms += estimator.estimate(frame.view()).status == FrameStatus::ok ? 1 : 0;
+    // Most are ambiguous by the odds of their range, and claim a target none the less.
+    alarms += estimator.estimate(frame.view()).has_values ? 1 : 0;
   }
   EXPECT_LE(alarms, 46);
   EXPECT_GE(alarms, 3);
