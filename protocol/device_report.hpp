@@ -18,6 +18,10 @@ const char* to_string(DeviceState state);
 struct DeviceReport {
   DeviceState state = DeviceState::connected;
   std::string reason;  // one sentence with the device's name; empty: nothing to say
+  // The one that is read, as people tell it from others; empty: none, or the driver knows no more.
+  std::string device = {};
+  // One sentence that holds until the next report, such as that another could be meant; or empty.
+  std::string caution = {};
 
   friend bool operator==(const DeviceReport&, const DeviceReport&) = default;
 };

@@ -36,9 +36,10 @@ std::string describe_damage(const Tags16Counts& before, const Tags16Counts& now)
 
 class Tags16Instrument final : public UsbInstrument {
  public:
-  explicit Tags16Instrument(std::uint8_t endpoint) : endpoint_(endpoint) {}
+  Tags16Instrument(std::uint8_t endpoint, int setting) : endpoint_(endpoint), setting_(setting) {}
 
   [[nodiscard]] std::uint8_t data_endpoint() const override { return endpoint_; }
+  [[nodiscard]] int alternate_setting() const override { return setting_; }
   [[nodiscard]] bool owes_data() const override { return true; }
 
   void decode(std::span<const std::byte> bytes, TagSink& sink) override {
@@ -76,6 +77,7 @@ class Tags16Instrument final : public UsbInstrument {
   static constexpr std::chrono::milliseconds between_looks{40};
 
   std::uint8_t endpoint_;
+  int setting_;
   std::chrono::steady_clock::time_point next_look_;
   Tags16Counts said_;
   Tags16Decoder decoder_;
@@ -90,6 +92,8 @@ void Tags16UsbOptions::describe(OptionVisitor& visitor) {
                "vendor and product of the device, four hexadecimal digits each, such as 1209:0001");
   visitor.require("usb_id");
   visitor.text("endpoint", endpoint, "bulk IN endpoint that the blocks come from, 0x81 to 0x8f");
+  visitor.integer("alternate_setting", alternate_setting, 0, 255,
+                  "alternate setting of interface 0 that has the endpoint");
   usb.describe(visitor);
 }
 
@@ -110,9 +114,10 @@ std::unique_ptr<TagSource> Tags16UsbOptions::open(const SourceContext& context) 
   UsbOptions device = usb;
   device.ids = {*parse_usb_id(usb_id)};
   const std::uint8_t address = *parse_endpoint(endpoint);
+  const auto setting = static_cast<int>(alternate_setting);
   return std::make_unique<UsbSource>(
       "tags16 device " + usb_id, std::move(device),
-      [address] { return std::make_unique<Tags16Instrument>(address); }, context);
+      [address, setting] { return std::make_unique<Tags16Instrument>(address, setting); }, context);
 }
 
 }  // namespace splid

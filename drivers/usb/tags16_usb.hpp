@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@ namespace splid {
 struct Tags16UsbOptions : SourceOptions {
   std::string usb_id;  // vendor and product, "1209:5a1d"
   std::string endpoint = "0x81";
+  std::int64_t alternate_setting = 0;  // of interface 0, that has the endpoint
   // Half as many of twice the length as other instruments have carry a sixth more tags a second.
   UsbOptions usb{.ids = {}, .serial = {}, .transfers = 16, .transfer_kib = 512};
 

@@ -16,7 +16,6 @@ using std::chrono::milliseconds;
 
 constexpr std::uint8_t command_endpoint = 0x01;
 constexpr std::uint8_t reply_endpoint = 0x81;
-constexpr int streaming_setting = 1;
 constexpr std::uint8_t boot = 2;
 
 // Commands take 0.1 ms. Booting, and the table from its EEPROM, take longer than the rest.
@@ -76,7 +75,6 @@ std::uint32_t ask_surely(UsbDevice& device, const std::vector<std::byte>& comman
 }  // namespace
 
 void Tdc2Instrument::prepare(UsbDevice& device) {
-  device.select_alternate(streaming_setting);
   // An answer that nobody waited for, of a program that was killed.
   std::array<std::byte, 64> stale{};
   device.read(reply_endpoint, stale, milliseconds{1});

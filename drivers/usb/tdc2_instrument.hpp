@@ -35,6 +35,7 @@ class Tdc2Instrument final : public UsbInstrument {
   explicit Tdc2Instrument(const Tdc2Settings& settings) : settings_(settings) {}
 
   [[nodiscard]] std::uint8_t data_endpoint() const override { return 0x82; }
+  [[nodiscard]] int alternate_setting() const override { return 1; }
   void prepare(UsbDevice& device) override;
   void start(UsbDevice& device) override;
   std::string tend(UsbDevice& device, TagSink& sink) override;

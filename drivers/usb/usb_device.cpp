@@ -2,10 +2,9 @@
 
 #include <libusb.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
-#include <utility>
+#include <vector>
 
 #include "drivers/usb/usb_error.hpp"
 
@@ -20,34 +19,56 @@ std::string hex(std::uint8_t value) {
   return text.data();
 }
 
-bool is_meant(const UsbDeviceInfo& info, const UsbSelection& selection) {
-  return std::find(selection.ids.begin(), selection.ids.end(), info.id) != selection.ids.end() &&
-         (selection.serial.empty() || info.serial == selection.serial);
+// A bulk endpoint, and where the device has it.
+struct Endpoint {
+  std::uint8_t address = 0;
+  int packet_bytes = 0;
+  int interface = 0;
+  int setting = 0;
+};
+
+std::vector<Endpoint> bulk_endpoints(const libusb_config_descriptor& config) {
+  std::vector<Endpoint> all;
+  for (const auto& interface : std::span(config.interface, config.bNumInterfaces)) {
+    for (const auto& setting : std::span(interface.altsetting, interface.num_altsetting)) {
+      for (const auto& found : std::span(setting.endpoint, setting.bNumEndpoints)) {
+        if ((found.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) != LIBUSB_TRANSFER_TYPE_BULK) continue;
+        all.push_back({found.bEndpointAddress, found.wMaxPacketSize, setting.bInterfaceNumber,
+                       setting.bAlternateSetting});
+      }
+    }
+  }
+  return all;
+}
+
+// What to do about an endpoint that the selected alternate setting does not have.
+std::string describe_missing(std::uint8_t address, int setting, const std::vector<Endpoint>& all) {
+  std::string here;
+  const Endpoint* elsewhere = nullptr;
+  for (const Endpoint& each : all) {
+    if (each.interface == interface_number && each.setting == setting) {
+      here += ' ' + hex(each.address);
+    }
+    // What interface 0 has can be configured, what another has cannot.
+    if (each.address == address && (elsewhere == nullptr || each.interface == interface_number)) {
+      elsewhere = &each;
+    }
+  }
+  const std::string has = here.empty() ? " none" : here;
+  if (elsewhere == nullptr) return "it has no bulk endpoint " + hex(address) + "; it has" + has;
+  const std::string belongs = "its bulk endpoint " + hex(address) + " belongs to ";
+  if (elsewhere->interface != interface_number) {
+    return belongs + "interface " + std::to_string(elsewhere->interface) +
+           ", and splid reads interface 0, which has" + has;
+  }
+  const std::string other = std::to_string(elsewhere->setting);
+  return belongs + "alternate setting " + other + ", and setting " + std::to_string(setting) +
+         " is in use, which has" + has + ": set source.alternate_setting to " + other;
 }
 
 }  // namespace
 
-std::string describe(const UsbSelection& selection) {
-  std::string text = "USB device ";
-  for (std::size_t i = 0; i < selection.ids.size(); ++i) {
-    text += (i == 0 ? "" : " or ") + to_string(selection.ids[i]);
-  }
-  if (!selection.serial.empty()) text += " with serial " + selection.serial;
-  return text;
-}
-
-std::unique_ptr<UsbDevice> UsbDevice::open(const UsbContext& context,
-                                           const UsbSelection& selection) {
-  const UsbDeviceList list(context);
-  for (libusb_device* device : list.devices()) {
-    const UsbDeviceInfo info = info_of(device);
-    if (!is_meant(info, selection)) continue;
-    return std::unique_ptr<UsbDevice>(new UsbDevice(device, describe(info)));
-  }
-  return nullptr;
-}
-
-UsbDevice::UsbDevice(libusb_device* device, std::string name) : name_(std::move(name)) {
+UsbDevice::UsbDevice(libusb_device* device, const UsbDeviceInfo& info) : name_(describe(info)) {
   check(libusb_open(device, &handle_), "cannot open it");
   libusb_set_auto_detach_kernel_driver(handle_, 1);  // where the system cannot, the claim says so
   const int code = libusb_claim_interface(handle_, interface_number);
@@ -62,32 +83,25 @@ UsbDevice::~UsbDevice() {
 }
 
 void UsbDevice::select_alternate(int setting) {
+  if (setting == alternate_) return;
   check(libusb_set_interface_alt_setting(handle_, interface_number, setting),
         "cannot select alternate setting " + std::to_string(setting));
+  alternate_ = setting;
 }
 
 int UsbDevice::max_packet_bytes(std::uint8_t endpoint) const {
   libusb_config_descriptor* config = nullptr;
   check(libusb_get_active_config_descriptor(libusb_get_device(handle_), &config),
         "cannot read its configuration");
-  int bytes = 0;
-  std::string known;
-  for (int i = 0; i < config->bNumInterfaces; ++i) {
-    const libusb_interface& interface = config->interface[i];
-    for (const auto& setting : std::span(interface.altsetting, interface.num_altsetting)) {
-      for (const auto& found : std::span(setting.endpoint, setting.bNumEndpoints)) {
-        if ((found.bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) != LIBUSB_TRANSFER_TYPE_BULK) continue;
-        known += ' ' + hex(found.bEndpointAddress);
-        if (found.bEndpointAddress == endpoint) bytes = found.wMaxPacketSize;
-      }
+  const std::vector<Endpoint> all = bulk_endpoints(*config);
+  libusb_free_config_descriptor(config);
+  for (const Endpoint& each : all) {
+    if (each.address == endpoint && each.interface == interface_number &&
+        each.setting == alternate_) {
+      return each.packet_bytes;
     }
   }
-  libusb_free_config_descriptor(config);
-  if (bytes == 0) {
-    throw Error(Fault::usage, name_ + ": it has no bulk endpoint " + hex(endpoint) + "; it has" +
-                                  (known.empty() ? " none" : known));
-  }
-  return bytes;
+  throw Error(Fault::usage, name_ + ": " + describe_missing(endpoint, alternate_, all));
 }
 
 void UsbDevice::write(std::uint8_t endpoint, std::span<const std::byte> bytes,

@@ -13,23 +13,13 @@ struct libusb_device_handle;
 
 namespace splid {
 
-// Which device is meant.
-struct UsbSelection {
-  std::span<const UsbId> ids;  // any of these
-  std::string serial;          // empty: any
-};
-
-// "USB device 3137:200a or 04b4:123a with serial TDC2-0042", for people.
-std::string describe(const UsbSelection& selection);
-
 // An open device with interface 0 claimed, for calls that wait for their answer. A kernel driver
 // that holds the interface is detached, and attached again at the end.
 //
 // Threads: one, but not that of the context's events. Errors: UsbError.
 class UsbDevice {
  public:
-  // The first that is meant; null where none is plugged in.
-  static std::unique_ptr<UsbDevice> open(const UsbContext& context, const UsbSelection& selection);
+  UsbDevice(libusb_device* device, const UsbDeviceInfo& info);
   ~UsbDevice();
   UsbDevice(const UsbDevice&) = delete;
   UsbDevice& operator=(const UsbDevice&) = delete;
@@ -37,8 +27,10 @@ class UsbDevice {
   [[nodiscard]] libusb_device_handle* handle() const { return handle_; }
   [[nodiscard]] const std::string& name() const { return name_; }
 
+  // Of interface 0. The device begins with 0, which is not sent to it.
   void select_alternate(int setting);
-  // Of a bulk endpoint. Errors: Error(Fault::usage) where the device has none such.
+  // Of a bulk endpoint of the alternate setting that is selected. Errors: Error(Fault::usage) where
+  // that has none such, naming what has.
   [[nodiscard]] int max_packet_bytes(std::uint8_t endpoint) const;
   void write(std::uint8_t endpoint, std::span<const std::byte> bytes,
              std::chrono::milliseconds timeout);
@@ -51,9 +43,8 @@ class UsbDevice {
   void check(int code, const std::string& call) const;
 
  private:
-  UsbDevice(libusb_device* device, std::string name);
-
   std::string name_;
+  int alternate_ = 0;
   libusb_device_handle* handle_ = nullptr;
 };
 

@@ -24,8 +24,13 @@ const char* advice(int code) {
 
 }  // namespace
 
+// A device that is gone is gone, whichever call finds that out.
 UsbError::UsbError(const std::string& device, const std::string& call, int code)
-    : UsbError(device + ": " + call + ": " + libusb_error_name(code) + advice(code), code) {}
+    : UsbError(device + ": " +
+                   (code == LIBUSB_ERROR_NO_DEVICE
+                        ? std::string(unplugged)
+                        : call + ": " + libusb_error_name(code) + advice(code)),
+               code) {}
 
 bool UsbError::device_is_gone() const { return code_ == LIBUSB_ERROR_NO_DEVICE; }
 

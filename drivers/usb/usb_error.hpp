@@ -9,6 +9,9 @@ namespace splid {
 // A call into libusb that failed, or a device that does not answer as it should.
 class UsbError : public Error {
  public:
+  // What is said of a device that is gone, behind its name.
+  static constexpr const char* unplugged = "it was unplugged";
+
   // code: libusb's, negative; 0 where libusb itself had nothing against it.
   UsbError(const std::string& what, int code) : Error(Fault::device, what), code_(code) {}
   // device: for people. call: what was tried, as in "cannot open it".

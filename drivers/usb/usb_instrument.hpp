@@ -24,6 +24,9 @@ class UsbInstrument {
   // Of the data, bulk IN.
   [[nodiscard]] virtual std::uint8_t data_endpoint() const = 0;
 
+  // Of interface 0, that has the endpoints.
+  [[nodiscard]] virtual int alternate_setting() const { return 0; }
+
   // Before transfers fly: brings the instrument to where it may be started.
   virtual void prepare(UsbDevice&) {}
   // Transfers fly: has the instrument send.

@@ -25,18 +25,21 @@ constexpr milliseconds silence_reported{50};
 // A device whose transfers fail one after another is reported ten times a second.
 constexpr milliseconds between_reports{100};
 
+constexpr milliseconds between_looks_around{1000};
+
 constexpr milliseconds quiet{5};
 
 }  // namespace
 
 UsbSession::UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream,
-                       BlockQueue& queue, Wake& wake, Report report)
+                       BlockQueue& queue, Wake& wake, Report report, LookAround look_around)
     : device_(device),
       instrument_(instrument),
       stream_(stream),
       queue_(queue),
       wake_(wake),
       report_(std::move(report)),
+      look_around_(std::move(look_around)),
       cuts_(queue.cuts()),
       reported_cuts_(cuts_) {}
 
@@ -87,6 +90,7 @@ void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
     report_failures();
     recover();
     watch_silence();
+    look_around();
     if (any) continue;
     sink.publish(0);
     wake_.wait_for(idle);
@@ -134,6 +138,13 @@ void UsbSession::report_failures() {
   next_report_ = Clock::now() + between_reports;
   report_(DeviceState::connected, device_.name() + ": tags were lost in " + std::to_string(count) +
                                       " transfers; the last failure was " + stream_.last_failure());
+}
+
+void UsbSession::look_around() {
+  const auto now = Clock::now();
+  if (now < next_look_) return;
+  next_look_ = now + between_looks_around;
+  look_around_();
 }
 
 void UsbSession::watch_silence() {

@@ -24,10 +24,12 @@ class UsbSession {
   static constexpr std::chrono::milliseconds longest_drain{20};
 
   using Report = std::function<void(DeviceState, const std::string&)>;
+  // Called once a second while it streams.
+  using LookAround = std::function<void()>;
 
   // All outlive this.
   UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream, BlockQueue& queue,
-             Wake& wake, Report report);
+             Wake& wake, Report report, LookAround look_around);
 
   void run(std::size_t transfers, TagSink& sink, const std::stop_token& stop);
 
@@ -39,6 +41,7 @@ class UsbSession {
   bool decode_queued(TagSink& sink);
   void take_cuts(std::uint32_t cuts, TagSink& sink);
   void report_failures();
+  void look_around();
   void watch_silence();
   void recover();
   void restart(std::size_t transfers, const std::string& why);
@@ -49,10 +52,12 @@ class UsbSession {
   BlockQueue& queue_;
   Wake& wake_;
   Report report_;
+  LookAround look_around_;
   std::size_t transfers_ = 0;  // in flight
   std::uint32_t cuts_ = 0;     // of the queue, told to the instrument
   std::uint32_t reported_cuts_ = 0;
   Clock::time_point next_report_;  // of failed transfers
+  Clock::time_point next_look_;    // around
   Clock::time_point heard_;        // of bytes
   bool silent_ = false;
 };

@@ -17,11 +17,16 @@ constexpr std::size_t queue_bytes = 32 << 20;
 // Looking costs 30 us.
 constexpr milliseconds between_looks{10};
 
+// A transfer may break on a cable that is being pulled before the kernel has noticed.
+constexpr milliseconds longest_farewell{60};
+
 }  // namespace
 
 void UsbOptions::describe(OptionVisitor& visitor) {
-  visitor.text("serial", serial,
-               "serial number of the device, as splid devices lists it; empty: the first found");
+  visitor.text(
+      "serial", serial,
+      "serial number of the device, as splid devices lists it; empty: the first found, and "
+      "no other until the stream ends");
   visitor.integer("transfers", transfers, 2, 128,
                   "transfers in flight; all together the kernel lends 16 MiB to a system");
   visitor.integer("transfer_kib", transfer_kib, 1, 8192, "length of a transfer, KiB");
@@ -39,6 +44,7 @@ UsbSource::UsbSource(std::string name, UsbOptions options, MakeInstrument make,
                      SourceContext context)
     : name_(std::move(name)),
       options_(std::move(options)),
+      choice_({options_.ids, options_.serial}),
       make_(std::move(make)),
       context_(std::move(context)),
       queue_(queue_bytes) {}
@@ -53,12 +59,12 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
     try {
       run_session(context, sink, stop);
     } catch (const UsbError& error) {
-      if (!error.device_is_gone()) {
+      if (!error.device_is_gone() && !vanishes(context, sink, stop)) {
         report(DeviceState::failing, error.what());
         pause = between_tries;
       } else if (last_report_.state != DeviceState::no_device) {
         // Else it was unplugged, which has been said, and is still listed.
-        report(DeviceState::no_device, error.what());
+        report(DeviceState::no_device, error.device_is_gone() ? error.what() : choice_.absence());
       }
     }
     for (; pause.count() > 0 && !stop.stop_requested(); pause -= between_looks) {
@@ -69,29 +75,43 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
 }
 
 void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std::stop_token& stop) {
-  const UsbSelection selection{options_.ids, options_.serial};
-  const auto device = UsbDevice::open(context, selection);
+  const auto device = choice_.open(context);
   if (device == nullptr) {
-    // Where one was unplugged, that has been said.
-    if (last_report_.state == DeviceState::no_device) return;
-    report(DeviceState::no_device,
-           "no " + splid::describe(selection) + " is plugged in (splid devices lists what is)");
+    report(DeviceState::no_device, choice_.absence());
     return;
   }
   if (std::exchange(opened_before_, true)) counters_.reopens.fetch_add(1);
   const auto instrument = make_();
+  device->select_alternate(instrument->alternate_setting());
   BulkStream stream(*device, instrument->data_endpoint(),
                     static_cast<std::size_t>(options_.transfer_kib) << 10U, queue_, counters_,
                     wake_);
   UsbSession session(
       *device, *instrument, stream, queue_, wake_,
-      [this](DeviceState state, const std::string& reason) { report(state, reason); });
+      [this](DeviceState state, const std::string& reason) { report(state, reason); },
+      [&] {
+        // What is wrong stays so; what was over has been said.
+        const bool is_well = last_report_.state == DeviceState::connected;
+        if (choice_.look(context)) report(last_report_.state, is_well ? "" : last_report_.reason);
+      });
   session.run(static_cast<std::size_t>(options_.transfers), sink, stop);
+}
+
+bool UsbSource::vanishes(const UsbContext& context, TagSink& sink, const std::stop_token& stop) {
+  for (auto left = longest_farewell; left.count() > 0; left -= between_looks) {
+    if (!choice_.is_listed(context)) return true;
+    if (stop.stop_requested()) break;
+    sink.publish(0);
+    wake_.wait_for(between_looks);
+  }
+  return false;
 }
 
 // The same again is not said twice, but for what is over, which is something new each time.
 void UsbSource::report(DeviceState state, const std::string& reason) {
-  const DeviceReport report{state, reason};
+  const bool is_there = state != DeviceState::no_device;
+  const DeviceReport report{state, reason, is_there ? choice_.name() : "",
+                            is_there ? choice_.caution() : ""};
   if (state != DeviceState::connected && report == last_report_) return;
   last_report_ = report;
   context_.report(report);

@@ -9,6 +9,7 @@
 
 #include "drivers/source.hpp"
 #include "drivers/usb/bulk_stream.hpp"
+#include "drivers/usb/usb_choice.hpp"
 #include "drivers/usb/usb_instrument.hpp"
 
 namespace splid {
@@ -25,7 +26,8 @@ struct UsbOptions {
 };
 
 // Tags of an instrument on USB, for as long as asked: waits for the device to be plugged in, opens
-// it, streams, and starts over when it goes or fails.
+// it, streams, and starts over when it goes or fails. Of several that are meant it stays with the
+// one that it opened first, and each report cautions that there are others.
 //
 // What happens to the device is reported: no_device, failing (with what to do), connected. What it
 // costs is in the stream: each stretch without the device is a loss of unknown count followed by a
@@ -51,10 +53,13 @@ class UsbSource : public TagSource {
 
  private:
   void run_session(const UsbContext& context, TagSink& sink, const std::stop_token& stop);
+  // Whether a device that failed is gone within a moment.
+  bool vanishes(const UsbContext& context, TagSink& sink, const std::stop_token& stop);
   void report(DeviceState state, const std::string& reason);
 
   std::string name_;
   UsbOptions options_;
+  UsbChoice choice_;
   MakeInstrument make_;
   SourceContext context_;
   UsbCounters counters_;

@@ -26,7 +26,6 @@ namespace splid::test {
 namespace {
 
 constexpr const char* root_hub_path = "/devices/usb1";
-constexpr const char* device_path = "/devices/usb1/1-1";
 constexpr std::uint16_t bulk_packet_bytes = 512;
 
 struct Unref {
@@ -49,19 +48,29 @@ void append16(std::vector<std::uint8_t>& bytes, std::size_t value) {
   bytes.push_back(static_cast<std::uint8_t>(value >> 8U));
 }
 
-// Device, configuration, two alternate settings of interface 0 with the same endpoints.
+std::vector<std::uint8_t> endpoints_of(const UsbDoubleOptions& options, int setting) {
+  std::vector<std::uint8_t> all = options.endpoints;
+  const std::vector<std::uint8_t>& more = options.endpoints_of_setting_1;
+  if (setting == 1) all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+// Device, configuration, two alternate settings of interface 0.
 std::vector<std::uint8_t> descriptors(const UsbDoubleOptions& options) {
   std::vector<std::uint8_t> bytes{18, 1, 0x00, 0x02, 0xFF, 0, 0, 64};
   append16(bytes, options.id.vendor);
   append16(bytes, options.id.product);
   bytes.insert(bytes.end(), {0x00, 0x01, 0, 0, 0, 1});
+  const std::size_t endpoints =
+      2 * options.endpoints.size() + options.endpoints_of_setting_1.size();
   bytes.insert(bytes.end(), {9, 2});
-  append16(bytes, 9 + 2 * (9 + 7 * options.endpoints.size()));
+  append16(bytes, 9 + 2 * 9 + 7 * endpoints);
   bytes.insert(bytes.end(), {1, 1, 0, 0x80, 250});
   for (const std::uint8_t setting : std::array<std::uint8_t, 2>{0, 1}) {
-    const auto count = static_cast<std::uint8_t>(options.endpoints.size());
+    const std::vector<std::uint8_t> all = endpoints_of(options, setting);
+    const auto count = static_cast<std::uint8_t>(all.size());
     bytes.insert(bytes.end(), {9, 4, 0, setting, count, 0xFF, 0, 0, 0});
-    for (const std::uint8_t endpoint : options.endpoints) {
+    for (const std::uint8_t endpoint : all) {
       bytes.insert(bytes.end(), {7, 5, endpoint, 2});
       append16(bytes, bulk_packet_bytes);
       bytes.push_back(0);
@@ -130,13 +139,16 @@ struct Urb {
 
 class UsbDouble::Bus {
  public:
-  Bus(UsbDoubleOptions options, UsbFirmware& firmware)
-      : options_(std::move(options)), firmware_(firmware), testbed_(umockdev_testbed_new()) {
-    add(std::string("P: ") + root_hub_path +
-        "\nN: bus/usb/001/001\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
-        "E: DEVNUM=001\nE: DEVNAME=/dev/bus/usb/001/001\nA: busnum=1\\n\nA: devnum=1\\n\n"
-        "A: speed=480\\n\nA: bConfigurationValue=1\\n\nA: maxchild=4\\n\nH: descriptors=" +
-        hex(descriptors({{0x1d6b, 0x0002}, "", {0x81}})) + "\n");
+  // beside: whose bus it shares; null: it has one of its own.
+  Bus(UsbDoubleOptions options, UsbFirmware& firmware, const Bus* beside)
+      : options_(std::move(options)),
+        firmware_(firmware),
+        testbed_(beside == nullptr ? umockdev_testbed_new()
+                                   : UMOCKDEV_TESTBED(g_object_ref(beside->testbed_.get()))),
+        device_path_(beside == nullptr ? "/devices/usb1/1-1" : "/devices/usb1/1-2"),
+        first_number_(beside == nullptr ? 2 : 64),
+        number_(first_number_ - 1) {
+    if (beside == nullptr) add_root_hub();
     ticker_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         std::this_thread::sleep_for(std::chrono::milliseconds{1});
@@ -154,7 +166,8 @@ class UsbDouble::Bus {
   void plug() {
     {
       const std::lock_guard lock(mutex_);
-      number_ = number_ == last_number ? 2 : number_ + 1;
+      number_ = number_ == first_number_ + numbers - 1 ? first_number_ : number_ + 1;
+      setting_ = 0;
       gate_.emplace();
       firmware_.power_on();
     }
@@ -179,7 +192,7 @@ class UsbDouble::Bus {
       flying_.clear();
       gate_.reset();
     }
-    const std::string sys = std::string("/sys") + device_path;
+    const std::string sys = std::string("/sys") + device_path_;
     umockdev_testbed_uevent(testbed_.get(), sys.c_str(), "remove");
     umockdev_testbed_remove_device(testbed_.get(), sys.c_str());
     std::array<char, 40> node{};
@@ -191,6 +204,11 @@ class UsbDouble::Bus {
   void set_most_transfers(std::size_t transfers) {
     const std::lock_guard lock(mutex_);
     most_transfers_ = transfers;
+  }
+
+  void fail_writes(int status) {
+    const std::lock_guard lock(mutex_);
+    write_status_ = status;
   }
 
   std::size_t transfers_in_flight() {
@@ -205,6 +223,14 @@ class UsbDouble::Bus {
   }
 
  private:
+  void add_root_hub() {
+    add(std::string("P: ") + root_hub_path +
+        "\nN: bus/usb/001/001\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\n"
+        "E: DEVNUM=001\nE: DEVNAME=/dev/bus/usb/001/001\nA: busnum=1\\n\nA: devnum=1\\n\n"
+        "A: speed=480\\n\nA: bConfigurationValue=1\\n\nA: maxchild=4\\n\nH: descriptors=" +
+        hex(descriptors({{0x1d6b, 0x0002}, "", {0x81}})) + "\n");
+  }
+
   void add(const std::string& text) {
     require(umockdev_testbed_add_from_string(testbed_.get(), text.c_str(), nullptr) != 0,
             "no device");
@@ -212,7 +238,7 @@ class UsbDouble::Bus {
 
   [[nodiscard]] std::string device_text(const char* node) const {
     const std::string number = std::to_string(number_);
-    std::string text = std::string("P: ") + device_path +
+    std::string text = std::string("P: ") + device_path_ +
                        "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: BUSNUM=001\nE: DEVNUM=" +
                        std::string(3 - number.size(), '0') + number + "\nE: DEVNAME=" + node +
                        "\nA: busnum=1\\n\nA: devnum=" + number +
@@ -253,7 +279,8 @@ class UsbDouble::Bus {
             umockdev_ioctl_data_resolve(arg, 0, sizeof(usbdevfs_setinterface), nullptr));
         usbdevfs_setinterface wanted{};
         std::memcpy(&wanted, data->data, sizeof wanted);
-        firmware_.alternate_selected(static_cast<int>(wanted.altsetting));
+        setting_ = static_cast<int>(wanted.altsetting);
+        firmware_.alternate_selected(setting_);
         return reply(gate_ ? 0 : ENODEV);
       }
       case USBDEVFS_CLEAR_HALT: {
@@ -283,7 +310,13 @@ class UsbDouble::Bus {
     const auto length = static_cast<std::size_t>(urb.kernel()->buffer_length);
     urb.buffer.reset(umockdev_ioctl_data_resolve(urb.urb.get(), offsetof(usbdevfs_urb, buffer),
                                                  length, nullptr));
-    if ((urb.endpoint() & 0x80U) == 0) {
+    const std::vector<std::uint8_t> known = endpoints_of(options_, setting_);
+    if (std::find(known.begin(), known.end(), urb.endpoint()) == known.end()) return ENOENT;
+    const bool is_written = (urb.endpoint() & 0x80U) == 0;
+    if (is_written && write_status_ == -ENODEV) return ENODEV;
+    if (is_written && write_status_ != 0) {
+      finish(std::move(urb), write_status_, 0);
+    } else if (is_written) {
       firmware_.written(urb.endpoint(), {reinterpret_cast<std::byte*>(urb.buffer->data), length});
       finish(std::move(urb), 0, length);
     } else {
@@ -346,8 +379,12 @@ class UsbDouble::Bus {
   std::unique_ptr<UMockdevTestbed, Unref> testbed_;
   std::unique_ptr<UMockdevIoctlBase, Unref> handler_;
   std::string node_;
-  static constexpr int last_number = 127;  // as the kernel counts
-  int number_ = 1;                         // of the device on the bus; the root hub has 1
+  std::string device_path_;
+  static constexpr int numbers = 62;  // the kernel counts to 127, and two may share the bus
+  int first_number_;
+  int number_;  // of the device on the bus; the root hub has 1
+  int setting_ = 0;
+  int write_status_ = 0;
   std::mutex mutex_;
   std::size_t most_transfers_ = 128;
   std::optional<Gate> gate_;  // while plugged in
@@ -357,7 +394,10 @@ class UsbDouble::Bus {
 };
 
 UsbDouble::UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware)
-    : bus_(std::make_unique<Bus>(std::move(options), firmware)) {}
+    : bus_(std::make_unique<Bus>(std::move(options), firmware, nullptr)) {}
+
+UsbDouble::UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside)
+    : bus_(std::make_unique<Bus>(std::move(options), firmware, beside.bus_.get())) {}
 
 UsbDouble::~UsbDouble() = default;
 
@@ -366,6 +406,8 @@ void UsbDouble::plug() { bus_->plug(); }
 void UsbDouble::unplug() { bus_->unplug(); }
 
 void UsbDouble::set_most_transfers(std::size_t transfers) { bus_->set_most_transfers(transfers); }
+
+void UsbDouble::fail_writes(int status) { bus_->fail_writes(status); }
 
 std::size_t UsbDouble::transfers_in_flight() const { return bus_->transfers_in_flight(); }
 

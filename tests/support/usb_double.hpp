@@ -39,6 +39,7 @@ struct UsbDoubleOptions {
   std::string serial;
   std::vector<std::uint8_t> endpoints = {0x81};  // bulk, of both alternate settings
   int speed_mbit_s = 480;
+  std::vector<std::uint8_t> endpoints_of_setting_1 = {};  // bulk, of that alternate setting alone
 };
 
 // An emulated kernel device (umockdev), on which libusb as it is runs, in this process or in
@@ -50,6 +51,8 @@ class UsbDouble {
  public:
   // firmware: outlives this. Not plugged in yet.
   UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware);
+  // A second one on the same bus, at port 1-2. beside: outlives this.
+  UsbDouble(UsbDoubleOptions options, UsbFirmware& firmware, const UsbDouble& beside);
   ~UsbDouble();
   UsbDouble(const UsbDouble&) = delete;
   UsbDouble& operator=(const UsbDouble&) = delete;
@@ -59,6 +62,9 @@ class UsbDouble {
   // More in flight are refused with ENOMEM.
   void set_most_transfers(std::size_t transfers);
   [[nodiscard]] std::size_t transfers_in_flight() const;
+  // What is written to it fails like this from now on, a negative errno as the kernel gives it:
+  // -ENODEV before the transfers in flight come back, or -EPROTO as on a cable that is pulled.
+  void fail_writes(int status);
   // For another process that is to see the device.
   [[nodiscard]] std::vector<std::string> environment() const;
 

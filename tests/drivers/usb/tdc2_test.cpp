@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cstdint>
 #include <random>
 #include <vector>
@@ -57,7 +58,8 @@ TEST_F(Tdc2OnDouble, IsStartedAndStoppedByItsSequence) {
               ElementsAre(61, 85, 57, 66, 81, 81, 81, 81, 68, 68, 68, 68, 68, 68, 68, 68, 54, 64,
                           64, 54, 84, 54, 54, 55, 54, 57, 54));
   EXPECT_FALSE(firmware.streams());
-  EXPECT_THAT(run.reports(), ElementsAre(DeviceReport{DeviceState::connected, ""}));
+  EXPECT_THAT(run.reports(), ElementsAre(DeviceReport{DeviceState::connected, "",
+                                                      "3137:200a serial TDC2-0042 at 1-1", ""}));
 }
 
 // Times of 10 us steps; every tenth record has two inputs; dummies are heartbeats and no photons.
@@ -194,6 +196,27 @@ TEST_F(Tdc2OnDouble, UnpluggedAndPluggedInAgain) {
   EXPECT_TRUE(goes_on(run));
   EXPECT_EQ(run.count(TagKind::clock_break), 1U);
   EXPECT_THAT(firmware.complaints(), IsEmpty());
+}
+
+// Whichever transfer meets the pulled cable first, the sentence is the same.
+TEST_F(Tdc2OnDouble, UnpluggedIsSaidWhereACommandMeetsItFirst) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.fail_writes(-ENODEV);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
+  EXPECT_FALSE(run.said(DeviceState::no_device, "cannot write"));
+}
+
+// A transfer breaks on the cable before the kernel knows that the device is gone.
+TEST_F(Tdc2OnDouble, UnpluggedIsSaidWhereACommandBreaksFirst) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.fail_writes(-EPROTO);
+  EXPECT_TRUE(comes_true([&] { return device.transfers_in_flight() == 0; }));
+  device.unplug();
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
 }
 
 }  // namespace

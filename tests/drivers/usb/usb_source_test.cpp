@@ -84,7 +84,8 @@ TEST_F(UsbSourceOnDouble, StreamsWithoutAnyLoss) {
   EXPECT_EQ(device.transfers_in_flight(), 0U);
   EXPECT_EQ(run.count(TagKind::loss_begin), 0U);
   EXPECT_TRUE(every_gap_is_said(run.tags()));
-  EXPECT_THAT(run.reports(), ::testing::ElementsAre(DeviceReport{DeviceState::connected, ""}));
+  EXPECT_THAT(run.reports(), ::testing::ElementsAre(DeviceReport{
+                                 DeviceState::connected, "", "1209:5a1d serial A-7 at 1-1", ""}));
   EXPECT_GE(run.counter("splid_usb_bytes_total"), 5000 * 16U);
   EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
 }
@@ -119,6 +120,90 @@ TEST_F(UsbSourceOnDouble, AnEndpointThatItDoesNotHaveIsAnError) {
   ASSERT_TRUE(comes_true([&] { return run.error().has_value(); }));
   EXPECT_EQ(run.error()->fault(), Fault::usage);
   EXPECT_THAT(run.error()->what(), ::testing::HasSubstr("no bulk endpoint 0x85; it has 0x81"));
+}
+
+// libusb would only say LIBUSB_ERROR_IO.
+TEST_F(UsbSourceOnDouble, AnEndpointOfAnotherAlternateSettingIsAnError) {
+  test::UsbDouble two_settings{{{0x1209, 0x5a1d}, "A-8", {0x81}, 480, {0x82}}, firmware, device};
+  two_settings.plug();
+  Tags16UsbOptions wrong = options();
+  wrong.endpoint = "0x82";
+  test::SourceRun run(wrong);
+  ASSERT_TRUE(comes_true([&] { return run.error().has_value(); }));
+  EXPECT_EQ(run.error()->fault(), Fault::usage);
+  EXPECT_THAT(run.error()->what(),
+              ::testing::AllOf(::testing::HasSubstr("endpoint 0x82 belongs to alternate setting 1"),
+                               ::testing::HasSubstr("set source.alternate_setting to 1")));
+  wrong.alternate_setting = 1;
+  test::SourceRun right(wrong);
+  EXPECT_TRUE(goes_on(right));
+}
+
+class TwoUsbDevices : public UsbSourceOnDouble {
+ protected:
+  test::UsbDouble second{{{0x1209, 0x5a1d}, "B-9"}, firmware, device};
+};
+
+TEST_F(TwoUsbDevices, TheOneInUseIsNamedAndTheOtherTold) {
+  device.plug();
+  second.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  const DeviceReport report = run.reports().back();
+  EXPECT_EQ(report.state, DeviceState::connected);
+  EXPECT_EQ(report.device, "1209:5a1d serial A-7 at 1-1");
+  EXPECT_THAT(report.caution,
+              ::testing::AllOf(::testing::HasSubstr("2 devices"), ::testing::HasSubstr("B-9"),
+                               ::testing::HasSubstr("source.serial")));
+}
+
+TEST_F(TwoUsbDevices, OneThatComesLaterIsToldToo) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  EXPECT_EQ(run.reports().back().caution, "");
+  second.plug();
+  EXPECT_TRUE(comes_true([&] { return !run.reports().back().caution.empty(); }));
+  second.unplug();
+  EXPECT_TRUE(comes_true([&] { return run.reports().back().caution.empty(); }));
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+}
+
+TEST_F(TwoUsbDevices, AfterAnUnplugTheOtherIsNotTaken) {
+  device.plug();
+  second.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.unplug();
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "B-9 at 1-2"); }));
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "splid ctl stop"); }));
+  const std::size_t photons = run.photons();
+  std::this_thread::sleep_for(std::chrono::milliseconds{50});  // five looks
+  EXPECT_EQ(run.photons(), photons);
+  device.plug();
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(run.reports().back().device, "1209:5a1d serial A-7 at 1-1");
+}
+
+// Two that cannot be told apart but by where they are.
+TEST(UsbDevicesWithoutSerial, ThePortIsKept) {
+  test::Tags16Sender sender{test::steady_records};
+  test::StreamFirmware firmware{[&](std::span<std::byte> room) { return sender(room); }};
+  test::UsbDouble first{{{0x1209, 0x5a1d}, ""}, firmware};
+  test::UsbDouble second{{{0x1209, 0x5a1d}, ""}, firmware, first};
+  Tags16UsbOptions options;
+  options.usb_id = "1209:5a1d";
+  first.plug();
+  second.plug();
+  test::SourceRun run(options);
+  ASSERT_TRUE(comes_true([&] { return run.photons() > 100; }));
+  first.unplug();
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "1209:5a1d at 1-2"); }));
+  first.plug();
+  const std::size_t photons = run.photons();
+  EXPECT_TRUE(comes_true([&] { return run.photons() > photons; }));
+  EXPECT_EQ(run.reports().back().device, "1209:5a1d at 1-1");
 }
 
 TEST_F(UsbSourceOnDouble, ShortAndEmptyTransfersAreNormal) {
@@ -283,7 +368,8 @@ TEST_F(UsbSourceOnDouble, UnpluggedAndPluggedInAgain) {
   EXPECT_TRUE(goes_on(run));
   run.stop();
   EXPECT_TRUE(every_gap_is_said(run.tags()));
-  EXPECT_EQ(run.reports().back(), (DeviceReport{DeviceState::connected, ""}));
+  EXPECT_EQ(run.reports().back(),
+            (DeviceReport{DeviceState::connected, "", "1209:5a1d serial A-7 at 1-1", ""}));
 }
 
 // 200 cycles take some seconds; scripts/reliability asks for 1,000.

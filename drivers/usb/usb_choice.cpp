@@ -1,0 +1,119 @@
+#include "drivers/usb/usb_choice.hpp"
+
+#include <libusb.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "drivers/usb/usb_error.hpp"
+
+namespace splid {
+namespace {
+
+struct Candidate {
+  libusb_device* device;
+  UsbDeviceInfo info;
+};
+
+std::vector<Candidate> candidates(const UsbDeviceList& list, const UsbSelection& meant) {
+  std::vector<Candidate> found;
+  for (libusb_device* device : list.devices()) {
+    UsbDeviceInfo info = info_of(device);
+    if (std::find(meant.ids.begin(), meant.ids.end(), info.id) == meant.ids.end()) continue;
+    if (!meant.serial.empty() && info.serial != meant.serial) continue;
+    found.push_back({device, std::move(info)});
+  }
+  // The order of the list is that of their arrival, which is another after each start.
+  std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.info.bus, a.info.port) < std::tie(b.info.bus, b.info.port);
+  });
+  return found;
+}
+
+std::vector<UsbDeviceInfo> infos(const std::vector<Candidate>& found) {
+  std::vector<UsbDeviceInfo> list;
+  list.reserve(found.size());
+  for (const Candidate& each : found) list.push_back(each.info);
+  return list;
+}
+
+std::string listed(const std::vector<UsbDeviceInfo>& devices) {
+  std::string text;
+  for (const UsbDeviceInfo& each : devices) text += (text.empty() ? "" : ", ") + describe(each);
+  return text;
+}
+
+}  // namespace
+
+std::string describe(const UsbSelection& selection) {
+  std::string text = "USB device ";
+  for (std::size_t i = 0; i < selection.ids.size(); ++i) {
+    text += (i == 0 ? "" : " or ") + to_string(selection.ids[i]);
+  }
+  if (!selection.serial.empty()) text += " with serial " + selection.serial;
+  return text;
+}
+
+std::unique_ptr<UsbDevice> UsbChoice::open(const UsbContext& context) {
+  const UsbDeviceList list(context);
+  const std::vector<Candidate> found = candidates(list, meant_);
+  const auto chosen = std::find_if(found.begin(), found.end(),
+                                   [this](const Candidate& each) { return is_taken(each.info); });
+  others_ = infos(found);
+  if (chosen == found.end()) {
+    caution_.clear();
+    return nullptr;
+  }
+  judge(others_, chosen->info);
+  auto device = std::make_unique<UsbDevice>(chosen->device, chosen->info);
+  if (!taken_) by_port_ = chosen->info.serial.empty() && found.size() > 1;
+  taken_ = chosen->info;
+  return device;
+}
+
+bool UsbChoice::look(const UsbContext& context) {
+  if (!taken_ || !meant_.serial.empty()) return false;
+  const std::string said = caution_;
+  judge(infos(candidates(UsbDeviceList(context), meant_)), *taken_);
+  return caution_ != said;
+}
+
+bool UsbChoice::is_listed(const UsbContext& context) const {
+  if (!taken_) return true;
+  const UsbDeviceList list(context);
+  return std::any_of(list.devices().begin(), list.devices().end(), [this](libusb_device* device) {
+    return libusb_get_bus_number(device) == taken_->bus &&
+           libusb_get_device_address(device) == taken_->address;
+  });
+}
+
+std::string UsbChoice::absence() const {
+  if (!taken_) {
+    return "no " + describe(meant_) + " is plugged in (splid devices lists what is)";
+  }
+  std::string text = name() + ": " + UsbError::unplugged;
+  if (others_.empty()) return text;
+  return text + "; this stream stays with it and does not read " + listed(others_) +
+         " in its place: plug it in again, or have the other read with splid ctl stop and "
+         "splid ctl start";
+}
+
+bool UsbChoice::is_taken(const UsbDeviceInfo& info) const {
+  if (!taken_) return true;
+  if (by_port_) return info.port == taken_->port;
+  return info.serial == taken_->serial;
+}
+
+void UsbChoice::judge(const std::vector<UsbDeviceInfo>& plugged_in, const UsbDeviceInfo& read) {
+  caution_.clear();
+  if (plugged_in.size() < 2) return;
+  caution_ = std::to_string(plugged_in.size()) +
+             " devices that source could mean are plugged in (" + listed(plugged_in) + "), and " +
+             describe(read) + " is read: ";
+  caution_ += read.serial.empty()
+                  ? "without serial numbers they are known by their ports, so unplug the other"
+                  : "name the one that is meant in source.serial";
+}
+
+}  // namespace splid
