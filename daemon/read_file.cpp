@@ -93,8 +93,15 @@ void write_file(const std::string& file, const std::string& text) {
 }
 
 void check_may_write(const std::string& file, bool force) {
-  if (force || !fs::exists(file)) return;
-  throw Error(Fault::usage, file + ": exists; --force writes over it");
+  check_folder_of(file);
+  const bool exists = fs::exists(file);
+  if (fs::is_directory(file)) throw Error(Fault::usage, file + ": is a folder; name a file");
+  if (exists && !force) throw Error(Fault::usage, file + ": exists; --force writes over it");
+  const fs::path folder = fs::path(file).parent_path();
+  const std::string place = exists ? file : folder.empty() ? "." : folder.string();
+  if (::access(place.c_str(), W_OK) == 0) return;
+  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno) +
+                                 "; name a file that can, before anything is begun");
 }
 
 void check_folder_of(const std::string& file) {

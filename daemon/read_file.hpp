@@ -16,8 +16,10 @@ std::string read_start(const std::string& file, std::size_t count);
 // Errors: Error(Fault::device) with the file and the errno text.
 void write_file(const std::string& file, const std::string& text);
 
-// Errors: Error(Fault::usage) where `file` is there and `force` is not given, for a command's
-// --force.
+// Before a command does what it cannot take back, such as having a generator play, for a result
+// that would then have nowhere to go. Errors: Error(Fault::usage) where `file` is there and `force`
+// is not given, for a command's --force; Error(Fault::device) where its folder is not there, or it
+// cannot be written.
 void check_may_write(const std::string& file, bool force);
 
 // Before minutes of work whose result would have nowhere to go. Nothing for an empty name.

@@ -8,6 +8,8 @@ namespace {
 // Design note: outputs are off from the first command on. What an output shows while its levels
 // change is not said, and a laser fires on less.
 constexpr std::array<AwgStep, 2> stop_all = {{{":ABOR"}, {":OUTP1 OFF"}}};
+// In the marker mode, where the marker has an output of its own. In others channel 3 may be none.
+constexpr std::array<AwgStep, 3> stop_marker_too = {{{":ABOR"}, {":OUTP1 OFF"}, {":OUTP3 OFF"}}};
 
 // Sources: M8195A Revision 2 User's Guide, chapters 1.5 (memory), 5 (markers), 6 (commands). In the
 // marker mode channel 1 has the samples and channel 3 shows marker 1.
@@ -80,6 +82,7 @@ constexpr AwgModel m8195a(const char* name, std::span<const AwgStep> mode,
           .max_marker_v = 1,
           .format = SampleFormat::byte_pair,
           .stop = stop_all,
+          .undo = stop_marker_too,
           .mode = mode,
           .prepare = prepare_m8195a,
           .play = play_m8195a};
@@ -102,6 +105,7 @@ constexpr std::array<AwgModel, 3> models = {{
      .max_marker_v = 1.75,
      .format = SampleFormat::word_14,
      .stop = stop_all,
+     .undo = stop_all,
      .mode = precision,
      .prepare = prepare_m8190a,
      .play = play_m8190a},

@@ -37,6 +37,7 @@ struct AwgModel {
   SampleFormat format;
   // In their order; the waveform comes before `play`.
   std::span<const AwgStep> stop;     // nothing is played
+  std::span<const AwgStep> undo;     // after `mode`: nothing is played, and every output is off
   std::span<const AwgStep> mode;     // which of its kinds of waveform, from which memory
   std::span<const AwgStep> prepare;  // clock, levels, room for the waveform
   std::span<const AwgStep> play;

@@ -27,11 +27,13 @@ ScpiClient::ScpiClient(const std::string& address, std::chrono::milliseconds tim
 }
 
 void ScpiClient::command(const std::string& text) {
+  doing_ = text;
   send(text + "\n");
   finish(text);
 }
 
 void ScpiClient::command(const std::string& text, std::string_view block) {
+  doing_ = text;
   send(text + scpi_block_head(block.size()));
   send(block);
   send("\n");
@@ -62,10 +64,13 @@ void ScpiClient::receive() {
 // Throws where there is nothing more to wait for.
 void ScpiClient::check_waiting(std::chrono::steady_clock::time_point since) {
   if (stop_.stop_requested()) throw_stopped();
-  if (!socket_.is_open()) throw Error(Fault::device, "awg " + socket_.failure());
+  if (!socket_.is_open()) {
+    throw Error(Fault::device, "awg " + socket_.failure() + ", at " + shown_scpi(doing_));
+  }
   if (std::chrono::steady_clock::now() - since < timeout_) return;
-  throw Error(Fault::device, "awg " + socket_.address() + ": did nothing for " +
-                                 std::to_string(timeout_.count()) + " ms");
+  throw Error(Fault::device, "awg " + socket_.address() + ": " + shown_scpi(doing_) +
+                                 ": did nothing for " + std::to_string(timeout_.count()) +
+                                 " ms (awg.timeout_s); is another program using it?");
 }
 
 void ScpiClient::throw_stopped() const {
@@ -74,14 +79,14 @@ void ScpiClient::throw_stopped() const {
 }
 
 void ScpiClient::finish(const std::string& text) {
-  if (ask_number("*OPC?") != 1) fail(text, "*OPC? was not answered by 1");
+  if (number(text + ", then *OPC?", "*OPC?") != 1) fail(text, "*OPC? was not answered by 1");
   check_errors(text);
 }
 
 void ScpiClient::check_errors(const std::string& text) {
   std::string found;
   for (int count = 0; count < max_errors; ++count) {
-    const std::string line = ask(":SYST:ERR?");
+    const std::string line = exchange(text + ", then :SYST:ERR?", ":SYST:ERR?");
     const auto error = parse_scpi_error(line);
     if (!error) fail(":SYST:ERR?", "answered \"" + shown_scpi(line) + "\"");
     if (error->code == 0) {
@@ -94,19 +99,25 @@ void ScpiClient::check_errors(const std::string& text) {
   fail(text, "its error queue does not end: " + shown_scpi(found));
 }
 
-std::string ScpiClient::ask(const std::string& query) {
+std::string ScpiClient::ask(const std::string& query) { return exchange(query, query); }
+
+double ScpiClient::ask_number(const std::string& query) { return number(query, query); }
+
+std::string ScpiClient::exchange(const std::string& doing, const std::string& query) {
+  doing_ = doing;
   send(query + "\n");
   return read_line(query, max_line_bytes);
 }
 
-double ScpiClient::ask_number(const std::string& query) {
-  const std::string line = ask(query);
+double ScpiClient::number(const std::string& doing, const std::string& query) {
+  const std::string line = exchange(doing, query);
   const auto number = parse_scpi_number(line);
   if (!number) fail(query, "answered \"" + shown_scpi(line) + "\", which is no number");
   return *number;
 }
 
 ScpiClient::Data ScpiClient::ask_data(const std::string& query, std::size_t max_bytes) {
+  doing_ = query;
   send(query + "\n");
   const char first = next_byte();
   --taken_;

@@ -15,9 +15,9 @@ namespace splid {
 // back. No command is taken as done before the instrument has said so and its error queue is empty.
 //
 // Threads: one; a stop may be requested from any. Errors: Error(Fault::device) naming the address,
-// the command and the instrument's own words, or why it cannot be heard; Error(Fault::usage) where
-// a stop was requested. Timeouts: connecting takes at most a second; bytes that move neither way
-// for `timeout` are an error; a stop ends each wait within 50 ms.
+// the command and the instrument's own words, or why it cannot be heard, and at which command;
+// Error(Fault::usage) where a stop was requested. Timeouts: connecting takes at most a second;
+// bytes that move neither way for `timeout` are an error; a stop ends each wait within 50 ms.
 class ScpiClient {
  public:
   // Connects. address: "tcp:HOST:PORT".
@@ -43,6 +43,8 @@ class ScpiClient {
   [[noreturn]] void fail(const std::string& command, const std::string& what) const;
 
  private:
+  std::string exchange(const std::string& doing, const std::string& query);
+  double number(const std::string& doing, const std::string& query);
   void send(std::string_view bytes);
   void receive();
   void check_waiting(std::chrono::steady_clock::time_point since);
@@ -56,6 +58,7 @@ class ScpiClient {
   ClientSocket socket_;
   std::chrono::milliseconds timeout_;
   std::stop_token stop_;
+  std::string doing_;      // the command or query that is waited for, for errors
   std::string received_;   // not taken yet
   std::size_t taken_ = 0;  // of it
 };

@@ -114,6 +114,21 @@ std::vector<std::int64_t> numbers_of(const std::string& bytes, SampleFormat form
   return numbers;
 }
 
+// After something went wrong: ends play and switches the outputs off, over a connection of its own,
+// since answers to what was asked before may still come in the other. Not to be stopped: a laser
+// may be firing. Returns what came of it, for the end of a sentence.
+std::string switched_off(const AwgOptions& options, const AwgModel& model) {
+  try {
+    ScpiClient client = connect(options, {});
+    client.command("*CLS");
+    run(client, model.undo, {});
+    return "its outputs were switched off";
+  } catch (const std::exception& error) {
+    return std::string("whether its outputs are off is not known (") + error.what() +
+           "): look at it; splid upload --stop switches them off";
+  }
+}
+
 class Upload {
  public:
   Upload(ScpiClient& client, const AwgOptions& options, const WaveformPlan& plan,
@@ -209,12 +224,22 @@ Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadP
   const AwgModel& model = awg_models()[options.model];
   const WaveformPlan plan = plan_waveform(pattern, model, options);
   progress("connecting", 0);
-  ScpiClient client = connect(options, stop);
   Uploaded uploaded;
-  uploaded.instrument = identify(client, model);
-  const double rate_hz = Upload(client, options, plan, progress).run_all();
-  uploaded.played = played_pattern(pattern, plan, rate_hz);
-  return uploaded;
+  bool is_known = false;  // that it is the configured model, which may be told what to do
+  try {
+    ScpiClient client = connect(options, stop);
+    uploaded.instrument = identify(client, model);
+    is_known = true;
+    const double rate_hz = Upload(client, options, plan, progress).run_all();
+    uploaded.played = played_pattern(pattern, plan, rate_hz);
+    return uploaded;
+  } catch (const Error& error) {
+    if (!is_known) throw;
+    throw Error(error.fault(), error.what() + ("; " + switched_off(options, model)));
+  } catch (...) {
+    if (is_known) switched_off(options, model);
+    throw;
+  }
 }
 
 std::string stop_awg(const AwgOptions& options, const std::stop_token& stop) {

@@ -42,10 +42,14 @@ std::vector<double> all_pulse_times_ps(const Pattern& pattern) {
   return times_ps;
 }
 
+double least_spacing_ps(const AwgOptions& options) {
+  // A thousandth of a picosecond for times that doubles cannot hold exactly.
+  return options.min_spacing_ns * ps_per_ns - 1e-3;
+}
+
 void check_spacing(const std::vector<double>& times_ps, double period_ps, const AwgModel& model,
                    const AwgOptions& options) {
-  // A thousandth of a picosecond for times that doubles cannot hold exactly.
-  const double least_ps = options.min_spacing_ns * ps_per_ns - 1e-3;
+  const double least_ps = least_spacing_ps(options);
   for (std::size_t i = 0; i < times_ps.size(); ++i) {
     const bool is_last = i + 1 == times_ps.size();
     const double next_ps = is_last ? times_ps.front() + period_ps : times_ps[i + 1];
@@ -117,9 +121,66 @@ struct Grid {
   double max_deviation_ps = std::numeric_limits<double>::infinity();
 };
 
+// Two pulses of which the second follows the first.
+struct Pair {
+  double first_ps = 0;
+  double second_ps = 0;
+};
+
+// The pulses that may be played nearer to each other than allowed: each lies half a sample from its
+// time at most.
+class TightPairs {
+ public:
+  TightPairs(const std::vector<double>& times_ps, double period_ps, double lowest_hz,
+             double least_ps)
+      : least_ps_(least_ps) {
+    const double risky_ps = least_ps + ps_per_s / lowest_hz;
+    for (std::size_t i = 0; i < times_ps.size(); ++i) {
+      const bool is_last = i + 1 == times_ps.size();
+      const Pair pair{times_ps[i], is_last ? times_ps.front() + period_ps : times_ps[i + 1]};
+      if (pair.second_ps - pair.first_ps < risky_ps) pairs_.push_back(pair);
+    }
+  }
+
+  // Whether all are far enough from each other when they are played; keeps the nearest miss.
+  bool hold(double sample_ps) {
+    double apart_ps = std::numeric_limits<double>::infinity();
+    Pair nearest;
+    for (const Pair& pair : pairs_) {
+      const double played_ps =
+          (std::round(pair.second_ps / sample_ps) - std::round(pair.first_ps / sample_ps)) *
+          sample_ps;
+      if (played_ps >= apart_ps) continue;
+      apart_ps = played_ps;
+      nearest = pair;
+      if (apart_ps < missed_apart_ps_) break;
+    }
+    if (apart_ps >= least_ps_) return true;
+    if (apart_ps > missed_apart_ps_) {
+      missed_apart_ps_ = apart_ps;
+      missed_ = nearest;
+    }
+    return false;
+  }
+
+  // Empty where no grid was missed.
+  [[nodiscard]] std::string miss() const {
+    if (missed_apart_ps_ == 0) return {};
+    return "the pulses at " + ns_text(missed_.first_ps) + " and " + ns_text(missed_.second_ps) +
+           " would be played " + number_text(std::round(missed_apart_ps_ * 10) / 10 / ps_per_ns) +
+           " ns apart at best, on whole samples; ";
+  }
+
+ private:
+  double least_ps_;
+  std::vector<Pair> pairs_;
+  double missed_apart_ps_ = 0;  // of the grid that came nearest
+  Pair missed_;
+};
+
 // Tries every period length at which `copies` of it are whole granules, the highest rate first.
 void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double period_ps,
-                double lowest_hz, const AwgModel& model, Grid& best) {
+                double lowest_hz, const AwgModel& model, TightPairs& tight, Grid& best) {
   // Deviations less different than this are the same but for rounding.
   constexpr double same_ps = 1e-3;
   const std::int64_t step = model.granule_samples / copies;
@@ -137,19 +198,26 @@ void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double
     const std::int64_t least = model.min_samples;
     const std::int64_t groups =
         std::max<std::int64_t>(1, (least + samples * copies - 1) / (samples * copies));
-    const double off_ps = worst_deviation_ps(times_ps, period_ps / static_cast<double>(samples),
-                                             best.max_deviation_ps - same_ps);
+    const double sample_ps = period_ps / static_cast<double>(samples);
+    if (!tight.hold(sample_ps)) continue;
+    const double off_ps = worst_deviation_ps(times_ps, sample_ps, best.max_deviation_ps - same_ps);
     if (off_ps >= best.max_deviation_ps - same_ps) continue;
     best = {samples, copies * groups, off_ps};
   }
 }
 
 Grid find_grid(const std::vector<double>& times_ps, double period_ps, double lowest_hz,
-               const AwgModel& model) {
+               const AwgModel& model, const AwgOptions& options) {
+  TightPairs tight(times_ps, period_ps, lowest_hz, least_spacing_ps(options));
   Grid best;
   for (std::int64_t copies = 1; copies <= model.granule_samples; ++copies) {
     if (model.granule_samples % copies != 0) continue;
-    try_copies(copies, times_ps, period_ps, lowest_hz, model, best);
+    try_copies(copies, times_ps, period_ps, lowest_hz, model, tight, best);
+  }
+  const std::string miss = tight.miss();
+  if (best.samples_per_period == 0 && !miss.empty()) {
+    refuse(model, miss + "awg.min_spacing_ns is " + number_text(options.min_spacing_ns) +
+                      ": lower it, or move the pulses apart");
   }
   if (best.samples_per_period == 0) {
     refuse(model, "no rate from " + number_text(lowest_hz) + " to " +
@@ -193,7 +261,7 @@ WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
   check_memory(pattern, lowest_hz, model);
   const std::vector<double> times_ps = all_pulse_times_ps(pattern);
   check_spacing(times_ps, period_ps, model, options);
-  const Grid grid = find_grid(times_ps, period_ps, lowest_hz, model);
+  const Grid grid = find_grid(times_ps, period_ps, lowest_hz, model, options);
   WaveformPlan plan;
   plan.samples_per_period = grid.samples_per_period;
   plan.periods = grid.periods;

@@ -26,7 +26,8 @@ struct WaveformPlan {
 // Finds the rate at which the period is a whole number of samples, the waveform whole granules, and
 // the pulses as near to their times as can be; of equals the fewest samples in memory, then the
 // highest rate. The period is always played exactly: a waveform filled up to a granule would change
-// it. Each pulse is within half a sample of its time.
+// it. Each pulse is within half a sample of its time, and no two are played nearer to each other
+// than options.min_spacing_ns.
 //
 // Errors: Error(Fault::data) saying what cannot be played and the nearest that can: the longest
 // period, the largest repeats, the two pulses that are too close.

@@ -91,6 +91,16 @@ TEST_F(UploadCommand, ADryRunConnectsToNothing) {
   EXPECT_TRUE(std::filesystem::exists(output));
 }
 
+// A result that has nowhere to go is told before the laser fires.
+TEST_F(UploadCommand, LooksWhetherItsResultHasAPlaceFirst) {
+  AwgDouble awg;
+  const ProgramResult result = run_program(
+      {"upload", "--config", config_for(awg), "--output", folder.path("none/played.json")});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("played.json: there is no folder"), HasSubstr("none")));
+  EXPECT_THAT(awg.heard(), ::testing::IsEmpty());
+}
+
 TEST_F(UploadCommand, FaultsHaveTheirExitCodes) {
   AwgFaults faults;
   faults.error_at = ":INIT:IMM";

@@ -84,6 +84,11 @@ class AwgDouble {
     const auto lock = scpi_.lock();
     return playing_;
   }
+  [[nodiscard]] bool any_output_is_on() {
+    const auto lock = scpi_.lock();
+    return std::any_of(outputs_.begin(), outputs_.end(),
+                       [](const auto& each) { return each.second; });
+  }
 
  private:
   using Arguments = ScpiServer::Arguments;

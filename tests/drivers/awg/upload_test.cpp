@@ -217,13 +217,46 @@ TEST(AwgUpload, NamesWhatTheInstrumentSays) {
 }
 
 TEST(AwgUpload, NamesWhereTheInstrumentFallsSilent) {
-  EXPECT_THAT(error_with(at(&AwgFaults::silent_at, "*IDN?")), HasSubstr("did nothing for 300 ms"));
+  EXPECT_THAT(error_with(at(&AwgFaults::silent_at, "*IDN?")),
+              HasSubstr(": *IDN?: did nothing for 300 ms"));
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":TRAC1:DATA 1,64512")),
-              HasSubstr("did nothing for 300 ms"));
-  EXPECT_THAT(error_with(at(&AwgFaults::cut_at, ":TRAC1:DATA 1,32256")),
-              ::testing::AnyOf(HasSubstr("closed the connection"), HasSubstr("Connection reset")));
+              HasSubstr(":TRAC1:DATA 1,64512,, then *OPC?: did nothing for 300 ms"));
+  EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":SYST:ERR?")),
+              HasSubstr("*CLS, then :SYST:ERR?: did nothing for 300 ms"));
+  EXPECT_THAT(
+      error_with(at(&AwgFaults::cut_at, ":TRAC1:DATA 1,32256")),
+      AllOf(HasSubstr(", at :TRAC1:DATA 1,32256"),
+            ::testing::AnyOf(HasSubstr("closed the connection"), HasSubstr("Connection reset"))));
   EXPECT_THAT(error_with(at(&AwgFaults::cut_at, ":SYST:ERR?")),
               ::testing::AnyOf(HasSubstr("closed the connection"), HasSubstr("Connection reset")));
+}
+
+// The error at the end comes when both outputs are on.
+TEST(AwgUpload, OutputsAreOffWhateverGoesWrong) {
+  using Model = AwgDouble::Model;
+  for (const Model model : {Model::m8195a, Model::m8190a}) {
+    for (const auto fault : {&AwgFaults::error_at, &AwgFaults::cut_at}) {
+      AwgDouble awg(model, at(fault, ":INIT:IMM"));
+      AwgOptions options = options_for(awg);
+      if (model == Model::m8190a) options.model = 2;
+      try {
+        upload(options, make_random({}), ignore, never);
+        ADD_FAILURE() << "no error";
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("; its outputs were switched off"));
+      }
+      EXPECT_FALSE(awg.any_output_is_on());
+      EXPECT_EQ(awg.errors(), 0U);
+    }
+  }
+}
+
+TEST(AwgUpload, SaysWhereOutputsMayBeOn) {
+  EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":INIT:IMM")),
+              AllOf(HasSubstr(":INIT:IMM, then *OPC?: did nothing"),
+                    HasSubstr("whether its outputs are off is not known")));
+  // Another instrument is told nothing.
+  EXPECT_THAT(error_with({}, Fault::device, AwgDouble::Model::m8190a), Not(HasSubstr("outputs")));
 }
 
 TEST(AwgUpload, NamesAnswersThatAreNone) {
@@ -298,6 +331,8 @@ TEST(AwgUpload, CanBeStoppedMidway) {
   };
   EXPECT_THROW(upload(options_for(awg), make_random({}), stop_at_half, stop.get_token()), Error);
   EXPECT_FALSE(awg.playing());
+  EXPECT_EQ(awg.heard().back(), ":SYST:ERR?");
+  EXPECT_THAT(awg.heard(), ::testing::Contains(":OUTP3 OFF"));
 }
 
 TEST(AwgUpload, APatternThatCannotBePlayedReachesNobody) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -142,6 +143,45 @@ TEST(WaveformPlan, NamesPulsesThatAreTooClose) {
   options.pulse_width_ns = 9;
   EXPECT_THAT(refusal(pattern, m8195a, options),
               HasSubstr("pulse 1 of 9 ns reaches the next; awg.pulse_width_ns must be below 8.98"));
+}
+
+// Pairs of pulses, the same time apart, at any places between the samples.
+Pattern pairs(double apart_ps, int count) {
+  Pattern pattern = make_periodic(Mode::baseline, 3'780'000);
+  pattern.mode = Mode::random;
+  PatternSegment& segment = pattern.segments.front();
+  segment.pulse_times_ps.clear();
+  for (int i = 0; i < count; ++i) {
+    const double time_ps = 37'000.0 * i + std::fmod(7.3183 * i * i, 29.0);
+    segment.pulse_times_ps.push_back(time_ps);
+    segment.pulse_times_ps.push_back(time_ps + apart_ps);
+  }
+  segment.amplitudes.assign(segment.pulse_times_ps.size(), 1);
+  return pattern;
+}
+
+double least_played_ns(const WaveformPlan& plan) {
+  double least_ns = 1e9;
+  for (std::size_t i = 1; i < plan.pulse_starts.size(); ++i) {
+    least_ns =
+        std::min(least_ns, static_cast<double>(plan.pulse_starts[i] - plan.pulse_starts[i - 1]) /
+                               plan.rate_hz * 1e9);
+  }
+  return least_ns;
+}
+
+// The grid nearest to the pulses' times would play the pairs 8.9598 ns apart.
+TEST(WaveformPlan, PulsesAsTheyArePlayedKeepTheirDistance) {
+  AwgOptions options;
+  options.min_spacing_ns = 8.96;
+  const WaveformPlan plan = plan_waveform(pairs(8'960, 100), awg_models()[0], options);
+  EXPECT_GE(least_played_ns(plan), 8.96 - 1e-6);
+  // Few rates are left, and at none of them.
+  options.pulse_width_ns = 0.0309;
+  options.min_spacing_ns = 8.9635;
+  EXPECT_THAT(refusal(pairs(8'963.5, 100), awg_models()[0], options),
+              ::testing::AllOf(HasSubstr("would be played 8.9"),
+                               HasSubstr("awg.min_spacing_ns is 8.9635: lower it")));
 }
 
 TEST(WaveformPlan, NamesTheWidthsThatCanBePlayed) {
