@@ -17,6 +17,7 @@
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "drivers/encoder/encoder_source.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 
@@ -86,6 +87,16 @@ void warn_of_absent_channels(const Config& config, const std::string& file) {
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
 }
 
+// What a recording without an encoder, or one that was killed early, has beside it may be empty.
+bool holds_counts(const std::string& file) {
+  try {
+    return open_encoder_file(file) != nullptr;
+  } catch (const Error& error) {
+    spdlog::warn("no reference: {}", error.what());
+    return false;
+  }
+}
+
 // Counts that are given go before those kept with the recording, and these before the
 // configuration's file. A bridge's are of another time.
 void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
@@ -93,7 +104,7 @@ void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
   const std::string beside = encoder_file_of(options.recording);
   if (!options.encoder.empty()) {
     encoder.file = options.encoder;
-  } else if (std::filesystem::exists(beside)) {
+  } else if (std::filesystem::exists(beside) && holds_counts(beside)) {
     encoder.file = beside;
   }
 }

@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <utility>
 
@@ -12,12 +13,26 @@ namespace {
 class EncoderFile final : public EncoderSource {
  public:
   explicit EncoderFile(std::string file) : file_(std::move(file)), lines_(file_) {
-    if (lines_.is_open()) return;
-    throw Error(Fault::data, file_ + ": cannot open the encoder's counts: " + std::strerror(errno) +
-                                 "; check its path");
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file_, ignored)) refuse("is a folder");
+    if (!lines_.is_open()) {
+      refuse(std::string("cannot open the encoder's counts: ") + std::strerror(errno));
+    }
+    // Looked at before anything begins: without counts no frame would have a reference.
+    if (!read(first_)) refuse("holds no counts");
+    has_first_ = true;
   }
 
   bool next(EncoderBatch& batch) override {
+    if (!std::exchange(has_first_, false)) return read(batch);
+    batch = std::move(first_);
+    return true;
+  }
+
+  [[nodiscard]] bool live() const override { return false; }
+
+ private:
+  bool read(EncoderBatch& batch) {
     for (std::string line; std::getline(lines_, line);) {
       ++number_;
       // A recorder that was killed may have left half a line, whose last count is then wrong.
@@ -35,12 +50,17 @@ class EncoderFile final : public EncoderSource {
     return false;
   }
 
-  [[nodiscard]] bool live() const override { return false; }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw Error(Fault::data, file_ + ": " + what +
+                                 "; the encoder's counts are whole lines of "
+                                 "FIRST_INDEX,COUNT[,COUNT...]: check --encoder or /encoder/file");
+  }
 
- private:
   std::string file_;
   std::ifstream lines_;
   std::int64_t number_ = 0;
+  EncoderBatch first_;  // read ahead
+  bool has_first_ = false;
 };
 
 }  // namespace

@@ -25,7 +25,7 @@ class EncoderSource {
 };
 
 // A file of lines, read as it is asked for.
-// Errors: Error(Fault::data) where it cannot be opened.
+// Errors: Error(Fault::data) where it cannot be opened, or holds no counts.
 std::unique_ptr<EncoderSource> open_encoder_file(const std::string& file);
 
 // A bridge that sends such lines; the connection is made anew for ever, on a thread of its own.
