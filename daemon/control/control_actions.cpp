@@ -2,9 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
+#include <new>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -38,11 +42,14 @@ void add_file(ControlReply& reply, const std::string& file) {
 // A folder of its own for a recording that is read twice and gone.
 class ScratchFolder {
  public:
-  ScratchFolder()
-      : path_((std::filesystem::temp_directory_path() / "splid-calibrate-XXXXXX").string()) {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      throw Error(Fault::device, path_ + ": cannot be made; set TMPDIR to a folder that can");
-    }
+  ScratchFolder() {
+    const char* named = std::getenv("TMPDIR");
+    const std::string folder = named == nullptr || *named == 0 ? "/tmp" : named;
+    path_ = folder + "/splid-calibrate-XXXXXX";
+    if (::mkdtemp(path_.data()) != nullptr) return;
+    throw Error(Fault::device, "no recording can be kept in " + folder + ", the daemon's TMPDIR: " +
+                                   std::generic_category().message(errno) +
+                                   "; set it to a folder that can be written to, and restart");
   }
   ~ScratchFolder() {
     std::error_code ignored;
@@ -155,6 +162,10 @@ ControlReply ControlActions::calibrate(const CalibrateRequest& request,
     return reply;
   } catch (const Error& error) {
     throw Error(error.fault(), error.what() + go_on(measured, stop));
+  } catch (const std::bad_alloc&) {
+    throw Error(Fault::device, "there is not enough memory to calibrate" + go_on(measured, stop));
+  } catch (const std::exception& error) {
+    throw Error(Fault::device, error.what() + go_on(measured, stop));
   }
 }
 
@@ -168,7 +179,7 @@ std::string ControlActions::go_on(bool measured, const std::stop_token& stop) {
       measuring_.pause(stopped_reason, stop);
     }
     return "";
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     return std::string("; it does not measure again: ") + error.what();
   }
 }

@@ -218,6 +218,8 @@ void ControlServer::Service::answer(Received received) {
     reply = take(asked, received.sender);
   } catch (const Error& error) {
     reply = refusal(name, error);
+  } catch (const std::exception& error) {
+    reply = refusal(name, Error(Fault::device, error.what()));
   }
   if (reply) send(std::move(received.sender), *reply);
 }

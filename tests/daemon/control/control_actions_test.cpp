@@ -166,6 +166,20 @@ TEST_F(Asked, CalibratesFromItsSourceAndMeasuresOn) {
   end();
 }
 
+// Whatever it is that an action throws.
+TEST_F(Asked, MeasuresOnWhereCalibratingCannotBegin) {
+  run(configure());
+  std::filesystem::remove_all(scratch);
+  (void)folder.write("scratch", "a file where the daemon's TMPDIR was");
+  ::setenv("TMPDIR", folder.path("").c_str(), 1);
+  const ProgramResult result =
+      ctl({"calibrate", "--seconds", "1", "--output", folder.path("pattern.json")});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("scratch, the daemon's TMPDIR: Not a directory"),
+                                HasSubstr("set it to a folder")));
+  EXPECT_TRUE(eventually([this] { return measures(); })) << status();
+}
+
 TEST_F(Asked, CalibratingEndsWithTheDaemonAndGoesOnWithoutTheClient) {
   run(configure(at_rest));
   Program waiting({"ctl", "--endpoint", endpoint, "calibrate", "--seconds", "600", "--output",
