@@ -15,6 +15,7 @@
 
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/word_check.hpp"
+#include "daemon/full_file_table.hpp"
 #include "daemon/memory.hpp"
 #include "protocol/error.hpp"
 #include "protocol/vector_level.hpp"
@@ -106,6 +107,7 @@ void print_error(const char* what) { std::fprintf(stderr, "splid: error: %s\n", 
 int run_app(int argc, char** argv) {
   return_large_blocks();
   try {
+    keep_spare_file();
     set_up_log();
     return parse_and_run(argc, argv);
   } catch (const Error& error) {
