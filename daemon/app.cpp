@@ -16,6 +16,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/word_check.hpp"
 #include "daemon/full_file_table.hpp"
+#include "daemon/journal_log.hpp"
 #include "daemon/memory.hpp"
 #include "protocol/error.hpp"
 #include "protocol/vector_level.hpp"
@@ -27,6 +28,11 @@ constexpr int usage_exit_code = static_cast<int>(Fault::usage);
 
 void set_up_log() {
   auto log = spdlog::stderr_color_mt("splid");
+  if (stderr_is_journal()) {
+    log->set_formatter(journal_formatter());
+    spdlog::set_default_logger(std::move(log));
+    return;
+  }
   // On a terminal a progress line may stand there: erase it.
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
   log->set_pattern((terminal ? "\r\033[K" : "") + std::string{"%H:%M:%S.%e %^%l%$: %v"});
@@ -100,7 +106,10 @@ int parse_and_run(int argc, char** argv) {
   return flushed(action());
 }
 
-void print_error(const char* what) { std::fprintf(stderr, "splid: error: %s\n", what); }
+void print_error(const char* what) {
+  const std::string text = std::string("splid: error: ").append(what).append("\n");
+  std::fputs(error_lines(text, stderr_is_journal()).c_str(), stderr);
+}
 
 }  // namespace
 
