@@ -225,12 +225,13 @@ std::string to_json(const FrameMessage& message) {
 }
 
 std::string to_json(const StatusMessage& message) {
-  return head("splid.status", message.timestamp_s, message.sequence)
-      .text("state", to_string(message.state))
+  JsonWriter json = head("splid.status", message.timestamp_s, message.sequence);
+  json.text("state", to_string(message.state))
       .text("reason", message.reason)
       .text("source", message.source)
-      .text("device", to_string(message.device))
-      .integer("tags", message.tags)
+      .text("device", to_string(message.device));
+  if (!message.device_name.empty()) json.text("device_name", message.device_name);
+  return json.integer("tags", message.tags)
       .integer("lost_tags", message.lost_tags)
       .integer("frames", message.frames)
       .integer("valid_frames", message.valid_frames)

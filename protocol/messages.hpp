@@ -89,6 +89,8 @@ struct StatusMessage {
   std::uint64_t frames = 0;     // published
   std::uint64_t valid_frames = 0;
   double ring_fill_ratio = 0;  // 0 to 1, highest since the last status
+  // The instrument that is read, as its driver tells it from others; empty: left out.
+  std::string device_name = {};
 };
 
 // The `version` message: what a new subscriber gets first.

@@ -94,6 +94,9 @@ void print_status(const ControlReply& reply) {
               reason.c_str());
   std::printf("source     %s, %s\n", status.value("source", "").c_str(),
               status.value("device", "").c_str());
+  if (const std::string name = status.value("device_name", ""); !name.empty()) {
+    std::printf("instrument %s\n", name.c_str());
+  }
   std::printf("frames     %s, %s with a target\n", count_of(status, "frames").c_str(),
               count_of(status, "valid_frames").c_str());
   std::printf("tags       %s, %s lost\n", count_of(status, "tags").c_str(),
@@ -133,7 +136,6 @@ void check_is_not_read(const CtlCommand& options) {
 
 int ctl(const CtlCommand& options) {
   if (!options.output.empty()) {
-    check_folder_of(options.output);
     check_may_write(options.output, options.force);
     check_is_not_read(options);
   }

@@ -66,6 +66,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
   last_frame_ = message.status;
+  if (!is_disturbed_frame()) disturbed_until_ns_ = 0;
   frames_this_second_ += message.valid() ? 1 : 0;
   const bool by_mode = message.mode == Mode::ambiguous;
   unsure_this_second_ += message.status == FrameStatus::ambiguous && !by_mode ? 1 : 0;
@@ -117,6 +118,8 @@ void StatusReporter::judge(const StreamHealth& health) {
   if (health.recording_fault.empty() || notice_.find(health.recording_fault) == std::string::npos) {
     add_reason(notice_);
   }
+  add_reason(health.configuration_fault);
+  add_reason(device_.caution);
 }
 
 void StatusReporter::add_reason(const std::string& sentence) {
@@ -126,6 +129,8 @@ void StatusReporter::add_reason(const std::string& sentence) {
 
 void StatusReporter::judge_device(const StreamHealth& health) {
   status_.device = device_.state;
+  status_.device_name = device_.device;
+  if (device_.state != DeviceState::connected) disturb();
   switch (device_.state) {
     case DeviceState::no_device:
       status_.state = DaemonState::waiting_for_device;
@@ -158,14 +163,28 @@ void StatusReporter::judge_second() {
   frames_this_second_ = misfits_this_second_ = unsure_this_second_ = 0;
 }
 
+void StatusReporter::disturb() { disturbed_until_ns_ = clock_.steady_ns() + ns_per_s; }
+
+bool StatusReporter::is_disturbed_frame() const {
+  return clock_.steady_ns() < disturbed_until_ns_ &&
+         (last_frame_ == FrameStatus::no_sync || last_frame_ == FrameStatus::incomplete);
+}
+
 void StatusReporter::judge_stream(const StreamHealth& health) {
   const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
   status_.reason.clear();
   if (source_.live && static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
     status_.state = DaemonState::waiting_for_device;
     status_.reason = source_.name + " sends nothing, not even a heartbeat";
+    disturb();
   } else if (last_frame_ == FrameStatus::not_run) {
     status_.state = DaemonState::starting;
+  } else if (is_disturbed_frame()) {
+    // What the driver said of it goes before.
+    status_.state = DaemonState::degraded;
+    if (device_.reason.empty()) {
+      status_.reason = "the last frame spans a time in which " + source_.name + " sent nothing";
+    }
   } else if (const char* reason = reason_of(last_frame_)) {
     status_.state = DaemonState::degraded;
     status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()

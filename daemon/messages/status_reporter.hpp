@@ -22,11 +22,13 @@ struct StreamHealth {
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
   std::vector<std::string> notices = {};          // likewise: sentences on other things
   std::string recording_fault = {};               // a sentence; empty: none
+  // A configuration that was not taken over: a sentence that holds until the next one; empty: none.
+  std::string configuration_fault = {};
 };
 
 // Publishes `version` once and `status` once a second, on every change of state or reason, and for
 // each thing that the driver reports of its instrument or that is noticed elsewhere; what is over
-// is repeated for a second.
+// is repeated for a second, what lasts is added to the reason as long as it lasts.
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
@@ -63,6 +65,8 @@ class StatusReporter {
   void add_reason(const std::string& sentence);
   void judge_device(const StreamHealth& health);
   void judge_second();
+  void disturb();
+  [[nodiscard]] bool is_disturbed_frame() const;
   void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -75,6 +79,9 @@ class StatusReporter {
   DeviceReport device_;
   std::string notice_;
   FrameStatus last_frame_ = FrameStatus::not_run;
+  // Until then the instrument was away, or has only just come back, and no frame has been whole
+  // since: what frames lack is its absence.
+  std::int64_t disturbed_until_ns_ = 0;
   std::string configured_effort_;
   std::string last_effort_;
   int frames_this_second_ = 0;   // with a target

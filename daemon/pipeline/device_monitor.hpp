@@ -14,13 +14,25 @@ namespace splid {
 // Carries what a driver says of its instrument, and what else subscribers should hear of, to the
 // publishing thread.
 //
-// Threads: report() and notice() any, the others one. Locks; never on the way of a tag. Errors:
-// none.
+// Threads: report(), notice() and the configuration's fault any, the others one. Locks; never on
+// the way of a tag. Errors: none.
 class DeviceMonitor {
  public:
   void report(const DeviceReport& report) { put(reports_, report); }
   // One sentence on something that is over, such as a configuration that was not reloaded.
   void notice(const std::string& sentence) { put(notices_, sentence); }
+
+  // What holds until it is set anew, such as why the configuration's file is not in use; a
+  // sentence, or nothing.
+  void set_configuration_fault(const std::string& sentence) {
+    const std::scoped_lock lock(mutex_);
+    configuration_fault_ = sentence;
+    if (wake_ != nullptr) wake_->notify();
+  }
+  [[nodiscard]] std::string configuration_fault() const {
+    const std::scoped_lock lock(mutex_);
+    return configuration_fault_;
+  }
 
   // Who sleeps until something comes; null: nobody. It outlives this, or is taken back.
   void set_wake(Wake* wake) {
@@ -49,10 +61,11 @@ class DeviceMonitor {
     return std::exchange(items, {});
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   Wake* wake_ = nullptr;
   std::vector<DeviceReport> reports_;
   std::vector<std::string> notices_;
+  std::string configuration_fault_;
 };
 
 }  // namespace splid

@@ -288,6 +288,7 @@ StreamHealth Pipeline::Stages::health() {
   if (device != nullptr) {
     health.device_reports = device->take_reports();
     health.notices = device->take_notices();
+    health.configuration_fault = device->configuration_fault();
   }
   // After the notices, so that none is of a fault that is not here.
   const std::scoped_lock lock(recording_mutex);

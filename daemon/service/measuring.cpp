@@ -22,12 +22,14 @@ std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* devi
   SourceContext context;
   context.pattern = &config.pattern;
   context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
-  context.report = [device](const DeviceReport& report) {
+  context.report = [device, cautioned = std::string()](const DeviceReport& report) mutable {
     const bool is_well = report.state == DeviceState::connected;
     if (!report.reason.empty()) {
       spdlog::log(is_well ? spdlog::level::info : spdlog::level::warn, "{}: {}",
                   to_string(report.state), report.reason);
     }
+    if (!report.caution.empty() && report.caution != cautioned) spdlog::warn("{}", report.caution);
+    cautioned = report.caution;
     if (device != nullptr) device->report(report);
   };
   return config.source->open(context);

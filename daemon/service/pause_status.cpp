@@ -14,10 +14,13 @@ void PauseStatus::tick(StreamSoFar& so_far, const std::string& reason) {
   for (const std::string& notice : device_.take_notices()) notice_ = notice;
   StatusMessage& status = so_far.status;
   const bool due = clock_.steady_ns() >= next_ns_;
-  const std::string said = notice_.empty() ? reason : reason + "; " + notice_;
+  std::string said = notice_.empty() ? reason : reason + "; " + notice_;
+  const std::string fault = device_.configuration_fault();
+  if (!fault.empty()) said += "; " + fault;
   if (due || status.state != DaemonState::waiting_for_device || status.reason != said) {
     status.state = DaemonState::waiting_for_device;
     status.reason = said;
+    status.device_name.clear();  // nothing is open
     publish(status);
   }
   if (due) notice_.clear();

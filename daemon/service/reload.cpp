@@ -9,22 +9,28 @@
 namespace splid {
 namespace {
 
-constexpr std::array<std::string_view, 7> live_pointers = {"/scene",
-                                                           "/estimator",
-                                                           "/pulse",
-                                                           "/detector",
-                                                           "/frame/min_seen_fraction",
-                                                           "/security/allow_list",
-                                                           "/control/allow_list"};
+constexpr std::array<std::string_view, 5> live_pointers = {"/scene", "/estimator", "/pulse",
+                                                           "/detector", "/frame/min_seen_fraction"};
 
-bool is_live(std::string_view pointer) {
+bool has_both(const std::string& one, const std::string& other) {
+  return !one.empty() && !other.empty();
+}
+
+// A list that is new, or is taken away, is a socket of another kind.
+bool is_live(std::string_view pointer, const Config& after, const Config& started) {
+  if (pointer == "/security/allow_list") {
+    return has_both(started.security.allow_list, after.security.allow_list);
+  }
+  if (pointer == "/control/allow_list") {
+    return has_both(started.control.allow_list, after.control.allow_list);
+  }
   return std::any_of(live_pointers.begin(), live_pointers.end(),
                      [&](std::string_view live) { return pointer.starts_with(live); });
 }
 
 }  // namespace
 
-ConfigChanges changes_between(const Config& before, const Config& after) {
+ConfigChanges changes_between(const Config& before, const Config& after, const Config& started) {
   const auto patch = nlohmann::json::diff(nlohmann::json::parse(config_to_json(before)),
                                           nlohmann::json::parse(config_to_json(after)));
   std::set<std::string> pointers;
@@ -33,7 +39,7 @@ ConfigChanges changes_between(const Config& before, const Config& after) {
   if (before.pattern != after.pattern) pointers.insert("/pattern");
   ConfigChanges changes;
   for (const std::string& pointer : pointers) {
-    (is_live(pointer) ? changes.live : changes.restart).push_back(pointer);
+    (is_live(pointer, after, started) ? changes.live : changes.restart).push_back(pointer);
   }
   return changes;
 }

@@ -13,9 +13,12 @@ struct ConfigChanges {
   std::vector<std::string> restart;  // take a restart
 };
 
+// started: the configuration that the daemon was started with, which has the sockets that ask a
+// list or do not.
+//
 // Live are scene, estimator, pulse, detector and frame.min_seen_fraction: what the estimation and
-// the judgement of a frame take; and the two allow_lists. The rest decides how the stream is read,
-// cut and sent.
-ConfigChanges changes_between(const Config& before, const Config& after);
+// the judgement of a frame take; and an allow_list, while the daemon was started with one and still
+// has one. The rest decides how the stream is read, cut and sent.
+ConfigChanges changes_between(const Config& before, const Config& after, const Config& started);
 
 }  // namespace splid

@@ -2,12 +2,12 @@
 
 #include <spdlog/spdlog.h>
 
+#include <exception>
 #include <new>
 #include <utility>
 #include <vector>
 
 #include "daemon/service/reload.hpp"
-#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -33,27 +33,29 @@ void Reloader::reload() {
   notifier_.reloading();
   try {
     auto next = std::make_shared<const Config>(load_config(original_.file));
-    const ConfigChanges since_start = changes_between(original_, *next);
-    const ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next);
+    const ConfigChanges since_start = changes_between(original_, *next, original_);
+    const ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next, original_);
     const std::string besides = apply_(next, !now.live.empty());
     in_use_ = std::move(next);
     std::string what = joined(now.live);
     if (!besides.empty()) what += (what.empty() ? "" : "; ") + besides;
-    say(true, "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what));
-    if (!since_start.restart.empty()) {
-      say(false, "takes a restart: " + joined(since_start.restart));
-    }
+    std::string sentence =
+        "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what);
+    spdlog::info("{}", sentence);
+    device_.notice(sentence);
+    refuse(since_start.restart.empty() ? "" : "takes a restart: " + joined(since_start.restart));
   } catch (const std::bad_alloc&) {
-    say(false, "not reloaded, going on as before: there is not enough memory");
-  } catch (const Error& error) {
-    say(false, std::string("not reloaded, going on as before: ") + error.what());
+    refuse("not reloaded, going on as before: there is not enough memory");
+  } catch (const std::exception& error) {
+    refuse(std::string("not reloaded, going on as before: ") + error.what());
   }
   notifier_.reloaded();
 }
 
-void Reloader::say(bool well, const std::string& sentence) {
-  spdlog::log(well ? spdlog::level::info : spdlog::level::warn, "{}", sentence);
-  device_.notice(sentence);
+// What of the file is not in use, and why; nothing: all of it is.
+void Reloader::refuse(const std::string& sentence) {
+  if (!sentence.empty()) spdlog::warn("{}", sentence);
+  device_.set_configuration_fault(sentence);
 }
 
 }  // namespace splid

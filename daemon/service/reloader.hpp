@@ -13,6 +13,7 @@
 namespace splid {
 
 // Reads the configuration anew on SIGHUP and says, in the log and in the status, what came of it.
+// That it was refused, or takes a restart, stays in the status until the next one.
 //
 // Threads: made and destroyed on one; reloads on the signals'. Errors: none.
 class Reloader {
@@ -30,7 +31,7 @@ class Reloader {
 
  private:
   void reload();
-  void say(bool well, const std::string& sentence);
+  void refuse(const std::string& sentence);
 
   const Config& original_;
   DeviceMonitor& device_;

@@ -106,7 +106,7 @@ TEST_F(Faults, AConfigurationThatIsNoneIsNotReloaded) {
   const std::vector<BadConfig> all = {
       {"garbage", "configuration replaced by garbage, SIGHUP", "not reloaded",
        [this] { (void)folder.write("config.json", test::noise_text(5000)); }},
-      {"gone", "configuration removed, SIGHUP", "not reloaded",
+      {"gone", "configuration removed, SIGHUP", "No such file",
        [this] { std::filesystem::remove(folder.path("config.json")); }},
       {"value", "configuration with a value out of its range, SIGHUP", "/frame/min_seen_fraction",
        [this] { config(R"(,"frame":{"min_seen_fraction":2})"); }}};

@@ -216,9 +216,10 @@ TEST(StatusMessage, Maximal) {
   EXPECT_EQ(
       to_json(StatusMessage{1, UINT64_MAX, DaemonState::stopping, "\"", "\\",
                             DeviceState::no_device, UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX,
-                            1}),
+                            1, "3137:200a at 1-1"}),
       R"({"schema":"splid.status","v":[1,0],"timestamp":1,"sequence":18446744073709551615,)"
       R"("state":"stopping","reason":"\"","source":"\\","device":"no_device",)"
+      R"("device_name":"3137:200a at 1-1",)"
       R"("tags":18446744073709551615,"lost_tags":18446744073709551615,"frames":18446744073709551615,)"
       R"("valid_frames":18446744073709551615,"ring_fill_ratio":1})");
 }

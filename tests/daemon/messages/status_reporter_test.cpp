@@ -157,6 +157,65 @@ TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
                                                 HasSubstr("gone")));
 }
 
+// The frame that a silence was in has no syncs: not for its cable.
+TEST_F(StatusReports, AdviseOnNoCableAfterASilence) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::failing, "it sends nothing"}}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(300);
+  health.last_arrival_ns = clock.steady_ns();
+  health.device_reports = {{DeviceState::connected, "it sent nothing for 300 ms"}};
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  health.device_reports.clear();
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  std::vector<std::string> said = published();
+  EXPECT_THAT(said, testing::Each(testing::Not(HasSubstr("channels.sync"))));
+  EXPECT_THAT(said.back(), HasSubstr("it sent nothing for 300 ms"));
+  // A second later it is the cable, or whatever else.
+  clock.advance_ms(1001);
+  health.last_arrival_ns = clock.steady_ns();
+  reporter.tick(health);
+  said = published();
+  ASSERT_FALSE(said.empty());
+  EXPECT_THAT(said.back(), HasSubstr("channels.sync"));
+}
+
+TEST_F(StatusReports, AdviseOnNoCableAfterASilenceThatOnlyTheyNoticed) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(300);
+  reporter.tick(health);
+  health.last_arrival_ns = clock.steady_ns();
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), HasSubstr("spans a time in which scripted sent nothing"));
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), HasSubstr("channels.sync"));
+}
+
+TEST_F(StatusReports, NameTheInstrumentAndWhatLasts) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  health.device_reports = {{DeviceState::connected, "", "12:34 serial A", "there are two"}};
+  health.configuration_fault = "not reloaded";
+  reporter.frame_published(frame(FrameStatus::ok));
+  for (int second = 0; second < 3; ++second) {
+    reporter.tick(health);
+    health.device_reports.clear();
+    clock.advance_ms(1000);
+    health.last_arrival_ns = clock.steady_ns();
+  }
+  const std::vector<std::string> said = published();
+  EXPECT_EQ(said.size(), 4U);
+  EXPECT_THAT(said.back(), AllOf(HasSubstr(R"("device_name":"12:34 serial A")"),
+                                 HasSubstr(R"("reason":"not reloaded; there are two")"),
+                                 HasSubstr("\"streaming\"")));
+}
+
 TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
   FrameMessage uneven = frame(FrameStatus::ok);
   uneven.amplitude_misfit = 0.35;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "tests/support/daemon_scene.hpp"
 
 namespace splid {
@@ -12,7 +14,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 
 TEST(ConfigChanges, AreNoneBetweenTheSame) {
-  const ConfigChanges changes = changes_between(scene_config(1), scene_config(1));
+  const ConfigChanges changes = changes_between(scene_config(1), scene_config(1), scene_config(1));
   EXPECT_THAT(changes.live, IsEmpty());
   EXPECT_THAT(changes.restart, IsEmpty());
 }
@@ -27,12 +29,33 @@ TEST(ConfigChanges, TellWhatTakesARestart) {
   after.publish.endpoint = "ipc:///run/splid/frames";
   after.security.allow_list = "others";
   after.pattern.segments.front().pulse_times_ps[1] += 1;
-  const ConfigChanges changes = changes_between(scene_config(1), after);
+  Config before = scene_config(1);
+  before.security.allow_list = "readers";
+  const ConfigChanges changes = changes_between(before, after, before);
   EXPECT_THAT(changes.live, ElementsAre("/detector/dead_time_ns", "/estimator/tracked",
                                         "/frame/min_seen_fraction", "/scene/max_speed_mps",
                                         "/security/allow_list"));
   EXPECT_THAT(changes.restart,
               ElementsAre("/frame/length_ms", "/pattern", "/publish/endpoint", "/source/seconds"));
+}
+
+// A list that nobody asks, or that nobody would ask any more, changes nothing until a restart.
+TEST(ConfigChanges, AnAllowListThatComesOrGoesTakesARestart) {
+  const auto with_lists = [](const std::string& readers, const std::string& operators) {
+    Config config = scene_config(1);
+    config.security.allow_list = readers;
+    config.control.allow_list = operators;
+    return config;
+  };
+  const Config open = with_lists("", "");
+  const Config closed = with_lists("readers", "operators");
+  const Config other = with_lists("others", "operators");
+  const auto both = ElementsAre("/control/allow_list", "/security/allow_list");
+  EXPECT_THAT(changes_between(open, closed, open).restart, both);
+  EXPECT_THAT(changes_between(closed, open, closed).restart, both);
+  // The file has had one since; the daemon was started without.
+  EXPECT_THAT(changes_between(closed, other, open).restart, ElementsAre("/security/allow_list"));
+  EXPECT_THAT(changes_between(closed, other, closed).live, ElementsAre("/security/allow_list"));
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 StatusMessage status(DaemonState state, std::uint64_t frames, const std::string& reason = "") {
   StatusMessage message;
@@ -157,6 +158,15 @@ TEST_F(Service, IsReadyFedReloadedAndStopped) {
   folder.write("config.json", "{\"schema\":garbage");
   daemon.signal(SIGHUP);
   EXPECT_THAT(await(subscriber, "status", "not reloaded"), HasSubstr("line 1"));
+  // It stays in each status, until one is taken over.
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THAT(await(subscriber, "status", ""), HasSubstr("not reloaded"));
+  }
+  configure("\"driver\":\"simulator\"",
+            R"(,"estimator":{"effort":"fast"},"scene":{"range_offset_m":100})");
+  daemon.signal(SIGHUP);
+  EXPECT_THAT(await(subscriber, "status", "reloaded "), Not(HasSubstr("not reloaded")));
+  EXPECT_THAT(await(subscriber, "status", "\"reason\":\"\""), HasSubstr("streaming"));
   EXPECT_NEAR(frame_from_json(await(subscriber, "frame", "\"ok\"")).distance_m.value_or(0), 184.5,
               5);
 
