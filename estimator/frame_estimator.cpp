@@ -80,6 +80,7 @@ struct FrameEstimator::Workspace {
                 max_drift_ns,
                 threshold_nats,
                 {told_apart_ns(), max_drift_ns, shape->width_ns()},
+                least_odds_nats,
                 options.effort,
                 mode != Mode::ambiguous},
                max_photons),

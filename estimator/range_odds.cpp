@@ -48,7 +48,8 @@ double RangeOdds::volume_nats(const Fit& fit) const {
   double delay_variance = C(0, 0);
   double drift_nats = 0;
   if (C(1, 1) > 0 && volume_.max_drift_ns > 0) {
-    delay_variance -= C(0, 1) * C(0, 1) / C(1, 1);  // for a given drift
+    // For a given drift; what rounding may leave of it.
+    delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
     drift_nats = share_nats(fit.parameters.line.drift_ns, C(1, 1), volume_.max_drift_ns);
   }
   const double delay_share = std::min(1.0, spread(delay_variance) / volume_.period_ns);

@@ -25,8 +25,8 @@ constexpr double settled_margin_nats = 6;
 // two thirds of it at most; in weaker frames every cell is tried.
 constexpr double shoulder_margin_nats = 60;
 
-// A peak so far below the best one that it does not count against it: the odds at a risk of 5e-5.
-constexpr double rival_margin_nats = 10;
+// Peaks that are below the best one by so much more than the least odds do not count against it.
+constexpr double rival_margin_nats = 3;
 
 // Design note: of a million photons 65,536 are searched in 3 ms instead of 20. A target that is
 // 30 nats above the threshold in them is no chance, nor taken for a shoulder of its own.
@@ -74,6 +74,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
     : train_(train),
       shape_(shape),
       threshold_nats_(scope.threshold_nats),
+      rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_drift_ns / scope.frame_length_ns),
       moving_(scope.max_drift_ns > 0),
       levels_(make_levels(scope)),
@@ -157,8 +158,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Fit> best;
   const auto climb_from = [&](const Spot& spot) {
-    if (best && (most_gain_nats(spot.box_gain_nats) <
-                     std::max(best->gain_nats, threshold_nats_) - rival_margin_nats ||
+    if (best && (most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best) ||
                  is_shoulder(spot.line, level.grid, *best))) {
       return;
     }
@@ -168,9 +168,9 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   spots_.clear();
   const auto cells = search_.run(photons, level.grid, limit_ns);
   for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
-    if (best && (best->gain_nats - rival_margin_nats >
-                     best_possible_gain(photons, cell, level.grid, exposure) ||
-                 is_shoulder(cell.line, level.grid, *best))) {
+    if (best &&
+        (best->gain_nats - rival_nats_ > best_possible_gain(photons, cell, level.grid, exposure) ||
+         is_shoulder(cell.line, level.grid, *best))) {
       continue;
     }
     const ZoomResult zoomed = zoom_into(photons, level, cell.line);
@@ -214,6 +214,11 @@ double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t cou
 // gains half as much again and six nats more has not been seen in 10,000 frames.
 double TargetSearch::most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
 
+// What is worth a climb beside the best peak so far: a better one, or a rival of one that counts.
+double TargetSearch::least_gain_nats(const Fit& best) const {
+  return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
+}
+
 Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line) {
   const Fit fit = refinement_.climb(photons, exposure, line, moving_);
   odds_.add(fit);
@@ -240,7 +245,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // The best one itself.
-    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_margin_nats) {
+    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
     } else {
       odds_.add({found.delay_ns + apart, found.drift_ns}, gain);

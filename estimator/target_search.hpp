@@ -22,6 +22,7 @@ struct SearchScope {
   double max_drift_ns = 0;     // largest |g t_a| over such a frame; 0: the target is at rest
   double threshold_nats = 0;   // gain over no target that is significant
   SearchVolume volume;         // delays told apart and drifts possible, for the odds
+  double least_odds_nats = 0;  // of a range that is known: what may be a rival is looked at
   Effort effort = Effort::balanced;
   bool near_copies = true;  // a comb that nearly fits itself at another delay is to be told apart
 };
@@ -86,6 +87,7 @@ class TargetSearch {
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
+  [[nodiscard]] double least_gain_nats(const Fit& best) const;
   [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
@@ -94,7 +96,8 @@ class TargetSearch {
   const PulseTrain& train_;
   const PulseShape& shape_;
   double threshold_nats_;
-  double max_slope_;  // of a line: the largest g
+  double rival_nats_;  // as far below the best peak another one counts
+  double max_slope_;   // of a line: the largest g
   bool moving_;
   std::vector<Level> levels_;
   SearchGrid recheck_;             // three widths: a pulse fills one or two bins

@@ -292,6 +292,53 @@ TEST(RangeOdds, AgreeWithTheSumOverTheWholePlane) {
   EXPECT_LT(worst_off, 2);
 }
 
+// Delay 0.01 of 100 ns, drift 0.02 of 20 ns, signal 0.1 of 1; both uncorrelated.
+Fit hill(double delay_ns, double gain_nats) {
+  Fit fit;
+  fit.parameters = {{delay_ns, 0}, 1, 1};
+  fit.gain_nats = gain_nats;
+  fit.covariance.diagonal() << 1e-4, 4e-4, 1e-2, 1;
+  fit.has_covariance = true;
+  return fit;
+}
+
+TEST(RangeOdds, AgainstChanceAreTheGainLessWhatWasSearched) {
+  RangeOdds odds({100, 10, 0.1});
+  const Fit best = hill(50, 40);
+  odds.add(best);
+  const double volume = std::pow(2 * pi, 1.5) * 0.01 / 100 * 0.02 / 20 * 0.1;
+  const double alone = 40 + std::log(volume);
+  EXPECT_NEAR(odds.of(best), alone, 1e-9);
+  // Its own foot and a place far below are no rivals; an equal one leaves nothing.
+  odds.add(hill(50.4, 39));
+  odds.add({20, 0}, 0);
+  EXPECT_NEAR(odds.of(best), alone, 1e-4);
+  odds.add(hill(70, 40));
+  odds.add(hill(70.01, 39.9));  // the same once more
+  EXPECT_NEAR(odds.of(best), 0, 1e-6);
+  // As near around the circle's end as over it; another velocity is another range.
+  EXPECT_NEAR(odds.of(hill(150, 40)), 0, 1e-6);
+  Fit moving = hill(50, 45);
+  moving.parameters.line.drift_ns = 3;
+  odds.add(moving);
+  EXPECT_NEAR(odds.of(best), -5, 0.01);
+  odds.clear();
+  EXPECT_NEAR(odds.of(best), alone, 1e-9);
+}
+
+// What is faster than was looked for needs so much more, but no more than 20 nats.
+TEST(RangeOdds, OfWhatIsTooFastAreLower) {
+  RangeOdds odds({100, 10, 0.1});
+  Fit fast = hill(50, 40);
+  const double slow_nats = odds.of(fast);
+  fast.parameters.line.drift_ns = 10;
+  EXPECT_NEAR(odds.of(fast), slow_nats - std::log(2), 1e-6);
+  fast.parameters.line.drift_ns = 10.08;  // four deviations
+  EXPECT_NEAR(odds.of(fast), slow_nats + std::log(0.5 * std::erfc(4 / std::sqrt(2))), 1e-3);
+  fast.parameters.line.drift_ns = 15;
+  EXPECT_NEAR(odds.of(fast), slow_nats - 20, 1e-6);
+}
+
 TEST(RangeOdds, OfARiskAreItsLogit) {
   EXPECT_EQ(odds_at_risk_nats(0.5), 0);
   EXPECT_NEAR(odds_at_risk_nats(1e-3), 6.9068, 1e-4);

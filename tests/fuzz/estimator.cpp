@@ -112,7 +112,7 @@ void check_values(const Estimate& e, const Pattern& pattern) {
   const std::array values = {e.delay_ns,          e.delay_start_ns,       e.velocity_mps,
                              e.signal_per_pulse,  e.background_per_ns,    e.std_delay_ns,
                              e.std_velocity_mps,  e.std_signal_per_pulse, e.std_background_per_ns,
-                             e.significance_nats, e.threshold_nats};
+                             e.significance_nats, e.threshold_nats,       e.range_odds_nats};
   for (const double value : values) must(std::isfinite(value), "values are finite");
   must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
