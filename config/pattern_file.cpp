@@ -46,7 +46,7 @@ PatternFile find_pattern_file(const std::string& resolved, const std::string& wr
   namespace fs = std::filesystem;
   std::error_code absent;
   const bool may_be_shipped = fs::path(written).is_relative() && !shipped_folder.empty();
-  if (!may_be_shipped || fs::exists(resolved, absent)) return {resolved, ""};
+  if (!may_be_shipped || fs::exists(resolved, absent) || absent) return {resolved, ""};
   const fs::path shipped = fs::path(shipped_folder) / fs::path(written).filename();
   if (fs::is_regular_file(shipped, absent)) {
     return {shipped.string(), asked_by + resolved +
@@ -55,7 +55,8 @@ PatternFile find_pattern_file(const std::string& resolved, const std::string& wr
                                   shipped.string()};
   }
   throw Error(Fault::usage, asked_by + resolved +
-                                ": there is no such file, and none of that name in " +
+                                ": cannot be read: No such file or directory; nor is there one of "
+                                "that name in " +
                                 shipped_folder + ", which has " + pattern_names_in(shipped_folder) +
                                 "; name one of these, or make one with splid pattern");
 }

@@ -39,13 +39,14 @@ void SyncLine::add(const SyncFit& fit) {
     const double off_by = periods * (fit.std_period_ps + last_.std_period_ps) / period_ps;
     const Start& before = starts_.back();
     start.stretch = before.stretch;
-    if (periods > 0 && off_by < surely_countable) {
+    if (periods > 0 && off_by < surely_countable && !is_cut_) {
       start.k = before.k + periods;
       start.excess_ps = before.excess_ps + (gap_ps - periods * first_period_ps_);
     } else {
       ++start.stretch;
     }
   }
+  is_cut_ = false;
   starts_.push_back(start);
   last_ = fit;
 }

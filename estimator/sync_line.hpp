@@ -16,6 +16,8 @@ class SyncLine {
  public:
   // Frames that are not locked are passed over.
   void add(const SyncFit& fit);
+  // The generator began again: the next frame is no whole number of periods after the last one.
+  void cut() { is_cut_ = true; }
 
   struct Period {
     double period_ps = 0;      // tagger's clock; 0 before any locked frame
@@ -34,6 +36,7 @@ class SyncLine {
 
   std::vector<Start> starts_;
   SyncFit last_;
+  bool is_cut_ = false;
   double first_period_ps_ = 0;
   double first_std_period_ps_ = 0;
 };

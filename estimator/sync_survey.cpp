@@ -1,6 +1,7 @@
 #include "estimator/sync_survey.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "estimator/sync_period.hpp"
@@ -38,6 +39,21 @@ std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs
   return kept;
 }
 
+// Whether the pattern's starts are farther from where the fit before has them than both fits, and
+// an oscillator that wanders by 0.1 ppm, could be.
+bool began_again(const SyncFit& before, const SyncFit& fit) {
+  constexpr double wander = 1e-7;
+  constexpr double deviations = 10;
+  const double gap_ps = static_cast<double>(saturated_difference(fit.origin_ps, before.origin_ps)) +
+                        fit.phase_ps - before.phase_ps;
+  const double period_ps = (fit.period_ps + before.period_ps) / 2;
+  const double periods = std::round(gap_ps / period_ps);
+  const double std_ps = std::hypot(before.std_phase_ps, fit.std_phase_ps) +
+                        std::abs(periods) * (before.std_period_ps + fit.std_period_ps) / 2;
+  return std::abs(gap_ps - periods * period_ps) >
+         deviations * std_ps + wander * std::abs(gap_ps) + 1;
+}
+
 // Doubles by the dozen hide the period from those who look at gaps alone.
 std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps) {
   const auto found = find_sync_period_ps(syncs_ps);
@@ -72,7 +88,12 @@ void SyncSurvey::end_stretch() {
   }
   if (clock_ && !stretch_ps_.empty()) {
     const auto [first, last] = std::minmax_element(stretch_ps_.begin(), stretch_ps_.end());
-    line_.add(clock_->fit(stretch_ps_, *first, *last + 1));
+    const SyncFit fit = clock_->fit(stretch_ps_, *first, *last + 1);
+    if (fit.locked) {
+      if (last_.locked && began_again(last_, fit)) line_.cut();
+      line_.add(fit);
+      last_ = fit;
+    }
   }
   stretch_ps_.clear();
 }

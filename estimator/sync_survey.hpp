@@ -27,6 +27,7 @@ class SyncSurvey {
 
   std::vector<std::int64_t> stretch_ps_;
   std::optional<SyncClock> clock_;
+  SyncFit last_;  // of the last stretch that locked
   SyncLine line_;
 };
 

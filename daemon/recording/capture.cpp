@@ -16,6 +16,7 @@
 #include "daemon/framing/source_thread.hpp"
 #include "daemon/pipeline/encoder_feed.hpp"
 #include "daemon/progress.hpp"
+#include "daemon/read_file.hpp"
 #include "daemon/recording/recorder.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "protocol/error.hpp"
@@ -69,6 +70,7 @@ CaptureSummary capture(const Config& config, TagSource& source, const std::strin
                        const CaptureLimit& limit) {
   const SourceInfo info = source.info();
   std::unique_ptr<EncoderSource> counts = open_encoder(config);
+  if (counts) check_may_write(encoder_file_of(file), overwrite);
   Recorder recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
                     DeviceClock(info, clock), overwrite);
   std::optional<EncoderLog> encoder;

@@ -95,6 +95,19 @@ TEST_F(Outputs, OfSimulateAreNoneOfItsInputsNorIsItsTruth) {
   EXPECT_EQ(file_text(folder.path("d.truth.json")), "precious");
 }
 
+TEST_F(Outputs, OfAnEncoderAreKeptAsRecordingsAre) {
+  const std::string counted =
+      write("counted.json", R"("driver":"simulator","pace":"max","seconds":0.5,)"
+                            R"("encoder_rate_hz":1000)");
+  const std::string counts = folder.write("e.ptu.encoder.csv", "precious");
+  const std::vector<std::string> record{"record", "--config", counted, "--output",
+                                        folder.path("e.ptu")};
+  const ProgramResult kept = run_program(record);
+  EXPECT_EQ(kept.exit_code, 2);
+  EXPECT_THAT(kept.err, AllOf(HasSubstr(counts), HasSubstr("--force")));
+  EXPECT_EQ(file_text(counts), "precious");
+}
+
 TEST_F(Outputs, OfCalibrateTradeoffAndUploadAreNoneOfTheirInputs) {
   const std::vector<std::string> calibrate{"calibrate", recording, "--config", player, "--force"};
   expect_refused(calibrate, "--output", recording);

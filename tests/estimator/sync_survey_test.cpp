@@ -85,6 +85,21 @@ TEST(SyncSurvey, GoesOnWhereTheClockIsSetAnew) {
   EXPECT_NEAR(found->period_ps, stream.period_ps, 5 * found->std_period_ps);
 }
 
+// Half a period later in 150 ms would be 12.6 ppm, with a deviation of nothing.
+TEST(SyncSurvey, GoesOnWhereTheGeneratorBeginsAgain) {
+  SyncStream stream;
+  stream.end_ps = 150'000'000'000;
+  std::vector<std::int64_t> syncs_ps = stream.make();
+  stream.begin_ps = stream.end_ps;
+  stream.end_ps = 300'000'000'000;
+  stream.phase_ps = 1'900'000;
+  for (const std::int64_t sync_ps : stream.make()) syncs_ps.push_back(sync_ps);
+  const auto found = survey_of(syncs_ps);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->period_ps, stream.period_ps, 5 * found->std_period_ps);
+  EXPECT_LT(found->std_period_ps, 0.01);
+}
+
 TEST(SyncSurvey, OfNothingRegularIsNone) {
   EXPECT_FALSE(survey_of({}));
   EXPECT_FALSE(survey_of({1, 2}));

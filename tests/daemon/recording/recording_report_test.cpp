@@ -1,0 +1,98 @@
+#include "daemon/recording/recording_report.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include "protocol/ptu_encode.hpp"
+#include "tests/support/made_recording.hpp"
+#include "tests/support/sync_stream.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace splid {
+namespace {
+
+using test::photon_record;
+using test::SyncStream;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class RecordingReport : public ::testing::Test {
+ protected:
+  // A recording of these syncs, as sync records or of an input.
+  std::string recording_of(const SyncStream& stream, int input, const std::string& config) const {
+    PtuFacts facts;
+    facts.config_json = config;
+    PtuEncoder encoder(0);
+    std::vector<std::byte> records;
+    for (const std::int64_t sync_ps : stream.make()) {
+      const Tag tag = input < 0 ? sync_tag(sync_ps) : photon_tag(sync_ps, input);
+      encoder.encode(std::span(&tag, 1), records);
+    }
+    encoder.flush(records);
+    facts.record_count = encoder.records();
+    std::vector<std::byte> bytes = make_ptu_header(facts);
+    bytes.insert(bytes.end(), records.begin(), records.end());
+    return folder.write("a.ptu", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  }
+
+  // The period and its deviation, as they are printed.
+  static std::pair<double, double> printed_period(const std::string& report) {
+    double period_ps = 0;
+    double std_ps = 0;
+    const std::size_t at = report.find("sync period");
+    if (at == std::string::npos) return {};
+    std::sscanf(report.c_str() + at, "sync period %lf ps +- %lf ps", &period_ps, &std_ps);
+    return {period_ps, std_ps};
+  }
+
+  test::TempFolder folder;
+};
+
+// 512 gaps said 3,779,936.755 where the period was 3,780,007.56, with six decimals.
+TEST_F(RecordingReport, ThePeriodOfDoubledSyncsIsRightToItsDeviation) {
+  for (const double doubled : {0.0, 0.05, 0.3}) {
+    SyncStream stream;
+    stream.period_ps = 3'780'007.56;
+    stream.end_ps = 300'000'000'000;
+    stream.doubled = doubled;
+    stream.double_after_ps = 20'000;
+    stream.missing = 0.1;
+    const auto [period_ps, std_ps] = printed_period(report_recording(recording_of(stream, -1, "")));
+    EXPECT_GT(std_ps, 0);
+    EXPECT_LT(std_ps, 1e-3);
+    EXPECT_NEAR(period_ps, stream.period_ps, 5 * std_ps) << doubled;
+  }
+}
+
+TEST_F(RecordingReport, SyncsOnAnInputAreFoundWhereItsConfigurationNamesIt) {
+  SyncStream stream;
+  const std::string named =
+      report_recording(recording_of(stream, 5, R"({"channels":{"photon":[1],"sync":5}})"));
+  EXPECT_NEAR(printed_period(named).first, stream.period_ps, 1e-3);
+  EXPECT_THAT(named, HasSubstr("of input 5, which its configuration names"));
+  for (const char* other : {"", "{}", R"({"channels":{"sync":"sync"}})", "no JSON"}) {
+    EXPECT_THAT(report_recording(recording_of(stream, 5, other)), Not(HasSubstr("sync period")));
+  }
+}
+
+TEST_F(RecordingReport, StepsBackAreSaidWhateverTheirSize) {
+  const auto report = [&](std::initializer_list<std::uint32_t> records) {
+    return report_recording(folder.write("b.ptu", test::recording(test::counted(3), records)));
+  };
+  EXPECT_THAT(report({photon_record(1, 10), photon_record(1, 20), photon_record(1, 30)}),
+              Not(HasSubstr("steps back")));
+  EXPECT_THAT(report({photon_record(1, 10), photon_record(1, 30), photon_record(1, 20)}),
+              AllOf(HasSubstr("steps back"), HasSubstr("by 10 ps at most"),
+                    Not(HasSubstr("more than the 1 us"))));
+  EXPECT_THAT(report({photon_record(1, 10), photon_record(1, 3'000'000), photon_record(1, 20)}),
+              AllOf(HasSubstr("by 2,999,980 ps at most"), HasSubstr("1 by more than the 1 us"),
+                    HasSubstr("the tagger's clock was set")));
+}
+
+}  // namespace
+}  // namespace splid
