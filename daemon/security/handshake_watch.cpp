@@ -75,7 +75,7 @@ std::string describe(State state, const std::string& endpoint, const CurveClient
       break;
   }
   return endpoint + " breaks off the handshake; " +
-         (client == nullptr ? "is that splid?"
+         (client == nullptr ? "is that splid, and does it ask for --key and --server-key?"
                             : "is --server-key the key of that server, and that splid?");
 }
 

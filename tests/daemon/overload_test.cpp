@@ -97,12 +97,12 @@ TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
   const std::string said = daemon->said;
   begin = WatchedDaemon::Clock::now();
   reload("exhaustive", usual_mps);
-  for (int in_a_row = 0; in_a_row < 25; ++in_a_row) {
+  for (int in_a_row = 0; in_a_row < 5; ++in_a_row) {
     ASSERT_TRUE(daemon->await_frame(is_measured));
     if (is_lowered(*daemon->last_frame)) in_a_row = -1;
   }
   EXPECT_EQ(daemon->lost_tags, 0U);
-  test::record({"estimation takes longer than frames do; then less (25 frames as configured)", said,
+  test::record({"estimation takes longer than frames do; then less (5 frames as configured)", said,
                 said_ms, daemon->losses(), WatchedDaemon::ms_since(begin)});
 }
 

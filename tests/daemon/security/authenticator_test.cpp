@@ -28,6 +28,7 @@ using splid::test::TcpRecorder;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::Each;
 using testing::Ge;
 using testing::HasSubstr;
@@ -91,14 +92,20 @@ class Secured : public testing::Test {
     }
   }
 
-  // Until it is in that state; publishes meanwhile what it should not hear.
+  // Until it is in that state; publishes meanwhile what it should not hear. Whichever end sees
+  // another mechanism first breaks the handshake off: on a busy machine it may be the server each
+  // time.
   void expect_kept_out(Subscriber& subscriber, State state) {
+    const auto is_there = [&] {
+      const State now = subscriber.state();
+      return now == state || (state == State::other_mechanism && now == State::broken_off);
+    };
     const auto deadline = steady_clock::now() + patience;
-    while (subscriber.state() != state && steady_clock::now() < deadline) {
+    while (!is_there() && steady_clock::now() < deadline) {
       publisher.publish_frame("secret");
       ASSERT_FALSE(subscriber.receive(milliseconds{20}));
     }
-    ASSERT_EQ(subscriber.state(), state);
+    ASSERT_TRUE(is_there());
     for (int i = 0; i < 10; ++i) {
       publisher.publish_frame("secret");
       ASSERT_FALSE(subscriber.receive(milliseconds{20}));
@@ -178,11 +185,12 @@ TEST_F(Secured, APasswordIsNoKey) {
   sub.connect(publisher.endpoint());
   zmq::message_t message;
   const auto deadline = steady_clock::now() + patience;
-  while (watch.state() != State::other_mechanism && steady_clock::now() < deadline) {
+  while (watch.state() == State::pending && steady_clock::now() < deadline) {
     publisher.publish_frame("secret");
     ASSERT_FALSE(sub.recv(message));
   }
-  EXPECT_EQ(watch.state(), State::other_mechanism);
+  // Or the server saw it first.
+  EXPECT_THAT(watch.state(), AnyOf(State::other_mechanism, State::broken_off));
 }
 
 TEST_F(Secured, TheLocalEndpointIsPlainAndHasTheSameMessages) {
