@@ -74,8 +74,8 @@ void ScpiClient::check_waiting(std::chrono::steady_clock::time_point since) {
 }
 
 void ScpiClient::throw_stopped() const {
-  throw Error(Fault::usage, "awg " + socket_.address() +
-                                ": stopped; what it plays now is not known, upload again");
+  const std::string where = doing_.empty() ? "" : ": " + shown_scpi(doing_);
+  throw Error(Fault::usage, "awg " + socket_.address() + where + ": stopped; upload again");
 }
 
 void ScpiClient::finish(const std::string& text) {

@@ -136,7 +136,8 @@ TEST_F(UploadCommand, EndsOnASignalWhileTheGeneratorIsSilent) {
   program.signal(SIGINT);
   const ProgramResult result = program.wait();
   EXPECT_EQ(result.exit_code, 2) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("stopped; what it plays now is not known"));
+  EXPECT_THAT(result.err, AllOf(HasSubstr(": stopped; upload again"),
+                                HasSubstr("whether its outputs are off is not known")));
 }
 
 }  // namespace

@@ -75,6 +75,7 @@ class UsbDaemon : public ::testing::Test {
     const auto began = steady_clock::now();
     while (steady_clock::now() - began < test::patience) {
       const auto message = subscriber.receive(100ms);
+      if (message && message->topic == topic_status) statuses += message->json;
       if (message && message->topic == topic && meant(message->json)) {
         waited = std::chrono::duration<double, std::milli>(steady_clock::now() - began);
         return message->json;
@@ -127,6 +128,7 @@ class UsbDaemon : public ::testing::Test {
   std::unique_ptr<test::Program> daemon;
   std::chrono::duration<double, std::milli> waited{0};
   double said_ms = -1;
+  std::string statuses;  // all that were heard
 };
 
 TEST_F(UsbDaemon, WaitsForTheDeviceAndMeasuresOnceItIsThere) {
@@ -163,6 +165,21 @@ TEST_F(UsbDaemon, ASilentDeviceIsSaidAndSoIsItsReturn) {
   EXPECT_TRUE(await_frame());
   test::record({"USB device sends nothing", "failing: it sends nothing, not even an empty block",
                 silent_ms, "", waited.count()});
+  // The frame that the silence was in has no syncs; not for want of a cable.
+  EXPECT_THAT(statuses, ::testing::Not(HasSubstr("channels.sync")));
+}
+
+TEST_F(UsbDaemon, OfTwoTheOneInUseIsNamedAndTheOtherNotTaken) {
+  test::UsbDouble second{{{0x1209, 0x5a1d}, "B-9"}, firmware, device};
+  plug_in_and_measure();
+  EXPECT_TRUE(await_status("connected", R"("device_name":"1209:5a1d serial A-7 at 1-1")"));
+  second.plug();
+  EXPECT_TRUE(await_status("connected", "2 devices that source could mean are plugged in"));
+  device.unplug();
+  EXPECT_TRUE(await_status("no_device", "does not read 1209:5a1d serial B-9 at 1-2"));
+  sender.restart();
+  device.plug();
+  EXPECT_TRUE(await_frame());
 }
 
 TEST_F(UsbDaemon, AStallIsClearedAndSaid) {

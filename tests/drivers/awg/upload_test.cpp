@@ -318,7 +318,7 @@ TEST(AwgUpload, SaysThatNobodyIsThere) {
   stopped.request_stop();
   const AwgDouble awg;
   options.address = awg.address();
-  EXPECT_THAT(text_of(Fault::usage, stopped.get_token()), HasSubstr("stopped; what it plays now"));
+  EXPECT_THAT(text_of(Fault::usage, stopped.get_token()), HasSubstr(": stopped; upload again"));
   options.address = "";
   EXPECT_THAT(text_of(Fault::usage, never), HasSubstr("awg/address: there is none"));
 }
