@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/hidden_keys.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -98,8 +99,8 @@ nlohmann::json parse_json_text(const std::string& text, const std::string& file)
       return true;
     });
   } catch (const json::parse_error& error) {
-    throw Error(Fault::usage,
-                file + ": " + place(text, error.byte) + ": is no JSON: " + reason(error.what()));
+    throw Error(Fault::usage, file + ": " + place(text, error.byte) +
+                                  ": is no JSON: " + hide_keys(reason(error.what())));
   } catch (const json::exception& error) {  // a number that no double holds
     throw Error(Fault::usage, file + ": " + reason(error.what()));
   }
@@ -126,7 +127,7 @@ std::string pointer_to(const std::string& object_pointer, const std::string& key
 
 std::string shown(const nlohmann::json& value) {
   constexpr std::size_t max_bytes = 60;
-  std::string text = value.dump(-1, ' ', true);
+  std::string text = hide_keys(value.dump(-1, ' ', true));
   if (text.size() > max_bytes) text = text.substr(0, max_bytes - 3) + "...";
   return text;
 }

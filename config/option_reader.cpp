@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "config/channel_name.hpp"
+#include "config/hidden_keys.hpp"
 #include "config/json_text.hpp"
 #include "protocol/error.hpp"
 #include "protocol/nearest_name.hpp"
@@ -225,7 +226,8 @@ std::string OptionReader::read_channel(const json& value, const std::string& poi
 }
 
 void OptionReader::fail(const std::string& pointer, const std::string& what) const {
-  throw Error(Fault::usage, file_ + ": " + (pointer.empty() ? "" : pointer + ": ") + what);
+  throw Error(Fault::usage,
+              file_ + ": " + (pointer.empty() ? "" : hide_keys(pointer) + ": ") + what);
 }
 
 }  // namespace splid

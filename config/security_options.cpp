@@ -3,6 +3,7 @@
 #include <array>
 
 #include "config/endpoint.hpp"
+#include "config/hidden_keys.hpp"
 
 namespace splid {
 
@@ -18,6 +19,12 @@ void SecurityOptions::describe(OptionVisitor& visitor) {
 }
 
 std::optional<OptionFault> SecurityOptions::validate() const {
+  if (hide_keys(server_key) != server_key) {
+    return OptionFault{"/server_key",
+                       "looks like a key itself, which is not shown here; it has to name the "
+                       "file that holds one, which splid keys makes. Take a new key if others may "
+                       "have read this configuration"};
+  }
   if (!server_key.empty() && allow_list.empty()) {
     return OptionFault{"/allow_list",
                        "\"\" names no file, but /security/server_key is given; write the public "

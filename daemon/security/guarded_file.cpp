@@ -7,9 +7,12 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <deque>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
+#include "config/hidden_keys.hpp"
 #include "daemon/format.hpp"
 #include "protocol/error.hpp"
 
@@ -23,7 +26,7 @@ constexpr mode_t open_to_others = S_IRWXG | S_IRWXO;
 constexpr std::size_t max_bytes = 1 << 20;
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
-  throw Error(Fault::usage, place + ": " + what);
+  throw Error(Fault::usage, hide_keys(place + ": " + what));
 }
 
 [[noreturn]] void refuse_by_errno(const std::string& file) {
@@ -75,11 +78,15 @@ void check_owner(const std::string& place, const struct stat& facts) {
                        facts.st_uid, ::geteuid()));
 }
 
-void check_folder(const std::string& file) {
-  std::string folder = std::filesystem::path(file).parent_path();
-  if (folder.empty()) folder = ".";
+struct stat facts_of(const std::string& place) {
   struct stat facts {};
-  if (::stat(folder.c_str(), &facts) != 0) refuse_by_errno(folder);
+  if (::lstat(place.c_str(), &facts) != 0) refuse_by_errno(place);
+  return facts;
+}
+
+// Of a folder on the way to `file`.
+void check_folder(const std::string& folder, const std::string& file) {
+  const struct stat facts = facts_of(folder);
   check_owner(folder, facts);
   const bool sticky = (facts.st_mode & S_ISVTX) != 0;
   if ((facts.st_mode & writable_by_others) == 0 || sticky) return;
@@ -87,13 +94,62 @@ void check_folder(const std::string& file) {
                      octal(facts.st_mode) + "); chmod go-w " + folder);
 }
 
+// Goes from the root to the file, as the kernel does: what a folder that others may write leads to
+// is theirs to say, however well it is guarded itself.
+class Way {
+ public:
+  explicit Way(const std::string& file) : file_(file) {
+    put_ahead(std::filesystem::absolute(file));
+  }
+
+  void check() {
+    while (!ahead_.empty()) {
+      check_folder(at_.string(), file_);
+      const std::filesystem::path next = std::move(ahead_.front());
+      ahead_.pop_front();
+      step(next);
+    }
+  }
+
+ private:
+  void put_ahead(const std::filesystem::path& path) {
+    const std::filesystem::path names = path.relative_path();
+    ahead_.insert(ahead_.begin(), names.begin(), names.end());
+  }
+
+  void step(const std::filesystem::path& name) {
+    if (name.empty() || name == ".") return;
+    if (name == "..") {
+      at_ = at_.parent_path();
+      return;
+    }
+    const std::filesystem::path next = at_ / name;
+    const struct stat facts = facts_of(next.string());
+    if (!S_ISLNK(facts.st_mode)) {
+      at_ = next;
+      return;
+    }
+    check_owner(next.string(), facts);
+    if (++links_ > most_links) refuse(file_, "goes round in links");
+    const std::filesystem::path target = std::filesystem::read_symlink(next);
+    if (target.is_absolute()) at_ = "/";
+    put_ahead(target);
+  }
+
+  static constexpr int most_links = 40;  // as the kernel's
+  std::string file_;
+  std::filesystem::path at_ = "/";           // without links
+  std::deque<std::filesystem::path> ahead_;  // names
+  int links_ = 0;
+};
+
 void check_unforgeable(const std::string& file, const struct stat& facts) {
   check_owner(file, facts);
   if ((facts.st_mode & writable_by_others) != 0) {
     refuse(file, "may be written by others than its owner (mode " + octal(facts.st_mode) +
                      "); chmod go-w " + file);
   }
-  check_folder(file);
+  Way(file).check();
 }
 
 bool is_credential(const std::string& file) {

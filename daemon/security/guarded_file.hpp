@@ -5,11 +5,13 @@
 namespace splid {
 
 // Files on which it rests who gets in. Each of these reads the whole of one and refuses it where
-// others than its owner could have written it: the owner has to be root or who runs this program,
-// its mode may let neither group nor others write, and its folder not either, unless it is sticky
-// as /tmp is.
+// others than its owner could have written it, or put another in its place: the file, each folder
+// on the way to it from the root, and each link on that way have to belong to root or to who runs
+// this program, and the modes of file and folders may let neither group nor others write, unless a
+// folder is sticky as /tmp is.
 //
-// Errors: Error(Fault::usage) with the file, what is wrong and the command that mends it.
+// Errors: Error(Fault::usage) with the file, what is wrong and the command that mends it. A name
+// that looks like a key is not shown.
 
 std::string read_unforgeable_file(const std::string& file);
 

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "config/hidden_keys.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
@@ -155,6 +156,12 @@ CurveKeyPair read_secret_key(const std::string& file) {
 }
 
 std::string read_public_key(const std::string& text) {
+  std::error_code ignored;
+  if (!is_curve_key(text) && hide_keys(text) != text && !std::filesystem::exists(text, ignored)) {
+    throw Error(Fault::usage,
+                "what is given looks like a key, and is none, nor a file: a public key has 40 "
+                "characters of Z85, and a shell takes some of them for its own (put it in quotes)");
+  }
   return is_curve_key(text) ? text : parse_public_key(read_file(text), text);
 }
 

@@ -180,6 +180,66 @@ TEST_F(SecretFile, IsOursOrRoots) {
   EXPECT_THAT(fault_of(file), StartsWith(folder.path("own") + ": belongs to user 12345"));
 }
 
+// As ssh does: who may write a folder above may put another one in the place of all below it.
+TEST_F(SecretFile, IsBelowFoldersThatNobodyElseCanWrite) {
+  const std::string file = write(0600, "above/own/s");
+  const std::string above = folder.path("above");
+  EXPECT_EQ(fault_of(file), "");
+  for (const mode_t mode : {0777, 0775, 0757}) {
+    ::chmod(above.c_str(), mode);
+    EXPECT_THAT(fault_of(file),
+                AllOf(StartsWith(above + ": lets others"), HasSubstr("chmod go-w " + above)))
+        << mode;
+    EXPECT_THAT(fault_of_list(file), StartsWith(above + ": lets others")) << mode;
+  }
+  ::chmod(above.c_str(), 01777);
+  EXPECT_EQ(fault_of(file), "");
+  if (::geteuid() != 0) return;
+  ASSERT_EQ(::chown(above.c_str(), 12345, 0), 0);
+  ::chmod(above.c_str(), 0755);
+  EXPECT_THAT(fault_of(file), StartsWith(above + ": belongs to user 12345"));
+}
+
+TEST_F(SecretFile, IsNotReachedThroughALinkThatOthersCanTurn) {
+  const std::string file = write(0600);
+  const std::string open = folder.path("open");
+  ASSERT_EQ(::mkdir(open.c_str(), 0700), 0);
+  const std::string link = open + "/s";
+  const std::string chain = folder.path("chain");
+  std::filesystem::create_symlink(file, link);
+  std::filesystem::create_symlink("open/../open/s", chain);
+  for (const std::string& name : {link, chain}) {
+    ::chmod(open.c_str(), 0700);
+    EXPECT_EQ(fault_of(name), "");
+    ::chmod(open.c_str(), 0777);
+    EXPECT_THAT(fault_of(name), StartsWith(open + ": lets others")) << name;
+    EXPECT_THAT(fault_of_list(name), StartsWith(open + ": lets others")) << name;
+  }
+  ::chmod(open.c_str(), 0700);
+  ::chmod(folder.path("own").c_str(), 0777);
+  EXPECT_THAT(fault_of(link), StartsWith(folder.path("own") + ": lets others"));
+  if (::geteuid() != 0) return;
+  ::chmod(folder.path("own").c_str(), 0700);
+  ASSERT_EQ(::lchown(link.c_str(), 12345, 0), 0);
+  EXPECT_THAT(fault_of(link), StartsWith(link + ": belongs to user 12345"));
+}
+
+TEST_F(SecretFile, ARoundOfLinksEnds) {
+  std::filesystem::create_symlink(folder.path("b"), folder.path("a"));
+  std::filesystem::create_symlink(folder.path("a"), folder.path("b"));
+  EXPECT_THAT(fault_of(folder.path("a")), HasSubstr("symbolic links"));
+}
+
+TEST_F(SecretFile, AKeyInThePlaceOfAFileIsNotShown) {
+  for (const std::string& name :
+       {std::string(secret_key), folder.path(secret_key), std::string(secret_key).substr(1)}) {
+    EXPECT_THAT(fault_of(name), AllOf(HasSubstr("cannot be read"), HasSubstr("(a key?)"),
+                                      testing::Not(HasSubstr("hhC2ac"))));
+  }
+  EXPECT_THAT(test::error_text([] { read_public_key(std::string(secret_key).substr(1)); }),
+              AllOf(HasSubstr("looks like a key"), testing::Not(HasSubstr("hhC2ac"))));
+}
+
 TEST_F(SecretFile, OfTheServiceManagerIsTakenAsItIs) {
   const std::string file = write(0440);
   ASSERT_NE(fault_of(file), "");
