@@ -1,8 +1,6 @@
 #include "daemon/control/control_server.hpp"
 
 #include <pthread.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -16,7 +14,9 @@
 
 #include "daemon/control/control_endpoint.hpp"
 #include "daemon/control/unix_listener.hpp"
+#include "daemon/gate/gate.hpp"
 #include "daemon/security/server_security.hpp"
+#include "daemon/wake_descriptor.hpp"
 
 namespace splid {
 namespace {
@@ -31,26 +31,8 @@ constexpr milliseconds pause_between{10};
 constexpr milliseconds linger{300};
 constexpr int requests_queued = 100;  // of each client
 constexpr int replies_queued = 100;   // likewise
+constexpr int handshake_ms = 5000;
 constexpr std::size_t max_parts = 3;  // identity, perhaps an empty one, the request
-
-// What wakes the socket's thread from its poll.
-class EventDescriptor {
- public:
-  EventDescriptor() : descriptor_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-  ~EventDescriptor() { ::close(descriptor_); }
-  EventDescriptor(const EventDescriptor&) = delete;
-  EventDescriptor& operator=(const EventDescriptor&) = delete;
-
-  void notify() const { (void)::eventfd_write(descriptor_, 1); }
-  void clear() const {
-    eventfd_t count = 0;
-    (void)::eventfd_read(descriptor_, &count);
-  }
-  [[nodiscard]] int get() const { return descriptor_; }
-
- private:
-  int descriptor_;
-};
 
 // From whom a request came: the parts before its JSON.
 using Sender = std::vector<zmq::message_t>;
@@ -80,10 +62,11 @@ ControlReply refusal(const std::string& request, const Error& error) {
 }  // namespace
 
 struct ControlServer::Service {
-  Service(const std::string& bound_to, ControlHandlers control_handlers, Authenticator* who);
+  Service(const std::string& bound_to, ControlHandlers control_handlers, Authenticator* who,
+          Refusals& refusals);
   ~Service();
 
-  void bind(const std::string& to);
+  void open(const std::string& to, Refusals& refusals);
   void serve();
   void read_requests();
   std::optional<Received> receive();
@@ -95,13 +78,14 @@ struct ControlServer::Service {
   ControlReply perform(const ControlRequest& next, const std::stop_token& stop) const;
 
   std::optional<UnixListener> listener;  // absent for TCP
+  std::optional<PrivateDoor> door;
+  std::optional<Gate> gate;  // lets the last reply out when the socket is closed
   ControlHandlers handlers;
   Authenticator* authenticator;  // of TCP, and null otherwise
   zmq::context_t own_context{1};
   zmq::socket_t router{authenticator == nullptr ? own_context : authenticator->context(),
                        zmq::socket_type::router};
-  std::string endpoint;
-  EventDescriptor wake;  // a result is there, or the end
+  WakeDescriptor wake;  // a result is there, or the end
 
   // `control` only.
   Sender waiting;     // for the action that runs
@@ -118,21 +102,22 @@ struct ControlServer::Service {
 };
 
 ControlServer::ControlServer(const std::string& endpoint, ControlHandlers handlers,
-                             Authenticator* authenticator)
-    : service_(std::make_unique<Service>(endpoint, std::move(handlers), authenticator)) {}
+                             Authenticator* authenticator, Refusals& refusals)
+    : service_(std::make_unique<Service>(endpoint, std::move(handlers), authenticator, refusals)) {}
 
 ControlServer::~ControlServer() = default;
 
-const std::string& ControlServer::endpoint() const { return service_->endpoint; }
+const std::string& ControlServer::endpoint() const { return service_->gate->endpoint(); }
 
 ControlServer::Service::Service(const std::string& bound_to, ControlHandlers control_handlers,
-                                Authenticator* who)
+                                Authenticator* who, Refusals& refusals)
     : handlers(std::move(control_handlers)), authenticator(who) {
   router.set(zmq::sockopt::linger, static_cast<int>(linger.count()));
   router.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_request_bytes));
   router.set(zmq::sockopt::rcvhwm, requests_queued);
   router.set(zmq::sockopt::sndhwm, replies_queued);
-  bind(bound_to);
+  router.set(zmq::sockopt::handshake_ivl, handshake_ms);
+  open(bound_to, refusals);
   server = std::thread([this] { serve(); });
   worker = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
@@ -146,25 +131,21 @@ ControlServer::Service::~Service() {
   }
   wake.notify();
   server.join();
-  if (authenticator != nullptr) authenticator->release(router);
+  router.close();
+  own_context.close();
+  if (authenticator != nullptr) authenticator->name_peers(control_domain, nullptr);
 }
 
-void ControlServer::Service::bind(const std::string& to) {
-  if (authenticator == nullptr) {
-    listener.emplace(socket_file_of(to));
-    router.set(zmq::sockopt::use_fd, listener->release());
-  } else {
-    authenticator->protect(router, control_domain);
-    router.set(zmq::sockopt::ipv6, to.find('[') != std::string::npos);
-  }
-  try {
-    router.bind(to);
-  } catch (const zmq::error_t& error) {
-    if (authenticator != nullptr) authenticator->release(router);
-    throw Error(Fault::device, "control.endpoint " + to + ": " + error.what() +
-                                   "; give it an address of this machine, and a port that is free");
-  }
-  endpoint = router.get(zmq::sockopt::last_endpoint);
+void ControlServer::Service::open(const std::string& to, Refusals& refusals) {
+  const bool curve = authenticator != nullptr;
+  if (!curve) listener.emplace(socket_file_of(to));
+  ListeningSocket outside =
+      curve ? ListeningSocket("control.endpoint", to) : ListeningSocket(listener->release(), to);
+  if (curve) authenticator->protect(router, control_domain);
+  door.emplace(router);
+  gate.emplace(std::move(outside), Gate::Behind{*door, control_limits, curve}, refusals,
+               host_clock());
+  if (curve) authenticator->name_peers(control_domain, [this] { return gate->judged_peer(); });
 }
 
 void ControlServer::Service::serve() {

@@ -10,6 +10,7 @@
 namespace splid {
 
 class Authenticator;
+class Refusals;
 
 // Who does what is asked. Both may throw Error, which becomes the reply.
 struct ControlHandlers {
@@ -27,16 +28,16 @@ struct ControlHandlers {
 // Whatever comes in costs frames nothing: own threads, without TCP an own ZeroMQ context, requests
 // of at most 4 KiB, 100 of them each 10 ms; a client that does not read loses replies.
 //
-// Threads: made and destroyed on one; has `control`, which owns the socket, and `control-work`,
-// which performs. Errors: the constructor's are UnixListener's; Error(Fault::device) where a port
-// cannot be bound. Timeouts: the destructor waits for the action that runs, which it asks to stop,
-// and up to 300 ms for its reply to go out.
+// Threads: made and destroyed on one; has `control`, which owns the socket, `gate`, and
+// `control-work`, which performs. Errors: the constructor's are UnixListener's;
+// Error(Fault::device) where a port cannot be bound. Timeouts: the destructor waits for the action
+// that runs, which it asks to stop, and up to 300 ms for its reply to go out.
 class ControlServer {
  public:
   // endpoint: ipc:///PATH, or tcp:// with an authenticator, which outlives this and asks the list
-  // of control_domain; null: ipc.
-  ControlServer(const std::string& endpoint, ControlHandlers handlers,
-                Authenticator* authenticator);
+  // of control_domain; null: ipc. refusals: hears who is let go; outlives this.
+  ControlServer(const std::string& endpoint, ControlHandlers handlers, Authenticator* authenticator,
+                Refusals& refusals);
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;

@@ -1,46 +1,37 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <utility>
-
-#include "protocol/error.hpp"
 
 namespace splid {
 
 class Authenticator;
+class Refusals;
 
-// Another program has the endpoint; open_publisher() says what to do.
-class EndpointTaken : public Error {
- public:
-  EndpointTaken(std::string endpoint, const std::string& what)
-      : Error(Fault::device, what), endpoint_(std::move(endpoint)) {}
-  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-
- private:
-  std::string endpoint_;
-};
-
-// The ZeroMQ socket that subscribers connect to: XPUB, bound, each message exactly two parts, topic
-// and JSON (protocol/messages.hpp). It may have a second endpoint, plain, at which the same
-// messages come. Subscribers are never waited for: one that does not read loses messages beyond its
-// own queue, and costs the others nothing.
+// What subscribers connect to: XPUB, each message exactly two parts, topic and JSON
+// (protocol/messages.hpp). It may have a second endpoint, plain, at which the same messages come.
+// The last `version` and `status` go to each new subscriber. ZeroMQ addresses all subscribers of a
+// topic or none: the others see the same message, with the same sequence, again.
 //
-// Threads: one at a time; a hand-over needs a fence between, such as the start of a thread.
-// Errors: the constructor throws Error, Fault::usage for an endpoint that ZeroMQ cannot read and
-// Fault::device for one that cannot be bound, as EndpointTaken where another program has it;
-// nothing after that. Timeouts: no call waits but wait_for_subscriber(); the destructor waits up to
-// linger for what is still queued.
+// Nobody who publishes waits for a subscriber, whatever that sends or does not read: a thread of
+// this talks to ZeroMQ, and a gate (daemon/gate) before each endpoint lets through what a
+// subscriber may have to say. One that does not read loses messages beyond its own queue, and costs
+// the others nothing.
+//
+// Threads: any may call; has `messages`, and a `gate` an endpoint. Errors: the constructor throws
+// Error as ListeningSocket's does; nothing after that. Timeouts: no call waits but
+// wait_for_subscriber(); the destructor waits up to linger for what is still queued.
 class Publisher {
  public:
   static constexpr std::chrono::milliseconds linger{300};
 
-  // Who may connect besides those whom `endpoint` alone lets in.
+  // Who may connect besides those whom `endpoint` alone lets in. All outlive this.
   struct Access {
     std::string local_endpoint;              // plain; empty: none
-    Authenticator* authenticator = nullptr;  // of `endpoint`, outlives this; null: it is plain too
+    Authenticator* authenticator = nullptr;  // of `endpoint`; null: it is plain too
+    Refusals* refusals = nullptr;            // hears who is let go; null: nobody does
   };
 
   // endpoint: empty: bound nowhere, so that nobody can subscribe and every message is dropped.
@@ -53,33 +44,25 @@ class Publisher {
   Publisher& operator=(const Publisher&) = delete;
 
   // As bound: a wildcard port is resolved. The local one is empty where there is none.
-  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-  [[nodiscard]] const std::string& local_endpoint() const { return local_endpoint_; }
+  [[nodiscard]] const std::string& endpoint() const;
+  [[nodiscard]] const std::string& local_endpoint() const;
 
-  void publish_frame(const std::string& json);
-  // The last of each is kept and sent to every new subscriber.
-  void publish_status(const std::string& json);
-  void publish_version(const std::string& json);
-  // What publish_status() was last given. Any thread.
+  void publish_frame(std::string json);
+  // The last of each is kept for new subscribers.
+  void publish_status(std::string json);
+  void publish_version(std::string json);
+  // What publish_status() was last given.
   [[nodiscard]] std::string last_status() const;
 
-  // Sends what is kept to those who subscribed since the last call. ZeroMQ addresses all
-  // subscribers of a topic or none: the others see the same message, with the same sequence, again.
-  void greet();
+  // Messages that were not sent since the thread that sends did not keep up.
+  [[nodiscard]] std::size_t dropped() const;
 
-  // Greets until somebody has subscribed to frames or the time is over; says whether.
+  // Until somebody has subscribed to frames or the time is over; says whether.
   bool wait_for_subscriber(std::chrono::milliseconds timeout);
 
  private:
-  struct Socket;
-  void send(const char* topic, const std::string& json);
-
-  std::unique_ptr<Socket> socket_;
-  std::string endpoint_;
-  std::string local_endpoint_;
-  std::string version_;
-  mutable std::mutex status_mutex_;
-  std::string status_;  // written under the mutex
+  class Service;
+  std::unique_ptr<Service> service_;
 };
 
 }  // namespace splid

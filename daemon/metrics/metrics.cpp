@@ -85,6 +85,12 @@ Counter& lost(Registry& registry, const char* cause) {
                  {{"cause", cause}});
 }
 
+Counter& let_go(Registry& registry, Refusal reason) {
+  return counter(registry, "splid_connections_dropped_total",
+                 "Connections let go: too many of a peer, or it sent too much",
+                 {{"reason", to_string(reason)}});
+}
+
 // "status=\"stall\"", as a driver writes a label.
 Labels labels_of(const SourceCounter& source) {
   const std::size_t equals = source.label.find("=\"");
@@ -161,6 +167,10 @@ struct Metrics::Series {
       *registry, "splid_device_state", "1 for the state that the instrument is in");
   Counter& refused = counter(*registry, "splid_connections_refused_total",
                              "Connections refused: no allowed key, or no handshake");
+  Counter& crowd = let_go(*registry, Refusal::crowd);
+  Counter& flood = let_go(*registry, Refusal::flood);
+  Counter& unsent = counter(*registry, "splid_messages_dropped_total",
+                            "Messages sent to nobody, since sending did not keep up");
   std::vector<Counter*> drivers;  // in the order of TagSource::counters()
 };
 
@@ -170,23 +180,28 @@ struct Metrics::Outputs {
 };
 
 Metrics::Metrics(const Config& config, const std::vector<SourceCounter>& counters,
-                 const Clock& clock, std::function<void(const std::string&)> notice)
+                 const Clock& clock, std::function<void(const std::string&)> notice,
+                 Refusals* refusals)
     : clock_(clock),
       series_(std::make_unique<Series>(config, counters, clock.unix_s())),
-      outputs_(std::make_unique<Outputs>()) {
+      outputs_(std::make_unique<Outputs>()),
+      refusals_(refusals) {
   series_->drift.Set(unknown);
   series_->jitter.Set(unknown);
   const MetricsOptions& options = config.metrics;
   if (!options.file.empty()) outputs_->file.emplace(options.file, std::move(notice));
-  if (!options.http.empty()) outputs_->server.emplace(options.http, series_->registry);
+  if (!options.http.empty()) {
+    outputs_->server.emplace(
+        options.http, [this] { return text(); }, refusals, clock);
+  }
 }
 
 Metrics::~Metrics() = default;
 
 std::string Metrics::url() const { return outputs_->server ? outputs_->server->url() : ""; }
 
-void Metrics::count_refused(std::function<std::uint64_t()> connections) {
-  refused_ = std::move(connections);
+void Metrics::count_dropped(std::function<std::uint64_t()> messages) {
+  dropped_ = std::move(messages);
 }
 
 void Metrics::frame_published(const FrameMessage& message, bool effort_is_lowered) {
@@ -225,7 +240,12 @@ void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
   raise(series.discarded, totals.discarded_tags);
   raise(series.jumps, framer.jumps);
   raise(series.resets, framer.resets);
-  raise(series.refused, refused_());
+  raise(series.unsent, dropped_());
+  if (refusals_ != nullptr) {
+    raise(series.refused, refusals_->kept_out());
+    raise(series.crowd, refusals_->count(Refusal::crowd));
+    raise(series.flood, refusals_->count(Refusal::flood));
+  }
   series.ring_fill.Set(std::exchange(highest_fill_, 0));
   show(series.state, status.state);
   show(series.device, status.device);

@@ -9,6 +9,7 @@
 #include "config/config.hpp"
 #include "daemon/clock.hpp"
 #include "daemon/framing/framer.hpp"
+#include "daemon/security/refusals.hpp"
 #include "drivers/source.hpp"
 #include "protocol/messages.hpp"
 
@@ -25,14 +26,15 @@ struct StreamTotals {
 // each name with its unit and meaning.
 //
 // Threads: those that take tags never come here: one thread calls, the one that publishes; the
-// server's own two read at the same time. Errors: the constructor throws Error(Fault::device) where
+// server's own reads at the same time. Errors: the constructor throws Error(Fault::device) where
 // the server's port cannot be had; a file that cannot be written is a notice and nothing else.
 class Metrics {
  public:
   // counters: the source's, whose names tell what there will be. notice: takes a sentence on what
-  // is wrong with the file, called from refresh(). clock: outlives this.
+  // is wrong with the file, called from refresh(). refusals: hears who stands in the way of the
+  // server, and is told of; null: nobody. It and clock outlive this.
   Metrics(const Config& config, const std::vector<SourceCounter>& counters, const Clock& clock,
-          std::function<void(const std::string&)> notice);
+          std::function<void(const std::string&)> notice, Refusals* refusals = nullptr);
   ~Metrics();
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
@@ -40,8 +42,8 @@ class Metrics {
   // Where the server answers, a wildcard port resolved; empty where there is none.
   [[nodiscard]] std::string url() const;
 
-  // Who tells how many connections were refused so far; before the first refresh().
-  void count_refused(std::function<std::uint64_t()> connections);
+  // Who tells how many messages were sent to nobody; before the first refresh().
+  void count_dropped(std::function<std::uint64_t()> messages);
 
   // effort_is_lowered: the frame had less effort than was configured.
   void frame_published(const FrameMessage& message, bool effort_is_lowered);
@@ -62,7 +64,8 @@ class Metrics {
   const Clock& clock_;
   std::unique_ptr<Series> series_;
   std::unique_ptr<Outputs> outputs_;
-  std::function<std::uint64_t()> refused_ = [] { return 0; };
+  const Refusals* refusals_;
+  std::function<std::uint64_t()> dropped_ = [] { return 0; };
   double highest_fill_ = 0;
   std::int64_t next_ns_ = 0;
 };

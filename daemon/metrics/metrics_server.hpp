@@ -1,36 +1,56 @@
 #pragma once
 
-#include <memory>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <list>
 #include <string>
+#include <thread>
 
-namespace prometheus {
-class Collectable;
-class Exposer;
-}  // namespace prometheus
+#include "daemon/clock.hpp"
+#include "daemon/gate/listening_socket.hpp"
+#include "daemon/metrics/http_exchange.hpp"
+#include "daemon/security/refusals.hpp"
+#include "daemon/wake_descriptor.hpp"
 
 namespace splid {
 
-// Answers GET /metrics over HTTP.
+// Answers GET /metrics over HTTP, one request a connection. Whoever connects and says nothing, or
+// half of it, holds a connection for a second, and makes way for the next one when there are many.
 //
-// Threads: two of its own answer, one more takes connections, whatever comes in; a request that
-// stays unfinished holds one of them for a second. The destructor waits for them: some
-// milliseconds, or until such a request's second is over. Errors: the constructor throws
-// Error(Fault::device).
+// Threads: one of its own answers. Errors: the constructor throws Error(Fault::device) where the
+// port cannot be had. Timeouts: the destructor waits for an answer that is being written.
 class MetricsServer {
  public:
-  // address: HOST:PORT, the port "*" is the system's choice.
-  MetricsServer(const std::string& address,
-                const std::shared_ptr<prometheus::Collectable>& collectable);
+  static constexpr std::size_t most_connections = 32;
+
+  // address: HOST:PORT, the port "*" is the system's choice. text: what is answered, called on the
+  // server's thread. refusals: hears who was in the way; null: nobody does. clock: outlives this.
+  MetricsServer(const std::string& address, std::function<std::string()> text, Refusals* refusals,
+                const Clock& clock);
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
 
   // As bound.
-  [[nodiscard]] std::string url() const { return "http://" + place_ + "/metrics"; }
+  [[nodiscard]] std::string url() const;
 
  private:
-  std::unique_ptr<prometheus::Exposer> exposer_;
-  std::string place_;  // HOST:PORT
+  void run();
+  void wait();
+  void accept_some();
+  bool make_room(const Peer& peer);
+  void serve();
+
+  ListeningSocket listener_;
+  std::function<std::string()> text_;
+  Refusals* refusals_;
+  const Clock& clock_;
+  WakeDescriptor wake_;
+  std::list<HttpExchange> exchanges_;  // the thread's; the oldest first
+  std::int64_t accept_again_ns_ = 0;   // the thread's: without descriptors, not before
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
 };
 
 }  // namespace splid

@@ -310,7 +310,6 @@ void Pipeline::Stages::look_around() {
     spdlog::warn("{}", sync_fault);
   }
   take_reloaded_context();
-  publisher.greet();
   const StreamHealth now = health();
   reporter.tick(now);
   if (notifier != nullptr) {
@@ -351,7 +350,6 @@ void Pipeline::Stages::finish(const std::exception_ptr& fault) {
   } catch (const std::exception& error) {
     reason = error.what();
   }
-  publisher.greet();
   if (summary.paused) {
     reporter.tick(health());
   } else {

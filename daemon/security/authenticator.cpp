@@ -14,10 +14,6 @@ namespace {
 
 constexpr std::chrono::milliseconds slice{50};
 
-// Refusals that libzmq decides on itself, before it asks. Those by ZAP are known already.
-constexpr int watched_events = ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
-                               ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL | ZMQ_EVENT_ACCEPT_FAILED;
-
 std::vector<std::string> receive_parts(zmq::socket_t& socket) {
   std::vector<std::string> parts;
   zmq::message_t part;
@@ -36,26 +32,6 @@ void send_parts(zmq::socket_t& socket, std::span<const std::string> parts) {
   }
 }
 
-// Empty: not worth a sentence, such as a port scan that closes at once.
-std::string describe(const SocketMonitor::Event& event) {
-  if (event.kind == ZMQ_EVENT_ACCEPT_FAILED) {
-    return "a connection to " + event.endpoint +
-           " could not be taken: " + zmq_strerror(static_cast<int>(event.value));
-  }
-  if (event.kind != ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL) return {};
-  switch (event.value) {
-    case ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH:
-      return "refused a connection to " + event.endpoint +
-             ": one of the two speaks CURVE and the other does not";
-    case ZMQ_PROTOCOL_ERROR_ZMTP_CRYPTOGRAPHIC:
-    case ZMQ_PROTOCOL_ERROR_ZMTP_KEY_EXCHANGE:
-      return "refused a connection to " + event.endpoint +
-             ": it was made for another server's key, or is a repetition of an old one";
-    default:
-      return "refused a connection to " + event.endpoint + ": it does not speak ZMTP as it should";
-  }
-}
-
 }  // namespace
 
 struct Authenticator::Sockets {
@@ -63,12 +39,8 @@ struct Authenticator::Sockets {
   zmq::socket_t zap{context, zmq::socket_type::rep};
 };
 
-Authenticator::Authenticator(CurveKeyPair own, std::function<void(const std::string&)> notice,
-                             const Clock& clock)
-    : own_(std::move(own)),
-      clock_(clock),
-      sockets_(std::make_unique<Sockets>()),
-      log_(std::move(notice)) {
+Authenticator::Authenticator(CurveKeyPair own, Refusals& refusals)
+    : own_(std::move(own)), refusals_(refusals), sockets_(std::make_unique<Sockets>()) {
   sockets_->zap.set(zmq::sockopt::linger, 0);
   sockets_->zap.bind(zap_endpoint);
   thread_ = std::thread([this] { serve(); });
@@ -101,13 +73,19 @@ std::optional<std::string> Authenticator::name_of(const std::string& domain,
 
 void Authenticator::protect(zmq::socket_t& socket, const std::string& domain) {
   use_as_curve_server(socket, own_.secret_key, domain);
-  const std::scoped_lock lock(mutex_);
-  monitors_[&socket] = std::make_unique<SocketMonitor>(context(), socket, watched_events);
 }
 
-void Authenticator::release(zmq::socket_t& socket) {
+void Authenticator::name_peers(const std::string& domain,
+                               std::function<std::string()> judged_peer) {
   const std::scoped_lock lock(mutex_);
-  monitors_.erase(&socket);
+  judged_peers_[domain] = std::move(judged_peer);
+}
+
+std::string Authenticator::peer_of(const ZapRequest& request) const {
+  const std::scoped_lock lock(mutex_);
+  const auto who = judged_peers_.find(request.domain);
+  const std::string named = who == judged_peers_.end() || !who->second ? "" : who->second();
+  return named.empty() ? request.address : named;
 }
 
 void Authenticator::serve() {
@@ -115,8 +93,7 @@ void Authenticator::serve() {
   while (!ending_) {
     zmq::pollitem_t item{sockets_->zap.handle(), 0, ZMQ_POLLIN, 0};
     if (zmq_poll(&item, 1, slice.count()) > 0) answer();
-    look_at_handshakes();
-    log_.tick(clock_.steady_ns());
+    refusals_.tick();
   }
 }
 
@@ -130,37 +107,20 @@ void Authenticator::answer() {
 }
 
 ZapReply Authenticator::judge(const ZapRequest& request) {
-  ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
+  const ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
+  const std::string peer = peer_of(request);
   const auto key = curve_key_of(request);
   if (!key) {
-    refuse("refused " + request.address + ": it gives no CURVE key");
+    refusals_.add(Refusal::no_key, peer, "refused " + peer + ": it gives no CURVE key");
     return refusal;
   }
   if (const auto name = name_of(request.domain, *key)) {
     return {ZapReply::Status::admitted, "", *name};
   }
-  refuse("refused " + request.address + ": its key " + key_beginning(*key) +
-         " is not on the allow-list");
+  refusals_.add(
+      Refusal::not_listed, peer,
+      "refused " + peer + ": its key " + key_beginning(*key) + " is not on the allow-list");
   return refusal;
-}
-
-void Authenticator::look_at_handshakes() {
-  const std::scoped_lock lock(mutex_);
-  for (const auto& [socket, monitor] : monitors_) {
-    while (const auto event = monitor->next()) {
-      const std::string sentence = describe(*event);
-      if (sentence.empty()) {
-        ++refused_;
-      } else {
-        refuse(sentence);
-      }
-    }
-  }
-}
-
-void Authenticator::refuse(const std::string& sentence) {
-  ++refused_;
-  log_.refused(sentence, clock_.steady_ns());
 }
 
 }  // namespace splid

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -10,29 +9,31 @@
 #include <string>
 #include <thread>
 
-#include "daemon/clock.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/security/curve_key.hpp"
-#include "daemon/security/refusal_log.hpp"
-#include "daemon/security/socket_monitor.hpp"
+#include "daemon/security/refusals.hpp"
 #include "daemon/security/zap.hpp"
+
+namespace zmq {
+class context_t;
+class socket_t;
+}  // namespace zmq
 
 namespace splid {
 
 // Decides who may connect to the sockets of one context: the server's end of CURVE and the ZAP
 // handler in one. Lets in who proves to have the secret of a key on the socket's allow-list, and
-// nobody else; counts the others and says who they were.
+// nobody else; says who the others were.
 //
-// Threads: all calls from any; protect() and release() on the socket's. A thread of its own decides
+// Threads: all calls from any; protect() on the socket's. A thread of its own decides
 // on a connection before anything of it reaches a socket, so no socket waits for it; it takes a
 // lock that no stage on the way of a tag takes. Errors: the constructor throws Error(Fault::device)
 // where CURVE is not to be had.
 class Authenticator {
  public:
-  // own: the server's keys. notice: takes a sentence about a refusal, on the thread above, six a
-  // minute at most (RefusalLog).
-  Authenticator(CurveKeyPair own, std::function<void(const std::string&)> notice,
-                const Clock& clock);
+  // own: the server's keys. refusals: hears of those whose key is not listed, on the thread above;
+  // outlives this.
+  Authenticator(CurveKeyPair own, Refusals& refusals);
   ~Authenticator();
   Authenticator(const Authenticator&) = delete;
   Authenticator& operator=(const Authenticator&) = delete;
@@ -49,11 +50,9 @@ class Authenticator {
   // Before it binds; what it bound before stays open to all. Its peers' messages carry the name
   // that the allow-list gives them as "User-Id".
   void protect(zmq::socket_t& socket, const std::string& domain);
-  // Before it is closed.
-  void release(zmq::socket_t& socket);
-
-  // Connections that did not come about, since the start.
-  [[nodiscard]] std::uint64_t refused() const { return refused_; }
+  // Who is asked about in a domain now, where a gate stands between the peers and the socket, so
+  // that all have the gate's address. Null: nobody tells.
+  void name_peers(const std::string& domain, std::function<std::string()> judged_peer);
 
  private:
   struct Sockets;
@@ -62,17 +61,14 @@ class Authenticator {
   ZapReply judge(const ZapRequest& request);
   [[nodiscard]] std::optional<std::string> name_of(const std::string& domain,
                                                    const std::string& public_key) const;
-  void look_at_handshakes();
-  void refuse(const std::string& sentence);
+  [[nodiscard]] std::string peer_of(const ZapRequest& request) const;
 
   const CurveKeyPair own_;
-  const Clock& clock_;
+  Refusals& refusals_;
   std::unique_ptr<Sockets> sockets_;
   mutable std::mutex mutex_;
-  std::map<std::string, AllowList> lists_;                             // guarded by mutex_
-  std::map<zmq::socket_t*, std::unique_ptr<SocketMonitor>> monitors_;  // guarded by mutex_
-  RefusalLog log_;                                                     // the thread's
-  std::atomic<std::uint64_t> refused_{0};
+  std::map<std::string, AllowList> lists_;                            // guarded by mutex_
+  std::map<std::string, std::function<std::string()>> judged_peers_;  // guarded by mutex_
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };

@@ -16,14 +16,14 @@ std::string keys_in_words(std::size_t count) {
 
 std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
-    const Clock& clock) {
+    Refusals& refusals) {
   if (options.server_key.empty()) return nullptr;
   AllowList list =
       asked_by("/security/allow_list", [&] { return AllowList::read(options.allow_list); });
   CurveKeyPair keys =
       asked_by("/security/server_key", [&] { return read_secret_key(options.server_key); });
   if (list.size() == 0) notice("nobody may connect: " + options.allow_list + " has no key");
-  auto authenticator = std::make_unique<Authenticator>(std::move(keys), notice, clock);
+  auto authenticator = std::make_unique<Authenticator>(std::move(keys), refusals);
   authenticator->allow(publish_domain, std::move(list));
   return authenticator;
 }

@@ -15,11 +15,11 @@ inline constexpr const char* publish_domain = "publish";
 inline constexpr const char* control_domain = "control";
 
 // What `security` asks for: reads the key and the allow-list. Null without a key.
-// notice: as Authenticator's. Errors: Error(Fault::usage) of the files (key_file.hpp,
-// allow_list.hpp).
+// notice: takes a sentence, if the list is empty. refusals: as Authenticator's. Errors:
+// Error(Fault::usage) of the files (key_file.hpp, allow_list.hpp).
 std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
-    const Clock& clock);
+    Refusals& refusals);
 
 // Takes a domain's allow-list as it is in its file now; says in a sentence what is new, empty:
 // nothing. Errors: Error(Fault::usage), and the list is as before.

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/gate/listening_socket.hpp"
 #include "daemon/messages/subscriber.hpp"
 #include "protocol/messages.hpp"
 
@@ -52,17 +53,17 @@ std::string who_publishes_at(std::string endpoint) {
 
 std::string taken(const EndpointTaken& error) {
   const std::string who = who_publishes_at(error.endpoint());
-  return std::string(error.what()) + ", by " +
+  return error.place() + ", by " +
          (who.empty() ? "another program, or a splid that asks for keys" : who);
 }
 
 }  // namespace
 
 std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOptions& options,
-                                          Authenticator* authenticator) {
+                                          Authenticator* authenticator, Refusals& refusals) {
   const auto unbound = [&] { return std::make_unique<Publisher>("", options.queue_messages); };
   if (!options.publish) return unbound();
-  const Publisher::Access access{config.publish.local_endpoint, authenticator};
+  const Publisher::Access access{config.publish.local_endpoint, authenticator, &refusals};
   try {
     return std::make_unique<Publisher>(config.publish.endpoint, options.queue_messages, access);
   } catch (const EndpointTaken& error) {

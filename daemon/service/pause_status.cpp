@@ -10,7 +10,6 @@ constexpr std::int64_t ns_per_s = 1'000'000'000;
 }  // namespace
 
 void PauseStatus::tick(StreamSoFar& so_far, const std::string& reason) {
-  publisher_.greet();
   for (const std::string& notice : device_.take_notices()) notice_ = notice;
   StatusMessage& status = so_far.status;
   const bool due = clock_.steady_ns() >= next_ns_;

@@ -46,16 +46,17 @@ std::string where(const Publisher& publisher, const Authenticator* authenticator
 
 // Null where nobody is to be told any.
 std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
-                                      DeviceMonitor& device, const Authenticator* authenticator) {
+                                      DeviceMonitor& device, const Publisher& publisher,
+                                      Refusals& refusals) {
   if (config.metrics.file.empty() && config.metrics.http.empty()) return nullptr;
-  auto metrics = std::make_unique<Metrics>(config, source.counters(), host_clock(),
-                                           [&device](const std::string& sentence) {
-                                             spdlog::warn("{}", sentence);
-                                             device.notice(sentence);
-                                           });
-  if (authenticator != nullptr) {
-    metrics->count_refused([authenticator] { return authenticator->refused(); });
-  }
+  auto metrics = std::make_unique<Metrics>(
+      config, source.counters(), host_clock(),
+      [&device](const std::string& sentence) {
+        spdlog::warn("{}", sentence);
+        device.notice(sentence);
+      },
+      &refusals);
+  metrics->count_dropped([&publisher] { return publisher.dropped(); });
   if (!metrics->url().empty()) spdlog::info("metrics at {}", metrics->url());
   return metrics;
 }
@@ -74,7 +75,7 @@ std::string reload_allow_lists(Authenticator& authenticator, const Config& next)
 
 // Null where nobody can ask. An endpoint that nobody named is one that the daemon can do without.
 std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions,
-                                            Authenticator* authenticator) {
+                                            Authenticator* authenticator, Refusals& refusals) {
   const std::string endpoint = control_endpoint(config.control);
   if (endpoint.empty()) return nullptr;
   const bool is_protected = config.control.is_tcp();
@@ -88,7 +89,7 @@ std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions
   };
   try {
     auto server = std::make_unique<ControlServer>(endpoint, std::move(handlers),
-                                                  is_protected ? authenticator : nullptr);
+                                                  is_protected ? authenticator : nullptr, refusals);
     spdlog::info("control at {}", server->endpoint());
     return server;
   } catch (const Error& error) {
@@ -98,17 +99,32 @@ std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions
   }
 }
 
+// What the log may not have a line for each of.
+void say_who_came(const Refusals& refusals, const Publisher& publisher) {
+  if (refusals.kept_out() > 0) {
+    spdlog::info("{} connections refused", grouped(refusals.kept_out()));
+  }
+  if (refusals.let_go() > 0) {
+    spdlog::info("{} connections let go that were too many or sent too much",
+                 grouped(refusals.let_go()));
+  }
+  if (publisher.dropped() > 0) {
+    spdlog::warn("{} messages were not sent in time to anybody", grouped(publisher.dropped()));
+  }
+}
+
 }  // namespace
 
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
-  const auto authenticator = open_authenticator(
-      config.security, [](const std::string& sentence) { spdlog::warn("{}", sentence); },
-      host_clock());
-  const std::unique_ptr<Publisher> opened = open_publisher(config, options, authenticator.get());
+  const auto warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  Refusals refusals(warn, host_clock());
+  const auto authenticator = open_authenticator(config.security, warn, refusals);
+  const std::unique_ptr<Publisher> opened =
+      open_publisher(config, options, authenticator.get(), refusals);
   Publisher& publisher = *opened;
   const std::unique_ptr<Metrics> metrics =
-      open_metrics(config, *source, device, authenticator.get());
+      open_metrics(config, *source, device, publisher, refusals);
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
   EncoderScore encoder;
@@ -126,16 +142,14 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   const Reloader reloader(config, device, options.signals, apply);
   ControlActions actions(config, measuring, publisher);
   const auto control =
-      options.is_service ? open_control(config, actions, authenticator.get()) : nullptr;
+      options.is_service ? open_control(config, actions, authenticator.get(), refusals) : nullptr;
   spdlog::info("source {}; pattern {} ({}); {}", source->info().name, config.pattern_file,
                describe_pattern(config.pattern), where(publisher, authenticator.get()));
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const PipelineSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
   if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
-  if (authenticator && authenticator->refused() > 0) {
-    spdlog::info("{} connections refused", grouped(authenticator->refused()));
-  }
+  say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);
   if (!summary.paused) check_locked(summary);
   return 0;

@@ -51,7 +51,8 @@ class FaultScene : public ::testing::Test {
             R"("},"source":{"driver":"bridge","address":")" + bridge.address() +
             R"("},"channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
             R"("pipeline":{"ring_capacity_tags":524288},"pattern":{"file":")" +
-            pattern_file + R"("},"publish":{"endpoint":"tcp://127.0.0.1:*"})" + more + "}");
+            pattern_file + R"("},"publish":{"endpoint":"tcp://127.0.0.1:*")" + publish + "}" +
+            more + "}");
   }
 
   // Where the log says that the daemon listens, after these words.
@@ -72,6 +73,7 @@ class FaultScene : public ::testing::Test {
       folder.path("bridge"),
       SceneRecords(pattern_from_json(file_text(pattern_file), pattern_file), scene_options())};
   std::string control = "off";  // its endpoint
+  std::string publish;          // further members of that object
   std::unique_ptr<WatchedDaemon> daemon;
 };
 

@@ -119,7 +119,7 @@ class WatchedDaemon {
     for (int i = 0; i < 12'000; ++i) {
       const std::string err = program->err();
       const auto at = err.find(words);
-      const auto end = at == std::string::npos ? at : err.find('\n', at);
+      const auto end = at == std::string::npos ? at : err.find_first_of(" \n", at + words.size());
       if (end != std::string::npos) return err.substr(at + words.size(), end - at - words.size());
       std::this_thread::sleep_for(std::chrono::milliseconds{10});
     }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/control/control_client.hpp"
+#include "daemon/security/refusals.hpp"
 #include "tests/support/control_peer.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -36,7 +37,7 @@ class Server : public ::testing::Test {
     handlers.perform = [this](const ControlRequest& request, const std::stop_token& stop) {
       return perform(request, stop);
     };
-    server = std::make_unique<ControlServer>(endpoint, std::move(handlers), nullptr);
+    server = std::make_unique<ControlServer>(endpoint, std::move(handlers), nullptr, refusals);
   }
 
   ControlReply perform(const ControlRequest& request, const std::stop_token& stop) {
@@ -60,6 +61,7 @@ class Server : public ::testing::Test {
 
   test::TempFolder folder;
   std::string endpoint = "ipc://" + folder.path("control");
+  Refusals refusals{[](const std::string&) {}, host_clock()};
   std::atomic<bool> let_go{false};
   std::atomic<int> performed{0};
   std::unique_ptr<ControlServer> server;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -47,14 +48,16 @@ TEST(Publisher, GreetsEachNewSubscriberWithTheLastVersionAndStatus) {
   publisher.publish_status("status");
   for (int i = 0; i < 2; ++i) {
     Subscriber subscriber(publisher.endpoint(), {"version", "status", "frame"});
-    std::vector<std::string> received;
-    for (int round = 0; round < 100 && received.size() < 2; ++round) {
-      publisher.greet();
+    std::map<std::string, std::string> last;
+    const auto is_greeted = [&] {
+      return last["version"] == "version" && last["status"] == "status";
+    };
+    for (int round = 0; round < 1000 && !is_greeted(); ++round) {
       if (const auto message = subscriber.receive(milliseconds{20})) {
-        received.push_back(message->topic + " " + message->json);
+        last[message->topic] = message->json;
       }
     }
-    EXPECT_THAT(received, testing::UnorderedElementsAre("version version", "status status")) << i;
+    EXPECT_TRUE(is_greeted()) << i;
   }
 }
 
@@ -78,7 +81,8 @@ TEST(Publisher, ASubscriberThatDoesNotReadCostsTheOthersNothing) {
   ASSERT_TRUE(publisher.wait_for_subscriber(soon));
   Subscriber good(publisher.endpoint(), {"status"});
   publisher.publish_status("0");
-  while (!good.receive(milliseconds{10})) publisher.greet();
+  while (!good.receive(milliseconds{10})) {
+  }
   const std::string json(20'000, 'x');
   for (int i = 0; i < 2000; ++i) {
     publisher.publish_status(json);
@@ -95,7 +99,6 @@ TEST(Publisher, SurvivesGarbageFromSubscribers) {
   hostile.connect(publisher.endpoint());
   hostile.send(zmq::buffer(std::string(100'000, '\x01')), zmq::send_flags::none);
   hostile.send(zmq::buffer(std::string("\x07junk")), zmq::send_flags::none);
-  for (int i = 0; i < 20; ++i) publisher.greet();
   const Subscriber good(publisher.endpoint(), {"frame"});
   EXPECT_TRUE(publisher.wait_for_subscriber(soon));
 }

@@ -209,7 +209,7 @@ TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
     EXPECT_TRUE(known.contains(name) || text.types.contains(name)) << name;
   }
   for (const auto& [name, type] : text.types) {
-    EXPECT_TRUE(explained.contains(name) || name.starts_with("exposer_")) << name;
+    EXPECT_TRUE(explained.contains(name)) << name;
   }
   for (const std::string& name : driver_counters()) {
     EXPECT_TRUE(explained.contains(name)) << name;
