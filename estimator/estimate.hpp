@@ -13,6 +13,7 @@ enum class Stop {
   step_small,    // |d tau| < 1e-6 sigma and |d v| < 1e-6 sigma c / t_a
   gain_small,    // l(k+1) - l(k) < 1e-10
   rounds_spent,  // k == 40; the estimate may be improved
+  beaten,        // l(k) and three times what a parabola through it gains are below another maximum
 };
 
 // What the estimator found in a frame. status is one of ok, no_target, ambiguous, no_sync and, for

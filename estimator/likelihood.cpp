@@ -5,6 +5,34 @@
 #include <limits>
 
 namespace splid {
+namespace {
+
+// Sums logarithms of very many numbers above 0: one logarithm for some twenty of them, of their
+// product.
+class LogSum {
+ public:
+  void add(double x) {
+    product_ *= x;
+    // Density ratios are between 1e-100 and 1e100, by far.
+    if (product_ > 1e-100 && product_ < 1e100) return;
+    sum_ += std::log(product_);
+    product_ = 1;
+  }
+  void add_times(double n, double x) {
+    if (n == 1) {
+      add(x);
+    } else {
+      sum_ += n * std::log(x);
+    }
+  }
+  [[nodiscard]] double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0;
+  double product_ = 1;
+};
+
+}  // namespace
 
 Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
     : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
@@ -38,8 +66,8 @@ void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine l
 }
 
 LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposure,
-                                     const FrameParameters& at) {
-  load(near, exposure, at.line);
+                                     const FrameParameters& at, bool is_loaded) {
+  if (!is_loaded) load(near, exposure, at.line);
   const double t_a = exposure.length_ns;
   const double one_less_g = 1 - at.line.drift_ns / t_a;
   const double stretch = exposure.scale / one_less_g;
@@ -58,6 +86,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     point.gradient[background_index] += far / b;
     point.hessian(background_index, background_index) -= far / (b * b);
   }
+  LogSum logs;
   for (std::size_t k = 0; k < near.photons(); ++k) {
     // Sums over the photon's pulses of a h and its derivatives by (delay, drift).
     double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
@@ -81,7 +110,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     const double inverse = 1 / lambda;
     // Sums of n / lambda, and of products of two derivatives over lambda squared.
     const double weight = n * inverse;
-    point.value += n * std::log(lambda);
+    logs.add_times(n, lambda);
     const double l1 = S * g1 * inverse;
     const double l2 = S * g2 * inverse;
     const double lS = density_[k] * inverse;
@@ -98,12 +127,13 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     H(2, 3) -= lS * weight;
     H(3, 3) -= inverse * weight;
   }
+  point.value += logs.value();
   point.hessian.triangularView<Eigen::StrictlyLower>() = point.hessian.transpose();
   return point;
 }
 
 Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exposure,
-                                        DelayLine line) {
+                                        DelayLine line, double about_fraction) {
   load(near, exposure, line);
   const auto far = static_cast<double>(near.far_photons);
   const double total = far + near.near_photons;
@@ -116,7 +146,8 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
   const double amplitude = exposure.amplitude * (1 - line.drift_ns / exposure.length_ns);
   const double ratio_scale = exposure.seen_ns / amplitude;
   double lo = 0, hi = 1;
-  double f = std::clamp(1 - far / total, 1e-6, 1 - 1e-6);
+  double f = about_fraction > 0 && about_fraction < 1 ? about_fraction
+                                                      : std::clamp(1 - far / total, 1e-6, 1 - 1e-6);
   for (int round = 0; round < 60; ++round) {
     double slope = far > 0 ? -far / (1 - f) : 0;
     double curvature = far > 0 ? -far / ((1 - f) * (1 - f)) : 0;
@@ -138,13 +169,15 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
     f = next;
     if (settled || f < 1e-12 || (far == 0 && 1 - f < 1e-14)) break;
   }
-  double gain = far > 0 ? far * std::log1p(-f) : 0;
+  LogSum logs;
   for (std::size_t k = 0; k < near.photons(); ++k) {
-    gain += near.weight[k] * std::log1p(f * (density_[k] * ratio_scale - 1));
+    logs.add_times(near.weight[k], 1 + f * (density_[k] * ratio_scale - 1));
   }
+  const double gain = logs.value() + (far > 0 ? far * std::log1p(-f) : 0);
   result.parameters.signal_per_pulse = f * total / amplitude;
   result.parameters.background_per_ns = (1 - f) * total / exposure.seen_ns;
   result.gain_nats = gain;
+  result.signal_fraction = f;
   result.value = gain + total * std::log(total / exposure.seen_ns) - total;
   return result;
 }

@@ -52,9 +52,9 @@ class Likelihood {
   Likelihood(const PulseShape& shape, std::size_t max_entries);
 
   // At the parameters, with `near` collected about some line not too far (its window must hold all
-  // entries that matter).
-  LikelihoodPoint evaluate(const NearSet& near, const Exposure& exposure,
-                           const FrameParameters& at);
+  // entries that matter). is_loaded: the call before was profile() of the same set at this line.
+  LikelihoodPoint evaluate(const NearSet& near, const Exposure& exposure, const FrameParameters& at,
+                           bool is_loaded = false);
 
   // For a line, the best signal fraction f = S A / (S A + b t), in [0, 1], and the value there,
   // with the total count matched (S A + b t = N, which holds at every maximum inside S, b > 0).
@@ -62,8 +62,12 @@ class Likelihood {
     FrameParameters parameters;
     double value = 0;      // log-likelihood
     double gain_nats = 0;  // over no target, S = 0 and b = N / t
+    double signal_fraction = 0;
   };
-  Profile profile(const NearSet& near, const Exposure& exposure, DelayLine line);
+  // about_fraction: of a line nearby, from which the best one is found in fewer rounds; negative:
+  // not known.
+  Profile profile(const NearSet& near, const Exposure& exposure, DelayLine line,
+                  double about_fraction = -1);
 
  private:
   void load(const NearSet& near, const Exposure& exposure, DelayLine line);

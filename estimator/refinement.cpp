@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace splid {
 namespace {
@@ -55,6 +56,25 @@ Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
   return step;
 }
 
+// What is left to gain on a hill, by three times what its parabola says and some; no limit where it
+// is none.
+//
+// Design note: of a hill that flattens on its way down, as this one does into the background, a
+// parabola says too much and not too little; three times it is for hills of few photons.
+double most_to_gain_nats(const Derivatives& d, bool moving) {
+  constexpr double some_nats = 10;
+  double gain = 0;
+  if (moving) {
+    const Eigen::LLT<Eigen::Matrix2d> hill(d.curvature);
+    if (hill.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+    gain = d.slope.dot(hill.solve(d.slope)) / 2;
+  } else {
+    if (!(d.curvature(0, 0) > 0)) return std::numeric_limits<double>::infinity();
+    gain = d.slope[0] * d.slope[0] / d.curvature(0, 0) / 2;
+  }
+  return 3 * gain + some_nats;
+}
+
 }  // namespace
 
 Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
@@ -67,11 +87,12 @@ Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::si
       likelihood_(shape, max_photons * widest_overlap(windows_)) {}
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
-                      bool moving) {
+                      bool moving, double to_beat_nats) {
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
     near_.collect(frame, windows_, train_, start, width_ns_);
-    fit = climb_within(exposure, start, moving);
+    fit = climb_within(exposure, start, moving, to_beat_nats);
+    if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
     // Ends of the line included: half the drift each.
     const double moved =
@@ -95,25 +116,33 @@ Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const 
   return fit;
 }
 
-Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool moving) {
+Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool moving,
+                             double to_beat_nats) {
   Fit fit;
   Likelihood::Profile best = likelihood_.profile(near_, exposure, start);
   const double step_small = 1e-6 * width_ns_;
   const double gain_small = 1e-10;
   fit.stop = Stop::rounds_spent;
+  bool is_loaded = true;  // the likelihood still has the best line's shapes
   for (int round = 0; round < max_rounds; ++round) {
-    const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters);
-    Eigen::Vector2d step = step_of(profile_derivatives(point, best.parameters), moving, width_ns_);
+    const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters, is_loaded);
+    const Derivatives derivatives = profile_derivatives(point, best.parameters);
+    if (best.gain_nats + most_to_gain_nats(derivatives, moving) < to_beat_nats) {
+      fit.stop = Stop::beaten;
+      break;
+    }
+    Eigen::Vector2d step = step_of(derivatives, moving, width_ns_);
     Likelihood::Profile next;
     double gained = 0;
     for (int halving = 0; halving < 30; ++halving) {
       const DelayLine line = {best.parameters.line.delay_ns + step[0],
                               best.parameters.line.drift_ns + step[1]};
-      next = likelihood_.profile(near_, exposure, line);
+      next = likelihood_.profile(near_, exposure, line, best.signal_fraction);
       gained = next.gain_nats - best.gain_nats;
       if (gained >= 0 || step.cwiseAbs().maxCoeff() < step_small) break;
       step *= 0.5;
     }
+    is_loaded = gained > 0;
     if (gained > 0) best = next;
     const bool small = step.cwiseAbs().maxCoeff() < step_small;
     if (small || gained < gain_small) {

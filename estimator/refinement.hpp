@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "estimator/estimate.hpp"
 #include "estimator/likelihood.hpp"
@@ -29,14 +30,17 @@ class Refinement {
   Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
   // start: within about two pulse widths of the maximum. moving false keeps start's drift.
-  Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving);
+  // to_beat_nats: a maximum that surely has less gain is left before it is reached; what is given
+  // back then has less gain too, no covariance, and the stop reason `beaten`.
+  Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,
+            double to_beat_nats = -std::numeric_limits<double>::infinity());
 
   // The likelihood and its curvature at given parameters, without a step.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
             bool moving);
 
  private:
-  Fit climb_within(const Exposure& exposure, DelayLine start, bool moving);
+  Fit climb_within(const Exposure& exposure, DelayLine start, bool moving, double to_beat_nats);
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
   const PulseTrain& train_;

@@ -42,6 +42,12 @@ std::size_t cells_tried(std::size_t photons) {
   return photons < 131072 ? 8 : 4;
 }
 
+// Copies of a comb are copies of one another: each is climbed once.
+constexpr std::size_t most_tried = 256;
+
+// A maximum that has surely so much less gain than the best is left on the way up.
+constexpr double left_behind_nats = 60;
+
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
 constexpr double most_recheck_bins = 262144;
@@ -90,6 +96,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       refinement_(shape, train, max_photons),
       odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
+  tried_ns_.reserve(most_tried);
 }
 
 std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& scope) const {
@@ -219,15 +226,16 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
   return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
 }
 
-Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line) {
-  const Fit fit = refinement_.climb(photons, exposure, line, moving_);
+Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
+                        double to_beat_nats) {
+  const Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats);
   odds_.add(fit);
   return fit;
 }
 
 Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                           DelayLine line) {
-  return climb(photons, exposure, zoom_into(photons, level, line).line);
+                           DelayLine line, double to_beat_nats) {
+  return climb(photons, exposure, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
 // A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
@@ -238,6 +246,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best) {
   constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
+  tried_ns_.assign(1, found.delay_ns);
   bool is_first = true;
   for (const DelayCell& cell : search_.best_delays(photons, found.drift_ns, recheck_)) {
     const double apart =
@@ -262,9 +271,20 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
 
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
                              const Exposure& exposure, double shift_ns, DelayLine from, Fit& best) {
+  if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
-  const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.drift_ns});
+  const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.drift_ns},
+                           best.gain_nats - left_behind_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
+}
+
+// Whether a delay has been looked at since tried_ns_ was cleared, to within what a zoom settles.
+bool TargetSearch::is_tried(double delay_ns) {
+  const bool is = std::any_of(tried_ns_.begin(), tried_ns_.end(), [&](double tried_ns) {
+    return std::abs(std::remainder(delay_ns - tried_ns, train_.circle_ns)) < shape_.width_ns();
+  });
+  if (!is && tried_ns_.size() < most_tried) tried_ns_.push_back(delay_ns);
+  return is;
 }
 
 // No fit in a cell of so many photons gains more, even if all those beyond the background's mean

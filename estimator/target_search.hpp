@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -78,12 +79,14 @@ class TargetSearch {
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-               DelayLine line);
+               DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                      Fit& best);
   void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
-  Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line);
+  Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
+            double to_beat_nats = -std::numeric_limits<double>::infinity());
+  bool is_tried(double delay_ns);
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
@@ -110,6 +113,7 @@ class TargetSearch {
   std::vector<Spot> spots_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // of the last find(), where the sample settled it
+  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
 };
 
 }  // namespace splid
