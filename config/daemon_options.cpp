@@ -1,5 +1,6 @@
 #include "config/daemon_options.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -9,6 +10,9 @@
 
 namespace splid {
 namespace {
+
+// Half of the disorder that the framer puts in order: the rest is the instrument's.
+constexpr double most_delay_ps = 500'000;
 
 struct NamedChannel {
   std::string pointer;
@@ -25,6 +29,27 @@ std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
   return channels;
 }
 
+std::optional<OptionFault> delays_fault(const ChannelOptions& options) {
+  const std::vector<double>& delays_ps = options.delays_ps;
+  if (delays_ps.empty()) return std::nullopt;
+  if (delays_ps.size() != options.photon.size()) {
+    return OptionFault{"/delays_ps", "has " + std::to_string(delays_ps.size()) +
+                                         " delays where /channels/photon has " +
+                                         std::to_string(options.photon.size()) +
+                                         " inputs; give one for each, 0 for the first"};
+  }
+  for (std::size_t i = 0; i < delays_ps.size(); ++i) {
+    if (delays_ps[i] == 0 || parse_channel(options.photon[i])->kind == TagKind::photon) continue;
+    return OptionFault{"/delays_ps/" + std::to_string(i),
+                       "\"" + options.photon[i] + "\" is no input; only an input has a delay"};
+  }
+  const auto [least, most] = std::minmax_element(delays_ps.begin(), delays_ps.end());
+  if (std::max(*most, 0.0) - std::min(*least, 0.0) <= most_delay_ps) return std::nullopt;
+  return OptionFault{"/delays_ps",
+                     "are more than 500000 ps apart, from each other or from the "
+                     "syncs; tags would no longer come in order"};
+}
+
 std::optional<std::string> control_fault(std::string_view endpoint) {
   if (endpoint == "auto" || endpoint == "off") return std::nullopt;
   if (!endpoint.starts_with("tcp://") && !endpoint.starts_with("ipc:///")) {
@@ -39,6 +64,10 @@ std::optional<std::string> control_fault(std::string_view endpoint) {
 void ChannelOptions::describe(OptionVisitor& visitor) {
   visitor.channels("photon", photon,
                    "the detector's inputs; several are one detector split over inputs");
+  visitor.numbers("delays_ps", delays_ps, {-most_delay_ps, most_delay_ps},
+                  "by how much later than the others' each photon input's tags come, such as by a "
+                  "longer cable, ps, one an input; taken off their times. splid calibrate finds "
+                  "them");
   visitor.channel("sync", sync,
                   "where the pattern generator's sync comes in, one a pattern period");
   visitor.channel("encoder", encoder,
@@ -62,7 +91,7 @@ std::optional<OptionFault> ChannelOptions::validate() const {
                                              "; a tag can have one meaning only"};
     }
   }
-  return std::nullopt;
+  return delays_fault(*this);
 }
 
 void FrameOptions::describe(OptionVisitor& visitor) {

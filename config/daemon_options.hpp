@@ -14,7 +14,8 @@ namespace splid {
 struct ChannelOptions {
   std::vector<std::string> photon = {"1"};  // several are one detector split over inputs
   std::string sync = "sync";
-  std::string encoder = "marker:1";  // empty: none
+  std::string encoder = "marker:1";    // empty: none
+  std::vector<double> delays_ps = {};  // by which photon's tags come late, in its order; or none
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/format.hpp"
+#include "daemon/look_alike_report.hpp"
 #include "estimator/pulse_shape.hpp"
 #include "estimator/shape_stack.hpp"
 #include "estimator/units.hpp"
@@ -24,6 +25,20 @@ std::string describe_wrap(const Pattern& pattern) {
       "distances will be relative to this target, which itself reads 0 or, as the noise has it, "
       "just below %.6g m, where they wrap; --distance-m D gives it a place\n",
       range_m);
+}
+
+std::string describe_range(const PatternCalibration& calibrated, double length_ms) {
+  const Pattern& pattern = calibrated.pattern;
+  if (pattern.mode != Mode::ambiguous) {
+    const auto shape = make_tabulated(calibrated.calibration.shape);
+    const std::string hardest = describe_look_alike(pattern, *shape, length_ms);
+    return hardest.empty() ? "" : hardest + "\n";
+  }
+  const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
+  return format(
+      "ranges %.6g m apart cannot be told apart (pulses as even as these, and the light of a frame "
+      "of %g ms): mode ambiguous, each frame says so\n",
+      range_m, length_ms);
 }
 
 std::string describe_rest(const RestReport& rest) {
@@ -87,7 +102,7 @@ std::string calibration_table(const Pattern& pattern) {
 }
 
 std::string calibration_summary(const PatternCalibration& calibrated,
-                                const std::string& pattern_file) {
+                                const std::string& pattern_file, double length_ms) {
   const Calibration& found = calibrated.calibration;
   const TabulatedPulse& shape = found.shape;
   const auto last = static_cast<double>(shape.density.size() - 1);
@@ -103,7 +118,9 @@ std::string calibration_summary(const PatternCalibration& calibrated,
       found.settled ? ""
                     : "; it did not settle: pulses may be closer than the table "
                       "is long");
+  text += describe_range(calibrated, length_ms);
   if (!calibrated.pattern.calibration->distance_m) text += describe_wrap(calibrated.pattern);
+  text += describe_input_delays(calibrated.inputs, found.width_ps);
   text += "to measure with it, write into the configuration: \"pattern\":{\"file\":\"" +
           pattern_file + "\"},\"pulse\":{\"shape\":\"tabulated\"}\n";
   return text;

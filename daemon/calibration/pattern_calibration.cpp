@@ -12,7 +12,9 @@
 #include "daemon/framing/frame_plan.hpp"
 #include "daemon/framing/framer.hpp"
 #include "daemon/framing/sync_diagnosis.hpp"
+#include "daemon/look_alike_report.hpp"
 #include "estimator/fold_track.hpp"
+#include "estimator/input_shift.hpp"
 #include "estimator/units.hpp"
 #include "protocol/error.hpp"
 
@@ -48,6 +50,10 @@ class Reader {
       : config_(config), open_(open), plan_(plan), progress_(progress), stop_(stop) {}
 
   Seen read(const char* doing, const std::function<void(const FrameView&)>& take) const {
+    return read(doing, config_.channels, take);
+  }
+  Seen read(const char* doing, const ChannelOptions& inputs,
+            const std::function<void(const FrameView&)>& take) const {
     const auto ring_tags = static_cast<std::size_t>(config_.pipeline.ring_capacity_tags);
     const double length_ms = config_.frame.length_ms;
     double seconds = 0;
@@ -57,7 +63,7 @@ class Reader {
                           seconds += static_cast<double>(frame.end_ps - frame.start_ps) * 1e-12;
                           progress_(doing, seconds);
                         });
-    const ChannelMap channels(config_.channels);
+    const ChannelMap channels(inputs);
     Framer framer(framer_options(length_ms, config_.pattern, config_.drift.method), channels,
                   frames);
     DirectFraming sink(framer, stop_);
@@ -190,6 +196,51 @@ Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Cali
   return pattern;
 }
 
+// Of an even comb, or one that is nearly so, the range that a frame's light leaves.
+void judge_range(const Config& config, const Calibration& found, Pattern& pattern) {
+  if (pattern.mode == Mode::ambiguous || found.pulses.size() < 2 || !(found.seconds > 0)) return;
+  const auto shape = make_tabulated(found.shape);
+  const auto delays =
+      look_alikes(pattern, *shape, light_of(pattern, found.background_per_ps * found.period_ps));
+  const double photons = found.signal_photons / found.seconds * config.frame.length_ms * 1e-3;
+  const auto spacing_ps =
+      even_spacing_ps(delays, pattern.unambiguous_delay_ps, photons, found.width_ps);
+  if (!spacing_ps) return;
+  pattern.mode = Mode::ambiguous;
+  pattern.subperiods_ps.clear();
+  pattern.unambiguous_delay_ps = *spacing_ps;
+}
+
+// What one input alone shows.
+std::optional<Calibration> calibrate_input(const Config& config, const Reader& reader,
+                                           std::size_t input) {
+  ChannelOptions channels = config.channels;
+  channels.photon = {config.channels.photon[input]};
+  if (!channels.delays_ps.empty()) channels.delays_ps = {config.channels.delays_ps[input]};
+  PhaseFold fold(pattern_period_ps(config.pattern), config.pulse.sigma_ps);
+  const std::string doing = "folded input " + channels.photon.front();
+  reader.read(doing.c_str(), channels, [&](const FrameView& frame) { fold.add(frame); });
+  return fold.photons() == 0 ? std::nullopt : calibrate(fold, config.pulse.sigma_ps);
+}
+
+std::vector<InputDelay> compare_inputs(const Config& config, const Reader& reader) {
+  const std::vector<std::string>& names = config.channels.photon;
+  if (names.size() < 2) return {};
+  const auto first = calibrate_input(config, reader, 0);
+  if (!first) return {};
+  const auto delay_of = [&](std::size_t input) {
+    return config.channels.delays_ps.empty() ? 0 : config.channels.delays_ps[input];
+  };
+  std::vector<InputDelay> inputs{{names[0], delay_of(0), {}}};
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    const auto other = calibrate_input(config, reader, i);
+    const auto shift = other ? shift_between(*first, *other) : std::nullopt;
+    if (!shift) return {};
+    inputs.push_back({names[i], delay_of(i), *shift});
+  }
+  return inputs;
+}
+
 void check_one_segment(const Config& config) {
   if (config.pattern.segments.size() == 1) return;
   throw Error(Fault::usage,
@@ -229,7 +280,9 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   const RestReport rest = check.report();
   check_rest(plan, rest);
   Pattern pattern = pattern_of(config, plan, found);
-  return {std::move(pattern), std::move(found), rest, std::move(fold)};
+  judge_range(config, found, pattern);
+  std::vector<InputDelay> inputs = compare_inputs(config, reader);
+  return {std::move(pattern), std::move(found), rest, std::move(fold), std::move(inputs)};
 }
 
 }  // namespace splid

@@ -5,8 +5,10 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
+#include "daemon/calibration/input_delays.hpp"
 #include "drivers/source.hpp"
 #include "estimator/calibration.hpp"
 #include "estimator/phase_fold.hpp"
@@ -26,6 +28,7 @@ struct PatternCalibration {
   Calibration calibration;
   RestReport rest;
   PhaseFold fold;
+  std::vector<InputDelay> inputs;  // of a detector on several; empty: one, or they do not agree
 };
 
 // A source of the same tags each time.
@@ -40,7 +43,10 @@ using CalibrationProgress = std::function<void(const char* doing, double seconds
 // Its times hold the target's own delay, so distances measured with it are relative to that target
 // unless its distance is given. The configured pattern gives the nominal period; mode and range are
 // kept where the recording has as many pulses, otherwise the pattern is baseline (one pulse) or
-// random (several). The configured pulse width (pulse.sigma_ps) need hold within a factor of two.
+// random (several). Where delays stay alike that divide its range (of an even comb, or a nearly
+// even one at this light in a frame of the configured length), it is ambiguous, with the range that
+// is left. Of several inputs each one's pulses are looked for too, which reads the recording once
+// more for each. The configured pulse width (pulse.sigma_ps) need hold within a factor of two.
 //
 // Threads: the caller's. Errors: the source's; Error(Fault::usage) for a pattern of several
 // segments and after a stop request; Error(Fault::data) where the syncs do not fit the nominal

@@ -19,6 +19,7 @@
 #include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
+#include "daemon/recording/recorded_pattern.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
@@ -63,6 +64,7 @@ int calibrate(CalibrateCommand options) {
   check_output(options);
   const Config config = load_config_aloud(options.config);
   check_inputs_stay(config, options);
+  warn_of_other_pattern(config, options.plan.recording);
   const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
   if (!options.plot.empty()) {
@@ -71,7 +73,8 @@ int calibrate(CalibrateCommand options) {
     spdlog::info("the plot is in {}", options.plot);
   }
   std::fputs(calibration_table(calibrated.pattern).c_str(), stdout);
-  std::fputs(calibration_summary(calibrated, options.output).c_str(), stderr);
+  std::fputs(calibration_summary(calibrated, options.output, config.frame.length_ms).c_str(),
+             stderr);
   return 0;
 }
 

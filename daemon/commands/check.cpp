@@ -10,6 +10,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/format.hpp"
 #include "daemon/load_config.hpp"
+#include "daemon/look_alike_report.hpp"
 #include "daemon/memory.hpp"
 #include "daemon/read_file.hpp"
 #include "daemon/recording/recording_report.hpp"
@@ -40,11 +41,19 @@ bool begins_with_brace(std::string_view text) {
   return first != std::string_view::npos && text[first] == '{';
 }
 
+void say_look_alike(const Pattern& pattern, const PulseOptions& pulse, double length_ms) {
+  const std::string hardest = describe_look_alike(pattern, *shape_of(pattern, pulse), length_ms);
+  if (!hardest.empty()) std::printf("  ranges   %s\n", hardest.c_str());
+}
+
 void check_pattern(const std::string& file, const std::string& text) {
   const Pattern pattern = pattern_from_json(text, file);
   std::printf("%s: a pattern: %s%s%s\n", file.c_str(), describe_pattern(pattern).c_str(),
               pattern.calibrated_period_ps ? ", calibrated period" : "",
               pattern.pulse ? ", measured pulse shape" : "");
+  PulseOptions pulse;
+  if (pattern.pulse) pulse.shape = Shape::tabulated;
+  say_look_alike(pattern, pulse, FrameOptions().length_ms);
 }
 
 void check_config(const std::string& file) {
@@ -56,6 +65,7 @@ void check_config(const std::string& file) {
       file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
       describe_pattern(config.pattern).c_str(), config.frame.length_ms,
       config.publish.endpoint.c_str(), memory_needed_mib(config));
+  say_look_alike(config.pattern, config.pulse, config.frame.length_ms);
   for (const std::string& note : start_notes(config)) {
     std::fprintf(stderr, "splid: warning: %s: %s\n", file.c_str(), note.c_str());
   }

@@ -7,6 +7,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/format.hpp"
+#include "daemon/look_alike_report.hpp"
 #include "daemon/output_check.hpp"
 #include "daemon/read_file.hpp"
 #include "protocol/pattern_json.hpp"
@@ -46,6 +47,11 @@ int write_pattern(const Pattern& pattern, const std::string& file) {
                  "%g ps at a shift of %.10g ns\n",
                  file.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
                  side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
+  }
+  const std::string hardest = describe_look_alike(pattern, *shape_of(pattern, {}), 0);
+  if (!hardest.empty()) {
+    std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in a dark scene)\n", file.c_str(),
+                 hardest.c_str());
   }
   return 0;
 }

@@ -203,7 +203,8 @@ ControlReply ControlActions::calibrate_from_source(const CalibrateRequest& reque
       },
       stop);
   ControlReply reply =
-      done(ControlCommand::calibrate, calibration_summary(calibrated, "PATTERN.json"));
+      done(ControlCommand::calibrate,
+           calibration_summary(calibrated, "PATTERN.json", config_.frame.length_ms));
   reply.more.emplace_back("pattern", to_json(calibrated.pattern));
   return reply;
 }

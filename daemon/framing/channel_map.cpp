@@ -1,5 +1,6 @@
 #include "daemon/framing/channel_map.hpp"
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -23,6 +24,13 @@ ChannelMap::ChannelMap(const ChannelOptions& options) {
   for (const std::string& name : options.photon) add(parsed(name), role_photon);
   add(parsed(options.sync), role_sync);
   if (!options.encoder.empty()) add(parsed(options.encoder), role_marker);
+  for (std::size_t i = 0; i < options.delays_ps.size(); ++i) {
+    const ChannelName input = parsed(options.photon[i]);
+    if (input.kind != TagKind::photon) continue;
+    const auto column = static_cast<std::size_t>(input.value - min_input);
+    delays_ps_.at(column) = std::llround(options.delays_ps[i]);
+    has_delays_ = has_delays_ || delays_ps_.at(column) != 0;
+  }
 }
 
 void ChannelMap::add(const ChannelName& channel, Roles role) {

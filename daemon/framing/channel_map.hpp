@@ -7,6 +7,7 @@
 
 #include "config/channel_name.hpp"
 #include "config/daemon_options.hpp"
+#include "protocol/saturated.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -37,6 +38,17 @@ class ChannelMap {
     return table_[(static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column];
   }
 
+  // Whether any photon input's tags come late by a delay of its own.
+  [[nodiscard]] bool has_delays() const { return has_delays_; }
+  // The tag, without its input's delay.
+  [[nodiscard]] Tag undelayed(Tag tag) const {
+    if (tag.kind != TagKind::photon) return tag;
+    const auto column = std::min(
+        static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input), columns - 1);
+    tag.time_ps = saturated_difference(tag.time_ps, delays_ps_[column]);
+    return tag;
+  }
+
  private:
   static constexpr std::uint32_t kinds = 8;
   static constexpr std::uint32_t columns = 256;
@@ -44,6 +56,8 @@ class ChannelMap {
   void add(const ChannelName& channel, Roles role);
 
   std::array<Roles, std::size_t{kinds} * columns> table_{};
+  bool has_delays_ = false;
+  std::array<std::int64_t, columns> delays_ps_{};  // of photon inputs
 };
 
 }  // namespace splid

@@ -15,6 +15,7 @@ constexpr std::int64_t second_ps = 1'000'000'000'000;
 constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
+constexpr std::size_t most_undelayed = 4096;
 constexpr std::size_t most_held = 4096;  // in 1 us; beyond, the frame closes at once
 
 // Design note: the end is placed when 99 % of the frame has passed, by the syncs so far. Their line
@@ -38,6 +39,7 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       channels_(channels),
       sink_(sink),
       clock_(options.period_ps, options.drift, options.max_syncs),
+      undelayed_(channels.has_delays() ? most_undelayed : 0),
       held_(most_held) {
   const double length_ps =
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
@@ -49,6 +51,17 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
 
 void Framer::push(std::span<const Tag> tags, std::int64_t arrival_ns) {
   arrival_ns_ = arrival_ns;
+  if (!channels_.has_delays()) return push_in_time(tags);
+  while (!tags.empty()) {
+    const auto some = tags.first(std::min(tags.size(), most_undelayed));
+    undelayed_.clear();
+    for (const Tag& tag : some) undelayed_.push(channels_.undelayed(tag));
+    push_in_time(undelayed_.view());
+    tags = tags.subspan(some.size());
+  }
+}
+
+void Framer::push_in_time(std::span<const Tag> tags) {
   const Tag* tag = tags.data();
   const Tag* const last = tag + tags.size();
   while (tag != last) {

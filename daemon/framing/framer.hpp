@@ -57,7 +57,8 @@ class Framer {
  public:
   Framer(const FramerOptions& options, const ChannelMap& channels, FrameSink& sink);
 
-  // arrival_ns: when the tags came, any steady clock; ends up in Frame::arrival_ns.
+  // arrival_ns: when the tags came, any steady clock; ends up in Frame::arrival_ns. Photons are
+  // taken without their input's delay; that may put them out of order by as much.
   void push(std::span<const Tag> tags, std::int64_t arrival_ns);
   // End of the stream: the last frame, if it holds or lost anything, with what was not reached as a
   // loss. Tags pushed afterwards start anew.
@@ -71,6 +72,7 @@ class Framer {
   // What is known of the open frame's two ends.
   enum class Ends { neither, start, both };
 
+  void push_in_time(std::span<const Tag> tags);
   // Each returns the first tag that it did not take.
   const Tag* store_run(const Tag* tag, const Tag* last);
   const Tag* skip_run(const Tag* tag, const Tag* last);
@@ -124,6 +126,7 @@ class Framer {
   std::uint64_t sequence_ = 0;
 
   std::optional<Tag> suspect_;  // far ahead of the tag before it
+  FixedArray<Tag> undelayed_;   // scratch, where inputs have delays
   FixedArray<Tag> held_;        // of the next frame, while this one waits for disorderly tags
   int backward_run_ = 0;        // tags in a row that were earlier than the frame
   std::optional<std::int64_t> loss_from_ps_;     // a loss_begin without its end

@@ -140,6 +140,15 @@ TEST_F(ConfigTest, UnknownKeysAreErrorsAtEveryDepth) {
 }
 
 TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
+  EXPECT_THAT(error_of(R"(, "channels": {"photon": [1, 2], "delays_ps": [5]})"),
+              HasSubstr("c.json: /channels/delays_ps: has 1 delays where /channels/photon has 2"));
+  EXPECT_THAT(error_of(R"(, "channels": {"photon": [1, 2], "delays_ps": [-3e5, 3e5]})"),
+              HasSubstr("c.json: /channels/delays_ps: are more than 500000 ps apart"));
+  EXPECT_THAT(error_of(R"(, "channels": {"photon": [1, "marker:2"], "delays_ps": [0, 7]})"),
+              HasSubstr("c.json: /channels/delays_ps/1: \"marker:2\" is no input"));
+  EXPECT_THAT(
+      load(R"(, "channels": {"photon": [1, 2], "delays_ps": [0, 1060]})").channels.delays_ps,
+      ElementsAre(0, 1060));
   EXPECT_THAT(error_of(R"(, "channels": {"photon": 1, "sync": 1})"),
               HasSubstr("c.json: /channels/sync: \"1\" takes tags of \"1\""));
   EXPECT_THAT(error_of(R"(, "encoder": {"m_per_count": 0})"),
@@ -217,7 +226,8 @@ TEST_F(ConfigTest, TheDumpHoldsDefaultsAndReadsBackTheSame) {
   const Config config = load(R"(, "frame": {"length_ms": 20}, "channels": {"photon": [0, 2]})");
   const std::string dump = config_to_json(config);
   EXPECT_THAT(dump, StartsWith(R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simul)"));
-  EXPECT_THAT(dump, HasSubstr(R"("channels":{"photon":[0,2],"sync":"sync","encoder":"marker:1"})"));
+  EXPECT_THAT(dump, HasSubstr(R"("channels":{"photon":[0,2],"delays_ps":[],"sync":"sync",)"
+                              R"("encoder":"marker:1"})"));
   EXPECT_THAT(dump, HasSubstr(R"("frame":{"length_ms":20,"min_seen_fraction":0.9})"));
   EXPECT_THAT(dump, HasSubstr(R"("publish":{"endpoint":"tcp://127.0.0.1:9872")"));
   const std::string again = folder_.write("again.json", dump);

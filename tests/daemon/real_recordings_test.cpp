@@ -199,6 +199,39 @@ TEST_F(RealRecordings, QutagFramesOfFewPhotonsAreNotSureOfTheirRange) {
   }
 }
 
+// Its two inputs see the same four pulses, the second one 2,052 ps earlier: together they look like
+// eight, until they have delays of their own.
+TEST_F(RealRecordings, QutagInputsHaveADelayEach) {
+  use("qutag_sync_t2.ptu");
+  if (IsSkipped()) return;
+  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
+                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  const std::string found = folder.path("found.json");
+  const ProgramResult together =
+      run_program({"calibrate", recording, "--config",
+                   write_config("both", "[1,2]", "nominal.json"), "--output", found});
+  ASSERT_EQ(together.exit_code, 0) << together.err;
+  EXPECT_NE(together.err.find("8 pulses"), std::string::npos) << together.err;
+  EXPECT_NE(together.err.find("\"delays_ps\": [0.0, -2051."), std::string::npos) << together.err;
+  const ProgramResult aligned =
+      run_program({"calibrate", recording, "--config",
+                   write_config("aligned", R"([1,2],"delays_ps":[0,-2051.9])", "nominal.json"),
+                   "--output", found, "--force"});
+  ASSERT_EQ(aligned.exit_code, 0) << aligned.err;
+  EXPECT_NE(aligned.err.find("4 pulses"), std::string::npos) << aligned.err;
+  EXPECT_EQ(aligned.err.find("delays_ps"), std::string::npos) << aligned.err;
+  // Four pulses 3,128 ps apart to 60 ps are told apart by some hundred photons.
+  EXPECT_NE(aligned.err.find("random, 4 pulses"), std::string::npos) << aligned.err;
+  EXPECT_NE(aligned.err.find("hardest to tell from the right delay: "), std::string::npos);
+  for (const FrameMessage& frame :
+       replay(write_config("measured", R"([1,2],"delays_ps":[0,-2051.9])", found,
+                           R"(,"pulse":{"shape":"tabulated"})"))) {
+    EXPECT_NE(frame.status, FrameStatus::no_target);
+    EXPECT_FALSE(frame.pattern_fault.has_value());
+  }
+}
+
 TEST_F(RealRecordings, HydraHarpWithoutSyncsSaysSo) {
   use("hydraharp400_t2_hbt.ptu");
   if (IsSkipped()) return;

@@ -34,9 +34,10 @@ struct Framed {
 // Pushes the tags in blocks of the given size.
 inline Framed framed(const std::vector<Tag>& tags, std::size_t block = 1'000'000,
                      const FrameCapacity& capacity = room_enough,
-                     const FramerOptions& options = options_of_10_ms()) {
+                     const FramerOptions& options = options_of_10_ms(),
+                     const ChannelOptions& inputs = {}) {
   Framed result{FrameList(capacity), {}, {}};
-  const ChannelMap channels{ChannelOptions{}};
+  const ChannelMap channels{inputs};
   Framer framer(options, channels, result.frames);
   for (std::size_t at = 0; at < tags.size(); at += block) {
     framer.push(std::span(tags).subspan(at, std::min(block, tags.size() - at)), 1);

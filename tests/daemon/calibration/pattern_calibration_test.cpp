@@ -8,6 +8,7 @@
 #include <regex>
 #include <vector>
 
+#include "daemon/calibration/calibration_report.hpp"
 #include "daemon/tradeoff/tradeoff_frames.hpp"
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/frame_estimator.hpp"
@@ -55,8 +56,9 @@ Config config_of_one_pulse() {
 
 PatternCalibration calibrate_scene(const SimulatorOptions& scene, const CalibrationPlan& plan = {},
                                    const std::stop_token& stop = {},
-                                   const Config& config = config_of_one_pulse()) {
-  const auto open = [&] { return std::make_unique<SimulatorSource>(scene, played()); };
+                                   const Config& config = config_of_one_pulse(),
+                                   const Pattern& pattern = played()) {
+  const auto open = [&] { return std::make_unique<SimulatorSource>(scene, pattern); };
   return calibrate_pattern(
       config, open, plan, [](const char*, double) {}, stop);
 }
@@ -222,6 +224,38 @@ TEST(PatternCalibration, WhatHoldsNoPatternIsRefused) {
   std::stop_source stop;
   stop.request_stop();
   EXPECT_THROW((void)calibrate_scene(scene_at_rest(), {}, stop.get_token()), Error);
+}
+
+// Eight pulses a sync of a laser at 80 MHz, even to 3 ps: what is left of 15 m is the comb's 1.87.
+TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
+  Pattern comb = test::periodic_pattern(100'000);
+  PatternSegment& segment = comb.segments.front();
+  segment = {100'000, {}, std::vector<double>(8, 1.0), 0};
+  const double off_ps[] = {2, -1, 0, 3, -3, 1, -2, 0};
+  for (int p = 0; p < 8; ++p) segment.pulse_times_ps.push_back(50 + 12'500 * p + off_ps[p]);
+  SimulatorOptions scene = scene_at_rest();
+  scene.detection.signal_per_pulse = 0.01;
+  scene.seconds = 0.3;
+  Config config = config_of_one_pulse();
+  config.pattern = test::periodic_pattern(100'000);
+  for (const double least_off : {1.0, 20.0}) {
+    for (double& time_ps : segment.pulse_times_ps) {
+      time_ps = std::round(time_ps / 12'500) * 12'500 + 50 +
+                least_off * (time_ps - 50 - std::round(time_ps / 12'500) * 12'500);
+    }
+    const PatternCalibration found = calibrate_scene(scene, {}, {}, config, comb);
+    ASSERT_EQ(found.pattern.segments.front().pulse_times_ps.size(), 8U);
+    EXPECT_EQ(validate(found.pattern), std::nullopt);
+    const std::string summary = calibration_summary(found, "found.json", 50);
+    if (least_off == 1) {
+      EXPECT_EQ(found.pattern.mode, Mode::ambiguous);
+      EXPECT_NEAR(found.pattern.unambiguous_delay_ps, 12'500, 0.1);
+      EXPECT_THAT(summary, HasSubstr("ranges 1.87371 m apart cannot be told apart"));
+    } else {
+      EXPECT_EQ(found.pattern.mode, Mode::random);
+      EXPECT_THAT(summary, HasSubstr("hardest to tell from the right delay"));
+    }
+  }
 }
 
 // The program itself: the pattern file can be measured with as its last words say, and the plot is

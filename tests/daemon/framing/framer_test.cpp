@@ -161,6 +161,40 @@ TEST(Framer, TagsOutOfOrderByAMicrosecondAreInTheirFrame) {
   EXPECT_EQ(r.totals.late, 0U);
 }
 
+// A cable's 400 ns on the second input: frames are those of a detector without it, but for the
+// order of their photons.
+TEST(Framer, AnInputsDelayIsTakenOffItsPhotons) {
+  constexpr std::int64_t delay_ps = 400'000;
+  std::vector<Tag> tags = TagStream{}.make();
+  for (std::size_t i = 0; i < tags.size(); i += 2) {
+    if (tags[i].kind == TagKind::photon) tags[i].value = 2;
+  }
+  const ChannelOptions both{{"1", "2"}};
+  const Framed without = framed(tags, 777, room_enough, options_of_10_ms(), both);
+  for (Tag& tag : tags) {
+    if (tag.kind == TagKind::photon && tag.value == 2) tag.time_ps += delay_ps;
+  }
+  std::stable_sort(tags.begin(), tags.end(),
+                   [](const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; });
+  ChannelOptions late = both;
+  late.delays_ps = {0, delay_ps};
+  for (const std::size_t block : {std::size_t{777}, std::size_t{100'000}}) {
+    Framed with = framed(tags, block, room_enough, options_of_10_ms(), late);
+    expect_sums_close(with, tags.size());
+    ASSERT_EQ(with.frames.size(), without.frames.size());
+    EXPECT_EQ(with.totals.late, 0U);
+    for (std::size_t k = 0; k < with.frames.size(); ++k) {
+      EXPECT_EQ(with.frames[k].start_ps, without.frames[k].start_ps);
+      const auto photons = [](const Frame& frame) {
+        std::vector<std::int64_t> sorted(frame.photons_ps.begin(), frame.photons_ps.end());
+        std::sort(sorted.begin(), sorted.end());
+        return sorted;
+      };
+      EXPECT_EQ(photons(with.frames[k]), photons(without.frames[k])) << k;
+    }
+  }
+}
+
 TEST(Framer, LaterThanThatIsCountedLate) {
   std::vector<Tag> tags = TagStream{}.make();
   const auto at =
