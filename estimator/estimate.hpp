@@ -34,8 +34,10 @@ struct Estimate {
   double threshold_nats = 0;     // what false_alarm_rate asks of it
   double range_odds_nats = 0;    // of the range against all others; see RangeOdds
   // Relative rms deviation of the pulses' light from the pattern's amplitudes, where it is surely
-  // there; see AmplitudeCheck.
+  // there; see PatternCheck.
   std::optional<double> amplitude_misfit;
+  // What the photons have against the pattern itself; the status is then no_target.
+  PatternFault pattern_fault = PatternFault::none;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
 };

@@ -44,6 +44,7 @@ struct FoldedFrame {
   // less.
   void take_every(std::size_t step, const FoldedFrame& all);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
+  [[nodiscard]] double reach_ns() const { return reach_ns_; }
   [[nodiscard]] std::size_t group_begin(std::size_t group) const {
     return group == 0 ? 0 : group_end[group - 1];
   }

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/amplitude_check.hpp"
 #include "estimator/folded_frame.hpp"
 #include "estimator/paper/paper_method.hpp"
+#include "estimator/pattern_check.hpp"
 #include "estimator/pulse_shape.hpp"
 #include "estimator/pulse_train.hpp"
 #include "estimator/range_odds.hpp"
@@ -59,7 +59,7 @@ struct FrameEstimator::Workspace {
   double least_odds_nats;  // of a range that is taken to be known
   FoldedFrame frame;
   TargetSearch search;
-  AmplitudeCheck amplitudes;
+  PatternCheck pattern_check;
   std::unique_ptr<PaperMethod> paper;  // null: the search is asked
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
@@ -84,7 +84,7 @@ struct FrameEstimator::Workspace {
                 options.effort,
                 mode != Mode::ambiguous},
                max_photons),
-        amplitudes(train, *shape) {
+        pattern_check(train, *shape, frame.reach_ns()) {
     if (options.method == Method::paper) {
       paper = std::make_unique<PaperMethod>(pattern, *shape, scene);
     }
@@ -270,8 +270,11 @@ Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort mo
     if (!fit->has_covariance) return estimate;
   }
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
+  const PatternVerdict pattern = w.pattern_check.judge(w.frame, fit->parameters);
+  estimate.pattern_fault = pattern.fault;
+  if (pattern.fault != PatternFault::none) return estimate;
   w.fill(estimate, *fit, view.sync);
-  estimate.amplitude_misfit = w.amplitudes.misfit(w.frame, fit->parameters);
+  estimate.amplitude_misfit = pattern.amplitude_misfit;
   const bool is_sure = estimate.range_odds_nats >= w.least_odds_nats;
   estimate.status =
       w.mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;

@@ -139,11 +139,12 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
                               best.parameters.line.drift_ns + step[1]};
       next = likelihood_.profile(near_, exposure, line, best.signal_fraction);
       gained = next.gain_nats - best.gain_nats;
-      if (gained >= 0 || step.cwiseAbs().maxCoeff() < step_small) break;
+      if (gained > -gain_small || step.cwiseAbs().maxCoeff() < step_small) break;
       step *= 0.5;
     }
-    is_loaded = gained > 0;
-    if (gained > 0) best = next;
+    // Near the top a step of Newton's is better than the gain can show.
+    is_loaded = gained > -gain_small;
+    if (is_loaded) best = next;
     const bool small = step.cwiseAbs().maxCoeff() < step_small;
     if (small || gained < gain_small) {
       fit.stop = small ? Stop::step_small : Stop::gain_small;

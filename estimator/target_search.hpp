@@ -113,7 +113,7 @@ class TargetSearch {
   std::vector<Spot> spots_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // of the last find(), where the sample settled it
-  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
+  std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
 };
 
 }  // namespace splid

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::array<const char*, 7> frame_status_names = {
     "not_run", "ok", "no_target", "ambiguous", "incomplete", "no_sync", "saturated"};
+constexpr std::array<const char*, 3> pattern_fault_names = {"none", "dark_pulses", "stray_pulses"};
 constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
                                                            "streaming", "degraded", "stopping"};
 constexpr std::array<const char*, 3> device_state_names = {"connected", "no_device", "failing"};
@@ -37,6 +38,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("significance", message.significance)
       .number("range_odds_nats", message.range_odds_nats)
       .number("amplitude_misfit", message.amplitude_misfit);
+  if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
       .number("velocity_mps", message.std_velocity_mps)
@@ -143,6 +145,15 @@ void read_always_present(const Members& members, FrameMessage& message) {
   message.duration_ms = members.required("duration_ms", members.number("duration_ms"));
 }
 
+std::optional<PatternFault> pattern_fault(const Members& members) {
+  const auto name = members.text("pattern_fault");
+  if (!name) return std::nullopt;
+  for (std::size_t i = 0; i < pattern_fault_names.size(); ++i) {
+    if (*name == pattern_fault_names.at(i)) return static_cast<PatternFault>(i);
+  }
+  members.fail("pattern_fault", "is " + *name + ", which is no fault of a pattern");
+}
+
 void read_estimates(const Members& members, FrameMessage& message) {
   message.distance_m = members.number("distance_m");
   message.velocity_mps = members.number("velocity_mps");
@@ -155,6 +166,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.significance = members.number("significance");
   message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
+  message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");
     message.std_distance_m = std_members.number("distance_m");
@@ -196,6 +208,10 @@ void read_circumstances(const Members& members, FrameMessage& message) {
 
 const char* to_string(FrameStatus status) {
   return frame_status_names.at(static_cast<std::size_t>(status));
+}
+
+const char* to_string(PatternFault fault) {
+  return pattern_fault_names.at(static_cast<std::size_t>(fault));
 }
 
 const char* to_string(DaemonState state) {

@@ -21,6 +21,15 @@ enum class FrameStatus {
 
 const char* to_string(FrameStatus status);
 
+// What a frame's photons have against the pattern in use, so that no delay of it is a target's.
+enum class PatternFault {
+  none,
+  dark_pulses,   // most pulses of the pattern get no light where the others get it
+  stray_pulses,  // most light comes in pulses that the pattern does not have
+};
+
+const char* to_string(PatternFault fault);
+
 // The `frame` message. What is not known is absent, never zero. Frame of reference: distance and
 // velocity along the line of sight, positive away from the lidar, at mid-frame.
 struct FrameMessage {
@@ -44,6 +53,7 @@ struct FrameMessage {
   std::optional<double> range_odds_nats;   // of the range against all others, log of the odds
   std::optional<double> amplitude_misfit;  // rms deviation of the pulses' light from the pattern's
                                            // amplitudes, relative, where it is surely there
+  std::optional<PatternFault> pattern_fault;  // of a no_target: why, where it is the pattern's
 
   // What the frame was made of.
   std::optional<std::uint64_t> photons;

@@ -14,6 +14,7 @@
 #include "daemon/encoder_log.hpp"
 #include "daemon/load_config.hpp"
 #include "daemon/log_level.hpp"
+#include "daemon/recording/recorded_pattern.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -79,12 +80,14 @@ void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, c
 }
 
 // Not the encoder: most recordings have none, and frames do without.
-void warn_of_absent_channels(const Config& config, const std::string& file) {
+void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   const RecordingInfo info = scan_recording(file, tags_looked_at);
   for (const std::string& name : config.channels.photon) {
     warn_unless_it_occurs(info, file, "channels.photon", name);
   }
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
+  const std::string other = other_pattern_than_recorded(config, info.header, file);
+  if (!other.empty()) spdlog::warn("{}", other);
 }
 
 // What a recording without an encoder, or one that was killed early, has beside it may be empty.
@@ -121,7 +124,7 @@ int replay(const ReplayCommand& options) {
   choose_encoder(options, config.encoder);
   DeviceMonitor device;
   std::unique_ptr<TagSource> recording = open_source(config, &device);
-  warn_of_absent_channels(config, options.recording);
+  warn_of_what_does_not_fit(config, options.recording);
   SessionOptions session;
   session.json = session.may_only_print = options.json;
   session.publish = !options.no_publish;

@@ -22,6 +22,7 @@
 #include "daemon/output_check.hpp"
 #include "daemon/progress.hpp"
 #include "daemon/read_file.hpp"
+#include "daemon/recording/recorded_pattern.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/tradeoff/tradeoff_chart.hpp"
 #include "daemon/tradeoff/tradeoff_report.hpp"
@@ -164,6 +165,7 @@ int tradeoff(const TradeoffCommand& options) {
   outputs.add_input("the recording", options.recording);
   outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
+  if (!options.recording.empty()) warn_of_other_pattern(config, options.recording);
   FrameOrigin origin = find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
   spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));

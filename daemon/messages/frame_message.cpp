@@ -127,10 +127,28 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   if (estimate.status != FrameStatus::not_run) {
     add_background(message, frame, estimate, context);
   }
+  if (message.status == FrameStatus::no_target && estimate.pattern_fault != PatternFault::none) {
+    message.pattern_fault = estimate.pattern_fault;
+  }
   const bool has_target =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
   if (has_target && estimate.has_values) add_target(message, estimate, context);
   return message;
+}
+
+const char* describe(PatternFault fault) {
+  switch (fault) {
+    case PatternFault::none:
+      break;
+    case PatternFault::dark_pulses:
+      return "the photons contradict the pattern: most of its pulses get no light; name the "
+             "pattern that was played in pattern.file, or calibrate it";
+    case PatternFault::stray_pulses:
+      return "the photons contradict the pattern: most light comes in pulses that it does not "
+             "have; name the pattern that was played in pattern.file, or calibrate it, unless "
+             "several targets are as bright as the best";
+  }
+  return "";
 }
 
 }  // namespace splid

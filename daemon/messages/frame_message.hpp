@@ -36,4 +36,7 @@ struct FrameTimes {
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTimes& times);
 
+// "the photons contradict the pattern: ...", and what to do; a fault that is none has no sentence.
+const char* describe(PatternFault fault);
+
 }  // namespace splid

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/format.hpp"
+#include "daemon/messages/frame_message.hpp"
 
 namespace splid {
 namespace {
@@ -42,6 +43,7 @@ StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, P
   version_.mode = config.pattern.mode;
   status_.source = config.source_driver;
   configure(config.estimator.effort);
+  threads_ = static_cast<double>(config.pipeline.estimation_threads);
 }
 
 void StatusReporter::start() {
@@ -74,6 +76,12 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++misfits_this_second_;
     amplitude_misfit_ = *message.amplitude_misfit;
   }
+  if (message.pattern_fault) {
+    ++faults_this_second_;
+    pattern_fault_ = *message.pattern_fault;
+  }
+  computed_ms_ += message.compute_ms.value_or(0);
+  lasted_ms_ += message.duration_ms;
   last_effort_ = message.effort.value_or(configured_effort_);
   last_frame_s_ = message.timestamp_s;
 }
@@ -106,6 +114,9 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
   status_.state = DaemonState::stopping;
   status_.reason = reason;
+  // A stream that is over within its first second has said nothing yet.
+  judge_second();
+  add_reason(pattern_reason_);
   publish(health);
 }
 
@@ -147,6 +158,10 @@ void StatusReporter::judge_device(const StreamHealth& health) {
 
 // In half of a second's frames: chance shows one in a million a frame.
 void StatusReporter::judge_second() {
+  judge_cost();
+  const bool is_contradicted =
+      faults_this_second_ > 0 && faults_this_second_ >= frames_this_second_;
+  pattern_reason_ = is_contradicted ? describe(pattern_fault_) : "";
   frames_reason_.clear();
   if (misfits_this_second_ > 0 && 2 * misfits_this_second_ >= frames_this_second_) {
     frames_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
@@ -157,10 +172,23 @@ void StatusReporter::judge_second() {
                       format(
                           "%d of the last %d frames are ambiguous: their photons fit another "
                           "range nearly as well (range_odds_nats); more light, longer frames or "
-                          "a pattern that fits itself less tell them apart",
+                          "a pattern that fits itself less tell them apart (splid check says how "
+                          "many signal photons this one takes)",
                           unsure_this_second_, frames_this_second_);
   }
-  frames_this_second_ = misfits_this_second_ = unsure_this_second_ = 0;
+  frames_this_second_ = misfits_this_second_ = unsure_this_second_ = faults_this_second_ = 0;
+}
+
+// Frames that come as fast as they last are too much for the threads that share them.
+void StatusReporter::judge_cost() {
+  cost_reason_.clear();
+  if (computed_ms_ > lasted_ms_ * threads_) {
+    cost_reason_ = format(
+        "frames take %.3g times as long to compute as they last, on %.0f threads: lower "
+        "estimator.effort or scene.max_speed_mps, or raise pipeline.estimation_threads",
+        computed_ms_ / lasted_ms_, threads_);
+  }
+  computed_ms_ = lasted_ms_ = 0;
 }
 
 void StatusReporter::disturb() { disturbed_until_ns_ = clock_.steady_ns() + ns_per_s; }
@@ -190,13 +218,18 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
                          ? health.sync_fault
                          : reason;
+  } else if (!pattern_reason_.empty()) {
+    status_.state = DaemonState::degraded;
+    status_.reason = pattern_reason_;
   } else if (effort_is_lowered()) {
     status_.state = DaemonState::degraded;
     status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
                      last_effort_ + " until it keeps up";
   } else {
-    status_.state = DaemonState::streaming;
-    status_.reason = frames_reason_;
+    const bool falls_behind = source_.live && !cost_reason_.empty();
+    status_.state = falls_behind ? DaemonState::degraded : DaemonState::streaming;
+    status_.reason = cost_reason_;
+    add_reason(frames_reason_);
   }
 }
 

@@ -32,8 +32,9 @@ struct StreamHealth {
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
-// frame was no_sync, incomplete or saturated, or nothing is recorded that should be; stopping from
-// stop() on.
+// frame was no_sync, incomplete or saturated, or the photons of half of a second's frames with
+// light in them contradict the pattern, or live frames have less effort than configured or take
+// longer to compute than they last, or nothing is recorded that should be; stopping from stop() on.
 //
 // Threads: one. Errors: none.
 class StatusReporter {
@@ -67,6 +68,7 @@ class StatusReporter {
   void judge_second();
   void disturb();
   [[nodiscard]] bool is_disturbed_frame() const;
+  void judge_cost();
   void judge_stream(const StreamHealth& health);
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -88,7 +90,12 @@ class StatusReporter {
   int misfits_this_second_ = 0;  // of these, with other amplitudes than the pattern's
   double amplitude_misfit_ = 0;  // of the last such
   int unsure_this_second_ = 0;   // of these, ambiguous by their photons and not by the mode
-  std::string frames_reason_;    // of the second before
+  int faults_this_second_ = 0;   // without a target, since the photons contradict the pattern
+  PatternFault pattern_fault_ = PatternFault::none;  // of the last such
+  double computed_ms_ = 0, lasted_ms_ = 0;           // this second's frames together
+  double threads_ = 1;                               // that share the frames
+  std::string frames_reason_;                        // of the second before
+  std::string pattern_reason_, cost_reason_;         // likewise
   double last_frame_s_ = 0;
   double silence_limit_ns_;
   std::int64_t started_ns_ = 0;

@@ -254,6 +254,12 @@ void Pipeline::Stages::publish(const LaneSlot& slot) {
   ++summary.frames;
   ++summary.frames_by_status[static_cast<std::size_t>(message.status)];
   if (message.valid()) ++summary.valid_frames;
+  summary.computed_ms += slot.compute_ms;
+  summary.lasted_ms += message.duration_ms;
+  if (message.pattern_fault) {
+    ++summary.contradicted_frames;
+    summary.pattern_fault = *message.pattern_fault;
+  }
   if (slot.frame.sync.locked) ++summary.locked_frames;
   summary.lost_tags += slot.frame.lost_tags;
   reporter.frame_published(message);

@@ -28,6 +28,10 @@ struct PipelineSummary {
   std::array<std::uint64_t, 7> frames_by_status{};  // index: FrameStatus
   std::uint64_t frames = 0;
   std::uint64_t valid_frames = 0;
+  std::uint64_t contradicted_frames = 0;            // their photons contradict the pattern
+  PatternFault pattern_fault = PatternFault::none;  // of the last such
+  double computed_ms = 0;  // estimation of all frames together, and how long they last
+  double lasted_ms = 0;
   std::uint64_t locked_frames = 0;  // syncs gave the pattern's clock
   FramerTotals tags;
   std::uint64_t lost_tags = 0;       // known count, of all frames

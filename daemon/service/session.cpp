@@ -151,7 +151,11 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);
-  if (!summary.paused) check_locked(summary);
+  if (!summary.paused) {
+    check_cost(summary, static_cast<double>(config.pipeline.estimation_threads));
+    check_locked(summary);
+    check_pattern(summary);
+  }
   return 0;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "daemon/format.hpp"
+#include "daemon/messages/frame_message.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -49,6 +50,27 @@ void check_locked(const PipelineSummary& summary) {
   }
   spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync",
                summary.tags.syncs, summary.frames);
+}
+
+void check_cost(const PipelineSummary& summary, double threads) {
+  if (!(summary.computed_ms > summary.lasted_ms * threads)) return;
+  spdlog::warn(
+      "frames took {:.3g} times as long to compute as they last, on {} threads: an instrument that "
+      "is read live would not be kept up with; lower estimator.effort or scene.max_speed_mps, or "
+      "raise pipeline.estimation_threads",
+      summary.computed_ms / summary.lasted_ms, threads);
+}
+
+void check_pattern(const PipelineSummary& summary) {
+  if (summary.contradicted_frames == 0) return;
+  const std::string sentence = "in " + grouped(summary.contradicted_frames) + " of " +
+                               grouped(summary.frames) + " frames " +
+                               describe(summary.pattern_fault);
+  constexpr std::uint64_t by_far = 5;
+  if (summary.contradicted_frames > by_far * summary.valid_frames) {
+    throw Error(Fault::data, sentence);
+  }
+  spdlog::warn("{}", sentence);
 }
 
 }  // namespace splid

@@ -19,4 +19,11 @@ std::string describe(const PipelineSummary& summary);
 // none, a warning in the log.
 void check_locked(const PipelineSummary& summary);
 
+// A warning in the log where frames took longer to compute than they last, on so many threads.
+void check_cost(const PipelineSummary& summary, double threads);
+
+// Errors: Error(Fault::data) where the photons of frames contradict the pattern, five times as many
+// as were valid or more. Where fewer do, a warning in the log.
+void check_pattern(const PipelineSummary& summary);
+
 }  // namespace splid

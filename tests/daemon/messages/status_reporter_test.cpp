@@ -255,6 +255,31 @@ TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+TEST_F(StatusReports, SayWhenThePhotonsContradictThePattern) {
+  FrameMessage other = frame(FrameStatus::no_target);
+  other.pattern_fault = PatternFault::dark_pulses;
+  const StreamHealth health{1000, clock.steady_ns(), 0, ""};
+  for (int second = 0; second < 3; ++second) {
+    // One by chance, then most, beside frames in which there is no target at all; then none.
+    for (int n = 0; n < 20; ++n) {
+      const bool contradicts = second == 0 ? n == 0 : second == 1 && n % 2 == 0;
+      reporter.frame_published(
+          contradicts ? other : frame(second == 1 ? FrameStatus::no_target : FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  const auto said = HasSubstr("contradict the pattern: most of its pulses get no light");
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                           AllOf(HasSubstr("\"degraded\""), said), HasSubstr("\"reason\":\"\"")));
+  // A stream that is over before its first second is.
+  reporter.frame_published(other);
+  reporter.stop(health, "");
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"stopping\""), said)));
+}
+
 TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
   FrameMessage lowered = frame(FrameStatus::ok);
   lowered.effort = "fast";

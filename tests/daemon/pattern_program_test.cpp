@@ -1,0 +1,103 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "protocol/messages.hpp"
+#include "protocol/pattern_json.hpp"
+#include "tests/support/program.hpp"
+
+// The built program where the configuration's pattern is not the one that was played.
+
+namespace splid {
+namespace {
+
+using test::ProgramResult;
+using test::run_program;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::string played = "interleaved-180-189";
+
+class PatternProgram : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string config(const std::string& pattern, const std::string& scene) const {
+    return folder.write(
+        pattern + ".config.json",
+        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator")" + scene +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR "/config/patterns/" + pattern +
+            R"(.json"},"publish":{"endpoint":"ipc://)" + folder.path("socket") + "\"}}");
+  }
+
+  void record(const std::string& seconds, const std::string& scene = "") const {
+    const ProgramResult made = run_program({"simulate", "--config", config(played, scene),
+                                            "--seconds", seconds, "--output", recording});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+  }
+
+  [[nodiscard]] ProgramResult replay(const std::string& pattern) const {
+    return run_program({"replay", recording, "--config", config(pattern, ""), "--json"});
+  }
+
+  splid::test::TempFolder folder;
+  std::string recording = folder.path("scene.ptu");
+};
+
+// But the last, which ends with the recording.
+std::vector<FrameMessage> frames_of(const ProgramResult& result) {
+  std::vector<FrameMessage> frames;
+  std::istringstream lines(result.out);
+  for (std::string line; std::getline(lines, line);) frames.push_back(frame_from_json(line));
+  if (!frames.empty()) frames.pop_back();
+  return frames;
+}
+
+TEST_F(PatternProgram, NoFrameOfAnotherPatternIsOkAndTheReasonIsSaid) {
+  record("1");
+  for (const std::string wrong : {"random-40", "periodic-3780"}) {
+    const ProgramResult result = replay(wrong);
+    EXPECT_EQ(result.exit_code, 4) << wrong;
+    EXPECT_THAT(result.err, AllOf(HasSubstr("was recorded with another pattern (interleaved"),
+                                  HasSubstr("the photons contradict the pattern"),
+                                  HasSubstr("name the pattern that was played")));
+    const auto frames = frames_of(result);
+    EXPECT_EQ(frames.size(), 20u);
+    for (const FrameMessage& frame : frames) {
+      // A line of chance through other light may look like any target's, with the odds of one.
+      EXPECT_NE(frame.status, FrameStatus::ok) << wrong;
+      if (!frame.pattern_fault) continue;
+      EXPECT_EQ(frame.status, FrameStatus::no_target);
+      EXPECT_FALSE(frame.distance_m.has_value());
+      EXPECT_EQ(*frame.pattern_fault,
+                wrong == "random-40" ? PatternFault::dark_pulses : PatternFault::stray_pulses);
+    }
+  }
+}
+
+TEST_F(PatternProgram, ThePatternThatWasPlayedIsBelievedAndNothingIsSaid) {
+  record("0.5");
+  const ProgramResult result = replay(played);
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, AllOf(Not(HasSubstr("another pattern")), Not(HasSubstr("contradict"))));
+  for (const FrameMessage& frame : frames_of(result)) EXPECT_EQ(frame.status, FrameStatus::ok);
+}
+
+TEST_F(PatternProgram, CalibrateAndTradeoffSayThatTheRecordingHasAnotherPattern) {
+  record("0.3");
+  const std::string other = config("random-40", "");
+  const auto said = HasSubstr("was recorded with another pattern (interleaved");
+  EXPECT_THAT(run_program({"calibrate", recording, "--config", other, "--output",
+                           folder.path("found.json")})
+                  .err,
+              said);
+  EXPECT_THAT(run_program({"tradeoff", recording, "--config", other, "--lengths", "50", "--plot",
+                           folder.path("plot.svg"), "--frames", "10"})
+                  .err,
+              said);
+}
+
+}  // namespace
+}  // namespace splid
