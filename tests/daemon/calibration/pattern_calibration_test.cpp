@@ -234,7 +234,7 @@ TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
   const double off_ps[] = {2, -1, 0, 3, -3, 1, -2, 0};
   for (int p = 0; p < 8; ++p) segment.pulse_times_ps.push_back(50 + 12'500 * p + off_ps[p]);
   SimulatorOptions scene = scene_at_rest();
-  scene.detection.signal_per_pulse = 0.01;
+  scene.detection.signal_per_pulse = 0.002;  // 8,000 photons a frame
   scene.seconds = 0.3;
   Config config = config_of_one_pulse();
   config.pattern = test::periodic_pattern(100'000);

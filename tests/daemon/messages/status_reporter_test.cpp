@@ -295,6 +295,21 @@ TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
                                    HasSubstr("\"streaming\"")));
 }
 
+TEST_F(StatusReports, SayWhenFramesCostMoreThanTheyLast) {
+  FrameMessage slow = frame(FrameStatus::ok);
+  slow.duration_ms = 50;
+  for (const double compute_ms : {49.0, 150.0, 1.0}) {
+    slow.compute_ms = compute_ms;
+    for (int n = 0; n < 20; ++n) reporter.frame_published(slow);
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("take 3 times as long")),
+                               HasSubstr("\"reason\":\"\"")));
+}
+
 class ReplayStatusReports : public StatusReports {
  protected:
   ReplayStatusReports() : StatusReports(false) {}
