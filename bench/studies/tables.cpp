@@ -41,7 +41,7 @@ Wang's remainder theorem (Fig. 5) works on periods rounded to whole nanoseconds,
 | none | frames without a value (no target found) |
 | τ, v, S, b | RMSE over bound, ± one standard deviation, 1/√(2N) |
 | inside | share of errors of τ and of v inside one and two of the published standard deviations (68 and 95 % of a normal error) |
-| ms | median time a frame, one thread's own time |
+| ms | median time a frame, one thread's own time; a machine that is busy with other work shows up to twice a quiet one's |
 
 )";
 
@@ -200,8 +200,8 @@ std::string summary(const Results& results) {
       "## In short\n\nOver the cells whose photons decide. To reach: RMSE over bound of delay and "
       "velocity, 1.05 times what the photons' number leaves (the column floor; Fig. 4, with 19 "
       "photons: 1.15); a cell is within it if both are, give or take two standard deviations. "
-      "Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %); of frames that are `ok` at most 0.1 % in all "
-      "cells, also where the photons do not decide.\n\n"
+      "Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %); of frames that are `ok` at most 0.1 % over all "
+      "cells, also those where the photons do not decide.\n\n"
       "| study | estimator | cells | photons decide in | of these within reach | largest τ | "
       "largest v | wrong peaks | without a value | all cells: wrong of `ok` | ambiguous "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
