@@ -24,6 +24,9 @@ using Values = std::vector<std::pair<const char*, std::string>>;
 // every model's granules (48, 128, 256).
 constexpr std::int64_t slice_samples = 32'256;
 
+// Whoever stops an upload waits for so much more, where the generator answers nothing.
+constexpr double longest_undo_s = 2;
+
 std::string exact(double number) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.15g", number);
@@ -119,7 +122,9 @@ std::vector<std::int64_t> numbers_of(const std::string& bytes, SampleFormat form
 // may be firing. Returns what came of it, for the end of a sentence.
 std::string switched_off(const AwgOptions& options, const AwgModel& model) {
   try {
-    ScpiClient client = connect(options, {});
+    AwgOptions hasty = options;
+    hasty.timeout_s = std::min(options.timeout_s, longest_undo_s);
+    ScpiClient client = connect(hasty, {});
     client.command("*CLS");
     run(client, model.undo, {});
     return "its outputs were switched off";

@@ -26,8 +26,8 @@ struct Uploaded {
 // anything is sent; Error(Fault::usage) where there is no address or a stop was requested;
 // Error(Fault::device) naming the generator, the command and its answer. Whatever goes wrong once
 // the generator is known to be the configured one, play is ended and its outputs are switched off,
-// and the error says whether that went well. Timeouts: options.timeout_s for each answer, also of
-// the commands that switch off.
+// and the error says whether that went well. Timeouts: options.timeout_s for each answer, 2 s at
+// most for those of the commands that switch off.
 Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadProgress& progress,
                 const std::stop_token& stop);
 
