@@ -50,8 +50,8 @@ int write_pattern(const Pattern& pattern, const std::string& file) {
   }
   const std::string hardest = describe_look_alike(pattern, *shape_of(pattern, {}), 0);
   if (!hardest.empty()) {
-    std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in a dark scene)\n", file.c_str(),
-                 hardest.c_str());
+    std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in the default scene)\n",
+                 file.c_str(), hardest.c_str());
   }
   return 0;
 }
