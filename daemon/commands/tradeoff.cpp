@@ -206,7 +206,7 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       ->check(CLI::PositiveNumber);
   command.add_flag(
       "--paper", options.paper,
-      "Measure the method of the paper too, which takes up to a thousand times as long");
+      "Measure the method of the paper too, which takes up to hundreds of times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
   command.add_option("--csv", options.csv, "Write the table to this file too");
   command.add_option("--plot", options.plot, "SVG file to draw the curve in")

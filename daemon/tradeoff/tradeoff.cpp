@@ -125,19 +125,22 @@ class Estimation {
       : clock_(context.clocks.thread_ms),
         estimator_(context.config.pattern, context.config.pulse, context.config.scene,
                    setting.estimator, setting.length_ms, max_photons),
-        tracked_(setting.estimator.tracked) {}
+        tracked_(setting.estimator.tracked),
+        range_risk_(setting.estimator.range_risk) {}
 
   FrameResult result(const KeptFrame& frame) {
     const FrameView view = frame.view();
     const double begin_ms = clock_();
     const Estimate estimate = estimator_.estimate(view, tracked_ ? &track_ : nullptr);
-    return frame_result(estimate, clock_() - begin_ms);
+    const double took_ms = clock_() - begin_ms;
+    return frame_result(estimate, range_risk_, took_ms);
   }
 
  private:
   ThreadClock clock_;
   FrameEstimator estimator_;
   bool tracked_;
+  double range_risk_;
   Track track_;
 };
 

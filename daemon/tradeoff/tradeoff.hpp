@@ -28,7 +28,7 @@ struct TradeoffRow {
   double photons = 0;      // mean a frame
   double p50_ms = 0;       // one core's time a frame
   double p99_ms = 0;
-  std::size_t no_value = 0;     // frames
+  std::size_t no_value = 0;     // frames: no target found, or its range not sure
   std::size_t compared = 0;     // with the reference
   std::size_t wrong_peaks = 0;  // of those
   // Root mean square errors at mid-frame of frames on no wrong peak, and the bounds of Cramer and

@@ -170,9 +170,9 @@ Chart tradeoff_chart(const TradeoffReport& report) {
       report, chart, "Velocity", "cm/s",
       [](const TradeoffRow& row) { return times(row.velocity_rmse_mps, 1e2); },
       [](const TradeoffRow& row) { return times(row.velocity_bound_mps, 1e2); });
-  add_lost_panel(report, chart, "Frames on a wrong peak",
+  add_lost_panel(report, chart, "Wrong frames: on another peak",
                  [](const TradeoffRow& row) { return row.wrong_peaks; });
-  add_lost_panel(report, chart, "Frames without a value",
+  add_lost_panel(report, chart, "Missing frames: no target found, or its range not sure",
                  [](const TradeoffRow& row) { return row.no_value; });
   return chart;
 }

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "estimator/pulse_shape.hpp"
+#include "estimator/range_odds.hpp"
 #include "estimator/units.hpp"
 #include "protocol/pattern.hpp"
 
@@ -123,11 +124,13 @@ double own_mean_square(double squares, std::size_t count, double reference_squar
 
 }  // namespace
 
-FrameResult frame_result(const Estimate& estimate, double compute_ms) {
+FrameResult frame_result(const Estimate& estimate, double range_risk, double compute_ms) {
   const bool found =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
+  // Where all frames are ambiguous, by their pattern, the odds are those of the delay within it.
+  const bool sure = estimate.range_odds_nats >= odds_at_risk_nats(range_risk);
   return {compute_ms,
-          found && estimate.has_values,
+          found && sure && estimate.has_values,
           estimate.delay_ns,
           estimate.velocity_mps,
           estimate.signal_per_pulse,

@@ -15,15 +15,16 @@ namespace splid {
 
 // What a setting made of one frame.
 struct FrameResult {
-  double compute_ms = 0;  // its thread's processor time
-  bool has_value = false;
-  double delay_ns = 0;  // at mid-frame, wrapped to the pattern's range
+  double compute_ms = 0;   // its thread's processor time
+  bool has_value = false;  // with a range that is sure
+  double delay_ns = 0;     // at mid-frame, wrapped to the pattern's range
   double velocity_mps = 0;
   double signal_per_pulse = 0;
   double background_per_ns = 0;
 };
 
-FrameResult frame_result(const Estimate& estimate, double compute_ms);
+// range_risk: chance of a wrong range above which a frame has no value; EstimatorOptions has it.
+FrameResult frame_result(const Estimate& estimate, double range_risk, double compute_ms);
 
 // What results are compared with, one state a frame; absent where nothing is known.
 struct Reference {

@@ -58,6 +58,20 @@ std::vector<FrameResult> noisy_results(std::size_t count, double sigma_ns, doubl
   return results;
 }
 
+TEST(TradeoffScore, AFrameWhoseRangeIsNotSureHasNoValue) {
+  Estimate estimate;
+  estimate.has_values = true;
+  const auto has_value = [&](FrameStatus status, double odds_nats) {
+    estimate.status = status;
+    estimate.range_odds_nats = odds_nats;
+    return frame_result(estimate, 1e-3, 1).has_value;
+  };
+  EXPECT_TRUE(has_value(FrameStatus::ok, 7));
+  EXPECT_FALSE(has_value(FrameStatus::ambiguous, 6.8)) << "of 1000 such frames 1.1 are wrong";
+  EXPECT_TRUE(has_value(FrameStatus::ambiguous, 7)) << "the pattern leaves several ranges to all";
+  EXPECT_FALSE(has_value(FrameStatus::no_target, 7));
+}
+
 TEST(TradeoffScore, AgainstATruthErrorsAreWhatTheyAre) {
   std::vector<KeptFrame> frames = frames_in_a_row(6);
   for (KeptFrame& frame : frames) frame.truth = TargetState{3779.99, 10};
