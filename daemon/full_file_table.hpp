@@ -8,10 +8,9 @@ namespace splid {
 // ENFILE): each is taken with a file that is kept for that, and closed at once.
 //
 // Design note: libzmq accepts connections on threads of its own and, where the table is full, tries
-// again at once for as long as somebody waits to be let in, which takes a whole core (and, on a
-// Unix socket, it aborts the process). Neither it nor the library that serves the metrics can be
-// told otherwise, so this program has an accept() of its own, which they are linked to: to them
-// nobody waits any more.
+// again at once for as long as somebody waits to be let in, which takes a whole core; on a Unix
+// socket it aborts the process. It cannot be told otherwise, so this program has an accept() of its
+// own, which the libraries that it is linked to call too: to them nobody waits any more.
 
 // At the program's start, while there is a file to keep.
 void keep_spare_file();
