@@ -40,7 +40,9 @@ class PulseContrast {
     const double from = std::min(first_ns_, first_ns_ + off_ns);
     const double to = std::max(last_ns_, last_ns_ + off_ns);
     double sum = 0;
-    for (double t = from + step_ns_ / 2; t < to; t += step_ns_) {
+    const auto steps = static_cast<int>(std::ceil((to - from) / step_ns_));
+    for (int step = 0; step < steps; ++step) {
+      const double t = from + (step + 0.5) * step_ns_;
       const double x = (a > 0 ? a * std::exp(shape_.log_h(t)) : 0) + dark_per_ns_;
       const double y = (b > 0 ? b * std::exp(shape_.log_h(t - off_ns)) : 0) + dark_per_ns_;
       sum += x * std::log(x / y) - x + y;
@@ -152,6 +154,7 @@ std::vector<double> shifts_of(const PatternSegment& segment, double same_ps, std
   });
   lobes.resize(std::min(lobes.size(), most));
   std::vector<double> shifts;
+  shifts.reserve(lobes.size());
   for (const Lobe& lobe : lobes) shifts.push_back(lobe.shift_ps);
   return shifts;
 }
