@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstring>
 
+#include "protocol/saturated.hpp"
+
 namespace splid {
 namespace {
 
@@ -12,7 +14,15 @@ constexpr std::array<std::byte, 4> magic = {std::byte{'S'}, std::byte{'P'}, std:
 constexpr std::uint16_t version = 1;
 
 // Blocks may overlap by as much as streams may be unsorted.
-constexpr std::uint64_t disorder_ps = 1'000'000;
+constexpr std::int64_t disorder_ps = 1'000'000;
+
+// Design note: rule 1 has a block every 10 ms, so 10 s are a thousand times what a block covers or
+// skips. Of 20 bytes at random, taken for a header's times, one in 10^12 is as near as that.
+constexpr std::int64_t far_ps = 10'000'000'000'000;
+
+// How far outside its block the end of an overflow, say, is still taken for what it says.
+constexpr std::int64_t near_ps = 1'000'000'000;
+constexpr int most_outside_in_row = 16;
 
 // The types of a record.
 constexpr std::uint64_t type_tag = 0;
@@ -40,6 +50,15 @@ std::int64_t time_at(const std::byte* bytes) {
 
 bool is_magic(std::span<const std::byte> bytes) {
   return std::equal(magic.begin(), magic.end(), bytes.begin());
+}
+
+// How each header begins: magic, version, flags.
+constexpr std::array<std::byte, 8> beginning = {magic[0],           magic[1], magic[2], magic[3],
+                                                std::byte{version}, {},       {},       {}};
+
+bool agree(std::span<const std::byte> bytes) {
+  const std::size_t count = std::min(bytes.size(), beginning.size());
+  return std::equal(beginning.begin(), beginning.begin() + count, bytes.begin());
 }
 
 // The first 8 bytes of a record: type, reserved, missed (16 bits), channel (32 bits).
@@ -104,10 +123,12 @@ void Tags16Decoder::cut() {
   held_bytes_ = 0;
   if (in_block_) damaged();
   doubted_ = true;
+  fresh_ = true;
 }
 
 // Completes the `bytes` that are held; false where they are still too few.
 bool Tags16Decoder::hold(Input& in, std::size_t bytes) {
+  if (held_bytes_ >= bytes) return true;
   const std::size_t taken = std::min(bytes - held_bytes_, in.left.size());
   std::copy_n(in.left.begin(), taken, held_.begin() + held_bytes_);
   held_bytes_ += taken;
@@ -115,34 +136,107 @@ bool Tags16Decoder::hold(Input& in, std::size_t bytes) {
   return held_bytes_ == bytes;
 }
 
+void Tags16Decoder::drop_held(std::size_t bytes) {
+  std::copy(held_.begin() + bytes, held_.begin() + held_bytes_, held_.begin());
+  held_bytes_ -= bytes;
+}
+
 bool Tags16Decoder::read_header(Input& in) {
   if (!hold(in, header_bytes)) return false;
-  if (is_magic(held_)) {
+  if (!is_magic(held_)) {
+    skip_to_magic();
+    return true;
+  }
+  // Byte by byte, so that no more is waited for than it takes to tell.
+  Verdict verdict = judge_header();
+  while (verdict == Verdict::more && hold(in, held_bytes_ + 1)) verdict = judge_header();
+  if (verdict == Verdict::more) return false;
+  if (verdict == Verdict::credible) {
     take_header();
   } else {
+    ++counts_.bad_headers;
     skip_to_magic();
   }
   return true;
 }
 
-void Tags16Decoder::take_header() {
-  const auto count = little_endian<std::uint32_t>(&held_[8]);
-  const std::int64_t begin_ps = time_at(&held_[16]);
-  const std::int64_t end_ps = time_at(&held_[24]);
-  const bool known = little_endian<std::uint16_t>(&held_[4]) == version &&
-                     little_endian<std::uint16_t>(&held_[6]) == 0;
-  if (!known || count > max_block_tags || end_ps < begin_ps) {
-    ++counts_.bad_headers;
-    skip_to_magic();
-    return;
+struct Tags16Decoder::Header {
+  bool is_known;  // its version and flags are
+  std::uint32_t count;
+  std::uint32_t sequence;
+  std::int64_t begin_ps, end_ps;
+
+  explicit Header(const std::byte* bytes)
+      : is_known(agree({bytes, beginning.size()})),
+        count(little_endian<std::uint32_t>(bytes + 8)),
+        sequence(little_endian<std::uint32_t>(bytes + 12)),
+        begin_ps(time_at(bytes + 16)),
+        end_ps(time_at(bytes + 24)) {}
+
+  [[nodiscard]] bool can_be() const {
+    return is_known && count <= max_block_tags && end_ps >= begin_ps;
   }
-  held_bytes_ = 0;
+};
+
+void Tags16Decoder::take_header() {
+  const Header header(held_.data());
+  drop_held(header_bytes);
   in_block_ = true;
-  tags_left_ = count;
-  begin_ps_ = begin_ps;
-  end_ps_ = end_ps;
-  follow(little_endian<std::uint32_t>(&held_[12]));
+  tags_left_ = header.count;
+  begin_ps_ = header.begin_ps;
+  end_ps_ = header.end_ps;
+  outside_in_row_ = 0;
+  follow(header.sequence);
   if (tags_left_ == 0) end_block();
+}
+
+Tags16Decoder::Verdict Tags16Decoder::judge_header() const {
+  const Header header(held_.data());
+  if (!header.can_be()) return Verdict::none;
+  const Verdict verdict = find_header_inside();
+  if (verdict != Verdict::credible || !is_doubtful(header)) return verdict;
+  return judge_what_follows(header);
+}
+
+// None where a header begins inside this one, of which then only a part came.
+Tags16Decoder::Verdict Tags16Decoder::find_header_inside() const {
+  Verdict verdict = Verdict::credible;
+  for (std::size_t at = 1; at < header_bytes; ++at) {
+    const auto bytes = std::span(held_).first(held_bytes_).subspan(at);
+    if (!agree(bytes)) continue;
+    if (bytes.size() >= beginning.size()) return Verdict::none;
+    verdict = Verdict::more;
+  }
+  return verdict;
+}
+
+bool Tags16Decoder::is_doubtful(const Header& header) const {
+  if (saturated_difference(header.end_ps, header.begin_ps) > far_ps) return true;
+  if (!begun_ || fresh_) return false;
+  const bool follows = !doubted_ && header.sequence == next_sequence_;
+  const std::int64_t ahead_ps = saturated_difference(header.begin_ps, reached_ps_);
+  return ahead_ps > far_ps || (ahead_ps < -disorder_ps && !follows);
+}
+
+Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) const {
+  const auto after = std::span(held_).first(held_bytes_).subspan(header_bytes);
+  if (header.count == 0) {
+    if (!agree(after)) return Verdict::none;
+    if (after.size() < header_bytes) return Verdict::more;
+    const Header next(after.data());
+    const std::int64_t gap_ps = saturated_difference(next.begin_ps, header.end_ps);
+    const bool goes_on = next.can_be() && gap_ps >= -disorder_ps && gap_ps <= far_ps;
+    return goes_on ? Verdict::credible : Verdict::none;
+  }
+  const std::size_t records = std::min<std::size_t>(header.count, probe_records);
+  for (std::size_t i = 0; i < records; ++i) {
+    if (after.size() < (i + 1) * tag_bytes) return Verdict::more;
+    const std::byte* record = &after[i * tag_bytes];
+    const std::int64_t time_ps = time_at(record + 8);
+    const bool is_inside = time_ps >= header.begin_ps && time_ps <= header.end_ps;
+    if (std::to_integer<unsigned>(record[0]) > type_missed || !is_inside) return Verdict::none;
+  }
+  return Verdict::credible;
 }
 
 // Leaves away the first held byte, and all up to the next that could begin a block.
@@ -153,6 +247,7 @@ void Tags16Decoder::skip_to_magic() {
   held_bytes_ = static_cast<std::size_t>(held_end - place);
   std::copy(place, held_end, held_.begin());
   doubted_ = true;
+  fresh_ = false;
 }
 
 // Says how the block that begins follows the one before.
@@ -162,11 +257,9 @@ void Tags16Decoder::follow(std::uint32_t sequence) {
   const bool followed = !doubted_ && gap == 0;
   // A sequence that steps back is that of a sender which began anew.
   if (begun_ && gap < (1U << 31U)) counts_.lost_blocks += gap;
-  doubted_ = false;
+  doubted_ = fresh_ = false;
   if (begun_) {
-    const std::uint64_t back_ps =
-        static_cast<std::uint64_t>(reached_ps_) - static_cast<std::uint64_t>(begin_ps_);
-    if (begin_ps_ < reached_ps_ && back_ps > disorder_ps) {
+    if (saturated_difference(reached_ps_, begin_ps_) > disorder_ps) {
       wait({begin_ps_, 0, TagKind::clock_break, {}});
     } else if (!followed || begin_ps_ > reached_ps_) {
       wait({reached_ps_, 0, TagKind::loss_begin, {}});
@@ -184,7 +277,7 @@ bool Tags16Decoder::read_tags(Input& in, Output& out) {
     Input one{std::span(held_).first(tag_bytes)};
     read_run(one, out);
     if (!one.left.empty() && !read_special(one.data(), out)) return true;  // held for a header
-    held_bytes_ = 0;
+    drop_held(tag_bytes);
   } else {
     read_run(in, out);
     if (tags_left_ > 0) {
@@ -216,7 +309,10 @@ void Tags16Decoder::read_run(Input& in, Output& out) {
     if (type_of(head) != type_tag || time - begin > length) break;
     put_photon(time, channel_of(head), tags[count]);
   }
-  if (count > 0) reached_ps_ = tags[count - 1].time_ps;
+  if (count > 0) {
+    reached_ps_ = tags[count - 1].time_ps;
+    outside_in_row_ = 0;
+  }
   tags_left_ -= static_cast<std::uint32_t>(count);
   in.skip(count * tag_bytes);
   out.room = out.room.subspan(count);
@@ -228,7 +324,16 @@ bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
   const std::int64_t record_ps = time_at(record + 8);
   const bool inside = record_ps >= begin_ps_ && record_ps <= end_ps_;
   const std::int64_t time_ps = inside ? record_ps : reached_ps_;
-  switch (type_of(head)) {
+  const bool is_near = saturated_difference(record_ps, begin_ps_) >= -near_ps &&
+                       saturated_difference(record_ps, end_ps_) <= near_ps;
+  std::uint64_t type = type_of(head);
+  outside_in_row_ = inside ? 0 : outside_in_row_ + 1;
+  if (type > type_missed || outside_in_row_ == most_outside_in_row) {
+    damaged();
+    return false;
+  }
+  if (!is_near) type = type_tag;  // whatever it says is not of this block
+  switch (type) {
     case type_tag:
       ++counts_.outside_tags;
       out.put({time_ps, 1, TagKind::missed, {}});
@@ -244,13 +349,9 @@ bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
       // Records of missed events have said how many, where the sender knows.
       out.put({time_ps, counted_overflow_ ? 0 : -1, TagKind::loss_end, {}});
       break;
-    case type_missed:
+    default:
       counted_overflow_ = true;
       out.put({time_ps, missed_of(head), TagKind::missed, {}});
-      break;
-    default:
-      damaged();
-      return false;
   }
   reached_ps_ = time_ps;
   --tags_left_;

@@ -14,7 +14,7 @@ struct Tags16Counts {
   std::uint64_t blocks = 0;          // whole ones
   std::uint64_t lost_blocks = 0;     // gaps in the sequence numbers
   std::uint64_t damaged_blocks = 0;  // cut off at a record that is no tag, or at a new connection
-  std::uint64_t bad_headers = 0;     // with the magic, but a version, count or end that cannot be
+  std::uint64_t bad_headers = 0;     // with the magic, but not of a block: see Tags16Decoder
   std::uint64_t outside_tags = 0;    // with a time outside their block; each is one missed tag
   std::uint64_t skipped_bytes = 0;   // that belong to no block
 };
@@ -30,6 +30,13 @@ struct Tags16Counts {
 //    unknown count from where the stream was to where the next block begins.
 //
 // Nothing is said about the time before the first block.
+//
+// A header is believed where its version, flags, count and end are ones that can be, and no other
+// header begins inside it, as one does where a block was cut off in its header. One that is more
+// than 10 s ahead, or covers more than 10 s, or is early without the next sequence number, has to
+// be confirmed by what follows it: up to three records of its time or, of an empty block, the
+// header of a block that goes on from there. Sixteen records in a row that are outside their block
+// are none: the block ends with the first of a row that is misaligned, as one that was cut off.
 //
 // Threads: one. Errors: none, whatever the bytes; see counts(). No allocation.
 class Tags16Decoder {
@@ -59,9 +66,19 @@ class Tags16Decoder {
  private:
   struct Input;
   struct Output;
+  struct Header;
+  enum class Verdict { credible, none, more };  // more: bytes are needed to tell
+
+  static constexpr std::size_t probe_records = 3;
+  static constexpr std::size_t probe_bytes = header_bytes + probe_records * tag_bytes;
 
   bool read_header(Input& in);
   void take_header();
+  [[nodiscard]] Verdict judge_header() const;
+  [[nodiscard]] Verdict find_header_inside() const;
+  [[nodiscard]] bool is_doubtful(const Header& header) const;
+  [[nodiscard]] Verdict judge_what_follows(const Header& header) const;
+  void drop_held(std::size_t bytes);
   void skip_to_magic();
   void follow(std::uint32_t sequence);
   bool read_tags(Input& in, Output& out);
@@ -72,7 +89,8 @@ class Tags16Decoder {
   void end_block();
   void wait(const Tag& tag) { waiting_[waiting_count_++] = tag; }
 
-  std::array<std::byte, header_bytes> held_{};  // of a header or tag that the bytes cut in two
+  // Of a header and what it is confirmed by, or of a tag that the bytes cut in two.
+  std::array<std::byte, probe_bytes> held_{};
   std::size_t held_bytes_ = 0;
   std::array<Tag, 3> waiting_{};  // between blocks, for room to be written
   std::size_t waiting_count_ = 0;
@@ -84,6 +102,8 @@ class Tags16Decoder {
 
   bool begun_ = false;   // a block has come
   bool doubted_ = true;  // bytes are missing since the last block
+  bool fresh_ = true;    // nothing has come since the beginning, or since cut()
+  int outside_in_row_ = 0;
   bool counted_overflow_ = false;
   std::uint32_t next_sequence_ = 0;
   std::int64_t reached_ps_ = 0;

@@ -207,6 +207,108 @@ TEST(Tags16, HeadersThatLieAreNotBelieved) {
   }
 }
 
+// 10 ms from `index` times 10 ms on, at an instrument's epoch, with a record each millisecond or
+// none.
+test::Tags16Block block_of_10_ms(std::uint32_t index, bool is_empty = false) {
+  constexpr std::int64_t ms_ps = 1'000'000'000;
+  const std::int64_t begin_ps = 340'000'000'000'000'000 + index * 10 * ms_ps;
+  test::Tags16Block block{index, begin_ps, begin_ps + 10 * ms_ps, {}};
+  for (int i = 0; i < 10 && !is_empty; ++i) block.records.push_back({begin_ps + i * ms_ps, 1});
+  return block;
+}
+
+// Between two good blocks a part of one comes, and of another nothing.
+std::vector<Tag> tags_with_a_gap(std::span<const std::byte> part, std::size_t bytes_at_once) {
+  std::vector<std::byte> bytes = block_bytes(block_of_10_ms(4));
+  bytes.insert(bytes.end(), part.begin(), part.end());
+  append_block(block_of_10_ms(6), bytes);
+  append_block(block_of_10_ms(7), bytes);
+  Tags16Decoder decoder;
+  std::vector<Tag> tags = decode(decoder, bytes, bytes_at_once);
+  EXPECT_EQ(decoder.counts().blocks, 3U);
+  EXPECT_EQ(decoder.counts().skipped_bytes, part.size());
+  return tags;
+}
+
+std::vector<Tag> expected_with_a_gap() {
+  std::vector<Tag> tags = decoded(block_bytes(block_of_10_ms(4)));
+  tags.push_back(loss_begin(block_of_10_ms(4).end_ps));
+  tags.push_back(loss_end(block_of_10_ms(6).begin_ps, -1));
+  for (const std::uint32_t index : {6, 7}) {
+    for (const Tag& tag : decoded(block_bytes(block_of_10_ms(index)))) tags.push_back(tag);
+  }
+  return tags;
+}
+
+// Thirteen bytes of a header and the block after it make a header with times of its own.
+TEST(Tags16, APartOfAHeaderIsNotBelieved) {
+  for (const bool is_empty : {true, false}) {
+    const std::vector<std::byte> whole = block_bytes(block_of_10_ms(5, is_empty));
+    for (std::size_t part = 1; part < Tags16Decoder::header_bytes; ++part) {
+      for (const std::size_t bytes_at_once : {1, 29, 100'000}) {
+        SCOPED_TRACE(std::to_string(part) + " bytes, read by " + std::to_string(bytes_at_once));
+        EXPECT_EQ(tags_with_a_gap(std::span(whole).first(part), bytes_at_once),
+                  expected_with_a_gap());
+      }
+    }
+  }
+}
+
+TEST(Tags16, APartOfAHeaderAndGarbageAreNotBelieved) {
+  std::mt19937 random(7);
+  for (int run = 0; run < 2000; ++run) {
+    SCOPED_TRACE(run);
+    std::vector<std::byte> part = block_bytes(block_of_10_ms(5, run % 2 == 0));
+    part.resize(1 + random() % (Tags16Decoder::header_bytes - 1));
+    for (std::size_t garbage = random() % 100; garbage > 0; --garbage) {
+      part.push_back(static_cast<std::byte>(random()));
+    }
+    ASSERT_EQ(tags_with_a_gap(part, 100'000), expected_with_a_gap());
+  }
+}
+
+// Records that are read from somewhere inside one another.
+TEST(Tags16, ABlockThatLacksSomeBytesBreaksNoClock) {
+  for (std::size_t lacking = 1; lacking < 3 * Tags16Decoder::tag_bytes; ++lacking) {
+    std::vector<std::byte> bytes = block_bytes(block_of_10_ms(4));
+    test::Tags16Block long_one = block_of_10_ms(5);
+    for (int i = 0; i < 1000; ++i) long_one.records.push_back({long_one.end_ps - 1000 + i, 1});
+    std::vector<std::byte> damaged = block_bytes(long_one);
+    damaged.erase(damaged.begin() + 100, damaged.begin() + 100 + std::ptrdiff_t(lacking));
+    bytes.insert(bytes.end(), damaged.begin(), damaged.end());
+    append_block(block_of_10_ms(6), bytes);
+    append_block(block_of_10_ms(7), bytes);
+    Tags16Decoder decoder;
+    const std::vector<Tag> tags = decode(decoder, bytes);
+    for (const Tag& tag : tags) {
+      ASSERT_NE(tag.kind, TagKind::clock_break) << lacking;
+      ASSERT_GE(tag.time_ps, block_of_10_ms(4).begin_ps) << lacking;
+      ASSERT_LE(tag.time_ps, block_of_10_ms(7).end_ps) << lacking;
+    }
+    EXPECT_EQ(decoder.counts().blocks, 3U) << lacking;
+    EXPECT_EQ(decoder.counts().damaged_blocks, 1U) << lacking;
+    EXPECT_LE(decoder.counts().outside_tags, 16U) << lacking;
+  }
+}
+
+// A clock that jumps ahead shows it in more than one header.
+TEST(Tags16, AJumpFarAheadIsConfirmedByWhatFollows) {
+  constexpr std::int64_t day_ps = 86'400'000'000'000'000;
+  EXPECT_THAT(decoded(bytes_of({{0, 0, 10, {}}, {1, day_ps, day_ps + 10, {{day_ps + 3, 1}}}})),
+              ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(day_ps, -1),
+                          photon_tag(day_ps + 3, 1), heartbeat_tag(day_ps + 10)));
+  EXPECT_THAT(
+      decoded(bytes_of(
+          {{0, 0, 10, {}}, {1, day_ps, day_ps + 10, {}}, {2, day_ps + 10, day_ps + 20, {}}})),
+      ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(day_ps, -1),
+                  heartbeat_tag(day_ps + 10), heartbeat_tag(day_ps + 20)));
+  Tags16Decoder decoder;
+  EXPECT_THAT(
+      decode(decoder, bytes_of({{0, 0, 10, {}}, {1, max_ps - 9, max_ps, {}}, {2, 20, 30, {}}})),
+      ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(20, -1), heartbeat_tag(30)));
+  EXPECT_EQ(decoder.counts().bad_headers, 1U);
+}
+
 TEST(Tags16, AfterANewConnectionTheStreamGoesOnWithALoss) {
   Tags16Decoder decoder;
   std::vector<std::byte> bytes = block_bytes({0, 0, 10, {{3, 1}, {4, 1}}});
