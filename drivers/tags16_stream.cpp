@@ -1,5 +1,7 @@
 #include "drivers/tags16_stream.hpp"
 
+#include <utility>
+
 namespace splid {
 namespace {
 
@@ -21,7 +23,31 @@ constexpr std::array<CounterText, 7> counter_texts = {{
 // Room asked for at a time: 1 MiB, some milliseconds of the fastest tagger.
 constexpr std::size_t block_tags = 65'536;
 
+// What went wrong from one count to the next, empty where nothing did.
+std::string describe_damage(const Tags16Counts& before, const Tags16Counts& now) {
+  std::string text;
+  const auto add = [&](std::uint64_t was, std::uint64_t is, const char* what) {
+    if (is > was) text += (text.empty() ? "" : ", ") + std::to_string(is - was) + what;
+  };
+  add(before.lost_blocks, now.lost_blocks, " blocks missing by their numbers");
+  add(before.damaged_blocks, now.damaged_blocks, " blocks cut off");
+  add(before.bad_headers, now.bad_headers, " headers that cannot be");
+  add(before.outside_tags, now.outside_tags, " tags outside their block");
+  add(before.skipped_bytes, now.skipped_bytes, " bytes that belong to no block");
+  return text.empty() ? text : "tags were lost: " + text;
+}
+
 }  // namespace
+
+std::string Tags16News::since_last(const Tags16Counts& counts, Time now) {
+  if (now < next_look_) return {};
+  next_look_ = now + between_looks;
+  const Tags16Counts said = std::exchange(said_, counts);
+  if (said.blocks == 0) return {};
+  std::string news = describe_damage(said, counts);
+  if (!news.empty()) next_look_ = now + between_news;
+  return news;
+}
 
 bool Tags16Stream::feed(std::span<const std::byte> bytes, TagSink& sink) {
   bytes_ += bytes.size();

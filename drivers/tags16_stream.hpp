@@ -2,15 +2,37 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drivers/source.hpp"
 #include "protocol/tags16.hpp"
 
 namespace splid {
+
+// What goes wrong with a stream of blocks, in sentences for the status and the log.
+//
+// Threads: one. Errors: none.
+class Tags16News {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  // What went wrong since it was last said, empty where nothing did; to be asked often. It is said
+  // within 40 ms, so that what belongs together is in one sentence, and once a second at most.
+  // Where in a block a stream is first met is nothing that went wrong.
+  std::string since_last(const Tags16Counts& counts, Time now);
+
+ private:
+  static constexpr std::chrono::milliseconds between_looks{40};
+  static constexpr std::chrono::milliseconds between_news{1000};
+
+  Tags16Counts said_;
+  Time next_look_;
+};
 
 // From the bytes of a tags16 stream straight into a sink, with counters for the metrics.
 //
@@ -22,7 +44,7 @@ class Tags16Stream {
   // As Tags16Decoder::cut().
   void cut();
 
-  [[nodiscard]] std::uint64_t blocks() const { return decoder_.counts().blocks; }
+  [[nodiscard]] const Tags16Counts& counts() const { return decoder_.counts(); }
   // Any thread.
   [[nodiscard]] std::vector<SourceCounter> counters() const;
 

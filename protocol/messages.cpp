@@ -191,9 +191,15 @@ FrameMessage::Reference reference_from(const Members& members) {
   return {members.number("distance_m"), members.number("velocity_mps")};
 }
 
+// Only where there are any, as most frames have none.
+void write_uncounted(JsonWriter& json, std::uint64_t losses) {
+  if (losses > 0) json.integer("uncounted_losses", losses);
+}
+
 void read_circumstances(const Members& members, FrameMessage& message) {
   message.photons = members.count("photons");
   message.lost_tags = members.count("lost_tags");
+  message.uncounted_losses = members.count("uncounted_losses").value_or(0);
   message.seen_fraction = members.number("seen_fraction");
   if (const auto* json = members.find("sync")) message.sync = sync_from({*json, "/sync"});
   if (const auto* json = members.find("reference")) {
@@ -232,6 +238,7 @@ std::string to_json(const FrameMessage& message) {
   write_estimates(json, message);
   if (message.photons) json.integer("photons", *message.photons);
   if (message.lost_tags) json.integer("lost_tags", *message.lost_tags);
+  write_uncounted(json, message.uncounted_losses);
   json.number("seen_fraction", message.seen_fraction);
   write_sync(json, message);
   write_reference(json, message);
@@ -247,9 +254,9 @@ std::string to_json(const StatusMessage& message) {
       .text("source", message.source)
       .text("device", to_string(message.device));
   if (!message.device_name.empty()) json.text("device_name", message.device_name);
-  return json.integer("tags", message.tags)
-      .integer("lost_tags", message.lost_tags)
-      .integer("frames", message.frames)
+  json.integer("tags", message.tags).integer("lost_tags", message.lost_tags);
+  write_uncounted(json, message.uncounted_losses);
+  return json.integer("frames", message.frames)
       .integer("valid_frames", message.valid_frames)
       .number("ring_fill_ratio", message.ring_fill_ratio)
       .finish();

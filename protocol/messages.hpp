@@ -58,6 +58,7 @@ struct FrameMessage {
   // What the frame was made of.
   std::optional<std::uint64_t> photons;
   std::optional<std::uint64_t> lost_tags;  // known count
+  std::uint64_t uncounted_losses = 0;      // that took nobody knows how many tags
   std::optional<double> seen_fraction;     // 0 to 1, of the frame's time
 
   struct Sync {
@@ -101,6 +102,7 @@ struct StatusMessage {
   double ring_fill_ratio = 0;  // 0 to 1, highest since the last status
   // The instrument that is read, as its driver tells it from others; empty: left out.
   std::string device_name = {};
+  std::uint64_t uncounted_losses = 0;  // that took nobody knows how many tags
 };
 
 // The `version` message: what a new subscriber gets first.

@@ -79,7 +79,8 @@ struct Frame {
   FixedArray<MarkerTag> markers;        // likewise
   FixedArray<Loss> losses;              // clipped to the frame, sorted, not overlapping
   std::uint64_t lost_tags = 0;  // known count: of losses that ended here, late and surplus tags
-  double seen_fraction = 0;     // 0 to 1: 1 less the losses' share of the frame's time
+  std::uint64_t uncounted_losses = 0;  // that ended here and took nobody knows how many tags
+  double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
   SyncFit sync;
   std::int64_t arrival_ns = 0;  // of its last tag, as passed to Framer::push
 

@@ -150,7 +150,7 @@ void Framer::take_control(const Tag& tag) {
     return;
   }
   if (!in_range(tag.time_ps)) {
-    if (tag.kind != TagKind::heartbeat) report(tag.value);
+    take_control_of_no_time(tag);
     return;
   }
   const bool early = comes_late(tag.time_ps);
@@ -175,9 +175,21 @@ void Framer::take_control(const Tag& tag) {
   }
 }
 
+// A time that cannot be says nothing but that the loss, if one is open, ends about now.
+void Framer::take_control_of_no_time(const Tag& tag) {
+  if (tag.kind == TagKind::loss_end && loss_from_ps_) {
+    end_loss(last_ps_, tag.value);
+  } else if (tag.kind == TagKind::loss_end || tag.kind == TagKind::missed) {
+    report(tag.value);
+  }
+}
+
+// The open frame and the open loss end with the clock that they were told in.
 void Framer::break_clock() {
   settle_last_suspect();
+  if (loss_from_ps_) lose_uncounted();
   if (frame_ != nullptr) cut_short();
+  loss_from_ps_.reset();
   ++totals_.resets;
 }
 
@@ -221,9 +233,7 @@ bool Framer::is_early(std::int64_t time_ps) {
     return false;
   }
   if (++backward_run_ < backward_tags) return true;
-  settle_last_suspect();
-  cut_short();
-  ++totals_.resets;
+  break_clock();
   begin_frame(time_ps, Ends::neither);
   return false;
 }
@@ -309,8 +319,9 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_->markers.clear();
   frame_->losses.clear();
   frame_->lost_tags = totals_.unplaced;
+  frame_->uncounted_losses = unplaced_uncounted_;
   frame_->arrival_ns = arrival_ns_;
-  totals_.unplaced = 0;
+  totals_.unplaced = unplaced_uncounted_ = 0;
   surplus_from_ps_.reset();
   surplus_photons_ = 0;
   ends_ = ends;
@@ -389,6 +400,7 @@ void Framer::close_frame() {
   if (surplus_from_ps_) frame_->add_loss(*surplus_from_ps_, frame_->end_ps, surplus_photons_);
   frame_->settle_losses();
   frame_->sync = clock_.fit(frame_->syncs_ps.view(), frame_->start_ps, frame_->end_ps);
+  for (std::size_t n = silence_.mark(*frame_, clock_.period_ps()); n > 0; --n) lose_uncounted();
   diagnose();
   ++sequence_;
   ++totals_.frames;
@@ -420,8 +432,10 @@ void Framer::finish() {
   if (frame_ == nullptr) return;
   if (!held_.empty()) next_frame();
   const bool used = !frame_->photons_ps.empty() || !frame_->syncs_ps.empty() ||
-                    !frame_->markers.empty() || frame_->lost_tags > 0;
+                    !frame_->markers.empty() || frame_->lost_tags > 0 ||
+                    frame_->uncounted_losses > 0;
   if (used) {
+    if (loss_from_ps_) lose_uncounted();
     cut_short();
   } else {
     spare_ = frame_;
@@ -439,6 +453,7 @@ void Framer::end_loss(std::int64_t time_ps, std::int32_t count) {
 
 // A count that the stream itself gives; -1: not known.
 void Framer::report(std::int64_t count) {
+  if (count < 0) lose_uncounted();
   if (count <= 0) return;
   totals_.reported += static_cast<std::uint64_t>(count);
   lose(static_cast<std::uint64_t>(count));
@@ -446,6 +461,11 @@ void Framer::report(std::int64_t count) {
 
 void Framer::lose(std::uint64_t count) {
   (frame_ != nullptr ? frame_->lost_tags : totals_.unplaced) += count;
+}
+
+void Framer::lose_uncounted() {
+  ++totals_.uncounted;
+  ++(frame_ != nullptr ? frame_->uncounted_losses : unplaced_uncounted_);
 }
 
 // The tags of three frames say enough; one frame without a lock may have begun in mid-stream.

@@ -8,6 +8,7 @@
 #include "daemon/framing/channel_map.hpp"
 #include "daemon/framing/frame.hpp"
 #include "daemon/framing/frame_plan.hpp"
+#include "daemon/framing/silence.hpp"
 #include "daemon/framing/sync_diagnosis.hpp"
 #include "estimator/sync_clock.hpp"
 #include "protocol/tag.hpp"
@@ -29,8 +30,9 @@ struct FramerTotals {
   std::uint64_t reported = 0;  // missing as the stream itself says, known counts
   std::uint64_t unplaced = 0;  // lost while no frame is open: the next frame's, if one comes
   std::uint64_t frames = 0;
-  std::uint64_t jumps = 0;   // gaps for which no frames were made
-  std::uint64_t resets = 0;  // times the clock was set anew
+  std::uint64_t jumps = 0;      // gaps for which no frames were made
+  std::uint64_t resets = 0;     // times the clock was set anew
+  std::uint64_t uncounted = 0;  // losses of which nobody knows how many tags they took
 };
 
 // Cuts the stream of tags into frames: takes spans of tags in stream order, however cut, and emits
@@ -49,8 +51,11 @@ struct FramerTotals {
 //    closed likewise; the first 15 are late. A step back within the open frame is not seen.
 //  - A loss is clipped to the frames that it touches; its count goes to the one in which it ends.
 //    `missed` says no interval: it is taken as since the tag before. An end without a beginning
-//    reaches back to the loss before, or to the frame's start.
+//    reaches back to the loss before, or to the frame's start. A loss that is open when the clock
+//    is set anew ends there: its end may never come.
 //  - Photons beyond the frame's room are counted (surplus), and the rest of the frame is a loss.
+//  - Time in which an instrument says nothing although it should is a loss that nobody told of; see
+//    Silence.
 //
 // Threads: one. Errors: none; FrameSink::open() may wait. No allocation after construction.
 class Framer {
@@ -80,6 +85,7 @@ class Framer {
 
   void take(const Tag& tag);
   void take_control(const Tag& tag);
+  void take_control_of_no_time(const Tag& tag);
   void break_clock();
   void settle_suspect(std::int64_t next_ps);
   void settle_last_suspect();
@@ -106,12 +112,14 @@ class Framer {
   void end_loss(std::int64_t time_ps, std::int32_t count);
   void report(std::int64_t count);
   void lose(std::uint64_t count);
+  void lose_uncounted();
   void diagnose();
 
   FramerOptions options_;
   ChannelMap channels_;
   FrameSink& sink_;
   SyncClock clock_;
+  Silence silence_;
   std::int64_t max_gap_ps_;   // a longer one gives no empty frames
   std::int64_t disorder_ps_;  // tags may be out of order by so much
 
@@ -135,6 +143,7 @@ class Framer {
   std::uint64_t surplus_photons_ = 0;            // of this frame
 
   FramerTotals totals_;
+  std::uint64_t unplaced_uncounted_ = 0;  // uncounted losses while no frame is open
   int unlocked_frames_ = 0;
   std::optional<SyncDiagnosis> diagnosis_;
 };

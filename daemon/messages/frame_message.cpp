@@ -119,6 +119,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   message.duration_ms = static_cast<double>(frame.end_ps - frame.start_ps) / ps_per_ms;
   message.photons = frame.photons_ps.size();
   message.lost_tags = frame.lost_tags;
+  message.uncounted_losses = frame.uncounted_losses;
   message.seen_fraction = frame.seen_fraction;
   message.sync = sync_message(frame.sync);
   message.effort = to_string(times.effort);

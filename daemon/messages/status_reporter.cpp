@@ -59,6 +59,7 @@ void StatusReporter::go_on_from(const StatusMessage& before) {
   status_.sequence = before.sequence;
   status_.tags = before.tags;
   status_.lost_tags = before.lost_tags;
+  status_.uncounted_losses = before.uncounted_losses;
   status_.frames = before.frames;
   status_.valid_frames = before.valid_frames;
 }
@@ -67,6 +68,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   ++status_.frames;
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
+  status_.uncounted_losses += message.uncounted_losses;
   last_frame_ = message.status;
   if (!is_disturbed_frame()) disturbed_until_ns_ = 0;
   frames_this_second_ += message.valid() ? 1 : 0;

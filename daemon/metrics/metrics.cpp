@@ -145,6 +145,8 @@ struct Metrics::Series {
   Counter& late = lost(*registry, "late");
   Counter& surplus = lost(*registry, "surplus");
   Counter& discarded = lost(*registry, "discarded");
+  Counter& uncounted = counter(*registry, "splid_losses_uncounted_total",
+                               "Losses of which nobody knows how many tags they took");
   Counter& jumps =
       counter(*registry, "splid_stream_jumps_total", "Gaps for which no frames were made");
   Counter& resets =
@@ -238,6 +240,7 @@ void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
   // What the ring dropped is counted at once and comes down the stream later.
   raise(series.instrument, framer.reported - std::min(framer.reported, totals.dropped_tags));
   raise(series.discarded, totals.discarded_tags);
+  raise(series.uncounted, framer.uncounted);
   raise(series.jumps, framer.jumps);
   raise(series.resets, framer.resets);
   raise(series.unsent, dropped_());

@@ -37,6 +37,10 @@ std::string describe(const PipelineSummary& summary) {
   text += "; " + grouped(tags.events) + " tags: " + grouped(tags.photons) + " photons, " +
           grouped(tags.syncs) + " syncs, " + grouped(tags.ignored) + " on channels not used; " +
           grouped(summary.lost_tags + summary.discarded_tags) + " lost";
+  if (tags.uncounted > 0) {
+    text += ", and nobody knows how many in " + grouped(tags.uncounted) +
+            (tags.uncounted == 1 ? " loss" : " losses");
+  }
   return text;
 }
 

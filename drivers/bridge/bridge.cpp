@@ -96,8 +96,13 @@ void BridgeSource::read(TagSink& sink) {
 
 void BridgeSource::watch_blocks() {
   const auto now = steady_clock::now();
-  if (stream_.blocks() != blocks_) {
-    blocks_ = stream_.blocks();
+  const std::string news = news_.since_last(stream_.counts(), now);
+  // Something new each time, and over already: the state is what it was.
+  if (!news.empty()) {
+    context_.report({DeviceState::connected, socket_.address() + ": " + news});
+  }
+  if (stream_.counts().blocks != blocks_) {
+    blocks_ = stream_.counts().blocks;
     block_seen_ = now;
     pause_ = milliseconds{0};
     report(DeviceState::connected, "");

@@ -32,9 +32,10 @@ struct BridgeOptions : SourceOptions {
 // cost is a loss in the stream, from where it was to the first block after it, or a clock_break
 // where the bridge's clock began anew.
 //
-// Reports no_device while there is no connection, with the reason; connected at the first block;
-// failing when no whole block came for a second. A connection silent for 3 s is given up and made
-// anew, since a machine that lost its power closes none.
+// Reports no_device while there is no connection, with the reason; connected at the first block,
+// and with what was lost where blocks are missing or damaged; failing when no whole block came for
+// a second. A connection silent for 3 s is given up and made anew, since a machine that lost its
+// power closes none.
 //
 // Threads, timeouts: as TagSource. Errors: none from run(); the constructor's as ClientSocket's.
 class BridgeSource : public TagSource {
@@ -56,6 +57,7 @@ class BridgeSource : public TagSource {
   SourceContext context_;
   ClientSocket socket_;
   Tags16Stream stream_;
+  Tags16News news_;
   std::vector<std::byte> buffer_;
   std::chrono::milliseconds pause_{0};  // before the next attempt to connect
   SteadyTime heard_;                    // last byte, or the connection's start

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "drivers/tags16_stream.hpp"
 #include "protocol/tags16.hpp"
 
 namespace splid {
@@ -18,20 +19,6 @@ std::optional<std::uint8_t> parse_endpoint(const std::string& text) {
   const bool whole = result.ec == std::errc{} && result.ptr == last;
   if (!whole || value < 0x81 || value > 0x8F) return std::nullopt;
   return value;
-}
-
-// What went wrong from one count to the next, empty where nothing did.
-std::string describe_damage(const Tags16Counts& before, const Tags16Counts& now) {
-  std::string text;
-  const auto add = [&](std::uint64_t was, std::uint64_t is, const char* what) {
-    if (is > was) text += (text.empty() ? "" : ", ") + std::to_string(is - was) + what;
-  };
-  add(before.lost_blocks, now.lost_blocks, " blocks missing by their numbers");
-  add(before.damaged_blocks, now.damaged_blocks, " blocks cut off");
-  add(before.bad_headers, now.bad_headers, " headers that cannot be");
-  add(before.outside_tags, now.outside_tags, " tags outside their block");
-  add(before.skipped_bytes, now.skipped_bytes, " bytes that belong to no block");
-  return text.empty() ? text : "tags were lost: " + text;
 }
 
 class Tags16Instrument final : public UsbInstrument {
@@ -55,13 +42,7 @@ class Tags16Instrument final : public UsbInstrument {
   }
 
   std::string tend(UsbDevice&, TagSink&) override {
-    const auto now = std::chrono::steady_clock::now();
-    if (now < next_look_) return {};
-    next_look_ = now + between_looks;
-    const Tags16Counts said = std::exchange(said_, decoder_.counts());
-    // Where in a block the stream was met says nothing.
-    if (said.blocks == 0) return {};
-    return describe_damage(said, said_);
+    return news_.since_last(decoder_.counts(), std::chrono::steady_clock::now());
   }
 
   // The decoder says it with the next block.
@@ -73,14 +54,11 @@ class Tags16Instrument final : public UsbInstrument {
 
  private:
   static constexpr std::size_t most_tags = 16'384;
-  // So that what is wrong with the blocks is in a status within 100 ms, and in few of them.
-  static constexpr std::chrono::milliseconds between_looks{40};
 
   std::uint8_t endpoint_;
   int setting_;
-  std::chrono::steady_clock::time_point next_look_;
-  Tags16Counts said_;
   Tags16Decoder decoder_;
+  Tags16News news_;
 };
 
 const bool registered = register_source("tags16-usb", std::make_unique<Tags16UsbOptions>);

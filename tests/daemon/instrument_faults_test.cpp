@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -114,7 +115,12 @@ std::vector<Fault> connection_faults() {
            },
            "", is_unseen},
           {"gap", "3 ms of blocks are missing", [](FaultyBridge& bridge) { bridge.sender.skip(3); },
-           "", is_unseen}};
+           "", is_unseen},
+          {"gapInNumbers",
+           "two blocks' numbers are missing, and no time",
+           [](FaultyBridge& bridge) { bridge.sender.skip_numbers(2); },
+           "tags were lost: 2 blocks missing by their numbers",
+           {}}};
 }
 
 std::vector<Fault> told_losses() {
@@ -185,6 +191,13 @@ std::vector<Fault> light_and_sync_faults() {
          });
        },
        "", [](const FrameMessage& frame) { return frame.sync->spurious > 10'000; }, undo, 0},
+      {"silence", "instrument says nothing in mid-frame, but its clock goes on",
+       [](FaultyBridge& bridge) {
+         bridge.damage([blocks = 0](auto& records) mutable {
+           if (++blocks <= 20) records.clear();
+         });
+       },
+       "", is_unseen, undo, 0},
       {"dark", "detector is covered",
        [](FaultyBridge& bridge) {
          bridge.damage([](auto& records) {
@@ -209,6 +222,36 @@ INSTANTIATE_TEST_SUITE_P(ToldLoss, InstrumentFault, ::testing::ValuesIn(told_los
 INSTANTIATE_TEST_SUITE_P(Clock, InstrumentFault, ::testing::ValuesIn(clock_faults()), name_of);
 INSTANTIATE_TEST_SUITE_P(LightAndSyncs, InstrumentFault,
                          ::testing::ValuesIn(light_and_sync_faults()), name_of);
+
+using LossesToTheEnd = test::FaultScene;
+
+// An overflow begins, and the bridge comes back with a clock that begins anew.
+TEST_F(LossesToTheEnd, AnOverflowIsOverWithItsClock) {
+  start();
+  once(bridge, [](auto& records) { put_second(records, {{0, 0, 2, 0}}); });
+  ASSERT_TRUE(daemon->await_frame(
+      [](const FrameMessage& frame) { return frame.seen_fraction.value_or(1) == 0; }));
+  undo(bridge);
+  bridge.hang_up(true);
+  ASSERT_TRUE(daemon->await_status("closed the connection"));
+  bridge.sender.restart();
+  bridge.come_back();
+  EXPECT_TRUE(daemon->await_good_frame());
+}
+
+TEST_F(LossesToTheEnd, AGapInTheNumbersIsInAFrameAndInTheLog) {
+  start();
+  bridge.sender.skip_numbers(2);
+  ASSERT_TRUE(daemon->await_frame([](const FrameMessage& frame) {
+    return frame.status == FrameStatus::ok && frame.uncounted_losses == 1;
+  }));
+  ASSERT_TRUE(daemon->await_good_frame());
+  const test::ProgramResult result = daemon->stop();
+  daemon.reset();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, ::testing::HasSubstr("2 blocks missing by their numbers"));
+  EXPECT_THAT(result.err, ::testing::HasSubstr("0 lost, and nobody knows how many in 1 loss;"));
+}
 
 using UtcOfFrames = test::FaultScene;
 

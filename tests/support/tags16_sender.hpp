@@ -58,6 +58,11 @@ class Tags16Sender {
     sequence_ += static_cast<std::uint32_t>(blocks);
     at_ps_ += blocks * block_ps;
   }
+  // Leaves out numbers alone, as a sender does that lost what it had and knows no more than that.
+  void skip_numbers(std::uint32_t blocks) {
+    const std::lock_guard lock(mutex_);
+    sequence_ += blocks;
+  }
   // The instrument's clock steps, and says nothing.
   void step(std::int64_t by_ps) {
     const std::lock_guard lock(mutex_);

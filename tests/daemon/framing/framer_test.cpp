@@ -321,6 +321,37 @@ TEST(Framer, ALossGoesOnWhenTheClockIsSetAnew) {
   EXPECT_EQ(r.frames[5].lost_tags, 3U);
 }
 
+// What was missing in the old clock is over with it: nobody may ever say its end.
+TEST(Framer, AnOpenLossEndsWithTheClockThatItBeganIn) {
+  for (const bool is_said : {true, false}) {
+    std::vector<Tag> tags = without(TagStream{}.make(), 45 * ms, 1'000 * ms);
+    tags.push_back({45 * ms, 0, TagKind::loss_begin, {}});
+    if (is_said) tags.push_back({45 * ms, 0, TagKind::clock_break, {}});
+    for (const Tag& tag : TagStream{}.make()) tags.push_back(tag);
+    const Framed r = framed(tags);
+    expect_sums_close(r, events_in(tags));
+    expect_frames_whole(r);
+    ASSERT_EQ(r.frames.size(), 15U);
+    EXPECT_NEAR(r.frames[4].seen_fraction, 0.5, 0.02);
+    for (std::size_t i = 6; i < 14; ++i) EXPECT_EQ(r.frames[i].seen_fraction, 1) << i;
+  }
+}
+
+TEST(Framer, ALossWhoseEndIsNoTimeEndsAtTheTagBefore) {
+  std::vector<Tag> tags = TagStream{}.make();
+  const auto after = [&](std::int64_t time_ps) {
+    return std::find_if(tags.begin(), tags.end(),
+                        [&](const Tag& tag) { return tag.time_ps > time_ps; });
+  };
+  constexpr std::int64_t no_time = std::numeric_limits<std::int64_t>::max() - 5;
+  tags.insert(after(14 * ms), Tag{no_time, -1, TagKind::loss_end, {}});
+  insert_sorted(tags, {12 * ms, 0, TagKind::loss_begin, {}});
+  const Framed r = framed(tags);
+  expect_sums_close(r, events_in(tags));
+  EXPECT_NEAR(r.frames[1].seen_fraction, 0.8, 0.01);
+  for (std::size_t i = 2; i < r.frames.size() - 1; ++i) EXPECT_EQ(r.frames[i].seen_fraction, 1);
+}
+
 TEST(Framer, AClockBreakSetsTheClockAnewAtOnce) {
   std::vector<Tag> tags = without(TagStream{}.make(), 45 * ms, 1'000 * ms);
   tags.push_back({45 * ms, 0, TagKind::clock_break, {}});
@@ -362,6 +393,20 @@ TEST(Framer, AnEndWithoutABeginningReachesBack) {
   EXPECT_EQ(r.frames[1].losses[0].end_ps, 16 * ms);
   EXPECT_EQ(r.frames[1].lost_tags, 5U);
   expect_sums_close(r, events_in(tags));
+}
+
+// As of a sender whose block numbers have a gap, but whose times have none.
+TEST(Framer, ALossOfNobodyKnowsHowManyIsToldWhereItEnds) {
+  std::vector<Tag> tags = TagStream{}.make();
+  insert_sorted(tags, {13 * ms, 0, TagKind::loss_begin, {}});
+  insert_sorted(tags, {13 * ms, -1, TagKind::loss_end, {}});
+  insert_sorted(tags, {36 * ms, -1, TagKind::missed, {}});
+  const Framed r = framed(tags);
+  expect_sums_close(r, events_in(tags));
+  EXPECT_EQ(r.totals.uncounted, 2U);
+  for (std::size_t i = 0; i < r.frames.size(); ++i) {
+    EXPECT_EQ(r.frames[i].uncounted_losses, i == 1 || i == 3 ? 1U : 0U) << i;
+  }
 }
 
 TEST(Framer, MissedTagsAreALossSinceTheTagBefore) {
