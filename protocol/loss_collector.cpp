@@ -67,7 +67,11 @@ void LossCollector::take(const Tag& tag) {
     case TagKind::sync:
     case TagKind::marker:
     case TagKind::heartbeat:
+      break;
     case TagKind::clock_break:
+      // Its end may never come, and would be in another clock.
+      if (open_since_ps_) add({*open_since_ps_, *open_since_ps_, -1});
+      open_since_ps_.reset();
       break;
   }
 }

@@ -15,7 +15,8 @@ namespace splid {
 void join_losses(std::vector<Loss>& losses, std::size_t max_count);
 
 // Turns loss_begin, loss_end and missed tags of a stream into a list of losses. A `missed` tag,
-// which has no interval, becomes a loss with begin == end.
+// which has no interval, becomes a loss with begin == end, as does one that is open when the clock
+// breaks, with count -1.
 //
 // Threads: one. No allocation after construction: past its capacity neighbours are joined.
 class LossCollector {

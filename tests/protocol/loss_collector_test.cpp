@@ -111,6 +111,15 @@ TEST(LossCollector, ALossThatIsOpenHasItsPlaceToo) {
   EXPECT_THAT(collector.losses(50), ElementsAre(Loss{10, 50, -1}, Loss{40, 40, 2}));
 }
 
+TEST(LossCollector, ALossThatIsOpenEndsWithItsClock) {
+  LossCollector collector;
+  collector.take({50, 0, TagKind::loss_begin, {}});
+  collector.take({0, 0, TagKind::clock_break, {}});
+  EXPECT_THAT(collector.losses(900), ElementsAre(Loss{50, 50, -1}));
+  collector.take({700, 3, TagKind::loss_end, {}});
+  EXPECT_THAT(collector.losses(900), ElementsAre(Loss{50, 50, -1}, Loss{700, 700, 3}));
+}
+
 TEST(LossCollector, AnEndBeforeItsBeginIsTurnedAround) {
   LossCollector collector;
   collector.take({40, 0, TagKind::loss_begin, {}});
