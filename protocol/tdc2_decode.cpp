@@ -11,11 +11,18 @@ constexpr std::uint64_t dummy_bit = 1U << 4U;
 constexpr std::uint64_t input_bits = 0xF;
 
 constexpr std::int64_t units_per_ms = 256'000'000;
-constexpr int most_strays_in_row = 64;
+constexpr std::int64_t units_per_s = 1000 * units_per_ms;
+constexpr int strays_of_a_new_clock = 64;
+
+// Of two records that show that a stream is no longer adrift: of random ones 1 in 10^7 are as near.
+constexpr std::int64_t most_apart = 20 * units_per_ms;
 
 // 53 days, half of what 64 bits of ps hold.
 constexpr std::int64_t last_ps = std::int64_t{1} << 62U;
 constexpr std::int64_t last_units = last_ps / 125 * 32;
+
+// One of 32 bits for each value that the internal bits can have.
+std::uint32_t internal_bit(std::uint64_t record) { return 1U << ((record >> 5U) & 31U); }
 
 std::uint64_t record_at(const std::byte* bytes) {
   std::uint64_t record = 0;
@@ -54,12 +61,16 @@ Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
   if (!reached_ps_) begin_at(units);
   const std::int64_t step = step_between(latest_units_, units);
   std::int64_t behind = 0;
-  if (!is_possible(step)) {
-    ++strays_;
+  if (!fits(units, step)) {
     *out++ = {*reached_ps_, 1, TagKind::missed, {}};
-    if (++strays_in_row_ < most_strays_in_row) return out;
+    count_stray(record);
+    if (agreeing_strays_ < strays_of_a_new_clock) {
+      if (strays_in_row_ == adrift_from) *out++ = {*reached_ps_, 0, TagKind::loss_begin, {}};
+      return out;
+    }
     *out++ = {*reached_ps_, 0, TagKind::clock_break, {}};
     begin_at(units);
+    strays_in_row_ = 0;
   } else if (step < 0) {
     behind = -step;
   } else {
@@ -70,8 +81,10 @@ Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
       since_origin_ = 0;
     }
   }
-  strays_in_row_ = 0;
+  internals_ |= internal_bit(record);
   reached_ps_ = to_ps(since_origin_);
+  if (is_adrift()) *out++ = {*reached_ps_, -1, TagKind::loss_end, {}};
+  strays_in_row_ = 0;
   const std::int64_t time_ps = to_ps(since_origin_ - behind);
   if ((record & dummy_bit) != 0) {
     *out++ = heartbeat_tag(time_ps);
@@ -81,6 +94,26 @@ Tag* Tdc2Decoder::take(std::uint64_t record, Tag* out) {
     *out++ = photon_tag(time_ps, std::countr_zero(inputs) + 1);
   }
   return out;
+}
+
+bool Tdc2Decoder::fits(std::uint64_t units, std::int64_t step) const {
+  if (!is_possible(step)) return false;
+  if (!is_adrift()) return true;
+  const std::int64_t since_stray = step_between(stray_units_, units);
+  return since_stray >= -units_per_ms && since_stray <= most_apart;
+}
+
+// Design note: read with some bytes missing, records can make a clock that only runs too fast; but
+// then their internal bits are others, which in good records are 24 or 25.
+void Tdc2Decoder::count_stray(std::uint64_t record) {
+  const std::uint64_t units = record >> time_shift;
+  const std::int64_t step = step_between(stray_units_, units);
+  const bool agrees = strays_in_row_ > 0 && step >= -units_per_ms && step <= units_per_s &&
+                      (internals_ & internal_bit(record)) != 0;
+  agreeing_strays_ = agrees ? agreeing_strays_ + 1 : 1;
+  ++strays_in_row_;
+  ++strays_;
+  stray_units_ = units;
 }
 
 bool Tdc2Decoder::is_possible(std::int64_t step) const {

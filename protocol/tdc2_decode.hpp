@@ -17,8 +17,11 @@ namespace splid {
 //  - each input's bit gives a photon tag; value: the input, 1 to 4;
 //  - a dummy gives a heartbeat and no photon, an all-zero word, which is padding, nothing;
 //  - a time more than 1 ms before the latest, or past the horizon, cannot be: the record is left
-//    out and is one missed tag. After 64 of those in a row the clock is taken to have been set
-//    anew: clock_break.
+//    out and is one missed tag. After 64 of those in a row that agree with each other, and whose
+//    internal bits are ones that good records had, the clock is taken to have been set anew:
+//    clock_break. After 64 that do not, the stream is adrift, which is a loss of unknown count,
+//    until two records in a row agree with the clock and with each other. So garbage, and records
+//    read from somewhere inside one another, are no times.
 //
 // Times are 125/32 ps a unit, rounded to the nearest from the whole count, so that no error adds
 // up. The 54 bits wrap every 19.5 h, which is followed as long as a record comes in half of that. A
@@ -43,11 +46,17 @@ class Tdc2Decoder {
 
   // Time of the latest record; absent before the first.
   [[nodiscard]] std::optional<std::int64_t> reached_ps() const { return reached_ps_; }
+  // Whether what comes is no records: 64 or more in a row were left out.
+  [[nodiscard]] bool is_adrift() const { return strays_in_row_ >= adrift_from; }
   // Records left out since their time cannot be.
   [[nodiscard]] std::uint64_t strays() const { return strays_; }
 
  private:
+  static constexpr int adrift_from = 64;
+
   Tag* take(std::uint64_t record, Tag* out);
+  [[nodiscard]] bool fits(std::uint64_t units, std::int64_t step) const;
+  void count_stray(std::uint64_t record);
   bool is_possible(std::int64_t step) const;
   void begin_at(std::uint64_t units);
 
@@ -56,6 +65,9 @@ class Tdc2Decoder {
   std::int64_t since_origin_ = 0;   // that, in units since the tags' time 0
   std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
   int strays_in_row_ = 0;
+  int agreeing_strays_ = 0;        // the last of these, each with the one before
+  std::uint64_t stray_units_ = 0;  // time of the last stray, as it came
+  std::uint32_t internals_ = 0;    // values of the internal bits that records had, a bit each
   std::uint64_t strays_ = 0;
 };
 

@@ -49,6 +49,7 @@ struct BulkStream::Flight {
   std::atomic<std::size_t> flying{0};
   std::atomic<bool> stopping{false};
   std::atomic<unsigned> trouble{none};
+  std::atomic<std::uint32_t> stalls{0};
   std::atomic<int> last_failure{LIBUSB_TRANSFER_ERROR};
   int failures_in_row = 0;  // events' thread only, while transfers fly
 
@@ -86,8 +87,11 @@ struct BulkStream::Flight {
         trouble |= gone;
         return false;
       case LIBUSB_TRANSFER_STALL:
-        fail(transfer.status);
-        trouble |= stalled;
+        // It ends all that fly, of which only the first was filling.
+        if ((trouble.fetch_or(stalled) & stalled) == 0) {
+          ++stalls;  // before the cut, so that whoever sees that sees this
+          queue.cut();
+        }
         return false;
       default:
         fail(transfer.status);
@@ -175,6 +179,8 @@ bool BulkStream::stop() {
 }
 
 unsigned BulkStream::trouble() const { return flight_->trouble; }
+
+std::uint32_t BulkStream::stalls() const { return flight_->stalls; }
 
 const char* BulkStream::last_failure() const {
   return transfer_status_name(static_cast<std::size_t>(flight_->last_failure.load()));

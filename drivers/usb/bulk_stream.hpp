@@ -64,6 +64,8 @@ class BulkStream {
   bool stop();
 
   [[nodiscard]] unsigned trouble() const;
+  // Times the endpoint stalled; each is one cut in the queue, however many transfers it ended.
+  [[nodiscard]] std::uint32_t stalls() const;
   // What the last failed transfer failed of, such as "overflow".
   [[nodiscard]] const char* last_failure() const;
 

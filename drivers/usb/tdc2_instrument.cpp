@@ -34,6 +34,12 @@ constexpr milliseconds beat_margin{50};
 constexpr milliseconds horizon_margin{1000};
 
 constexpr std::uint32_t unreadable = 0xFFFFFFFF;
+constexpr int unreadable_said = 20;     // polls: 1 s
+constexpr int unreadable_ended = 40;    // 2 s
+constexpr int unreadable_again = 1200;  // said every minute
+
+// What comes may be garbage for so long.
+constexpr milliseconds nonsense_patience{500};
 
 // In its RAM, after the table: a count, so many words, and one that makes the sum of all zero.
 constexpr std::uint32_t parameter_address = 4096;
@@ -144,8 +150,9 @@ void Tdc2Instrument::start(UsbDevice& device) {
   }
   // Bits that are up by now tell of no loss.
   const auto status = ask(device, tdc2_command(Tdc2Command::status_word), patience);
-  status_ = status.value_or(0) == unreadable ? 0 : status.value_or(0);
-  heard_ = Clock::now();
+  was_readable_ = status && *status != unreadable;
+  status_ = was_readable_ ? *status : 0;
+  heard_ = fitted_ = Clock::now();
   next_poll_ = heard_ + between_polls;
 }
 
@@ -165,6 +172,7 @@ std::string Tdc2Instrument::tend(UsbDevice& device, TagSink& sink) {
   }
   if (now < next_poll_) return {};
   next_poll_ = now + between_polls;
+  watch_records(device);
   std::string told = poll_status(device, sink);
   const std::uint64_t strays = decoder_.strays() + cut_records_;
   const std::uint64_t more = strays - std::exchange(told_strays_, strays);
@@ -188,16 +196,40 @@ std::string Tdc2Instrument::poll_status(UsbDevice& device, TagSink& sink) {
     throw UsbError(device.name() + ": it does not answer any more; it is opened anew", 0);
   }
   unanswered_ = 0;
-  if (*reply == unreadable) return {};
+  if (*reply == unreadable) return count_unreadable(device, sink);
+  const bool was_said = std::exchange(unreadable_, 0) >= unreadable_said;
+  was_readable_ = true;
   const std::uint32_t risen = *reply & ~status_ & settings_.loss_bits;
   status_ = *reply;
-  if (risen == 0) return {};
+  if (risen == 0) return was_said ? "its status word can be read again" : "";
   begin_loss(sink);
   loss_seen_by_status_ = true;
   std::array<char, 80> text{};
   std::snprintf(text.data(), text.size(), "its status word 0x%08x says that tags were lost",
                 unsigned{*reply});
   return text.data();
+}
+
+std::string Tdc2Instrument::count_unreadable(const UsbDevice& device, TagSink& sink) {
+  ++unreadable_;
+  if (unreadable_ < unreadable_said) return {};
+  if (was_readable_ && unreadable_ >= unreadable_ended) {
+    throw UsbError(
+        device.name() + ": its status word (0xffffffff) cannot be read any more; it is opened anew",
+        0);
+  }
+  if (decoder_.reached_ps()) put(Tag{*decoder_.reached_ps(), -1, TagKind::missed, {}}, sink);
+  if (unreadable_ % unreadable_again != unreadable_said) return {};
+  return "its status word (0xffffffff) cannot be read: whether it loses tags is not known; switch "
+         "it off and on again";
+}
+
+void Tdc2Instrument::watch_records(const UsbDevice& device) const {
+  if (!decoder_.is_adrift() || Clock::now() - fitted_ < nonsense_patience) return;
+  throw UsbError(device.name() +
+                     ": what it sends is no records, or parts of them; it is opened "
+                     "anew; look at its cable",
+                 0);
 }
 
 void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
@@ -218,6 +250,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
       ends_loss = false;
     }
   }
+  if (!decoder_.is_adrift()) fitted_ = now;
   // A transfer begins with a whole record, so the rest of one belongs to nothing.
   if (!bytes.empty() && decoder_.reached_ps()) {
     ++cut_records_;

@@ -22,7 +22,11 @@ struct Tdc2Settings {
 //
 // Lost tags: its status word is read every 50 ms. A bit that comes up tells of a loss, from where
 // the stream is, since what the instrument had stored before comes first, to where it is when the
-// word is read again.
+// word is read again. While the word cannot be read, which its maker's library tells by -1 too,
+// nobody knows: after 1 s that is said, and each reading is a loss of unknown count. Where the word
+// could be read before, the instrument is opened anew after 2 s.
+//
+// Records that make no sense for 0.5 s have the instrument opened anew, which aligns them.
 //
 // Heartbeats: the instrument is asked to insert dummy records, which are ones. Where nothing has
 // come for 10 ms, what waits in a packet that is not full is asked for, and the time then surely
@@ -52,6 +56,8 @@ class Tdc2Instrument final : public UsbInstrument {
   void load_table(UsbDevice& device);
   [[nodiscard]] std::uint32_t read_parameters(UsbDevice& device);
   std::string poll_status(UsbDevice& device, TagSink& sink);
+  std::string count_unreadable(const UsbDevice& device, TagSink& sink);
+  void watch_records(const UsbDevice& device) const;
   void beat(TagSink& sink);
   void begin_loss(TagSink& sink);
   void end_loss(TagSink& sink);
@@ -63,11 +69,14 @@ class Tdc2Instrument final : public UsbInstrument {
   std::array<Tag, 1024> decoded_;  // a sink's room may be too small for a record's tags
   std::uint32_t status_ = 0;       // word, when last read
   int unanswered_ = 0;             // questions for it, in a row
+  int unreadable_ = 0;             // answers in a row that say nothing
+  bool was_readable_ = false;      // since it was opened
   std::uint64_t cut_records_ = 0;
   std::uint64_t told_strays_ = 0;
   bool loss_open_ = false;
   bool loss_seen_by_status_ = false;
-  Clock::time_point heard_{};  // when records came last
+  Clock::time_point heard_{};   // when records came last
+  Clock::time_point fitted_{};  // when the decoder was not adrift last
   Clock::time_point next_poll_{};
   Clock::time_point next_beat_{};
 };

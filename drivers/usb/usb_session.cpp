@@ -2,6 +2,7 @@
 
 #include <libusb.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -133,8 +134,13 @@ void UsbSession::take_cuts(std::uint32_t cuts, TagSink& sink) {
 
 void UsbSession::report_failures() {
   if (reported_cuts_ == cuts_ || Clock::now() < next_report_) return;
-  const std::uint32_t count = cuts_ - reported_cuts_;
+  // A stall is said when its endpoint is cleared, and need not have lost any.
+  const std::uint32_t stalls = stream_.stalls() - reported_stalls_;
+  const std::uint32_t cuts = cuts_ - reported_cuts_;
+  const std::uint32_t count = cuts - std::min(cuts, stalls);
   reported_cuts_ = cuts_;
+  reported_stalls_ += stalls;
+  if (count == 0) return;
   next_report_ = Clock::now() + between_reports;
   report_(DeviceState::connected, device_.name() + ": tags were lost in " + std::to_string(count) +
                                       " transfers; the last failure was " + stream_.last_failure());
@@ -172,7 +178,7 @@ void UsbSession::recover() {
                    0);
   }
   if ((trouble & BulkStream::stalled) != 0) {
-    restart(transfers_, "its endpoint stalled and was cleared; tags were lost");
+    restart(transfers_, "its endpoint stalled and was cleared; tags may be missing");
   } else {
     restart((transfers_ + 1) / 2, "the kernel had no more room for USB buffers");
   }

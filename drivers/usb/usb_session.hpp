@@ -56,6 +56,7 @@ class UsbSession {
   std::size_t transfers_ = 0;  // in flight
   std::uint32_t cuts_ = 0;     // of the queue, told to the instrument
   std::uint32_t reported_cuts_ = 0;
+  std::uint32_t reported_stalls_ = 0;
   Clock::time_point next_report_;  // of failed transfers
   Clock::time_point next_look_;    // around
   Clock::time_point heard_;        // of bytes

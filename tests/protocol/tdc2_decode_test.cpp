@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -154,6 +155,56 @@ TEST(Tdc2Decode, AnyBytesAreDecodedToSomething) {
   for (std::uint64_t& each : records) each = random();
   Tdc2Decoder decoder;
   for (const Tag& tag : decode(decoder, records)) ASSERT_GE(tag.time_ps, 0);
+}
+
+std::size_t count(const std::vector<Tag>& tags, TagKind kind) {
+  return static_cast<std::size_t>(
+      std::count_if(tags.begin(), tags.end(), [&](const Tag& tag) { return tag.kind == kind; }));
+}
+
+std::vector<std::byte> steady_bytes(std::size_t records) {
+  std::vector<std::byte> bytes;
+  for (std::size_t i = 0; i < records; ++i) {
+    test::append_little_endian(record(1'000'000'000 + i * 2'560'000, 1, 24), bytes);
+  }
+  return bytes;
+}
+
+// 80 kB at random between good records: no times, no clock of their own, and the time is a loss.
+TEST(Tdc2Decode, GarbageIsALossAndTheClockGoesOn) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    std::vector<std::byte> bytes = steady_bytes(1000);
+    std::vector<std::byte> garbage(80'000);
+    for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
+    bytes.insert(bytes.begin() + 4000, garbage.begin(), garbage.end());
+    Tdc2Decoder decoder;
+    decoder.set_horizon(1'000'000'000'000);
+    std::vector<Tag> tags(bytes.size());
+    tags.resize(decoder.decode(bytes, tags).tags);
+    EXPECT_EQ(count(tags, TagKind::clock_break), 0U);
+    EXPECT_EQ(count(tags, TagKind::loss_begin), 1U);
+    EXPECT_EQ(count(tags, TagKind::loss_end), 1U);
+    EXPECT_NEAR(double(count(tags, TagKind::photon)), 999, 1);
+    EXPECT_FALSE(decoder.is_adrift());
+    EXPECT_EQ(tags.back(), photon_tag(13'896'250'000, 1));
+  }
+}
+
+// Records that are read from somewhere inside one another.
+TEST(Tdc2Decode, RecordsThatAreMisalignedAreNoTimes) {
+  for (std::size_t slip = 1; slip < Tdc2Decoder::record_bytes; ++slip) {
+    SCOPED_TRACE(slip);
+    std::vector<std::byte> bytes = steady_bytes(10'000);
+    bytes.erase(bytes.begin() + 800, bytes.begin() + 800 + static_cast<std::ptrdiff_t>(slip));
+    Tdc2Decoder decoder;
+    decoder.set_horizon(1'000'000'000'000);
+    std::vector<Tag> tags(bytes.size());
+    tags.resize(decoder.decode(bytes, tags).tags);
+    EXPECT_EQ(count(tags, TagKind::clock_break), 0U);
+    EXPECT_TRUE(decoder.is_adrift());
+  }
 }
 
 TEST(Tdc2Decode, ARealRecordingHasItsCounts) {

@@ -55,6 +55,13 @@ class Tdc2Firmware final : public UsbFirmware {
     const std::lock_guard lock(mutex_);
     inserted_ = std::move(bytes);
   }
+  // From now on so many bytes are missing, and records do not begin where transfers do, until its
+  // memory is emptied.
+  void slip(std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    missing_ = bytes;
+    slipped_ = true;
+  }
   // What was wrong with the commands, a sentence each.
   [[nodiscard]] std::vector<std::string> complaints() const {
     const std::lock_guard lock(mutex_);
@@ -174,7 +181,11 @@ class Tdc2Firmware final : public UsbFirmware {
     collecting_ = (word & 2U) != 0;
     dummies_ = (word & 0x20U) != 0;
     if ((word & 4U) != 0) us_ = 0;
-    if ((word & 8U) != 0) began_ = {};
+    if ((word & 8U) != 0) {
+      began_ = {};
+      slipped_ = false;
+      left_.clear();
+    }
     if (collecting_ && (!table_pushed_ || thresholds_.size() < 8)) {
       complain("started before table and thresholds were there");
     }
@@ -221,9 +232,21 @@ class Tdc2Firmware final : public UsbFirmware {
       append_little_endian(units << 10U | 24U << 5U | inputs, bytes);
       if (dummies_ && us_ % 1000 == 0) append_little_endian(units << 10U | 1U << 4U, bytes);
     }
+    if (slipped_) bytes = shifted(bytes);
     if (bytes.empty()) return std::nullopt;
     std::copy(bytes.begin(), bytes.end(), room.begin());
     return Answer{bytes.size(), 0};
+  }
+
+  // As many whole records' bytes as there are, of those that were left and these.
+  std::vector<std::byte> shifted(const std::vector<std::byte>& bytes) {
+    left_.insert(left_.end(), bytes.begin(), bytes.end());
+    const std::size_t gone = std::min(std::exchange(missing_, 0), left_.size());
+    left_.erase(left_.begin(), left_.begin() + static_cast<std::ptrdiff_t>(gone));
+    const auto end = left_.begin() + static_cast<std::ptrdiff_t>(left_.size() / 8 * 8);
+    std::vector<std::byte> whole(left_.begin(), end);
+    left_.erase(left_.begin(), end);
+    return whole;
   }
 
   mutable std::mutex mutex_;
@@ -233,6 +256,9 @@ class Tdc2Firmware final : public UsbFirmware {
   std::vector<std::uint32_t> thresholds_;
   std::deque<std::vector<std::uint8_t>> replies_;
   std::vector<std::byte> inserted_;
+  std::vector<std::byte> left_;
+  std::size_t missing_ = 0;
+  bool slipped_ = false;
   std::chrono::steady_clock::time_point began_;
   std::uint64_t us_ = 0;  // of the next event
   std::uint32_t status_ = 0;

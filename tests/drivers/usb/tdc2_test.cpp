@@ -186,6 +186,57 @@ TEST_F(Tdc2OnDouble, GarbageIsMissedTagsAndNoTimes) {
   EXPECT_EQ(run.count(TagKind::clock_break), 0U);
 }
 
+TEST_F(Tdc2OnDouble, MuchGarbageIsALossAndTheClockGoesOn) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  std::mt19937 random(3);
+  for (int transfer = 0; transfer < 5; ++transfer) {
+    std::vector<std::byte> garbage(16'384);
+    for (std::byte& byte : garbage) byte = static_cast<std::byte>(random());
+    const std::size_t before = run.count(TagKind::missed);
+    firmware.send(garbage);
+    ASSERT_TRUE(comes_true([&] { return run.count(TagKind::missed) > before + 2000; }));
+  }
+  ASSERT_TRUE(goes_on(run));
+  EXPECT_EQ(run.count(TagKind::clock_break), 0U);
+  EXPECT_GE(run.count(TagKind::loss_begin), 1U);
+  EXPECT_EQ(run.count(TagKind::loss_end), run.count(TagKind::loss_begin));
+}
+
+TEST_F(Tdc2OnDouble, RecordsThatSlippedAreAlignedByOpeningItAnew) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.slip(3);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "no records"); }));
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(run.count(TagKind::clock_break), 1U);
+}
+
+TEST_F(Tdc2OnDouble, AStatusWordThatCannotBeReadIsSaid) {
+  firmware.set_status(0xFFFFFFFF);
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  EXPECT_TRUE(
+      comes_true([&] { return run.said(DeviceState::connected, "whether it loses tags"); }));
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::missed) > 2; }));
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+  firmware.set_status(0);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "can be read again"); }));
+}
+
+TEST_F(Tdc2OnDouble, OneWhoseStatusWordIsGoneIsOpenedAnew) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  firmware.set_status(0xFFFFFFFF);
+  EXPECT_TRUE(
+      comes_true([&] { return run.said(DeviceState::failing, "cannot be read any more"); }));
+  EXPECT_TRUE(goes_on(run));
+}
+
 TEST_F(Tdc2OnDouble, UnpluggedAndPluggedInAgain) {
   device.plug();
   test::SourceRun run(options());

@@ -256,6 +256,9 @@ TEST_F(UsbSourceOnDouble, AStallIsCleared) {
   EXPECT_TRUE(goes_on(run));
   EXPECT_EQ(firmware.halts_cleared(), 1);
   EXPECT_TRUE(comes_true([&] { return device.transfers_in_flight() == 8; }));
+  for (const DeviceReport& report : run.reports()) {
+    EXPECT_EQ(report.reason.find("tags were lost in"), std::string::npos) << report.reason;
+  }
 }
 
 TEST_F(UsbSourceOnDouble, OneThatKeepsFailingIsOpenedAnew) {
