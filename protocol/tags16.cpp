@@ -201,6 +201,8 @@ Tags16Decoder::Verdict Tags16Decoder::judge_header() const {
 // None where a header begins inside this one, of which then only a part came.
 Tags16Decoder::Verdict Tags16Decoder::find_header_inside() const {
   Verdict verdict = Verdict::credible;
+  // In nearly all headers no byte is the magic's first.
+  if (std::memchr(&held_[1], 'S', header_bytes - 1) == nullptr) return verdict;
   for (std::size_t at = 1; at < header_bytes; ++at) {
     const auto bytes = std::span(held_).first(held_bytes_).subspan(at);
     if (!agree(bytes)) continue;
