@@ -159,7 +159,7 @@ std::optional<OptionFault> PublishOptions::validate() const {
         "is not on this machine, and has neither encryption nor a check of who listens; write "
         "it as in tcp://127.0.0.1:9871";
   }
-  if (!fault && local_endpoint == endpoint) {
+  if (!fault && local_endpoint == endpoint && !endpoint.ends_with(":*")) {
     fault = "is /publish/endpoint too; give it another port or file, or leave it out";
   }
   if (!fault) return std::nullopt;

@@ -112,6 +112,8 @@ TEST(PublishOptions, TheTwoEndpointsAreTwo) {
           .validate();
   ASSERT_TRUE(fault);
   EXPECT_THAT(fault->what, HasSubstr("is /publish/endpoint too"));
+  const char* any_port = "tcp://127.0.0.1:*";
+  EXPECT_FALSE((PublishOptions{.endpoint = any_port, .local_endpoint = any_port}.validate()));
 }
 
 TEST(MetricsOptions, ServeThisMachineOnly) {

@@ -130,7 +130,7 @@ class Floods : public test::FaultScene {
 };
 
 TEST_F(Floods, WhatASubscriberSendsCostsNobodyElse) {
-  publish = R"(,"local_endpoint":"tcp://127.0.0.1:*")";
+  publish = R"(,"local_endpoint":"tcp://lo:*")";
   start();
   const int port = port_after("for this machine, at tcp://127.0.0.1:");
   ASSERT_NE(port, 0);
@@ -181,7 +181,7 @@ TEST_F(Floods, WhatPythonSendsCostsNobodyElse) {
 
 // 200 connections of one peer that take up all they are given and read nothing.
 TEST_F(Floods, ManyWhoDoNotReadCostNobodyElse) {
-  publish = R"(,"local_endpoint":"tcp://127.0.0.1:*")";
+  publish = R"(,"local_endpoint":"tcp://lo:*")";
   start();
   const int port = port_after("for this machine, at tcp://127.0.0.1:");
   withstand("200 connections of one peer subscribe and read nothing", "connections already",
@@ -197,7 +197,7 @@ TEST_F(Floods, ManyWhoDoNotReadCostNobodyElse) {
 }
 
 TEST_F(Floods, ConnectingAgainAndAgainCostsNobodyElse) {
-  publish = R"(,"local_endpoint":"tcp://127.0.0.1:*")";
+  publish = R"(,"local_endpoint":"tcp://lo:*")";
   start();
   const int port = port_after("for this machine, at tcp://127.0.0.1:");
   withstand("a peer connects again and again", "connect", [&](const std::stop_token& stop) {
