@@ -178,9 +178,9 @@ void Publisher::Service::run() {
       end = ending_;
     }
     read_subscriptions();
+    greet();  // before what is queued, which a new subscriber hears in any case
     while (send_queued()) {
     }
-    greet();
   }
 }
 
@@ -215,8 +215,13 @@ bool Publisher::Service::send_queued() {
   for (OutgoingMessage& message : messages) {
     send(message);
     const std::string_view topic = message.topic;
-    if (topic == topic_version) last_version_ = std::move(message);
-    if (topic == topic_status) last_status_ = std::move(message);
+    if (topic == topic_version) {
+      last_version_ = std::move(message);
+      version_wanted_ = false;
+    } else if (topic == topic_status) {
+      last_status_ = std::move(message);
+      status_wanted_ = false;
+    }
   }
   return !messages.empty();
 }
