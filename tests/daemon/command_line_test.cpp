@@ -2,12 +2,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <atomic>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <sstream>
-#include <thread>
 
 #include "daemon/messages/publisher.hpp"
 #include "protocol/messages.hpp"
@@ -257,19 +254,10 @@ TEST_F(CommandLine, AReplayWithoutAPortPrintsOrSaysWhoHasIt) {
   status.source = "the other source";
   other.publish_version(to_json(version));
   other.publish_status(to_json(status));
-  std::atomic<bool> over = false;
-  std::thread greeter([&] {
-    while (!over) {
-      other.greet();
-      std::this_thread::sleep_for(std::chrono::milliseconds{5});
-    }
-  });
   expect_error(
       {"replay", recording, "--config", taken}, 3,
       AllOf(HasSubstr("splid 7.8.9"), HasSubstr("the other source"), HasSubstr("the-other-pattern"),
             HasSubstr("--no-publish"), HasSubstr("systemctl stop splid")));
-  over = true;
-  greeter.join();
   const ProgramResult silent =
       run_program({"replay", recording, "--config", taken, "--no-publish"});
   EXPECT_EQ(silent.exit_code, 0);

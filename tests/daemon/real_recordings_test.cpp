@@ -193,9 +193,12 @@ TEST_F(RealRecordings, QutagFramesOfFewPhotonsAreNotSureOfTheirRange) {
       wrong_ok += is_wrong && is_ok ? 1 : 0;
     }
     EXPECT_EQ(wrong_ok, 0) << n;
-    if (n == 34) EXPECT_GE(wrong, 3);
-    if (n == 34) EXPECT_EQ(ok, 0);
-    if (n == 2) EXPECT_EQ(ok, 28);
+    EXPECT_GE(wrong, n == 34 ? 3 : 0);
+    if (n == 34) {
+      EXPECT_EQ(ok, 0);
+    } else if (n == 2) {
+      EXPECT_EQ(ok, 28);
+    }
   }
 }
 
