@@ -88,8 +88,8 @@ TEST_F(EncoderProgram, ASimulatedScenesCountsGoWithItsRecording) {
   const std::string nonsense = folder.write("nonsense.csv", "0;5000\n");
   const ProgramResult refused =
       run_program({"replay", recording, "--config", file, "--encoder", nonsense});
-  EXPECT_THAT(refused.err, HasSubstr("no reference: " + nonsense + ": line 1"));
-  EXPECT_EQ(refused.exit_code, 0);
+  EXPECT_THAT(refused.err, HasSubstr("splid: error: " + nonsense + ": line 1"));
+  EXPECT_EQ(refused.exit_code, 4);
 }
 
 TEST_F(EncoderProgram, ABridgesCountsAreKeptAndReplayed) {
