@@ -190,11 +190,14 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
     const double turned = delay - circle * std::floor(delay / circle);
     return turned < circle ? turned : 0.0;
   };
+  // Where delays repeat the search may end at any copy of the delay; a copy k circles on would come
+  // out k beta circles further.
+  const double delay_ns = wrap(p.line.delay_ns, circle_ns);
   estimate.has_values = true;
   estimate.velocity_mps = beta * speed_of_light_mps;
-  estimate.delay_ns = wrap(p.line.delay_ns * (1 + beta), circle_ns) * frame.scale;
+  estimate.delay_ns = wrap(delay_ns * (1 + beta), circle_ns) * frame.scale;
   estimate.delay_start_ns =
-      wrap(p.line.delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * frame.scale;
+      wrap(delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * frame.scale;
   estimate.signal_per_pulse = p.signal_per_pulse;
   estimate.background_per_ns = p.background_per_ns;
   estimate.significance_nats = fit.gain_nats;
@@ -204,7 +207,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double per_drift = 2 / ((2 - g) * (2 - g) * frame.length_ns);
   const auto& C = fit.covariance;
   const double a = 1 + beta;
-  const double c = p.line.delay_ns * per_drift;
+  const double c = delay_ns * per_drift;
   const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
   // The pattern's clock is known no better than the syncs tell: its phase is the delay's, its
   // period a velocity (by endpoints 4.2 cm/s with 10 ps of jitter in 50 ms, by regression 0.09).
