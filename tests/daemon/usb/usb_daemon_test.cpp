@@ -37,6 +37,7 @@ constexpr const char* pattern_file = SPLID_SOURCE_DIR "/config/patterns/interlea
 
 SimulatorOptions scene_options() {
   SimulatorOptions options;
+  options.target.motion = simulator::MotionKind::linear;  // at rest
   options.target.distance_m = 284.5;
   return options;
 }
