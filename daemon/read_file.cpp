@@ -58,7 +58,9 @@ int write_text(const std::string& file, const std::string& text) {
 std::optional<fs::path> replaceable(const std::string& file, const fs::file_status& before) {
   std::error_code failure;
   const bool is_there = fs::exists(before);
+  // That a file is not there yet is an error code, too, but no failure.
   if (is_there ? !fs::is_regular_file(before) : fs::is_symlink(file, failure)) return std::nullopt;
+  failure.clear();
   fs::path place = is_there ? fs::canonical(file, failure) : fs::path(file);
   const std::string folder = place.parent_path().empty() ? "." : place.parent_path().string();
   if (failure || ::access(folder.c_str(), W_OK) != 0) return std::nullopt;

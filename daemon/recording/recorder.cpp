@@ -189,6 +189,12 @@ void Recorder::write_header_part(std::size_t begin, std::size_t end) {
   write_at(std::span(header_).subspan(begin, end - begin), offset);
 }
 
+std::string Recorder::what_is_there(std::uint64_t bytes) const {
+  const std::string header = std::to_string(header_.size()) + " bytes";
+  if (written_bytes_ == 0) return "within the recording's header of " + header + ", before any tag";
+  return "after " + std::to_string(std::max(bytes, written_bytes_)) + " bytes; these can be read";
+}
+
 // offset: of the first byte; afterwards of the first that was not written, also where it throws.
 void Recorder::write_at(std::span<const std::byte> bytes, std::uint64_t& offset) {
   while (!bytes.empty()) {
@@ -196,9 +202,8 @@ void Recorder::write_at(std::span<const std::byte> bytes, std::uint64_t& offset)
         ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
-      throw Error(Fault::device, file_ + ": " + std::strerror(errno) + " after " +
-                                     std::to_string(offset) +
-                                     " bytes; these can be read; make room or give another place");
+      throw Error(Fault::device, file_ + ": " + std::strerror(errno) + " " + what_is_there(offset) +
+                                     "; make room or give another place");
     }
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     offset += static_cast<std::uint64_t>(count);

@@ -61,6 +61,8 @@ class Recorder {
   void write_pending();
   void write_header();
   void write_header_part(std::size_t begin, std::size_t end);
+  // Of this file, for an error. bytes: written so far.
+  [[nodiscard]] std::string what_is_there(std::uint64_t bytes) const;
   void write_at(std::span<const std::byte> bytes, std::uint64_t& offset);
 
   std::string file_;

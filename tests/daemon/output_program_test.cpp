@@ -20,6 +20,7 @@ using test::ProgramResult;
 using test::run_program;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 class Outputs : public ::testing::Test {
@@ -155,11 +156,22 @@ TEST_F(Outputs, OnAFullDiskLeaveTheFileThatWasThere) {
   EXPECT_EQ(result.exit_code, 3) << result.err;
   EXPECT_THAT(result.err, HasSubstr("it stays as it was"));
   EXPECT_EQ(file_text(kept), before);
-  const std::string recorded = disk.path("a.ptu");
-  disk.clear();
-  (void)disk.fill_but(0);
   EXPECT_EQ(run_program({"record", "--config", scene, "--output", kept, "--force"}).exit_code, 3);
   EXPECT_EQ(file_text(kept), before);
+}
+
+TEST_F(Outputs, OnAFullDiskLeaveNothingNew) {
+  const test::SmallDisk disk(4);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  disk.fill_but(0);
+  const std::string made = disk.path("p.json");
+  EXPECT_EQ(run_program({"pattern", "random", "--pulses", "300", "--output", made}).exit_code, 3);
+  EXPECT_FALSE(fs::exists(made));
+  const std::string recorded = disk.path("a.ptu");
+  const ProgramResult result = run_program({"record", "--config", scene, "--output", recorded});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr("within the recording's header"),
+                                Not(HasSubstr("these can be read"))));
   EXPECT_FALSE(fs::exists(recorded));
 }
 
