@@ -34,6 +34,12 @@ std::optional<FrameError> FrameScore::take(const FrameMessage& message,
   last_sequence_ = message.sequence;
   if (!message.valid() || !message.distance_m || !message.velocity_mps) return std::nullopt;
   ++valid_;
+  // Its range may be another's, and it says so; where the whole pattern is ambiguous every frame
+  // is.
+  if (message.status == FrameStatus::ambiguous && message.mode != Mode::ambiguous) {
+    ++unsure_;
+    return std::nullopt;
+  }
   if (!state) return std::nullopt;
   ++compared_;
   FrameError error{*message.distance_m - state->distance_m,
@@ -89,6 +95,7 @@ std::string FrameScore::summary() const {
       grouped(frames_).c_str(), grouped(lost_).c_str(), grouped(valid_).c_str(),
       grouped(compared_).c_str(), against_.c_str(), grouped(wrong_).c_str(),
       wrong_peak_m_.value_or(wrong_peak_sigmas), wrong_peak_m_ ? "m" : "sigma");
+  if (unsure_ > 0) text += "; " + grouped(unsure_) + " not sure of their range (ambiguous)";
   if (const auto rmse_mm = distance_rmse_mm()) text += format("; distance RMSE %.3f mm", *rmse_mm);
   if (const auto rmse = velocity_rmse_cmps()) text += format(", velocity RMSE %.3f cm/s", *rmse);
   return text;
@@ -99,9 +106,9 @@ std::optional<std::string> FrameScore::broken(const TruthLimits& limits) const {
   if (compared_ == 0) return "no valid frame within the truth's time came";
   if (lost_ > 0) return grouped(lost_) + " frames are missing from the sequence";
   if (wrong_ > 0) return grouped(wrong_) + " frames are on a wrong peak";
-  if (valid_ * 10 < frames_ * 9) {
-    return format("only %s of %s frames are valid", grouped(valid_).c_str(),
-                  grouped(frames_).c_str());
+  if ((valid_ - unsure_) * 10 < frames_ * 9) {
+    return format("only %s of %s frames are valid and sure of their range",
+                  grouped(valid_ - unsure_).c_str(), grouped(frames_).c_str());
   }
   const auto rmse_mm = distance_rmse_mm();
   if (limits.max_distance_rmse_mm && !(rmse_mm <= *limits.max_distance_rmse_mm)) {

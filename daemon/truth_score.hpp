@@ -23,9 +23,9 @@ struct TruthLimits {
   [[nodiscard]] bool any() const { return max_distance_rmse_mm || max_velocity_rmse_cmps; }
 };
 
-// Compares frames with where the target was. Frames that are not valid, and those of which nobody
-// knows where it was, are counted and not compared; those on a wrong peak are counted and left out
-// of the RMSE.
+// Compares frames with where the target was. Frames that are not valid, those that are ambiguous by
+// their range odds, and those of which nobody knows where it was, are counted and not compared;
+// those on a wrong peak are counted and left out of the RMSE.
 //
 // Threads: one. Errors: none.
 class FrameScore {
@@ -64,6 +64,7 @@ class FrameScore {
   std::uint64_t frames_ = 0;
   std::uint64_t lost_ = 0;
   std::uint64_t valid_ = 0;
+  std::uint64_t unsure_ = 0;
   std::uint64_t compared_ = 0;
   std::uint64_t wrong_ = 0;
   double distance_squares_ = 0;

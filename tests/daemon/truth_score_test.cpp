@@ -87,6 +87,21 @@ TEST(TruthScore, NineOfTenMustBeValid) {
   EXPECT_FALSE(score.broken({1, 1}));
 }
 
+TEST(TruthScore, AFrameThatIsNotSureOfItsRangeIsOnNoWrongPeak) {
+  TruthScore score(at_rest());
+  score.take(frame(0, 100));
+  FrameMessage unsure = frame(1, 140);
+  unsure.mode = Mode::random;
+  unsure.status = FrameStatus::ambiguous;
+  EXPECT_FALSE(score.take(unsure));
+  EXPECT_EQ(score.wrong_peaks(), 0u);
+  EXPECT_THAT(score.summary(), HasSubstr("1 not sure of their range"));
+  EXPECT_THAT(score.broken({1, 1}).value_or(""), HasSubstr("only 1 of 2"));
+  unsure.mode = Mode::ambiguous;  // every frame is, and says nothing by it
+  unsure.sequence = 2;
+  EXPECT_TRUE(score.take(unsure)->wrong_peak);
+}
+
 TEST(EncoderScore, ComparesWithTheReferenceInTheFrames) {
   EncoderScore score;
   FrameMessage near = frame(0, 100.02, 0.3);
