@@ -41,7 +41,7 @@ void set_up_log() {
 
 // CLI11's own sentence, in the manner of the program's others.
 std::string in_words(const CLI::ParseError& error) {
-  const std::string what = error.what();
+  std::string what = error.what();
   constexpr std::string_view unread = "Could not convert: ";
   if (what.starts_with(unread)) {
     return what.substr(unread.size()) + " is no number that can be read; write it without a unit";

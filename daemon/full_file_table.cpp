@@ -107,6 +107,8 @@ std::uint64_t turned_away_connections() { return door().count(); }
 // As the C library declares them: libraries that this program is linked to call these.
 extern "C" {
 
+// NOLINTBEGIN(readability-inconsistent-declaration-parameter-name): the library's are reserved
+// names.
 [[gnu::visibility("default")]] int accept4(int listener, sockaddr* peer, socklen_t* bytes,
                                            int flags) {
   return splid::accept_or_turn_away(listener, peer, bytes, flags);
@@ -115,4 +117,5 @@ extern "C" {
 [[gnu::visibility("default")]] int accept(int listener, sockaddr* peer, socklen_t* bytes) {
   return splid::accept_or_turn_away(listener, peer, bytes, 0);
 }
+// NOLINTEND(readability-inconsistent-declaration-parameter-name)
 }

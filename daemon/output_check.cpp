@@ -28,10 +28,12 @@ void OutputCheck::check(const std::string& option, const std::string& output) co
     const bool is_same = std::filesystem::equivalent(output, input.path, absent) &&
                          std::filesystem::is_regular_file(output, absent);
     if (!is_same) continue;
-    throw Error(Fault::usage, option + " " + output + " is " +
-                                  (output == input.path ? "" : input.path + ", ") +
-                                  "what is read as " + input.pointer +
-                                  ": to write there would destroy it; give another name");
+    std::string sentence = option + " ";
+    sentence.append(output).append(" is ");
+    if (output != input.path) sentence.append(input.path).append(", ");
+    sentence.append("what is read as ").append(input.pointer);
+    throw Error(Fault::usage,
+                sentence.append(": to write there would destroy it; give another name"));
   }
 }
 

@@ -97,8 +97,10 @@ std::vector<double> decade_ticks(ChartRange range, int count) {
   const double decades = std::log10(range.high) - std::log10(range.low);
   const bool between = decades * 3 <= count + 2;
   const double every = std::max(1.0, std::ceil(decades / count));
+  const auto powers = static_cast<int>((last - first) / every);
   std::vector<double> ticks;
-  for (double power = first; power <= last; power += every) {
+  for (int k = 0; k <= powers; ++k) {
+    const double power = first + k * every;
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double tick = factor * std::pow(10.0, power);
       const bool inside = tick >= range.low * (1 - 1e-9) && tick <= range.high * (1 + 1e-9);
@@ -340,7 +342,11 @@ class PanelWriter {
         "stroke-width=\"1.5\"/>\n",
         x, y, callout_radius);
     const double half = static_cast<double>(point.callout.size()) * callout_character_width / 2;
-    for (double away = 24; away < 140; away += 8) {
+    constexpr int nearest = 24;
+    constexpr int farthest = 136;
+    constexpr int step = 8;
+    for (int pixels = nearest; pixels <= farthest; pixels += step) {
+      const double away = pixels;
       for (const double dx : {0.0, half, -half, half + away, -half - away}) {
         for (const double dy : {-away, away}) {
           const Box box{x + dx - half, y + dy - 8, x + dx + half, y + dy + 8};

@@ -228,7 +228,7 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
 
 Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
                         double to_beat_nats) {
-  const Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats);
+  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats);
   odds_.add(fit);
   return fit;
 }

@@ -33,8 +33,9 @@ const CLI::App* find_command(const CLI::App& app, int argc, char** argv, std::st
     }
     if (names.empty()) break;
     if (next == nullptr) {
-      throw Error(Fault::usage, "no command '" + word + "'" + suggested(word, names) + " (" +
-                                    so_far + " --help lists all)");
+      std::string sentence = "no command '" + word + "'";
+      sentence.append(suggested(word, names)).append(" (").append(so_far);
+      throw Error(Fault::usage, sentence.append(" --help lists all)"));
     }
     command = next;
     so_far += " " + word;
@@ -76,8 +77,9 @@ void check_words(const CLI::App& app, int argc, char** argv) {
     const std::string name = option_name(argv[i]);
     if (name == "--") return;  // what follows is no option
     if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
-    const std::string near = name.size() > 2 ? suggested(name, names) : "";
-    throw Error(Fault::usage, "no option " + name + near + " (" + so_far + " --help lists all)");
+    std::string sentence = "no option " + name;
+    if (name.size() > 2) sentence.append(suggested(name, names));
+    throw Error(Fault::usage, sentence.append(" (").append(so_far).append(" --help lists all)"));
   }
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Result = Relay::Result;
 
-constexpr std::size_t piece_bytes = 16 * 1024;
+constexpr std::size_t piece_bytes = 16'384;
 constexpr int accepted_a_turn = 16;
 constexpr std::int64_t ms_ns = 1'000'000;
 constexpr std::int64_t second_ns = 1'000 * ms_ns;
@@ -168,7 +168,7 @@ bool Gate::has_room_for(const Peer& peer, KnownPeer& known) {
                known.new_connections + since_s * limits_.new_connections_a_second);
   known.since_ns = now_ns;
   if (known.new_connections < 1) {
-    refuse(Refusal::crowd, peer, "it connects again and again, hundreds of times");
+    refuse(Refusal::crowd, peer, "it connects again and again, or after floods");
     return false;
   }
   known.new_connections -= 1;
@@ -244,10 +244,12 @@ void Gate::say_why(const GateConnection& connection, Result up, Result down) {
       refuse(Refusal::other_protocol, connection.peer(), "it does not speak ZMTP 3, ZeroMQ's");
       return;
     case Offence::long_frame:
+      charge_flood(connection.peer());
       refuse(Refusal::flood, connection.peer(),
              "it sent a frame of more than " + std::to_string(limits_.frame_bytes) + " bytes");
       return;
     case Offence::flood:
+      charge_flood(connection.peer());
       refuse(Refusal::flood, connection.peer(),
              "it sent more than it has to say (" + in_words(limits_) + ")");
       return;
@@ -256,6 +258,12 @@ void Gate::say_why(const GateConnection& connection, Result up, Result down) {
   }
   const bool peer_left = up == Result::ended || down == Result::broken;
   if (!is_let_in) say_handshake(connection, peer_left);
+}
+
+// Who floods again and again is kept out for some seconds.
+void Gate::charge_flood(const Peer& peer) {
+  double& left = peers_[peer.group].new_connections;
+  left = std::max(left - limits_.connections_a_flood, -limits_.new_connections_at_once);
 }
 
 // A handshake that came to nothing. Of a key that is not listed says who knows the key.

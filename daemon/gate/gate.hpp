@@ -71,6 +71,7 @@ class Gate {
   bool pump(std::uint64_t id, GateConnection& connection);
   void end(std::uint64_t id);
   void say_why(const GateConnection& connection, Relay::Result up, Relay::Result down);
+  void charge_flood(const Peer& peer);
   void say_handshake(const GateConnection& connection, bool peer_left);
   void refuse(Refusal reason, const Peer& peer, const std::string& why);
   void judge_next();

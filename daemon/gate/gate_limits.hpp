@@ -11,21 +11,29 @@ struct Allowance {
   std::int64_t bytes = 0;   // with their headers
 };
 
+inline constexpr std::int64_t kib = 1024;
+
 // What a gate lets through to the ZeroMQ socket behind it.
 //
 // Design note: libzmq makes up to 2.4 KiB of two subscriptions of three bytes (a table of 256
 // pointers where two topics part, and a set a topic), and 32 times their length of long ones. So
-// what a peer may have sent bounds what it can take: 16,000 frames or 512 KiB are at most 20 and 16
+// what a peer may have sent bounds what it can take: 16,000 frames or 128 KiB are at most 20 and 4
 // MiB, with what its connections take by themselves less than 64 MiB. It is all given back when
-// they end. A subscriber that changes its mind has 1,000 frames for it, then it connects anew.
+// they end.
+//
+// Whenever a connection ends, libzmq goes through the topics of all, on the thread that sends to
+// subscribers. With 32 KiB a connection and 300 of them at once, 500 floods kept that thread busy
+// for 40 s, and took 155 MiB; so a connection has 4 KiB, which is 80 topics over CURVE, and each
+// flood counts as 20 new connections.
 struct GateLimits {
   std::size_t connections = 0;
   std::size_t connections_a_peer = 0;
   double new_connections_a_second = 0;  // of a peer, in the long run
   double new_connections_at_once = 0;
-  std::uint64_t frame_bytes = 0;  // the longest body
-  Allowance connection;           // outstanding
-  Allowance peer;                 // of all its connections together
+  double connections_a_flood = 0;  // new ones that a flood counts as
+  std::uint64_t frame_bytes = 0;   // the longest body
+  Allowance connection;            // outstanding
+  Allowance peer;                  // of all its connections together
   // What each frame that goes to the peer gives back. To a subscriber go heartbeats and messages of
   // a short part, the topic, and a long one; it answers a heartbeat or is answered, one for one,
   // and a message neither. To a client of control go answers.
@@ -42,11 +50,12 @@ inline constexpr std::uint64_t curve_bytes = 33;
 inline constexpr GateLimits subscriber_limits{
     .connections = 128,
     .connections_a_peer = 64,
-    .new_connections_a_second = 50,
-    .new_connections_at_once = 300,
+    .new_connections_a_second = 20,
+    .new_connections_at_once = 100,
+    .connections_a_flood = 20,
     .frame_bytes = 1024 + curve_bytes,
-    .connection = {1000, 32 * 1024},
-    .peer = {16'000, 512 * 1024},
+    .connection = {1000, 4 * kib},
+    .peer = {16'000, 128 * kib},
     .back_for_short = {1, 64},
     .back_for_long = {-1, -64},
 };
@@ -56,11 +65,12 @@ inline constexpr GateLimits control_limits{
     .connections_a_peer = 32,
     .new_connections_a_second = 500,
     .new_connections_at_once = 500,
+    .connections_a_flood = 20,
     .frame_bytes = 4096 + curve_bytes,
-    .connection = {2000, 1024 * 1024},
-    .peer = {8000, 8 * 1024 * 1024},
-    .back_for_short = {3, 16 * 1024},
-    .back_for_long = {3, 16 * 1024},
+    .connection = {2000, 1024 * kib},
+    .peer = {8000, 8 * 1024 * kib},
+    .back_for_short = {3, 16 * kib},
+    .back_for_long = {3, 16 * kib},
 };
 
 }  // namespace splid

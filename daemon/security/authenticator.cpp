@@ -107,7 +107,7 @@ void Authenticator::answer() {
 }
 
 ZapReply Authenticator::judge(const ZapRequest& request) {
-  const ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
+  ZapReply refusal{ZapReply::Status::refused, "not allowed", ""};
   const std::string peer = peer_of(request);
   const auto key = curve_key_of(request);
   if (!key) {

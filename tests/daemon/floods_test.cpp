@@ -12,6 +12,7 @@
 #include <vector>
 #include <zmq.hpp>
 
+#include "daemon/gate/gate_limits.hpp"
 #include "daemon/messages/subscriber.hpp"
 #include "daemon/security/curve_socket.hpp"
 #include "tests/support/fault_scene.hpp"
@@ -34,7 +35,6 @@ using test::ZmtpPeer;
 using testing::HasSubstr;
 
 constexpr double allowed_mib = 64;
-constexpr int frames_watched = 25;
 
 // Makes the next bytes to send.
 using Flood = std::function<std::string()>;
@@ -97,7 +97,7 @@ class Floods : public test::FaultScene {
     double highest_mib = before_mib;
     {
       const std::jthread attacker(attack);
-      for (int i = 0; i < frames_watched; ++i) {
+      for (int i = 0; i < frames_to_watch; ++i) {
         ASSERT_TRUE(daemon->await_good_frame());
         highest_mib = std::max(highest_mib, test::memory_mib("VmRSS", id));
       }
@@ -127,6 +127,7 @@ class Floods : public test::FaultScene {
   }
 
   std::atomic<int> let_go{0};
+  int frames_to_watch = 25;
 };
 
 TEST_F(Floods, WhatASubscriberSendsCostsNobodyElse) {
@@ -206,6 +207,24 @@ TEST_F(Floods, ConnectingAgainAndAgainCostsNobodyElse) {
       (void)peer.send(ZmtpPeer::subscription("frame"));
     }
   });
+}
+
+// Within its allowance each time, so that nobody lets it go: what it leaves behind is a table that
+// libzmq goes through whenever a connection ends.
+TEST_F(Floods, WhatEndedConnectionsLeaveBehindCostsNobodyElse) {
+  publish = R"(,"local_endpoint":"tcp://lo:*")";
+  start();
+  const int port = port_after("for this machine, at tcp://127.0.0.1:");
+  frames_to_watch = 200;
+  withstand("a peer subscribes to all it may and more, 500 times", "it sent",
+            [&](const std::stop_token& stop) {
+              for (int i = 0; i < 500 && !stop.stop_requested(); ++i) {
+                ZmtpPeer peer(test::connect_to_port(port), "SUB");
+                if (!peer.await_ready()) continue;
+                while (peer.send(ZmtpPeer::subscription(random_text(1000)))) {
+                }
+              }
+            });
 }
 
 // Silent ones make way.

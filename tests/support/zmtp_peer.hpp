@@ -68,6 +68,16 @@ class ZmtpPeer {
     sent_bytes += bytes.size();
     return true;
   }
+  // Until the other end has greeted and is ready for messages; false: it did not within the
+  // patience.
+  bool await_ready() {
+    constexpr std::size_t greeting_bytes = 64;
+    while (received.size() <= greeting_bytes) {
+      pollfd waiting{socket_, POLLIN, 0};
+      if (::poll(&waiting, 1, patience_ms) <= 0 || !take()) return false;
+    }
+    return true;
+  }
   // Until the other end closes it; false: it did not within the patience.
   bool await_end() {
     for (;;) {
