@@ -68,7 +68,7 @@ inline constexpr GateLimits control_limits{
     .connections_a_flood = 20,
     .frame_bytes = 4096 + curve_bytes,
     .connection = {2000, 1024 * kib},
-    .peer = {8000, 8 * 1024 * kib},
+    .peer = {8000, 8192 * kib},
     .back_for_short = {3, 16 * kib},
     .back_for_long = {3, 16 * kib},
 };
