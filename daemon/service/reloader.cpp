@@ -42,8 +42,9 @@ void Reloader::reload() {
     std::string sentence =
         "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what);
     spdlog::info("{}", sentence);
-    device_.notice(sentence);
+    // First what was refused before is over: a status may go out between the two.
     refuse(since_start.restart.empty() ? "" : "takes a restart: " + joined(since_start.restart));
+    device_.notice(sentence);
   } catch (const std::bad_alloc&) {
     refuse("not reloaded, going on as before: there is not enough memory");
   } catch (const std::exception& error) {
