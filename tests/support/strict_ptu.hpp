@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <string>
 
 #include "tests/support/program.hpp"
@@ -29,13 +30,12 @@ inline std::uint64_t word_at(const std::string& bytes, std::size_t offset, std::
   return word;
 }
 
-inline StrictPtu read_strictly(const std::string& file) {
-  StrictPtu found;
-  const std::string bytes = file_text(file);
-  if (bytes.size() < 16 || bytes.compare(0, 6, "PQTTTR") != 0) return found;
+// Reads the header's words; where the records begin, and 0 where the header is not whole.
+inline std::size_t read_header(const std::string& bytes, StrictPtu& found) {
+  if (bytes.size() < 16 || bytes.compare(0, 6, "PQTTTR") != 0) return 0;
   std::size_t at = 16;
   for (bool is_end = false; !is_end;) {
-    if (bytes.size() < at + 48) return found;
+    if (bytes.size() < at + 48) return 0;
     const std::string name = bytes.substr(at, 32).c_str();
     const std::uint64_t type = word_at(bytes, at + 36, 4);
     const std::uint64_t value = word_at(bytes, at + 40, 8);
@@ -45,6 +45,26 @@ inline StrictPtu read_strictly(const std::string& file) {
     at += 48 + (is_long ? value : 0);
     is_end = name == "Header_End";
   }
+  return at;
+}
+
+// How many records the header of a file counts that is still written. Reads its first 1 MiB alone:
+// a writer may be faster than who reads to the end of the file, which then never comes.
+inline std::uint64_t counted_in_header(const std::string& file) {
+  std::string bytes(1U << 20U, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  StrictPtu found;
+  return read_header(bytes, found) == 0 ? 0 : found.counted;
+}
+
+// The file must not be growing.
+inline StrictPtu read_strictly(const std::string& file) {
+  StrictPtu found;
+  const std::string bytes = file_text(file);
+  std::size_t at = read_header(bytes, found);
+  if (at == 0) return found;
   if (bytes.size() < at) return found;
   found.held = (bytes.size() - at) / 4;
   if (found.counted > found.held) return found;
