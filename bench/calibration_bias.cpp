@@ -1,7 +1,9 @@
 // How far off distances are that are measured with a gaussian for a tailed pulse, and with the
 // shape that `splid calibrate` finds, both with the calibrated pulse times.
 //
-//   calibration_bias [FRAMES]    400 frames a row, about a minute; the table of docs/calibration.md
+//   calibration_bias [FRAMES]    400 frames a row, about a minute
+//
+// prints the table of docs/evidence/calibration.md.
 
 #include <cmath>
 #include <cstdio>

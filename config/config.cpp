@@ -119,7 +119,7 @@ std::optional<OptionFault> control_fault(const Config& config) {
   return OptionFault{"/endpoint",
                      "\"" + config.control.endpoint +
                          "\" takes /security/server_key: over TCP control is encrypted, and for "
-                         "those on /control/allow_list alone (docs/security.md makes keys)"};
+                         "those on /control/allow_list alone (docs/guide/security.md makes keys)"};
 }
 
 void check_all(const Config& config) {

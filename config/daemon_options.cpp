@@ -170,7 +170,7 @@ void ControlOptions::describe(OptionVisitor& visitor) {
   visitor.text("endpoint", endpoint,
                "where splid ctl asks: ipc:///PATH, a socket of this machine that its owner alone "
                "can use, or tcp://HOST:PORT with allow_list; auto: /run/splid/control.sock for the "
-               "service, see docs/control.md; off: nowhere");
+               "service, see docs/guide/control.md; off: nowhere");
   visitor.path("allow_list", allow_list,
                "for tcp://: public keys that may control, a line each: KEY name; read again on "
                "SIGHUP; takes security.server_key");

@@ -58,9 +58,9 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
   section(visitor, "detector", config.detector, "what the detector does to the photons");
   section(visitor, "pipeline", config.pipeline, "room and threads");
   section(visitor, "publish", config.publish, "where the results go");
-  section(visitor, "security", config.security, "who may connect, docs/security.md");
-  section(visitor, "control", config.control, "who may start and stop it, docs/control.md");
-  section(visitor, "metrics", config.metrics, "what Prometheus is told, docs/metrics.md");
+  section(visitor, "security", config.security, "who may connect, docs/guide/security.md");
+  section(visitor, "control", config.control, "who may start and stop it, docs/guide/control.md");
+  section(visitor, "metrics", config.metrics, "what Prometheus is told, docs/reference/metrics.md");
   section(visitor, "record", config.record, "what splid run keeps of the tags");
   section(visitor, "awg", config.awg, "the waveform generator that splid upload loads");
 }

@@ -50,7 +50,8 @@ std::optional<std::string> SecurityOptions::endpoint_fault(const std::string& en
   }
   return "\"" + endpoint +
          "\" would offer the results to the network without encryption or a check of who listens; "
-         "give /security/server_key and /security/allow_list (docs/security.md), or say in words "
+         "give /security/server_key and /security/allow_list (docs/guide/security.md), or say in "
+         "words "
          "\"security\":{\"unprotected\":\"anyone on the network may read\"}";
 }
 

@@ -125,7 +125,7 @@ int run_app(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     print_error(
         "not enough memory: lower /pipeline/ring_capacity_tags or /pipeline/estimation_threads, or "
-        "allow more; docs/threads.md has what is needed");
+        "allow more; docs/reference/configuration.md has what is needed");
     return static_cast<int>(Fault::device);
   } catch (const std::exception& error) {
     print_error(error.what());

@@ -16,7 +16,7 @@ struct Mark {
 };
 
 constexpr std::string_view t2_next =
-    "have libpicoquant write its times as text, and make a PTU of that (docs/recording.md, "
+    "have libpicoquant write its times as text, and make a PTU of that (docs/guide/recording.md, "
     "\"Recordings of other kinds\")";
 constexpr std::string_view t3_next =
     "record again in T2 mode, as PTU: it lacks the syncs' own times, which are the pattern's "
@@ -26,11 +26,11 @@ constexpr std::string_view counts_next =
     "record again in T2 mode, as PTU: no program brings single photons back";
 constexpr std::string_view swabian_next =
     "have the FileReader of Swabian's Python module TimeTagger write its times as text, and make a "
-    "PTU of that (docs/recording.md, \"Recordings of other kinds\")";
+    "PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
 constexpr std::string_view hdf5_next =
     "where it has each detection's time in ps by one clock, have h5py write these as text, and "
     "make "
-    "a PTU of that (docs/recording.md, \"Recordings of other kinds\")";
+    "a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
 
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};

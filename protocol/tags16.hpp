@@ -19,7 +19,7 @@ struct Tags16Counts {
   std::uint64_t skipped_bytes = 0;   // that belong to no block
 };
 
-// Turns tags16 blocks (docs/tags16.md) into tags, from bytes however they are cut:
+// Turns tags16 blocks (docs/reference/tags16.md) into tags, from bytes however they are cut:
 //
 //  - a tag is a photon tag whose value is the channel, negative for a falling edge;
 //  - the end of a block is a heartbeat;

@@ -10,7 +10,7 @@
 
 namespace splid::studies {
 
-// A figure of [P], or of the design. Its axes are reconstructed: see docs/accuracy.md.
+// A figure of [P], or of the design. Its axes are reconstructed: see docs/evidence/accuracy.md.
 enum class Study { fig2, fig3, fig4, fig4_long, fig5, fig9, experiment };
 
 // What a cell sweeps over in its study: the figure's horizontal axis.

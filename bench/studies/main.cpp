@@ -1,4 +1,4 @@
-// The tables and figures of [P] by one command: see --help and docs/accuracy.md.
+// The tables and figures of [P] by one command: see --help and docs/evidence/accuracy.md.
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -19,7 +19,7 @@ struct Options {
   std::string shard = "1/1";
   std::vector<std::string> only;
   int trials = 0;  // 0: as many as fit, 1000 or for --quick 300
-  std::string output = "docs/studies";
+  std::string output = "bench/studies/results";
   std::string method = "both";
   int threads = 1;
   std::string report;

@@ -197,11 +197,15 @@ struct Summary {
 
 std::string summary(const Results& results) {
   std::string text =
-      "## In short\n\nOver the cells whose photons decide. To reach: RMSE over bound of delay and "
-      "velocity, 1.05 times what the photons' number leaves (the column floor; Fig. 4, with 19 "
-      "photons: 1.15); a cell is within it if both are, give or take two standard deviations. "
-      "Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %); of frames that are `ok` at most 0.1 % over all "
-      "cells, also those where the photons do not decide.\n\n"
+      "## In short\n\n"
+      "The columns count the cells whose photons decide, but for the last two, which count all.\n\n"
+      "- To reach: the RMSE over the bound, of delay and of velocity, is at most 1.05 times what "
+      "the\n"
+      "  number of photons leaves (the column floor); in Fig. 4, with 19 photons, at most 1.15. A\n"
+      "  cell is within reach if both are, give or take two standard deviations.\n"
+      "- Wrong peaks: at most 0.1 % (Fig. 4: 0.3 %). Of the frames that are `ok`, at most 0.1 % "
+      "over\n"
+      "  all cells, also over those whose photons do not decide.\n\n"
       "| study | estimator | cells | photons decide in | of these within reach | largest τ | "
       "largest v | wrong peaks | without a value | all cells: wrong of `ok` | ambiguous "
       "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
@@ -241,8 +245,8 @@ std::string provenance(const Results& results) {
     trials.insert(std::to_string(result.score.trials));
   }
   return "Run " + joined(dates) + " on " + joined(machines) + "; trials a cell: " + joined(trials) +
-         ". Again: `build/release/bench/studies --output docs/studies --trials N`, then "
-         "`build/release/bench/studies --report docs/studies --table docs/accuracy.md`.\n\n";
+         ". Again:\n\n    scripts/studies --trials N\n\n"
+         "The results of every cell are in `bench/studies/results/`.\n\n";
 }
 
 }  // namespace

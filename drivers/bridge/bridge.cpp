@@ -114,7 +114,8 @@ void BridgeSource::watch_blocks() {
                (now - heard_ > block_patience
                     ? ": connected, but nothing came for a second; a bridge sends a block every "
                       "10 ms or sooner"
-                    : ": what comes is no tags16 block of version 1; look at docs/tags16.md"));
+                    : ": what comes is no tags16 block of version 1; look at "
+                      "docs/reference/tags16.md"));
   }
 }
 

@@ -18,7 +18,7 @@
 namespace splid {
 
 // An instrument behind a bridge: a program that reads it through its vendor's library and serves
-// tags16 blocks (docs/tags16.md). JSON: `source` with the driver "bridge".
+// tags16 blocks (docs/reference/tags16.md). JSON: `source` with the driver "bridge".
 struct BridgeOptions : SourceOptions {
   std::string address;  // "unix:PATH" or "tcp:HOST:PORT"
 

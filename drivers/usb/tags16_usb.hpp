@@ -9,8 +9,8 @@
 
 namespace splid {
 
-// Any device that sends tags16 blocks (docs/tags16.md) over a bulk IN endpoint, such as an FPGA of
-// one's own. JSON: `source` with the driver "tags16-usb".
+// Any device that sends tags16 blocks (docs/reference/tags16.md) over a bulk IN endpoint, such as
+// an FPGA of one's own. JSON: `source` with the driver "tags16-usb".
 struct Tags16UsbOptions : SourceOptions {
   std::string usb_id;  // vendor and product, "1209:5a1d"
   std::string endpoint = "0x81";

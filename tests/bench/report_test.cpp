@@ -72,14 +72,14 @@ TEST(Report, FiguresHaveABoundAModeAndMarkersWherePhotonsDecide) {
 
 TEST(Report, FilesAreWrittenAndAnEmptyFolderIsAnError) {
   const test::TempFolder folder;
-  const std::filesystem::path results = folder.path("studies");
+  const std::filesystem::path results = folder.path("results");
   std::filesystem::create_directory(results);
   EXPECT_THROW(write_report(results, folder.path("accuracy.md")), Error);
   const ResultFile file(results / "results.csv");
   for (const auto& [name, result] : made_results()) file.append(result);
   write_report(results, folder.path("accuracy.md"));
-  EXPECT_TRUE(std::filesystem::exists(results / "fig2.svg"));
-  EXPECT_FALSE(std::filesystem::exists(results / "fig3.svg"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path("studies/fig2.svg")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("studies/fig3.svg")));
   std::ifstream in(folder.path("accuracy.md"));
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   EXPECT_THAT(text, HasSubstr("(studies/fig2.svg)"));

@@ -57,10 +57,10 @@ TEST(ConfigSchema, IsTheShippedOne) {
 TEST(ConfigSchema, IsWhatTheManualSays) {
   const std::string mark =
       "<!-- Generated from here on; see tests/config/config_schema_test.cpp -->\n";
-  const std::string manual = read("docs/configuration.md");
+  const std::string manual = read("docs/reference/configuration.md");
   const std::size_t begin = manual.find(mark);
   ASSERT_NE(begin, std::string::npos);
-  expect_generated("docs/configuration.md",
+  expect_generated("docs/reference/configuration.md",
                    manual.substr(0, begin) + mark + "\n" +
                        test::SchemaTable::of(ordered_json::parse(config_schema())));
 }

@@ -88,7 +88,7 @@ TEST_F(CommandLine, WithoutArgumentsHelpsAndFails) {
 TEST_F(CommandLine, SaysItsVersionOnStandardOutput) {
   const ProgramResult result = run_program({"--version"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.out, std::string("splid 0.1.0 (search kernels: ") +
+  EXPECT_EQ(result.out, std::string("splid " SPLID_VERSION " (search kernels: ") +
                             vector_level_name(best_vector_level()) + ")\n");
 }
 

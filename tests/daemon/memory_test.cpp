@@ -14,7 +14,7 @@ namespace {
 
 #ifndef SPLID_SANITIZED
 
-// What `splid check` and docs/threads.md say against what the built program has.
+// What `splid check` and docs/reference/configuration.md say against what the built program has.
 TEST(MemoryNeeded, IsWhatTheProgramHas) {
   const std::vector<std::string> settings = {
       R"("pipeline":{"ring_capacity_tags":131072},"frame":{"length_ms":10})",

@@ -59,7 +59,7 @@ TEST(FileKind, TheSentenceSaysWhetherAPtuInT2ModeCanBeMadeOfIt) {
         {"\x89HDF\r\n\x1a\n"sv, "a", "h5py"},
         {"", "a.h5", "h5py"}}) {
     EXPECT_THAT(next(start, name), HasSubstr(program));
-    EXPECT_THAT(next(start, name), HasSubstr("make a PTU of that (docs/recording.md"));
+    EXPECT_THAT(next(start, name), HasSubstr("make a PTU of that (docs/guide/recording.md"));
   }
   for (const auto& [start, name] : {std::array{"HydraHarp\0"sv, "a.ht3"sv},
                                     {"TimeHarp 200"sv, "a.t3r"},

@@ -99,7 +99,7 @@ void expect_explained(const nlohmann::json& members, const std::string& page) {
 }
 
 TEST(Messages, EveryMemberIsExplainedInTheManual) {
-  std::ifstream file(SPLID_SOURCE_DIR "/docs/messages.md");
+  std::ifstream file(SPLID_SOURCE_DIR "/docs/reference/messages.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   for (const std::string& json :
        {to_json(typical()), to_json(StatusMessage{}), to_json(VersionMessage{})}) {
@@ -239,9 +239,9 @@ TEST(VersionMessage, MinimalAndTypical) {
   EXPECT_EQ(to_json(VersionMessage{}),
             R"({"schema":"splid.version","v":[1,0],"timestamp":0,"sequence":0,"release":"",)"
             R"("pattern":"","mode":"baseline"})");
-  EXPECT_EQ(to_json(VersionMessage{2.5, 1, "0.1.0", "random-40", Mode::random}),
+  EXPECT_EQ(to_json(VersionMessage{2.5, 1, "1.2.3", "random-40", Mode::random}),
             R"({"schema":"splid.version","v":[1,0],"timestamp":2.5,"sequence":1,)"
-            R"("release":"0.1.0","pattern":"random-40","mode":"random"})");
+            R"("release":"1.2.3","pattern":"random-40","mode":"random"})");
 }
 
 }  // namespace

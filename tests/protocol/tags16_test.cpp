@@ -60,7 +60,7 @@ std::vector<std::byte> bytes_of(const std::vector<test::Tags16Block>& blocks) {
 
 // The bytes in the manual.
 std::vector<std::byte> documented_bytes() {
-  std::ifstream page(SPLID_SOURCE_DIR "/docs/tags16.md");
+  std::ifstream page(SPLID_SOURCE_DIR "/docs/reference/tags16.md");
   std::vector<std::byte> bytes;
   bool inside = false;
   for (std::string line; std::getline(page, line);) {

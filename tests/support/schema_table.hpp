@@ -126,7 +126,13 @@ class SchemaTable {
 
   static std::string sentence(std::string text) {
     text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-    return text + ".";
+    text += ".";
+    // Prose has lines of at most 120 columns.
+    for (std::size_t line = 0; text.size() - line > 120;) {
+      line = text.rfind(' ', line + 120);
+      text[line++] = '\n';
+    }
+    return text;
   }
 
   std::string text_;

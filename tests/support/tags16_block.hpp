@@ -6,7 +6,7 @@
 
 namespace splid::test {
 
-// A record of a tags16 block, as docs/tags16.md has it.
+// A record of a tags16 block, as docs/reference/tags16.md has it.
 struct Tags16Record {
   std::int64_t time_ps = 0;
   std::int32_t channel = 0;

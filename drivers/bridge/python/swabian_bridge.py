@@ -4,7 +4,7 @@
     swabian_bridge.py --listen unix:/run/splid/bridge.sock 1:0.5 8:0.25:1855000
 
 opens inputs 1 and 8 with thresholds of 0.5 and 0.25 V, the second delayed by 1855 ns. Needs the
-vendor's library (the Python module TimeTagger) and numpy; docs/instruments/swabian.md has the
+vendor's library (the Python module TimeTagger) and numpy; docs/guide/instruments/swabian.md has the
 wiring.
 """
 

@@ -1,4 +1,4 @@
-"""Serves tags16 blocks (docs/tags16.md) to splid; what every bridge needs.
+"""Serves tags16 blocks (docs/reference/tags16.md) to splid; what every bridge needs.
 
 A bridge makes a Server and calls send() for each stretch of the tagger's time. Needs Python 3.9 or
 later and numpy.

@@ -4,7 +4,7 @@
     nidaqmx_bridge.py --listen unix:/run/splid/encoder.sock --device Dev1 --rate-hz 1000
 
 ctr0 counts the encoder's edges at each tick of ctr1, whose output also goes to a marker input of
-the tagger. Needs the vendor's driver and its Python module nidaqmx; docs/instruments/encoder.md has
+the tagger. Needs the vendor's driver and its Python module nidaqmx; docs/guide/instruments/encoder.md has
 the wiring.
 """
 

@@ -192,7 +192,7 @@ TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
   MetricsText text = scrape(port);
   std::set<std::string> known = driver_counters();
   known.merge(text.names);
-  const std::string dashboard = file_text(SPLID_SOURCE_DIR "/docs/grafana-splid.json");
+  const std::string dashboard = file_text(SPLID_SOURCE_DIR "/docs/reference/grafana-splid.json");
   ASSERT_TRUE(json::accept(dashboard));
   const json whole = json::parse(dashboard);
   ASSERT_GE(whole["panels"].size(), 7U);
@@ -204,7 +204,7 @@ TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
       for (const std::string& name : names) EXPECT_TRUE(known.contains(name)) << name;
     }
   }
-  const auto explained = metrics_named_in(file_text(SPLID_SOURCE_DIR "/docs/metrics.md"));
+  const auto explained = metrics_named_in(file_text(SPLID_SOURCE_DIR "/docs/reference/metrics.md"));
   for (const std::string& name : explained) {
     EXPECT_TRUE(known.contains(name) || text.types.contains(name)) << name;
   }
