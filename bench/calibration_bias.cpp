@@ -11,12 +11,12 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/calibration/pattern_calibration.hpp"
-#include "daemon/tradeoff/tradeoff_frames.hpp"
+#include "daemon/study/calibration/pattern_calibration.hpp"
+#include "daemon/study/tradeoff/tradeoff_frames.hpp"
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/frame_estimator.hpp"
-#include "estimator/units.hpp"
-#include "protocol/pattern_make.hpp"
+#include "estimator/model/pattern_make.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid {
 namespace {

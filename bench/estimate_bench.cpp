@@ -31,7 +31,7 @@ void estimate(benchmark::State& state, const test::FrameMaker& made,
   FrameEstimator estimator(made.pattern, {}, scene, options, made.length_ms, most);
   estimator.estimate(frames.front().view());
   std::vector<double> times_ms;
-  Track track;
+  TargetTrack track;
   std::size_t next = 0;
   double found = 0;
   for (auto _ : state) {

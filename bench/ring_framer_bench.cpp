@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/framing/framer.hpp"
-#include "daemon/framing/ring.hpp"
+#include "daemon/stream/framer.hpp"
+#include "daemon/stream/ring.hpp"
 #include "protocol/ptu_decode.hpp"
 #include "protocol/ptu_header.hpp"
 

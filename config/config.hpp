@@ -9,7 +9,7 @@
 #include "drivers/awg/awg_options.hpp"
 #include "drivers/encoder/encoder_options.hpp"
 #include "drivers/source.hpp"
-#include "estimator/options.hpp"
+#include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {

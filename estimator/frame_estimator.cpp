@@ -5,15 +5,15 @@
 #include <optional>
 #include <vector>
 
-#include "estimator/folded_frame.hpp"
+#include "estimator/fit/pattern_check.hpp"
+#include "estimator/fit/range_odds.hpp"
+#include "estimator/fit/significance.hpp"
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/pulse_train.hpp"
+#include "estimator/model/units.hpp"
 #include "estimator/paper/paper_method.hpp"
-#include "estimator/pattern_check.hpp"
-#include "estimator/pulse_shape.hpp"
-#include "estimator/pulse_train.hpp"
-#include "estimator/range_odds.hpp"
-#include "estimator/significance.hpp"
-#include "estimator/target_search.hpp"
-#include "estimator/units.hpp"
+#include "estimator/search/target_search.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -105,17 +105,17 @@ struct FrameEstimator::Workspace {
     return moving() ? max_drift_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
-  std::optional<Fit> find(const FrameView& view, Track* track, Effort most);
-  std::optional<Fit> follow(const Track& track, std::int64_t mid_ps);
-  [[nodiscard]] double range_odds_nats(const Fit& fit, const Track* track) const;
+  std::optional<Fit> find(const FrameView& view, TargetTrack* track, Effort most);
+  std::optional<Fit> follow(const TargetTrack& track, std::int64_t mid_ps);
+  [[nodiscard]] double range_odds_nats(const Fit& fit, const TargetTrack* track) const;
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   bool moves_after_all(const Fit& still_fit);
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync) const;
-  void remember(const FrameView& view, const Estimate& estimate, Track& track) const;
+  void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
-std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Track* track,
+std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                    Effort most) {
   if (paper) return find_as_paper(view);
   const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
@@ -127,7 +127,8 @@ std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Track*
   return fit ? fit : search.find(frame, most);
 }
 
-std::optional<Fit> FrameEstimator::Workspace::follow(const Track& track, std::int64_t mid_ps) {
+std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track,
+                                                     std::int64_t mid_ps) {
   const auto gap_ps = static_cast<double>(mid_ps - track.mid_ps);
   if (!track.valid || track.followed >= most_followed || std::abs(gap_ps) > longest_gap_ps) {
     return std::nullopt;
@@ -143,7 +144,7 @@ std::optional<Fit> FrameEstimator::Workspace::follow(const Track& track, std::in
   return fit;
 }
 
-double FrameEstimator::Workspace::range_odds_nats(const Fit& fit, const Track* track) const {
+double FrameEstimator::Workspace::range_odds_nats(const Fit& fit, const TargetTrack* track) const {
   const double odds = search.range_odds_nats(fit);
   if (track == nullptr || track->followed == 0) return odds;
   const double expected = track->odds_per_nat * fit.gain_nats;
@@ -223,7 +224,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
 }
 
 void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& estimate,
-                                         Track& track) const {
+                                         TargetTrack& track) const {
   // What may be a wrong range is not followed: the next frame is searched whole.
   track.valid = estimate.range_odds_nats >= least_odds_nats;
   track.mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
@@ -243,7 +244,7 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 
-Estimate FrameEstimator::estimate(const FrameView& view, Track* track, Effort most) {
+Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Effort most) {
   Workspace& w = *workspace_;
   Estimate estimate;
   estimate.photons = view.photons_ps.size();

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <memory>
 
-#include "estimator/estimate.hpp"
-#include "estimator/frame.hpp"
-#include "estimator/options.hpp"
-#include "estimator/track.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/options.hpp"
+#include "estimator/model/target_track.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
@@ -30,7 +30,7 @@ class FrameEstimator {
   // track: where to look first, and where to put what was found; null: the whole range is searched.
   // A track that finds nothing keeps what it knows, for a second of gap at most. most: levels of
   // the search beyond this effort are left out, for when there is no time; those of method search.
-  Estimate estimate(const FrameView& view, Track* track = nullptr,
+  Estimate estimate(const FrameView& view, TargetTrack* track = nullptr,
                     Effort most = Effort::exhaustive);
 
  private:

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/framing/device_clock.hpp"
-#include "daemon/recording/recorder.hpp"
+#include "daemon/recording/ptu_writer.hpp"
+#include "daemon/stream/device_clock.hpp"
 #include "drivers/replay/replay.hpp"
 #include "tests/support/vector_sink.hpp"
 
@@ -203,7 +203,7 @@ void FaultySource::run(TagSink& sink, std::stop_token stop) {
 void FaultySource::record(const std::stop_token& stop) {
   test::VectorSink tags;
   simulate(tags, stop, 0);
-  Recorder recorder(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()), true);
+  PtuWriter recorder(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()), true);
   recorder.write(tags.tags);
   recorder.close();
 }

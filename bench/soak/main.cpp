@@ -21,11 +21,11 @@
 #include <zmq.hpp>
 
 #include "bench/soak/faulty_source.hpp"
-#include "daemon/format.hpp"
-#include "daemon/memory.hpp"
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/base/format.hpp"
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/service/memory.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "drivers/wake.hpp"
 #include "protocol/error.hpp"
 #include "tests/support/daemon_scene.hpp"

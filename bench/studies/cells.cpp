@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "estimator/model/pattern_make.hpp"
 #include "protocol/json_writer.hpp"
-#include "protocol/pattern_make.hpp"
 
 namespace splid::studies {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/options.hpp"
+#include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::studies {

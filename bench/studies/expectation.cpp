@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "estimator/pulse_shape.hpp"
-#include "estimator/significance.hpp"
-#include "estimator/units.hpp"
+#include "estimator/fit/significance.hpp"
+#include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid::studies {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "bench/studies/cells.hpp"
-#include "estimator/bound.hpp"
+#include "estimator/fit/bound.hpp"
 
 namespace splid::studies {
 

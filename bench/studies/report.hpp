@@ -4,7 +4,7 @@
 #include <string>
 
 #include "bench/studies/results.hpp"
-#include "daemon/svg_chart.hpp"
+#include "daemon/study/svg_chart.hpp"
 
 namespace splid::studies {
 

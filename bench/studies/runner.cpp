@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "bench/studies/trial.hpp"
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 
 namespace splid::studies {
 namespace {
@@ -23,14 +23,14 @@ double work_of(const Job& job) {
   return job.trials * (e.signal_photons + e.background_photons + 500);
 }
 
-std::string describe(const Cell& cell) {
+std::string in_words(const Cell& cell) {
   return std::string(info(cell.study).name) + " " + splid::to_string(cell.mode) +
          format(" %g ms, S %g, b %g/ns, v %s", cell.length_ms, cell.signal_per_pulse,
                 cell.background_per_ns,
                 cell.velocity_mps ? format("%g m/s", *cell.velocity_mps).c_str() : "any");
 }
 
-std::string describe(const Result& result) {
+std::string in_words(const Result& result) {
   const Score& s = result.score;
   const Bound& bound = result.expectation.bound;
   return format(
@@ -88,8 +88,8 @@ struct Run {
     results[key(result.job)] = result;
     left.finished(result.job, took_s);
     std::fprintf(stderr, "[%zu of %zu] %s, %s: %s; %s\n", ++finished, jobs.size(),
-                 describe(result.job.cell).c_str(), to_string(result.job.estimator),
-                 describe(result).c_str(), left.text(threads).c_str());
+                 in_words(result.job.cell).c_str(), to_string(result.job.estimator),
+                 in_words(result).c_str(), left.text(threads).c_str());
   }
   void fail(std::exception_ptr what) {
     const std::scoped_lock lock(mutex);
@@ -118,7 +118,7 @@ void check_ratio(const Result& result, const char* what, double ratio,
   const double limit = info(result.job.cell.study).ratio_to_reach;
   const double allowed = limit * (1 + 4 * result.score.relative_error());
   if (ratio <= allowed) return;
-  faults.push_back(describe(result.job.cell) +
+  faults.push_back(in_words(result.job.cell) +
                    format(": RMSE of %s is %.3f of the bound; %d frames allow %.3f", what, ratio,
                           result.score.right(), allowed));
 }
@@ -156,11 +156,11 @@ void check_odds(const Result& result, std::vector<std::string>& faults) {
   const Score& s = result.score;
   if (!s.has_odds()) return;
   if (s.ok() > 0 && wilson_95(s.wrong_ok, s.ok()).low > EstimatorOptions().range_risk) {
-    faults.push_back(describe(result.job.cell) +
+    faults.push_back(in_words(result.job.cell) +
                      format(": %d wrong peaks among %d frames that are ok", s.wrong_ok, s.ok()));
   }
   if (is_easy(result.expectation) && s.ambiguous > 0) {
-    faults.push_back(describe(result.job.cell) +
+    faults.push_back(in_words(result.job.cell) +
                      format(": %d frames ambiguous where the photons leave no doubt", s.ambiguous));
   }
 }
@@ -172,7 +172,7 @@ std::vector<std::string> faults_of_search(const Results& results) {
     if (result.job.estimator != Estimator::search) continue;
     check_odds(result, faults);
     if (is_easy(result.expectation) && s.right() < s.trials) {
-      faults.push_back(describe(result.job.cell) +
+      faults.push_back(in_words(result.job.cell) +
                        format(": %d wrong peaks and %d without a value", s.wrong, s.no_value) +
                        " where the photons leave no doubt");
     }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/studies/report.hpp"
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 
 namespace splid::studies {
 namespace {

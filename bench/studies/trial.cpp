@@ -8,9 +8,9 @@
 
 #include "bench/studies/wang.hpp"
 #include "bench/thread_clock.hpp"
+#include "estimator/fit/range_odds.hpp"
 #include "estimator/frame_estimator.hpp"
-#include "estimator/range_odds.hpp"
-#include "estimator/units.hpp"
+#include "estimator/model/units.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::studies {

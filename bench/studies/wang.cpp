@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "estimator/model/units.hpp"
 #include "estimator/paper/crt.hpp"
 #include "estimator/paper/folded_peak.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
-#include "estimator/units.hpp"
 
 namespace splid::studies {
 namespace {

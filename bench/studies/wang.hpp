@@ -1,8 +1,8 @@
 #pragma once
 
-#include "estimator/estimate.hpp"
-#include "estimator/frame.hpp"
-#include "estimator/pulse_shape.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/pulse_shape.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::studies {

@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "daemon/base/format.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/format.hpp"
 #include "drivers/usb/usb_listing.hpp"
 
 namespace splid {

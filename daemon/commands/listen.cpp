@@ -8,16 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/base/line_writer.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
-#include "daemon/format.hpp"
-#include "daemon/line_writer.hpp"
-#include "daemon/messages/subscriber.hpp"
-#include "daemon/read_file.hpp"
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/truth_score.hpp"
+#include "daemon/sockets/subscriber.hpp"
+#include "daemon/study/truth_score.hpp"
 #include "protocol/error.hpp"
 #include "protocol/messages.hpp"
 
@@ -149,18 +149,18 @@ class Listening {
     const bool is_first = said_ == State::pending && state == State::connected;
     said_ = state;
     if (is_first) return;  // as it should be
-    std::fprintf(stderr, "splid: %s\n", in_words(state).c_str());
+    std::fprintf(stderr, "splid: %s\n", connection(state).c_str());
   }
 
-  [[nodiscard]] std::string in_words(HandshakeWatch::State state) const {
-    return describe(state, options_.endpoint, client_ ? &*client_ : nullptr);
+  [[nodiscard]] std::string connection(HandshakeWatch::State state) const {
+    return in_words(state, options_.endpoint, client_ ? &*client_ : nullptr);
   }
 
   void check_timeout() {
     const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
     if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
     throw Error(Fault::device, format("nothing came for %g s: ", options_.timeout_s) +
-                                   in_words(subscriber_.state()));
+                                   connection(subscriber_.state()));
   }
 
   int finish() const {

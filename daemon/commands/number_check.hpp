@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 
 namespace splid {
 

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "daemon/base/format.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
-#include "daemon/format.hpp"
-#include "daemon/look_alike_report.hpp"
-#include "daemon/output_check.hpp"
-#include "daemon/read_file.hpp"
+#include "daemon/commands/output_check.hpp"
+#include "daemon/study/calibration/look_alike_report.hpp"
+#include "estimator/model/pattern_make.hpp"
 #include "protocol/pattern_json.hpp"
-#include "protocol/pattern_make.hpp"
 #include "protocol/pattern_side_lobes.hpp"
 
 namespace splid {

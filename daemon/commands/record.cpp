@@ -6,13 +6,13 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/encoder_log.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
-#include "daemon/output_check.hpp"
-#include "daemon/recording/capture.hpp"
-#include "daemon/service/measuring.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
+#include "daemon/commands/output_check.hpp"
+#include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/record_source.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/stream/open_source.hpp"
 
 namespace splid {
 namespace {
@@ -35,9 +35,9 @@ int record(const RecordCommand& options) {
   check_output(config, options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
   spdlog::info("source {}; recording into {}", source->info().name, options.output);
-  const CaptureSummary summary =
-      capture(config, *source, options.output, options.force, host_clock(), signals.token());
-  spdlog::info("{}", describe(summary, options.output));
+  const RecordSummary summary =
+      record_source(config, *source, options.output, options.force, host_clock(), signals.token());
+  spdlog::info("{}", in_words(summary, options.output));
   return 0;
 }
 

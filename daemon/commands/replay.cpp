@@ -11,13 +11,13 @@
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/encoder_log.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
+#include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/recorded_pattern.hpp"
-#include "daemon/service/measuring.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/stream/open_source.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
@@ -123,7 +123,7 @@ int replay(const ReplayCommand& options) {
   config.source_driver = "replay";
   choose_encoder(options, config.encoder);
   DeviceMonitor device;
-  std::unique_ptr<TagSource> recording = open_source(config, &device);
+  std::unique_ptr<TagSource> recording = open_source(config, device.hears());
   warn_of_what_does_not_fit(config, options.recording);
   SessionOptions session;
   session.json = session.may_only_print = options.json;

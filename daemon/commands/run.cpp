@@ -6,12 +6,12 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
-#include "daemon/service/measuring.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/start_check.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/stream/open_source.hpp"
 
 namespace splid {
 
@@ -30,7 +30,8 @@ void add_run(CLI::App& app, Action& action) {
       SessionOptions options;
       options.signals = &signals;
       options.is_service = true;
-      return run_session(config, open_source(config, &device), device, options, signals.token());
+      return run_session(config, open_source(config, device.hears()), device, options,
+                         signals.token());
     };
   });
 }

@@ -6,16 +6,16 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/number_check.hpp"
-#include "daemon/encoder_log.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
-#include "daemon/output_check.hpp"
-#include "daemon/read_file.hpp"
-#include "daemon/recording/capture.hpp"
-#include "daemon/service/measuring.hpp"
+#include "daemon/commands/output_check.hpp"
+#include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/record_source.hpp"
 #include "daemon/service/stop_signals.hpp"
+#include "daemon/stream/open_source.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 #include "protocol/error.hpp"
 
@@ -58,9 +58,9 @@ int simulate(const SimulateCommand& options) {
   check_outputs(config, options);
   scene.truth = truth_file(options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
-  const CaptureSummary summary =
-      capture(config, *source, options.output, options.force, host_clock(), signals.token());
-  spdlog::info("{}; the truth is in {}", describe(summary, options.output), scene.truth);
+  const RecordSummary summary =
+      record_source(config, *source, options.output, options.force, host_clock(), signals.token());
+  spdlog::info("{}; the truth is in {}", in_words(summary, options.output), scene.truth);
   return 0;
 }
 

@@ -1,4 +1,4 @@
-#include "daemon/tradeoff/tradeoff.hpp"
+#include "daemon/study/tradeoff/tradeoff.hpp"
 
 #include <spdlog/spdlog.h>
 
@@ -13,19 +13,19 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/base/line_writer.hpp"
+#include "daemon/base/progress.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/format.hpp"
-#include "daemon/line_writer.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
-#include "daemon/output_check.hpp"
-#include "daemon/progress.hpp"
-#include "daemon/read_file.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
+#include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recorded_pattern.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/tradeoff/tradeoff_chart.hpp"
-#include "daemon/tradeoff/tradeoff_report.hpp"
+#include "daemon/study/tradeoff/tradeoff_chart.hpp"
+#include "daemon/study/tradeoff/tradeoff_report.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

@@ -8,16 +8,16 @@
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/base/progress.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/format.hpp"
-#include "daemon/load_config.hpp"
-#include "daemon/log_level.hpp"
-#include "daemon/output_check.hpp"
-#include "daemon/progress.hpp"
-#include "daemon/read_file.hpp"
+#include "daemon/commands/load_config.hpp"
+#include "daemon/commands/log_level.hpp"
+#include "daemon/commands/output_check.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/upload_report.hpp"
+#include "daemon/service/upload_report.hpp"
 #include "drivers/awg/awg_model.hpp"
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern_json.hpp"
@@ -64,13 +64,13 @@ int run_upload(const UploadCommand& options) {
   const AwgModel& model = awg_models()[config.awg.model];
   const WaveformPlan plan = plan_waveform(config.pattern, model, config.awg);
   spdlog::info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),
-               model.name, describe(plan));
+               model.name, in_words(plan));
   if (options.dry_run) {
     keep(played_pattern(config.pattern, plan, plan.rate_hz), options.output);
     return 0;
   }
   const Uploaded uploaded = upload_shown(config, signals.token());
-  spdlog::info("{}", describe(uploaded));
+  spdlog::info("{}", in_words(uploaded));
   keep(uploaded.played, options.output);
   return 0;
 }

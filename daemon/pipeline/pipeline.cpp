@@ -13,15 +13,16 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/framing/framing.hpp"
-#include "daemon/framing/lane.hpp"
-#include "daemon/framing/ring.hpp"
-#include "daemon/framing/source_thread.hpp"
-#include "daemon/messages/frame_message.hpp"
-#include "daemon/messages/status_reporter.hpp"
-#include "daemon/pipeline/encoder_feed.hpp"
-#include "daemon/pipeline/lane_estimator.hpp"
-#include "daemon/pipeline/liveness.hpp"
+#include "daemon/output/encoder_feed.hpp"
+#include "daemon/output/frame_message.hpp"
+#include "daemon/output/liveness.hpp"
+#include "daemon/output/status_reporter.hpp"
+#include "daemon/stream/framer_thread.hpp"
+#include "daemon/stream/lane.hpp"
+#include "daemon/stream/lane_estimator.hpp"
+#include "daemon/stream/open_source.hpp"
+#include "daemon/stream/ring.hpp"
+#include "daemon/stream/source_thread.hpp"
 #include "estimator/frame_estimator.hpp"
 
 namespace splid {
@@ -61,7 +62,7 @@ struct Pipeline::Stages {
       lanes.push_back(std::make_unique<Lane>(capacity, lane_depth));
       estimators.push_back(std::make_unique<LaneEstimator>(make_estimator(config)));
     }
-    framing = std::make_unique<Framing>(config, source->info(), clock, ring, lanes);
+    framing = std::make_unique<FramerThread>(config, source->info(), clock, ring, lanes);
     if (auto counts = open_encoder(config)) {
       encoder.emplace(std::move(counts), config.encoder, clock);
       encoder->observe([this](const EncoderBatch& batch) { record_counts(batch); });
@@ -93,12 +94,12 @@ struct Pipeline::Stages {
   Lanes lanes;
   std::size_t max_photons = 0;
   std::vector<std::unique_ptr<LaneEstimator>> estimators;
-  std::unique_ptr<Framing> framing;
+  std::unique_ptr<FramerThread> framing;
   Wake publisher_wake;                 // a frame was estimated
   std::optional<EncoderFeed> encoder;  // publisher only
   DeviceMonitor* device = nullptr;
-  std::mutex recording_mutex;      // the framer never takes it
-  Recording* recording = nullptr;  // under the mutex
+  std::mutex recording_mutex;         // the framer never takes it
+  RecordingTap* recording = nullptr;  // under the mutex
   ServiceNotifier* notifier = nullptr;
   Metrics* metrics = nullptr;
   Liveness liveness;
@@ -131,7 +132,7 @@ void Pipeline::watch(DeviceMonitor& device) {
   device.set_wake(&stages_->publisher_wake);
 }
 
-void Pipeline::record(Recording* recording) {
+void Pipeline::record(RecordingTap* recording) {
   Stages& stages = *stages_;
   if (recording != nullptr && stages.encoder) recording->expect_counts();
   {
@@ -206,7 +207,7 @@ void Pipeline::Stages::estimate(std::size_t index) {
   pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
   Lane& lane = *lanes[index];
   LaneEstimator& estimator = *estimators[index];
-  Track track;
+  TargetTrack track;
   while (!lane.estimator_done()) {
     LaneSlot* slot = lane.filled_slot();
     if (slot == nullptr) {
@@ -312,7 +313,7 @@ void Pipeline::Stages::take_reloaded_context() {
 
 void Pipeline::Stages::look_around() {
   if (sync_fault.empty() && framing->diagnosed.load(std::memory_order_acquire)) {
-    sync_fault = describe(*framing->diagnosis());
+    sync_fault = in_words(*framing->diagnosis());
     spdlog::warn("{}", sync_fault);
   }
   take_reloaded_context();

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "daemon/clock.hpp"
-#include "daemon/framing/framer.hpp"
-#include "daemon/messages/publisher.hpp"
-#include "daemon/metrics/metrics.hpp"
-#include "daemon/pipeline/device_monitor.hpp"
-#include "daemon/recording/recording.hpp"
-#include "daemon/service/service_notifier.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/output/device_monitor.hpp"
+#include "daemon/output/metrics.hpp"
+#include "daemon/output/publisher.hpp"
+#include "daemon/output/service_notifier.hpp"
+#include "daemon/recording/recording_tap.hpp"
+#include "daemon/stream/framer.hpp"
 #include "drivers/source.hpp"
 #include "protocol/messages.hpp"
 
@@ -75,7 +75,7 @@ class Pipeline {
   // Where what is measured from is kept from now on; null: nowhere. Nothing of this uses the one
   // before once it returns, which takes 100 ms at most. Any thread but run()'s, one at a time;
   // before run(), or while it runs.
-  void record(Recording* recording);
+  void record(RecordingTap* recording);
   // Frames and counts go on from those of the streams before. Before run().
   void go_on_from(const StreamSoFar& before);
   // After run().

@@ -2,7 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/encoder_log.hpp"
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/recording/encoder_log.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

@@ -11,10 +11,10 @@
 #include <string>
 
 #include "config/channel_name.hpp"
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
-#include "estimator/sync_survey.hpp"
+#include "estimator/sync/sync_survey.hpp"
 
 namespace splid {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 #include "daemon/security/curve_key.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "config/hidden_keys.hpp"
-#include "daemon/format.hpp"
+#include "daemon/base/format.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

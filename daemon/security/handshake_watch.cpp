@@ -49,7 +49,7 @@ void HandshakeWatch::take(const SocketMonitor::Event& event) {
   }
 }
 
-std::string describe(State state, const std::string& endpoint, const CurveClient* client) {
+std::string in_words(State state, const std::string& endpoint, const CurveClient* client) {
   switch (state) {
     case State::pending:
       return "connecting to " + endpoint;

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
 #include "daemon/security/curve_socket.hpp"
 #include "daemon/security/socket_monitor.hpp"
 
@@ -45,7 +45,7 @@ class HandshakeWatch {
 
 // What that means and what to do, in a sentence about `endpoint`. client: null where it has no
 // keys.
-std::string describe(HandshakeWatch::State state, const std::string& endpoint,
+std::string in_words(HandshakeWatch::State state, const std::string& endpoint,
                      const CurveClient* client);
 
 }  // namespace splid

@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "config/hidden_keys.hpp"
-#include "daemon/read_file.hpp"
+#include "daemon/base/read_file.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/trimmed.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
 
 namespace splid {
 

@@ -5,8 +5,9 @@
 #include <chrono>
 #include <utility>
 
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
 #include "daemon/service/session_report.hpp"
+#include "daemon/stream/open_source.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -17,23 +18,6 @@ constexpr std::chrono::milliseconds idle{50};
 constexpr const char* ending = "the daemon ends";
 
 }  // namespace
-
-std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device) {
-  SourceContext context;
-  context.pattern = &config.pattern;
-  context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
-  context.report = [device, cautioned = std::string()](const DeviceReport& report) mutable {
-    const bool is_well = report.state == DeviceState::connected;
-    if (!report.reason.empty()) {
-      spdlog::log(is_well ? spdlog::level::info : spdlog::level::warn, "{}: {}",
-                  to_string(report.state), report.reason);
-    }
-    if (!report.caution.empty() && report.caution != cautioned) spdlog::warn("{}", report.caution);
-    cautioned = report.caution;
-    if (device != nullptr) device->report(report);
-  };
-  return config.source->open(context);
-}
 
 Measuring::Measuring(const Config& config, Publisher& publisher, DeviceMonitor& device,
                      Metrics* metrics, FrameObserver observer, bool may_record)
@@ -82,7 +66,7 @@ PipelineSummary Measuring::measure(const std::stop_token& stop) {
   const std::int64_t begin_ns = host_clock().steady_ns();
   PipelineSummary summary = pipeline_->run(stop);
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
-  spdlog::info("{}; took {:.3g} s", describe(summary), took_s);
+  spdlog::info("{}; took {:.3g} s", in_words(summary), took_s);
   so_far_ = pipeline_->so_far();
   const std::scoped_lock recording_lock(recording_mutex_);
   finish_recording();
@@ -115,7 +99,7 @@ bool Measuring::wait_until_wanted(const std::stop_token& stop) {
 bool Measuring::resume() {
   try {
     (void)device_.take_reports();  // of the source that was closed
-    prepare(open_source(config_, &device_));
+    prepare(open_source(config_, device_.hears()));
     spdlog::info("measuring again from {}", source_.name);
     return true;
   } catch (const std::exception& error) {
@@ -202,11 +186,11 @@ bool Measuring::measures() const {
 
 // Under the recording's mutex, and not under the other: its ring takes a while to make.
 void Measuring::record(Pipeline& pipeline, const SourceInfo& source) {
-  auto made = std::make_unique<Recording>(config_, source, host_clock(),
-                                          [this](const std::string& sentence) {
-                                            spdlog::warn("recording: {}", sentence);
-                                            device_.notice("recording: " + sentence);
-                                          });
+  auto made = std::make_unique<RecordingTap>(config_, source, host_clock(),
+                                             [this](const std::string& sentence) {
+                                               spdlog::warn("recording: {}", sentence);
+                                               device_.notice("recording: " + sentence);
+                                             });
   pipeline.record(made.get());
   const std::scoped_lock lock(mutex_);
   recording_ = std::move(made);

@@ -9,20 +9,16 @@
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/messages/publisher.hpp"
-#include "daemon/metrics/metrics.hpp"
-#include "daemon/pipeline/device_monitor.hpp"
+#include "daemon/output/device_monitor.hpp"
+#include "daemon/output/metrics.hpp"
+#include "daemon/output/publisher.hpp"
+#include "daemon/output/service_notifier.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/recording/recording.hpp"
+#include "daemon/recording/recording_tap.hpp"
 #include "daemon/service/pause_status.hpp"
-#include "daemon/service/service_notifier.hpp"
 #include "drivers/source.hpp"
 
 namespace splid {
-
-// Opens the configured source; its warnings, and what it reports of its instrument, go to the log
-// and to `device` (where not null; outlives the source).
-std::unique_ptr<TagSource> open_source(const Config& config, DeviceMonitor* device = nullptr);
 
 // One stream after the other from the configured source, to the same subscribers: in between the
 // source is closed, and another program may use the instrument. Frames are numbered, and everything
@@ -95,7 +91,7 @@ class Measuring {
   std::unique_ptr<Pipeline> pipeline_;
   SourceInfo source_;  // of the stream that runs, or ran last
   bool to_record_;
-  std::unique_ptr<Recording> recording_;
+  std::unique_ptr<RecordingTap> recording_;
   std::string recording_file_;  // of a recording that has ended
 };
 

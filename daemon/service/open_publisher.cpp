@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/gate/listening_socket.hpp"
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/listening_socket.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "protocol/messages.hpp"
 
 namespace splid {

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "config/config.hpp"
-#include "daemon/messages/publisher.hpp"
+#include "daemon/output/publisher.hpp"
 #include "daemon/service/session.hpp"
 
 namespace splid {

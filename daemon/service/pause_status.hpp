@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/clock.hpp"
-#include "daemon/messages/publisher.hpp"
-#include "daemon/metrics/metrics.hpp"
-#include "daemon/pipeline/device_monitor.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/output/device_monitor.hpp"
+#include "daemon/output/metrics.hpp"
+#include "daemon/output/publisher.hpp"
+#include "daemon/output/service_notifier.hpp"
 #include "daemon/pipeline/pipeline.hpp"
-#include "daemon/service/service_notifier.hpp"
 
 namespace splid {
 

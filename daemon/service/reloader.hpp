@@ -5,9 +5,9 @@
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/clock.hpp"
-#include "daemon/pipeline/device_monitor.hpp"
-#include "daemon/service/service_notifier.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/output/device_monitor.hpp"
+#include "daemon/output/service_notifier.hpp"
 #include "daemon/service/stop_signals.hpp"
 
 namespace splid {

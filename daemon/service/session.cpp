@@ -8,20 +8,20 @@
 #include <string>
 #include <utility>
 
-#include "daemon/clock.hpp"
-#include "daemon/control/control_actions.hpp"
-#include "daemon/control/control_endpoint.hpp"
-#include "daemon/control/control_server.hpp"
-#include "daemon/format.hpp"
-#include "daemon/line_writer.hpp"
-#include "daemon/messages/publisher.hpp"
-#include "daemon/progress.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/base/line_writer.hpp"
+#include "daemon/base/progress.hpp"
+#include "daemon/output/publisher.hpp"
 #include "daemon/security/server_security.hpp"
+#include "daemon/service/control/control_endpoint.hpp"
+#include "daemon/service/control/control_server.hpp"
+#include "daemon/service/control_actions.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/open_publisher.hpp"
 #include "daemon/service/reloader.hpp"
 #include "daemon/service/session_report.hpp"
-#include "daemon/truth_score.hpp"
+#include "daemon/study/truth_score.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -130,7 +130,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   EncoderScore encoder;
   const auto observer = [&](const FrameMessage& message, const std::string& json) {
     encoder.take(message);
-    if (progress.due()) progress.show(describe(message));
+    if (progress.due()) progress.show(in_words(message));
     return !options.json || out.write(json);
   };
   Measuring measuring(config, publisher, device, metrics.get(), observer, options.is_service);

@@ -4,7 +4,7 @@
 #include <stop_token>
 
 #include "config/config.hpp"
-#include "daemon/pipeline/device_monitor.hpp"
+#include "daemon/output/device_monitor.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "drivers/source.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
-#include "daemon/format.hpp"
-#include "daemon/messages/frame_message.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/output/frame_message.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -16,7 +16,7 @@ constexpr std::uint64_t plentiful_syncs = 16;
 
 }  // namespace
 
-std::string describe(const FrameMessage& message) {
+std::string in_words(const FrameMessage& message) {
   std::string text =
       format("frame %s, %s", grouped(message.sequence).c_str(), to_string(message.status));
   if (message.distance_m) text += format(", %.4f m", *message.distance_m);
@@ -24,7 +24,7 @@ std::string describe(const FrameMessage& message) {
   return text;
 }
 
-std::string describe(const PipelineSummary& summary) {
+std::string in_words(const PipelineSummary& summary) {
   std::string text = grouped(summary.frames) + " frames";
   const char* separator = ": ";
   for (std::size_t i = 0; i < summary.frames_by_status.size(); ++i) {
@@ -46,7 +46,7 @@ std::string describe(const PipelineSummary& summary) {
 
 void check_locked(const PipelineSummary& summary) {
   if (summary.frames == 0 || summary.locked_frames > 0) return;
-  if (summary.diagnosis) throw Error(Fault::data, describe(*summary.diagnosis));
+  if (summary.diagnosis) throw Error(Fault::data, in_words(*summary.diagnosis));
   if (summary.tags.syncs >= plentiful_syncs * summary.frames) {
     throw Error(Fault::data, "no frame could lock: there are " + grouped(summary.tags.syncs) +
                                  " syncs, but they do not come at the pattern's period; give "
@@ -69,7 +69,7 @@ void check_pattern(const PipelineSummary& summary) {
   if (summary.contradicted_frames == 0) return;
   const std::string sentence = "in " + grouped(summary.contradicted_frames) + " of " +
                                grouped(summary.frames) + " frames " +
-                               describe(summary.pattern_fault);
+                               in_words(summary.pattern_fault);
   constexpr std::uint64_t by_far = 5;
   if (summary.contradicted_frames > by_far * summary.valid_frames) {
     throw Error(Fault::data, sentence);

@@ -13,11 +13,11 @@
 #include <memory>
 #include <string_view>
 
-#include "daemon/format.hpp"
-#include "daemon/framing/frame_plan.hpp"
-#include "daemon/memory.hpp"
+#include "daemon/base/format.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/security/key_file.hpp"
+#include "daemon/service/memory.hpp"
+#include "daemon/stream/frame_plan.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/error.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/awg/scpi_reply.hpp"
 #include "drivers/client_socket.hpp"
-#include "protocol/scpi_reply.hpp"
 
 namespace splid {
 

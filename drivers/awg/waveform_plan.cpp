@@ -281,7 +281,7 @@ WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
   return plan;
 }
 
-std::string describe(const WaveformPlan& plan) {
+std::string in_words(const WaveformPlan& plan) {
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
                 "%lld samples at %.9g GSa/s, %lld a period; pulses %.4g ns wide, at most %.3g ps "

@@ -35,7 +35,7 @@ WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
                            const AwgOptions& options);
 
 // "241920 samples at 64 GSa/s, 241920 a period; pulses 2 ns wide, at most 0 ps from their times".
-std::string describe(const WaveformPlan& plan);
+std::string in_words(const WaveformPlan& plan);
 
 // The pattern as the generator plays it when its rate is rate_hz: pulses where their samples begin,
 // relative to the marker's first, and every time as long as the samples make it. Of several

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
+#include "drivers/usb/tdc2_command.hpp"
+#include "drivers/usb/tdc2_decode.hpp"
 #include "drivers/usb/usb_instrument.hpp"
-#include "protocol/tdc2_command.hpp"
-#include "protocol/tdc2_decode.hpp"
 
 namespace splid {
 

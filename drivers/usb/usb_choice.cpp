@@ -40,13 +40,13 @@ std::vector<UsbDeviceInfo> infos(const std::vector<Candidate>& found) {
 
 std::string listed(const std::vector<UsbDeviceInfo>& devices) {
   std::string text;
-  for (const UsbDeviceInfo& each : devices) text += (text.empty() ? "" : ", ") + describe(each);
+  for (const UsbDeviceInfo& each : devices) text += (text.empty() ? "" : ", ") + in_words(each);
   return text;
 }
 
 }  // namespace
 
-std::string describe(const UsbSelection& selection) {
+std::string in_words(const UsbSelection& selection) {
   std::string text = "USB device ";
   for (std::size_t i = 0; i < selection.ids.size(); ++i) {
     text += (i == 0 ? "" : " or ") + to_string(selection.ids[i]);
@@ -90,7 +90,7 @@ bool UsbChoice::is_listed(const UsbContext& context) const {
 
 std::string UsbChoice::absence() const {
   if (!taken_) {
-    return "no " + describe(meant_) + " is plugged in (splid devices lists what is)";
+    return "no " + in_words(meant_) + " is plugged in (splid devices lists what is)";
   }
   std::string text = name() + ": " + UsbError::unplugged;
   if (others_.empty()) return text;
@@ -110,7 +110,7 @@ void UsbChoice::judge(const std::vector<UsbDeviceInfo>& plugged_in, const UsbDev
   if (plugged_in.size() < 2) return;
   caution_ = std::to_string(plugged_in.size()) +
              " devices that source could mean are plugged in (" + listed(plugged_in) + "), and " +
-             describe(read) + " is read: ";
+             in_words(read) + " is read: ";
   caution_ += read.serial.empty()
                   ? "without serial numbers they are known by their ports, so unplug the other"
                   : "name the one that is meant in source.serial";

@@ -16,7 +16,7 @@ struct UsbSelection {
 };
 
 // "USB device 3137:200a or 04b4:123a with serial TDC2-0042", for people.
-std::string describe(const UsbSelection& selection);
+std::string in_words(const UsbSelection& selection);
 
 // Which of the devices that are plugged in a stream reads: of those that are meant the one at the
 // first port, and from then on no other. It is known by its serial number; one without is known by
@@ -38,7 +38,7 @@ class UsbChoice {
   [[nodiscard]] bool is_listed(const UsbContext& context) const;
 
   // The device that is read, for people; empty before the first was opened.
-  [[nodiscard]] std::string name() const { return taken_ ? describe(*taken_) : ""; }
+  [[nodiscard]] std::string name() const { return taken_ ? in_words(*taken_) : ""; }
   // That others could be meant, and what to do; empty: none could.
   [[nodiscard]] const std::string& caution() const { return caution_; }
   // Why open() found none: never empty.

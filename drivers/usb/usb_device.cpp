@@ -68,7 +68,7 @@ std::string describe_missing(std::uint8_t address, int setting, const std::vecto
 
 }  // namespace
 
-UsbDevice::UsbDevice(libusb_device* device, const UsbDeviceInfo& info) : name_(describe(info)) {
+UsbDevice::UsbDevice(libusb_device* device, const UsbDeviceInfo& info) : name_(in_words(info)) {
   check(libusb_open(device, &handle_), "cannot open it");
   libusb_set_auto_detach_kernel_driver(handle_, 1);  // where the system cannot, the claim says so
   const int code = libusb_claim_interface(handle_, interface_number);

@@ -55,7 +55,7 @@ std::string UsbDeviceInfo::node() const {
   return text.data();
 }
 
-std::string describe(const UsbDeviceInfo& info) {
+std::string in_words(const UsbDeviceInfo& info) {
   std::string text = to_string(info.id);
   if (!info.serial.empty()) text += " serial " + info.serial;
   return text + " at " + info.port;

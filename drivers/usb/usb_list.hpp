@@ -22,7 +22,7 @@ struct UsbDeviceInfo {
 };
 
 // "3137:200a serial TDC2-0042 at 1-1.2", for people.
-std::string describe(const UsbDeviceInfo& info);
+std::string in_words(const UsbDeviceInfo& info);
 
 UsbDeviceInfo info_of(libusb_device* device);
 

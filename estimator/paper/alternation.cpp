@@ -9,7 +9,7 @@
 #include <memory>
 #include <new>
 
-#include "estimator/units.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "estimator/estimate.hpp"
+#include "estimator/model/estimate.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 
 namespace splid {

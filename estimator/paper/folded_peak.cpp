@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "estimator/units.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/train_photons.hpp"
-#include "estimator/pulse_shape.hpp"
 
 namespace splid {
 

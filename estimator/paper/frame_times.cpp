@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "estimator/units.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid {
 

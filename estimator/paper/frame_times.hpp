@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "estimator/frame.hpp"
+#include "estimator/model/frame_view.hpp"
 
 namespace splid {
 

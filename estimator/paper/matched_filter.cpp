@@ -8,8 +8,8 @@
 #include <unsupported/Eigen/FFT>
 #include <vector>
 
+#include "estimator/model/units.hpp"
 #include "estimator/paper/train_photons.hpp"
-#include "estimator/units.hpp"
 
 namespace splid {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "estimator/model/units.hpp"
 #include "estimator/paper/train_photons.hpp"
-#include "estimator/units.hpp"
 
 namespace splid {
 

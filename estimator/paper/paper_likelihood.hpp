@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/frame_times.hpp"
-#include "estimator/pulse_shape.hpp"
 
 namespace splid {
 

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/units.hpp"
 #include "estimator/paper/alternation.hpp"
 #include "estimator/paper/frame_times.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
-#include "estimator/units.hpp"
 
 namespace splid {
 

@@ -2,12 +2,12 @@
 
 #include <cstddef>
 
-#include "estimator/estimate.hpp"
-#include "estimator/frame.hpp"
-#include "estimator/options.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/options.hpp"
+#include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/paper_start.hpp"
-#include "estimator/pulse_shape.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {

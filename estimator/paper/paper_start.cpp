@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/units.hpp"
 #include "estimator/paper/clusters.hpp"
 #include "estimator/paper/crt.hpp"
 #include "estimator/paper/folded_peak.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
-#include "estimator/units.hpp"
 
 namespace splid {
 

@@ -3,12 +3,12 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/frame_times.hpp"
 #include "estimator/paper/matched_filter.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
-#include "estimator/pulse_shape.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {

@@ -11,7 +11,8 @@ failed=0
 # expect EXIT_CODE FILE INCLUDE: the code for a tree with that one line
 expect() {
   rm -rf "$tree"/*
-  for folder in protocol estimator drivers/replay config daemon; do mkdir -p "$tree/$folder"; done
+  for folder in protocol estimator/fold estimator/search drivers/replay config daemon/base \
+    daemon/stream daemon/output;  do mkdir -p "$tree/$folder"; done
   printf '// a comment\n%s\n' "$3" >"$tree/$2"
   code=0
   said=$("$check" "$tree") || code=$?
@@ -27,12 +28,19 @@ expect() {
 expect 0 protocol/a.hpp '#include "protocol/tag.hpp"'
 expect 0 protocol/a.cpp '#include <nlohmann/json.hpp>'
 expect 0 estimator/a.cpp '#include <Eigen/Dense>'
-expect 0 estimator/a.cpp '// #include "daemon/framing/ring.hpp"'
+expect 0 estimator/a.cpp '// #include "daemon/stream/ring.hpp"'
 expect 0 drivers/replay/a.cpp '#include <thread>'
-expect 0 config/a.cpp '#include "estimator/options.hpp"'
-expect 0 daemon/a.cpp '#include <zmq.hpp>'
+expect 0 config/a.cpp '#include "estimator/model/options.hpp"'
+expect 0 daemon/base/a.cpp '#include <zmq.hpp>'
 
-expect 1 protocol/a.hpp '#include "estimator/options.hpp"'
+expect 0 daemon/output/a.cpp '#include "daemon/stream/a.hpp"'
+expect 0 estimator/a.cpp '#include "estimator/search/a.hpp"'
+
+expect 1 daemon/stream/a.cpp '#include "daemon/output/a.hpp"'
+expect 1 daemon/base/a.cpp '#include "daemon/unknown/a.hpp"'
+expect 1 estimator/fold/a.cpp '#include "estimator/search/a.hpp"'
+expect 1 estimator/fold/a.cpp '#include "estimator/frame_estimator.hpp"'
+expect 1 protocol/a.hpp '#include "estimator/model/options.hpp"'
 expect 1 protocol/a.hpp '#  include <fstream>'
 expect 1 protocol/a.cpp '#include <chrono>'
 expect 1 protocol/a.cpp '#include <sys/stat.h>'
@@ -41,12 +49,12 @@ expect 1 estimator/a.cpp '#include <nlohmann/json.hpp>'
 expect 1 estimator/a.cpp '#include "drivers/source.hpp"'
 expect 1 estimator/a.cpp '#include <spdlog/spdlog.h>'
 expect 1 estimator/a.cpp '#include <thread>'
-expect 1 drivers/replay/a.cpp '#include "estimator/options.hpp"'
+expect 1 drivers/replay/a.cpp '#include "estimator/model/options.hpp"'
 expect 1 drivers/replay/a.hpp '#include "config/config.hpp"'
 expect 1 drivers/replay/a.cpp '#include <zmq.hpp>'
-expect 1 config/a.cpp '#include "daemon/framing/ring.hpp"'
-expect 1 daemon/a.cpp '#include "tests/support/sink.hpp"'
-expect 1 daemon/a.cpp '#include "ring.hpp"'
+expect 1 config/a.cpp '#include "daemon/stream/ring.hpp"'
+expect 1 daemon/base/a.cpp '#include "tests/support/sink.hpp"'
+expect 1 daemon/base/a.cpp '#include "ring.hpp"'
 
 rm -rf "$tree"/*
 code=0

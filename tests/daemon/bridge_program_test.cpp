@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/python_program.hpp"
 

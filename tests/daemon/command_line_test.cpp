@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "daemon/messages/publisher.hpp"
+#include "daemon/output/publisher.hpp"
+#include "estimator/fold/vector_level.hpp"
 #include "protocol/messages.hpp"
-#include "protocol/vector_level.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 

@@ -12,9 +12,9 @@
 #include <vector>
 #include <zmq.hpp>
 
-#include "daemon/gate/gate_limits.hpp"
-#include "daemon/messages/subscriber.hpp"
 #include "daemon/security/curve_socket.hpp"
+#include "daemon/sockets/gate_limits.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "tests/support/fault_scene.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/patience.hpp"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "estimator/frame_estimator.hpp"
-#include "estimator/sync_clock.hpp"
+#include "estimator/sync/sync_clock.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {

@@ -135,7 +135,7 @@ TEST(FrameEstimator, AStaticScenesMovingTargetIsNoticed) {
 TEST(FrameEstimator, AFollowedTargetIsWhereASearchFindsIt) {
   test::FrameMaker made = paper_scene();
   FrameEstimator estimator = estimator_for(made);
-  Track track;
+  TargetTrack track;
   int followed = 0;
   for (int n = 0; n < 60; ++n) {
     const double t_s = 0.05 * n;
@@ -158,7 +158,7 @@ TEST(FrameEstimator, AFollowedTargetIsWhereASearchFindsIt) {
 TEST(FrameEstimator, ALostTrackIsSearchedFor) {
   test::FrameMaker made = paper_scene();
   FrameEstimator estimator = estimator_for(made);
-  Track track;
+  TargetTrack track;
   const auto first = made.make(1);
   estimator.estimate(first.view(), &track);
   ASSERT_TRUE(track.valid);
@@ -401,9 +401,9 @@ void expect_no_allocation(test::FrameMaker made, const EstimatorOptions& options
   made.signal_per_pulse = 0;
   made.background_per_ns = 5e-4;
   const auto dark = made.make(2);
-  Track track;
+  TargetTrack track;
   const std::uint64_t before = test::allocations;
-  for (Track* followed : {static_cast<Track*>(nullptr), &track, &track}) {
+  for (TargetTrack* followed : {static_cast<TargetTrack*>(nullptr), &track, &track}) {
     EXPECT_EQ(estimator.estimate(bright.view(), followed).status, FrameStatus::ok);
     EXPECT_EQ(estimator.estimate(dark.view(), followed).status, FrameStatus::no_target);
   }

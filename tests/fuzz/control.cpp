@@ -1,4 +1,4 @@
-#include "daemon/control/control_message.hpp"
+#include "daemon/service/control/control_message.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // A control request, and the same text as a reply: each refused in a sentence, or read, and then

@@ -155,7 +155,7 @@ void check(FuzzInput input) {
            again.velocity_mps == first.velocity_mps &&
            again.significance_nats == first.significance_nats,
        "the same frame gives the same bits");
-  Track track;
+  TargetTrack track;
   check_values(setting.estimator->estimate(frame.view, &track), setting.pattern);
   check_values(setting.estimator->estimate(frame.view, &track), setting.pattern);
 }

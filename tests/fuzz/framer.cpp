@@ -1,4 +1,4 @@
-#include "daemon/framing/framer.hpp"
+#include "daemon/stream/framer.hpp"
 
 #include <memory>
 

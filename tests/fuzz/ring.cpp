@@ -1,4 +1,4 @@
-#include "daemon/framing/ring.hpp"
+#include "daemon/stream/ring.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
 

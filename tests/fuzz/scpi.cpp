@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "protocol/scpi_reply.hpp"
+#include "drivers/awg/scpi_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // Any answer of an instrument: a value of the form that was asked for, or none.

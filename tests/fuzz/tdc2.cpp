@@ -1,6 +1,6 @@
 #include <array>
 
-#include "protocol/tdc2_decode.hpp"
+#include "drivers/usb/tdc2_decode.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // Records of a TDC2 with any horizon, cut anywhere: whole records are used, the cuts make no

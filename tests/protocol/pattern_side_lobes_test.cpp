@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "protocol/pattern_make.hpp"
+#include "estimator/model/pattern_make.hpp"
 
 namespace splid {
 namespace {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "daemon/framing/frame.hpp"
+#include "daemon/stream/frame.hpp"
 
 namespace splid::test {
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/frame.hpp"
+#include "estimator/model/frame_view.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::test {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/framing/framer.hpp"
+#include "daemon/stream/framer.hpp"
 #include "tests/support/frame_list.hpp"
 #include "tests/support/tag_stream.hpp"
 

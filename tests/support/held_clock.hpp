@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "daemon/clock.hpp"
+#include "daemon/base/clock.hpp"
 
 namespace splid {
 

@@ -13,7 +13,7 @@
 #include <thread>
 #include <utility>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "tests/support/fault_record.hpp"
 #include "tests/support/patience.hpp"

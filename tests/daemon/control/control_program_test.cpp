@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "tests/support/control_peer.hpp"
 #include "tests/support/control_scene.hpp"
 #include "tests/support/notify_socket.hpp"

@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-#include "daemon/framing/framer.hpp"
+#include "daemon/stream/framer.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/framed.hpp"
 #include "tests/support/real_recording.hpp"

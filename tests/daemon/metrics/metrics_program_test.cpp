@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "drivers/bridge/bridge.hpp"
 #include "drivers/source.hpp"
 #include "tests/support/local_connection.hpp"

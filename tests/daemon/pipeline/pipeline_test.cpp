@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/patience.hpp"

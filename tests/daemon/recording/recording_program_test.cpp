@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/messages.hpp"
 #include "tests/support/fault_record.hpp"

@@ -12,10 +12,10 @@
 #include <vector>
 #include <zmq.hpp>
 
-#include "daemon/messages/publisher.hpp"
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/output/publisher.hpp"
 #include "daemon/security/curve_socket.hpp"
 #include "daemon/security/server_security.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/tcp_recorder.hpp"

@@ -4,7 +4,7 @@
 #include <regex>
 #include <string>
 
-#include "daemon/pipeline/liveness.hpp"
+#include "daemon/output/liveness.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "drivers/client_socket.hpp"
 #include "drivers/usb/tdc2_instrument.hpp"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/messages/subscriber.hpp"
+#include "daemon/sockets/subscriber.hpp"
 #include "protocol/messages.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/fault_record.hpp"

@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/model/pattern_make.hpp"
 #include "protocol/error.hpp"
-#include "protocol/pattern_make.hpp"
 #include "tests/support/error_text.hpp"
 
 namespace splid {
@@ -230,7 +230,7 @@ TEST(WaveformPlan, ASlowerClockStretchesEveryTime) {
 
 TEST(WaveformPlan, IsToldInWords) {
   const WaveformPlan plan = plan_waveform(make_interleaved(std::array{180e3, 189e3}), m8195a, {});
-  EXPECT_THAT(describe(plan), HasSubstr("241920 samples at 64 GSa/s, 241920 a period; pulses 2 ns "
+  EXPECT_THAT(in_words(plan), HasSubstr("241920 samples at 64 GSa/s, 241920 a period; pulses 2 ns "
                                         "wide, at most "));
 }
 

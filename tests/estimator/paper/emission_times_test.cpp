@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "protocol/pattern_make.hpp"
+#include "estimator/model/pattern_make.hpp"
 
 namespace splid {
 namespace {

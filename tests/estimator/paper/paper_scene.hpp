@@ -2,10 +2,10 @@
 
 #include <cstdint>
 
+#include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/units.hpp"
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/frame_times.hpp"
-#include "estimator/pulse_shape.hpp"
-#include "estimator/units.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::test {

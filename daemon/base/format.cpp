@@ -1,0 +1,56 @@
+#include "daemon/base/format.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <limits>
+
+#include "estimator/model/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ps_per_ns = 1000;
+
+double closest_spacing_ps(const PatternSegment& segment) {
+  const std::vector<double>& times = segment.pulse_times_ps;
+  double closest = times.front() + segment.period_ps - times.back();
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    closest = std::min(closest, times[i] - times[i - 1]);
+  }
+  return closest;
+}
+
+}  // namespace
+
+std::string format(const char* pattern, ...) {
+  std::array<char, 1024> text{};
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text.data(), text.size(), pattern, arguments);
+  va_end(arguments);
+  return text.data();
+}
+
+std::string grouped(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (auto place = static_cast<int>(digits.size()) - 3; place > 0; place -= 3) {
+    digits.insert(static_cast<std::size_t>(place), 1, ',');
+  }
+  return digits;
+}
+
+std::string describe_pattern(const Pattern& pattern) {
+  double closest_ps = std::numeric_limits<double>::infinity();
+  for (const PatternSegment& segment : pattern.segments) {
+    closest_ps = std::min(closest_ps, closest_spacing_ps(segment));
+  }
+  return format("%s, %s pulses in %.10g ns, unambiguous to %.6g m, closest pulses %.6g ns apart",
+                to_string(pattern.mode), grouped(pulses_per_period(pattern)).c_str(),
+                pattern_period_ps(pattern) / ps_per_ns,
+                speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12,
+                closest_ps / ps_per_ns);
+}
+
+}  // namespace splid

@@ -1,0 +1,116 @@
+#include "daemon/base/read_file.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+
+std::string read_start(const std::string& file, std::size_t count) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"),
+                                                               std::fclose);
+  std::string text;
+  if (stream) {
+    constexpr std::size_t block = 65'536;
+    for (std::size_t got = 1; got > 0 && text.size() < count;) {
+      const std::size_t begin = text.size();
+      text.resize(begin + std::min(block, count - begin));
+      got = std::fread(text.data() + begin, 1, text.size() - begin, stream.get());
+      text.resize(begin + got);
+    }
+    if (std::ferror(stream.get()) == 0) return text;
+  }
+  throw Error(Fault::usage, file + ": cannot be read: " + std::strerror(errno));
+}
+
+std::string read_file(const std::string& file) {
+  return read_start(file, std::numeric_limits<std::size_t>::max());
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// errno of what failed; 0: nothing.
+int write_text(const std::string& file, const std::string& text) {
+  errno = 0;
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (out) return 0;
+  return errno != 0 ? errno : EIO;
+}
+
+// Where a file is put, links followed; absent: it is written where it is. A device, such as
+// /dev/stdout, has no place that another file could be put into, and a folder that nobody may write
+// to has none either.
+std::optional<fs::path> replaceable(const std::string& file, const fs::file_status& before) {
+  std::error_code failure;
+  const bool is_there = fs::exists(before);
+  // That a file is not there yet is an error code, too, but no failure.
+  if (is_there ? !fs::is_regular_file(before) : fs::is_symlink(file, failure)) return std::nullopt;
+  failure.clear();
+  fs::path place = is_there ? fs::canonical(file, failure) : fs::path(file);
+  const std::string folder = place.parent_path().empty() ? "." : place.parent_path().string();
+  if (failure || ::access(folder.c_str(), W_OK) != 0) return std::nullopt;
+  return place;
+}
+
+// errno of what failed; 0: nothing.
+int write_and_replace(const fs::path& place, const std::string& text,
+                      const fs::file_status& before) {
+  const std::string beside = place.string() + "." + std::to_string(::getpid()) + ".part";
+  int fault = write_text(beside, text);
+  std::error_code failure;
+  if (fault == 0 && fs::exists(before)) fs::permissions(beside, before.permissions(), failure);
+  if (fault == 0 && std::rename(beside.c_str(), place.c_str()) != 0) fault = errno;
+  if (fault != 0) fs::remove(beside, failure);
+  return fault;
+}
+
+}  // namespace
+
+// Design note: beside it first, and then in its place, so that a full disk or a kill leaves what
+// was there.
+void write_file(const std::string& file, const std::string& text) {
+  std::error_code failure;
+  const fs::file_status before = fs::status(file, failure);
+  const std::optional<fs::path> place = replaceable(file, before);
+  const int fault = place ? write_and_replace(*place, text, before) : write_text(file, text);
+  if (fault == 0) return;
+  const bool is_kept = place && fs::exists(before);
+  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(fault) +
+                                 (is_kept ? "; it stays as it was" : ""));
+}
+
+void check_may_write(const std::string& file, bool force) {
+  check_folder_of(file);
+  const bool exists = fs::exists(file);
+  if (fs::is_directory(file)) throw Error(Fault::usage, file + ": is a folder; name a file");
+  if (exists && !force) throw Error(Fault::usage, file + ": exists; --force writes over it");
+  const fs::path folder = fs::path(file).parent_path();
+  const std::string place = exists ? file : folder.empty() ? "." : folder.string();
+  if (::access(place.c_str(), W_OK) == 0) return;
+  throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno) +
+                                 "; name a file that can, before anything is begun");
+}
+
+void check_folder_of(const std::string& file) {
+  const fs::path folder = fs::path(file).parent_path();
+  if (folder.empty() || fs::is_directory(folder)) return;
+  throw Error(Fault::device, file + ": there is no folder " + folder.string() +
+                                 "; make it, or name a file in another");
+}
+
+}  // namespace splid

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/stream/frame.hpp"
+#include "estimator/model/estimate.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+
+// What does not change from frame to frame.
+struct FrameContext {
+  Mode mode = Mode::baseline;
+  double range_offset_m = 0;     // of the instrument, subtracted from each distance
+  double min_seen_fraction = 0;  // below it a frame is incomplete
+  double dead_time_ns = 0;       // 0: not known
+  double period_ps = 0;          // of the pattern, for frames that did not measure it
+  double amplitude_sum = 0;      // of all pulses in one pattern period
+};
+
+FrameContext frame_context(const Config& config);
+
+// When things happened to a frame, and how hard it was looked at.
+struct FrameTimes {
+  double mid_unix_s = 0;   // UTC at mid-frame
+  double compute_ms = 0;   // of its estimation
+  double latency_ms = -1;  // arrival of its last tag to publication; negative: no tag
+  Effort effort = Effort::balanced;
+};
+
+// What is published of a frame. Status: that of the estimate, but `incomplete` where less than
+// min_seen_fraction was seen and then `saturated` where more than a tenth of the signal photons
+// would fall into the detector's dead time; `no_sync` goes before both.
+FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
+                                const FrameContext& context, const FrameTimes& times);
+
+// "the photons contradict the pattern: ...", and what to do; a fault that is none has no sentence.
+const char* in_words(PatternFault fault);
+
+}  // namespace splid

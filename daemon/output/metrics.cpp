@@ -1,0 +1,265 @@
+#include "daemon/output/metrics.hpp"
+
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+#include <prometheus/text_serializer.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "daemon/output/metrics_file.hpp"
+#include "daemon/output/metrics_server.hpp"
+
+namespace splid {
+namespace {
+
+using prometheus::Counter;
+using prometheus::Gauge;
+using prometheus::Histogram;
+using prometheus::Labels;
+using prometheus::Registry;
+
+constexpr std::int64_t refresh_interval_ns = 1'000'000'000;
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+// A frame of 50 ms is to be out before the next is full; an estimate takes 1 ms or so, and 30 ms
+// of a million photons.
+const Histogram::BucketBoundaries latency_bounds_s = {0.001, 0.002, 0.005, 0.01, 0.02,
+                                                      0.05,  0.1,   0.2,   0.5,  1};
+const Histogram::BucketBoundaries compute_bounds_s = {0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01,
+                                                      0.02,   0.05,   0.1,   0.2,   0.5,   1};
+
+// The library gives the same family to whoever asks for its name again, with another label.
+Counter& counter(Registry& registry, const std::string& name, const std::string& help,
+                 const Labels& labels = {}) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add(labels);
+}
+
+Gauge& gauge(Registry& registry, const char* name, const char* help, const Labels& labels = {}) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add(labels);
+}
+
+Histogram& histogram(Registry& registry, const char* name, const char* help,
+                     const Histogram::BucketBoundaries& bounds_s) {
+  return prometheus::BuildHistogram().Name(name).Help(help).Register(registry).Add({}, bounds_s);
+}
+
+// One gauge an enumerator, of which that of the present state is 1.
+template <class State, std::size_t N>
+std::array<Gauge*, N> states(Registry& registry, const char* name, const char* help) {
+  std::array<Gauge*, N> all{};
+  for (std::size_t i = 0; i < N; ++i) {
+    all[i] = &gauge(registry, name, help, {{"state", to_string(static_cast<State>(i))}});
+  }
+  return all;
+}
+
+template <class State, std::size_t N>
+void show(const std::array<Gauge*, N>& all, State state) {
+  for (std::size_t i = 0; i < N; ++i) all[i]->Set(static_cast<std::size_t>(state) == i ? 1 : 0);
+}
+
+std::array<Counter*, 7> frames_by_status(Registry& registry) {
+  std::array<Counter*, 7> all{};
+  for (std::size_t i = 1; i < all.size(); ++i) {  // 0 is not_run, which is never published
+    all[i] = &counter(registry, "splid_frames_total", "Frames published, by status",
+                      {{"status", to_string(static_cast<FrameStatus>(i))}});
+  }
+  return all;
+}
+
+Counter& tags(Registry& registry, const char* channel) {
+  return counter(registry, "splid_tags_total",
+                 "Tags in frames by what their channel means, and those of channels not used",
+                 {{"channel", channel}});
+}
+
+Counter& lost(Registry& registry, const char* cause) {
+  return counter(registry, "splid_tags_lost_total", "Tags lost, known counts, by cause",
+                 {{"cause", cause}});
+}
+
+Counter& let_go(Registry& registry, Refusal reason) {
+  return counter(registry, "splid_connections_dropped_total",
+                 "Connections let go: too many of a peer, or it sent too much",
+                 {{"reason", to_string(reason)}});
+}
+
+// "status=\"stall\"", as a driver writes a label.
+Labels labels_of(const SourceCounter& source) {
+  const std::size_t equals = source.label.find("=\"");
+  if (equals == std::string::npos) return {};
+  const std::size_t value = equals + 2;
+  return {{source.label.substr(0, equals),
+           source.label.substr(value, source.label.size() - value - 1)}};
+}
+
+void raise(Counter& shown, std::uint64_t total) {
+  const double more = static_cast<double>(total) - shown.Value();
+  if (more > 0) shown.Increment(more);
+}
+
+}  // namespace
+
+struct Metrics::Series {
+  Series(const Config& config, const std::vector<SourceCounter>& counters, double now_unix_s) {
+    gauge(*registry, "splid_build_info", "1, with what runs as labels",
+          {{"version", SPLID_VERSION},
+           {"pattern", std::filesystem::path(config.pattern_file).stem().string()},
+           {"mode", to_string(config.pattern.mode)}})
+        .Set(1);
+    gauge(*registry, "process_start_time_seconds", "Start of the program, UTC").Set(now_unix_s);
+    for (const SourceCounter& source : counters) {
+      drivers.push_back(&counter(*registry, source.name, source.help, labels_of(source)));
+    }
+    show(state, DaemonState::starting);
+    show(device, DeviceState::connected);
+  }
+
+  std::shared_ptr<Registry> registry = std::make_shared<Registry>();
+
+  std::array<Counter*, 7> frames = frames_by_status(*registry);
+  Counter& lowered = counter(*registry, "splid_frames_effort_lowered_total",
+                             "Frames estimated with less effort than configured");
+  Histogram& latency =
+      histogram(*registry, "splid_frame_latency_seconds",
+                "From the arrival of a frame's last tag to its publication", latency_bounds_s);
+  Histogram& compute = histogram(*registry, "splid_frame_compute_seconds", "Estimation of a frame",
+                                 compute_bounds_s);
+
+  Counter& read = counter(*registry, "splid_tags_read_total", "Tags taken from the source");
+  Counter& photons = tags(*registry, "photon");
+  Counter& syncs = tags(*registry, "sync");
+  Counter& markers = tags(*registry, "encoder");
+  Counter& ignored = tags(*registry, "ignored");
+  Counter& shared = counter(*registry, "splid_tags_shared_total",
+                            "Uses of a tag beyond its first, where markers came together");
+  Counter& instrument = lost(*registry, "instrument");
+  Counter& ring = lost(*registry, "ring");
+  Counter& late = lost(*registry, "late");
+  Counter& surplus = lost(*registry, "surplus");
+  Counter& discarded = lost(*registry, "discarded");
+  Counter& uncounted = counter(*registry, "splid_losses_uncounted_total",
+                               "Losses of which nobody knows how many tags they took");
+  Counter& jumps =
+      counter(*registry, "splid_stream_jumps_total", "Gaps for which no frames were made");
+  Counter& resets =
+      counter(*registry, "splid_stream_resets_total", "Times the tagger's clock was set anew");
+  Gauge& ring_fill = gauge(*registry, "splid_ring_fill_ratio",
+                           "Highest fill of the ring in the last second, 0 to 1");
+
+  Counter& missing =
+      counter(*registry, "splid_syncs_missing_total", "Pattern periods without sync");
+  Counter& spurious =
+      counter(*registry, "splid_syncs_spurious_total", "Syncs that fit no pattern period");
+  Gauge& drift = gauge(*registry, "splid_sync_drift_ratio",
+                       "Pattern period of the last frame over the calibrated one, less 1");
+  Gauge& jitter = gauge(*registry, "splid_sync_jitter_seconds",
+                        "Root mean square of the last frame's syncs about their line");
+
+  std::array<Gauge*, 5> state =
+      states<DaemonState, 5>(*registry, "splid_state", "1 for the state that the daemon is in");
+  std::array<Gauge*, 3> device = states<DeviceState, 3>(
+      *registry, "splid_device_state", "1 for the state that the instrument is in");
+  Counter& refused = counter(*registry, "splid_connections_refused_total",
+                             "Connections refused: no allowed key, or no handshake");
+  Counter& crowd = let_go(*registry, Refusal::crowd);
+  Counter& flood = let_go(*registry, Refusal::flood);
+  Counter& unsent = counter(*registry, "splid_messages_dropped_total",
+                            "Messages sent to nobody, since sending did not keep up");
+  std::vector<Counter*> drivers;  // in the order of TagSource::counters()
+};
+
+struct Metrics::Outputs {
+  std::optional<MetricsFile> file;
+  std::optional<MetricsServer> server;
+};
+
+Metrics::Metrics(const Config& config, const std::vector<SourceCounter>& counters,
+                 const Clock& clock, std::function<void(const std::string&)> notice,
+                 Refusals* refusals)
+    : clock_(clock),
+      series_(std::make_unique<Series>(config, counters, clock.unix_s())),
+      outputs_(std::make_unique<Outputs>()),
+      refusals_(refusals) {
+  series_->drift.Set(unknown);
+  series_->jitter.Set(unknown);
+  const MetricsOptions& options = config.metrics;
+  if (!options.file.empty()) outputs_->file.emplace(options.file, std::move(notice));
+  if (!options.http.empty()) {
+    outputs_->server.emplace(
+        options.http, [this] { return text(); }, refusals, clock);
+  }
+}
+
+Metrics::~Metrics() = default;
+
+std::string Metrics::url() const { return outputs_->server ? outputs_->server->url() : ""; }
+
+void Metrics::count_dropped(std::function<std::uint64_t()> messages) {
+  dropped_ = std::move(messages);
+}
+
+void Metrics::frame_published(const FrameMessage& message, bool effort_is_lowered) {
+  Series& series = *series_;
+  series.frames.at(static_cast<std::size_t>(message.status))->Increment();
+  if (effort_is_lowered) series.lowered.Increment();
+  if (message.latency_ms) series.latency.Observe(*message.latency_ms * 1e-3);
+  if (message.compute_ms) series.compute.Observe(*message.compute_ms * 1e-3);
+  const FrameMessage::Sync sync = message.sync.value_or(FrameMessage::Sync{});
+  series.missing.Increment(static_cast<double>(sync.missing));
+  series.spurious.Increment(static_cast<double>(sync.spurious));
+  series.drift.Set(sync.drift_ppm ? *sync.drift_ppm * 1e-6 : unknown);
+  series.jitter.Set(sync.jitter_ps ? *sync.jitter_ps * 1e-12 : unknown);
+}
+
+void Metrics::ring_filled(double ratio) { highest_fill_ = std::max(highest_fill_, ratio); }
+
+bool Metrics::due() const { return clock_.steady_ns() >= next_ns_; }
+
+void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
+                      const std::vector<SourceCounter>& counters) {
+  next_ns_ = clock_.steady_ns() + refresh_interval_ns;
+  Series& series = *series_;
+  const FramerTotals& framer = totals.framer;
+  raise(series.read, framer.events);
+  raise(series.photons, framer.photons);
+  raise(series.syncs, framer.syncs);
+  raise(series.markers, framer.markers);
+  raise(series.ignored, framer.ignored);
+  raise(series.shared, framer.shared);
+  raise(series.late, framer.late);
+  raise(series.surplus, framer.surplus);
+  raise(series.ring, totals.dropped_tags);
+  // What the ring dropped is counted at once and comes down the stream later.
+  raise(series.instrument, framer.reported - std::min(framer.reported, totals.dropped_tags));
+  raise(series.discarded, totals.discarded_tags);
+  raise(series.uncounted, framer.uncounted);
+  raise(series.jumps, framer.jumps);
+  raise(series.resets, framer.resets);
+  raise(series.unsent, dropped_());
+  if (refusals_ != nullptr) {
+    raise(series.refused, refusals_->kept_out());
+    raise(series.crowd, refusals_->count(Refusal::crowd));
+    raise(series.flood, refusals_->count(Refusal::flood));
+  }
+  series.ring_fill.Set(std::exchange(highest_fill_, 0));
+  show(series.state, status.state);
+  show(series.device, status.device);
+  for (std::size_t i = 0; i < std::min(series.drivers.size(), counters.size()); ++i) {
+    raise(*series.drivers[i], counters[i].value);
+  }
+  if (outputs_->file) outputs_->file->write(text());
+}
+
+std::string Metrics::text() const {
+  return prometheus::TextSerializer().Serialize(series_->registry->Collect());
+}
+
+}  // namespace splid

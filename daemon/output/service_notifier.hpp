@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "daemon/base/clock.hpp"
+#include "protocol/messages.hpp"
+
+namespace splid {
+
+// Tells the service manager how the daemon does, by systemd's protocol (sd_notify(3)): READY=1 once
+// the first frame is out or the daemon waits for its instrument and says so, STATUS= with the words
+// of the status message, WATCHDOG=1 while something comes of its work, STOPPING=1. Does nothing
+// where nobody listens (NOTIFY_SOCKET is not set).
+//
+// Threads: one, but reloading() and reloaded(), which may be called from another. Errors: none.
+class ServiceNotifier {
+ public:
+  // clock: outlives this. Looks WATCHDOG_USEC up.
+  explicit ServiceNotifier(const Clock& clock);
+
+  // At least ten times a second. alive: frames flow, or a declared wait is what it says. Without
+  // it the watchdog is not fed, and the service manager ends the process once its time is over.
+  void tick(const StatusMessage& status, bool alive);
+  void reloading();
+  void reloaded();
+
+ private:
+  void send_status(const StatusMessage& status);
+
+  const Clock& clock_;
+  std::int64_t feed_interval_ns_ = 0;  // 0: no watchdog
+  std::int64_t fed_ns_ = 0;
+  std::int64_t told_ns_ = 0;
+  bool ready_ = false;
+  bool stopping_ = false;
+  std::string told_;
+};
+
+// "streaming: 1,200 frames, 1,190 with a target; last words of the reason".
+std::string in_words(const StatusMessage& status);
+
+}  // namespace splid

@@ -1,0 +1,122 @@
+#include "daemon/recording/record_source.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "daemon/base/format.hpp"
+#include "daemon/base/progress.hpp"
+#include "daemon/base/read_file.hpp"
+#include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/ptu_writer.hpp"
+#include "daemon/recording/recording_facts.hpp"
+#include "daemon/stream/device_clock.hpp"
+#include "daemon/stream/open_source.hpp"
+#include "daemon/stream/ring.hpp"
+#include "daemon/stream/source_thread.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::chrono::milliseconds idle{100};
+constexpr std::size_t tags_at_once = 65'536;
+
+// A killed recorder may lose half a second; a little less leaves time for the write.
+constexpr std::int64_t flush_interval_ns = 400'000'000;
+
+// A source that still connects, or has buffered, may be that late.
+constexpr double patience_s = 5;
+
+// First and last time of a stream, for its length.
+struct Extent {
+  std::optional<std::int64_t> first_ps;
+  std::int64_t last_ps = 0;
+
+  void take(std::span<const Tag> tags) {
+    if (tags.empty()) return;
+    if (!first_ps) first_ps = tags.front().time_ps;
+    last_ps = tags.back().time_ps;
+  }
+  [[nodiscard]] double seconds() const {
+    return first_ps ? static_cast<double>(last_ps - *first_ps) / 1e12 : 0;
+  }
+};
+
+void check_enough(const SourceInfo& source, double seconds, double wanted_s,
+                  const std::stop_token& stop) {
+  if (!source.live || seconds >= wanted_s || stop.stop_requested()) return;
+  throw Error(Fault::device, format("%s sent %.3g s of tags in %.3g s; is it running?",
+                                    source.name.c_str(), seconds, wanted_s + patience_s));
+}
+
+void show(Progress& progress, const PtuWriter& recorder, double stream_s, double took_s) {
+  const auto records = static_cast<double>(recorder.records());
+  progress.show(format("%s records, %.3g M/s, %.1f MB, %.1f s recorded, %s lost",
+                       grouped(recorder.records()).c_str(), records / 1e6 / std::max(took_s, 1e-3),
+                       static_cast<double>(recorder.bytes()) / 1e6, stream_s,
+                       grouped(recorder.lost_tags()).c_str()));
+}
+
+}  // namespace
+
+RecordSummary record_source(const Config& config, TagSource& source, const std::string& file,
+                            bool overwrite, const Clock& clock, const std::stop_token& stop,
+                            const RecordLimit& limit) {
+  const SourceInfo info = source.info();
+  std::unique_ptr<EncoderSource> counts = open_encoder(config);
+  if (counts) check_may_write(encoder_file_of(file), overwrite);
+  PtuWriter recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
+                     DeviceClock(info, clock), overwrite);
+  std::optional<EncoderLog> encoder;
+  if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));
+  TagRing ring(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags)));
+  std::stop_source enough;
+  const std::stop_callback pass_on(stop, [&enough] { enough.request_stop(); });
+  SourceThread thread(source, ring, enough.get_token());
+  Progress progress(clock);
+  Extent extent;
+  const std::int64_t begin_ns = clock.steady_ns();
+  std::int64_t flushed_ns = begin_ns;
+  while (!ring.ended()) {
+    const std::span<const Tag> waiting = ring.wait(idle, {});
+    const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
+    extent.take(tags);
+    recorder.write(tags);
+    if (encoder) encoder->write(tags);
+    ring.consume(tags.size());
+    const std::int64_t now_ns = clock.steady_ns();
+    if (now_ns - flushed_ns > flush_interval_ns) {
+      recorder.flush();
+      if (encoder) encoder->flush();
+      limit.progress(extent.seconds());
+      flushed_ns = now_ns;
+    }
+    const double took_s = static_cast<double>(now_ns - begin_ns) / 1e9;
+    const bool is_late = info.live && took_s > limit.seconds + patience_s;
+    if (limit.seconds > 0 && (extent.seconds() >= limit.seconds || is_late)) enough.request_stop();
+    if (progress.due()) show(progress, recorder, extent.seconds(), took_s);
+  }
+  recorder.close();
+  if (encoder) {
+    encoder->write({});  // what came meanwhile
+    encoder->flush();
+  }
+  thread.join();
+  if (thread.fault()) std::rethrow_exception(thread.fault());
+  check_enough(info, extent.seconds(), limit.seconds, stop);
+  return {recorder.records(), recorder.lost_tags(), recorder.bytes(), extent.seconds()};
+}
+
+std::string in_words(const RecordSummary& summary, const std::string& file) {
+  return format("%s records (%s bytes, %.6g s) in %s, %s tags lost",
+                grouped(summary.records).c_str(), grouped(summary.bytes).c_str(), summary.seconds,
+                file.c_str(), grouped(summary.lost_tags).c_str());
+}
+
+}  // namespace splid

@@ -1,0 +1,149 @@
+#include "daemon/recording/recording_tap.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <utility>
+
+#include "daemon/base/format.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::chrono::milliseconds idle{100};
+constexpr std::size_t tags_at_once = 65'536;
+constexpr std::size_t max_batches = 65'536;
+
+// A killed daemon may lose half a second; a little less leaves time for the write.
+constexpr std::int64_t flush_interval_ns = 400'000'000;
+
+// The queue as a file's source of counts.
+class QueuedCounts final : public EncoderSource {
+ public:
+  explicit QueuedCounts(CountsQueue& queue) : queue_(queue) {}
+  bool next(EncoderBatch& batch) override { return queue_.take(batch); }
+  [[nodiscard]] bool live() const override { return true; }
+
+ private:
+  CountsQueue& queue_;
+};
+
+}  // namespace
+
+void CountsQueue::put(const EncoderBatch& batch) {
+  const std::scoped_lock lock(mutex_);
+  if (batches_.size() >= max_batches) {
+    overrun_ = true;
+    return;
+  }
+  batches_.push_back(batch);
+  batches_.back().overrun = batch.overrun || std::exchange(overrun_, false);
+}
+
+bool CountsQueue::take(EncoderBatch& batch) {
+  const std::scoped_lock lock(mutex_);
+  if (batches_.empty()) return false;
+  batch = std::move(batches_[first_++]);
+  if (first_ < batches_.size()) return true;
+  batches_.clear();
+  first_ = 0;
+  return true;
+}
+
+RecordingTap::RecordingTap(const Config& config, const SourceInfo& source, const Clock& clock,
+                           std::function<void(const std::string&)> say)
+    : clock_(clock),
+      say_(std::move(say)),
+      waits_(!source.live),
+      ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
+      dropping_(ring_, {}),
+      recorder_(
+          config, source, clock, [this] { return open_counts(); },
+          [this](const std::string& sentence) { news_.push_back(sentence); }),
+      thread_([this] { run(); }) {}
+
+RecordingTap::~RecordingTap() { finish(); }
+
+void RecordingTap::take(std::span<const Tag> tags) {
+  while (!tags.empty()) {
+    const std::span<Tag> room =
+        waits_ ? ring_.wait_claim(tags.size(), {}) : dropping_.claim(tags.size());
+    std::copy_n(tags.begin(), room.size(), room.begin());
+    if (waits_) {
+      ring_.publish(room.size());
+    } else {
+      dropping_.publish(room.size());
+    }
+    tags = tags.subspan(room.size());
+  }
+}
+
+std::unique_ptr<EncoderSource> RecordingTap::open_counts() {
+  if (!has_counts_) return nullptr;
+  return std::make_unique<QueuedCounts>(counts_);
+}
+
+void RecordingTap::finish() {
+  if (std::exchange(finished_, true)) return;
+  if (waits_) {
+    ring_.close();
+  } else {
+    dropping_.finish();
+  }
+}
+
+void RecordingTap::run() {
+  pthread_setname_np(pthread_self(), "recorder");
+  flushed_ns_ = clock_.steady_ns();
+  while (!ring_.ended()) {
+    const std::span<const Tag> waiting = ring_.wait(idle, {});
+    const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
+    recorder_.take(tags);
+    ring_.consume(tags.size());
+    look_around();
+  }
+  recorder_.close();
+  look_around();
+}
+
+void RecordingTap::look_around() {
+  const std::int64_t now_ns = clock_.steady_ns();
+  if (now_ns - flushed_ns_ > flush_interval_ns) {
+    recorder_.flush();
+    flushed_ns_ = now_ns;
+    const std::uint64_t drops = dropping_.drops();
+    if (std::exchange(said_drops_, drops) != drops) {
+      news_.push_back("the disk is too slow; " + grouped(dropping_.dropped_tags()) +
+                      " tags lost so far");
+    }
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
+    if (file_ != recorder_.file()) file_ = recorder_.file();
+  }
+  // Who hears of a fault finds it in fault().
+  for (const std::string& sentence : news_) say_(sentence);
+  news_.clear();
+}
+
+std::string RecordingTap::fault() const {
+  const std::scoped_lock lock(mutex_);
+  return fault_;
+}
+
+std::string RecordingTap::file() const {
+  const std::scoped_lock lock(mutex_);
+  return file_;
+}
+
+std::string RecordingTap::summary() {
+  finish();
+  if (thread_.joinable()) thread_.join();
+  return format("%s recordings; %s tags lost to the disk", grouped(recorder_.files()).c_str(),
+                grouped(recorder_.lost_tags() + dropping_.dropped_tags()).c_str());
+}
+
+}  // namespace splid

@@ -1,0 +1,91 @@
+#include "daemon/service/control/control_client.hpp"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <system_error>
+#include <utility>
+#include <zmq.hpp>
+
+#include "daemon/base/clock.hpp"
+#include "daemon/security/handshake_watch.hpp"
+#include "daemon/service/control/control_endpoint.hpp"
+
+namespace splid {
+namespace {
+
+using Time = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr milliseconds patience{2000};
+constexpr milliseconds between_questions{500};
+constexpr milliseconds slice{100};  // after which a stop request is looked at
+
+}  // namespace
+
+struct ControlClient::Socket {
+  zmq::context_t context{1};
+  zmq::socket_t dealer{context, zmq::socket_type::dealer};
+  HandshakeWatch watch{context, dealer, host_clock()};
+};
+
+ControlClient::ControlClient(std::string endpoint, std::optional<CurveClient> keys)
+    : endpoint_(std::move(endpoint)), keys_(std::move(keys)) {
+  if (!keys_ && ::access(socket_file_of(endpoint_).c_str(), W_OK) != 0) {
+    const int why = errno;
+    fail(" (" + std::generic_category().message(why) + ")" +
+         (why == EACCES ? "; it is its owner's alone: ask as that user, or as root"
+                        : "; is the service running?"));
+  }
+  socket_ = std::make_unique<Socket>();
+  socket_->dealer.set(zmq::sockopt::linger, 0);
+  socket_->dealer.set(zmq::sockopt::rcvtimeo, static_cast<int>(slice.count()));
+  socket_->dealer.set(zmq::sockopt::ipv6, endpoint_.find('[') != std::string::npos);
+  if (keys_) use_as_curve_client(socket_->dealer, *keys_);
+  socket_->dealer.connect(endpoint_);
+}
+
+ControlClient::~ControlClient() = default;
+
+void ControlClient::send(const ControlRequest& request) {
+  (void)socket_->dealer.send(zmq::buffer(to_json(request)), zmq::send_flags::dontwait);
+}
+
+void ControlClient::fail(const std::string& why) const {
+  throw Error(Fault::device, "no splid answers at " + endpoint_ + why);
+}
+
+void ControlClient::fail_silent() const {
+  using State = HandshakeWatch::State;
+  const State state = socket_->watch.state();
+  if (state == State::pending || state == State::connected) fail("; is the service running?");
+  throw Error(Fault::device, in_words(state, endpoint_, keys_ ? &*keys_ : nullptr));
+}
+
+// Status is asked beside the request, again and again: a daemon that answers that is alive, however
+// long the request takes.
+ControlReply ControlClient::ask(const ControlRequest& request, const Progress& progress,
+                                const std::stop_token& stop) {
+  const std::string wanted = to_string(request.command);
+  Time::time_point heard = Time::now();
+  Time::time_point asked = heard;
+  send(request);
+  while (!stop.stop_requested()) {
+    zmq::message_t message;
+    if (socket_->dealer.recv(message)) {
+      heard = Time::now();
+      ControlReply reply = control_reply_from_json(message.to_string());
+      if (reply.request == wanted || reply.request.empty()) return reply;
+      progress(reply);
+    }
+    const Time::time_point now = Time::now();
+    if (now - heard > patience) fail_silent();
+    if (now - asked < between_questions) continue;
+    asked = now;
+    send({});
+  }
+  throw Error(Fault::usage, "stopped waiting for " + wanted + ", which goes on in the daemon");
+}
+
+}  // namespace splid

@@ -1,0 +1,218 @@
+#include "daemon/service/control_actions.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "daemon/base/clock.hpp"
+#include "daemon/base/format.hpp"
+#include "daemon/recording/record_source.hpp"
+#include "daemon/service/upload_report.hpp"
+#include "daemon/stream/open_source.hpp"
+#include "daemon/study/calibration/calibration_report.hpp"
+#include "daemon/study/calibration/recording_calibration.hpp"
+#include "protocol/json_writer.hpp"
+#include "protocol/pattern_json.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr const char* stopped_reason = "stopped by control; splid ctl start goes on";
+
+// A live source sends something every 10 ms, and the file is begun with it.
+constexpr milliseconds patience_for_file{2000};
+
+ControlReply done(ControlCommand command, std::string message) {
+  return {to_string(command), {}, std::move(message)};
+}
+
+void add_file(ControlReply& reply, const std::string& file) {
+  if (!file.empty()) reply.more.emplace_back("file", json_string(file));
+}
+
+// A folder of its own for a recording that is read twice and gone.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    const char* named = std::getenv("TMPDIR");
+    const std::string folder = named == nullptr || *named == 0 ? "/tmp" : named;
+    path_ = folder + "/splid-calibrate-XXXXXX";
+    if (::mkdtemp(path_.data()) != nullptr) return;
+    throw Error(Fault::device, "no recording can be kept in " + folder + ", the daemon's TMPDIR: " +
+                                   std::generic_category().message(errno) +
+                                   "; set it to a folder that can be written to, and restart");
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  [[nodiscard]] std::string file() const { return path_ + "/source.ptu"; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace
+
+ControlReply ControlActions::status(const std::string& doing) {
+  ControlReply reply = done(ControlCommand::status, "");
+  reply.more.emplace_back("measuring", measuring_.measures() ? "true" : "false");
+  reply.more.emplace_back("recording", measuring_.records() ? "true" : "false");
+  if (measuring_.records()) add_file(reply, measuring_.recording_file());
+  if (!doing.empty()) {
+    reply.more.emplace_back("doing", json_string(doing));
+    const std::scoped_lock lock(mutex_);
+    if (!progress_.empty()) reply.more.emplace_back("progress", json_string(progress_));
+  }
+  const std::string status = publisher_.last_status();
+  if (!status.empty()) reply.more.emplace_back("status", status);
+  return reply;
+}
+
+ControlReply ControlActions::perform(const ControlRequest& request, const std::stop_token& stop) {
+  spdlog::info("control: {}", to_string(request.command));
+  show_progress("");
+  switch (request.command) {
+    case ControlCommand::start:
+      return start(stop);
+    case ControlCommand::stop:
+      return this->stop(stop);
+    case ControlCommand::record_start:
+      return record(stop);
+    case ControlCommand::record_stop:
+      return end_recording();
+    case ControlCommand::upload:
+      return upload_pattern(stop);
+    case ControlCommand::calibrate:
+      return calibrate(request.calibrate, stop);
+    case ControlCommand::status:
+      break;
+  }
+  return status("");
+}
+
+ControlReply ControlActions::start(const std::stop_token& stop) {
+  return done(ControlCommand::start,
+              measuring_.start(stop) ? "measuring" : "it is measuring already");
+}
+
+ControlReply ControlActions::stop(const std::stop_token& stop) {
+  return done(ControlCommand::stop, measuring_.pause(stopped_reason, stop)
+                                        ? "stopped; the source is closed"
+                                        : "it is stopped already");
+}
+
+ControlReply ControlActions::record(const std::stop_token& stop) {
+  const bool is_new = measuring_.record();
+  const auto end = std::chrono::steady_clock::now() + patience_for_file;
+  while (measuring_.measures() && measuring_.recording_file().empty() && !stop.stop_requested() &&
+         std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(milliseconds{5});
+  }
+  const std::string file = measuring_.recording_file();
+  ControlReply reply =
+      done(ControlCommand::record_start,
+           (is_new ? "recording into " : "it is recording already, into ") +
+               (file.empty() ? config_.record.folder + " from the next tag on" : file));
+  add_file(reply, file);
+  return reply;
+}
+
+ControlReply ControlActions::end_recording() {
+  const bool recorded = measuring_.end_recording();
+  const std::string file = measuring_.recording_file();
+  ControlReply reply = done(ControlCommand::record_stop, "it records nothing");
+  if (!recorded) return reply;
+  reply.message = file.empty() ? "nothing was recorded" : "recorded; the last file is " + file;
+  add_file(reply, file);
+  return reply;
+}
+
+ControlReply ControlActions::upload_pattern(const std::stop_token& stop) {
+  const Uploaded uploaded = upload(
+      config_.awg, config_.pattern,
+      [this](const char* what, double part) {
+        show_progress(format("%s, %.0f %%", what, 100 * part));
+      },
+      stop);
+  ControlReply reply = done(ControlCommand::upload, in_words(uploaded));
+  reply.more.emplace_back("pattern", to_json(uploaded.played));
+  return reply;
+}
+
+// Whatever comes of it, measuring goes on as it was.
+ControlReply ControlActions::calibrate(const CalibrateRequest& request,
+                                       const std::stop_token& stop) {
+  const bool measured = measuring_.pause("calibrating; it measures again afterwards", stop);
+  try {
+    ControlReply reply = calibrate_from_source(request, stop);
+    reply.message += go_on(measured, stop);
+    return reply;
+  } catch (const Error& error) {
+    throw Error(error.fault(), error.what() + go_on(measured, stop));
+  } catch (const std::bad_alloc&) {
+    throw Error(Fault::device, "there is not enough memory to calibrate" + go_on(measured, stop));
+  } catch (const std::exception& error) {
+    throw Error(Fault::device, error.what() + go_on(measured, stop));
+  }
+}
+
+// Why it does not, as the end of a sentence; empty where all is well.
+std::string ControlActions::go_on(bool measured, const std::stop_token& stop) {
+  try {
+    if (stop.stop_requested()) return "";
+    if (measured) {
+      measuring_.start(stop);
+    } else {
+      measuring_.pause(stopped_reason, stop);
+    }
+    return "";
+  } catch (const std::exception& error) {
+    return std::string("; it does not measure again: ") + error.what();
+  }
+}
+
+ControlReply ControlActions::calibrate_from_source(const CalibrateRequest& request,
+                                                   const std::stop_token& stop) {
+  const ScratchFolder scratch;
+  const std::unique_ptr<TagSource> source = open_source(config_);
+  CalibrationPlan plan;
+  plan.recording = format("%g s of ", request.seconds) + source->info().name;
+  plan.goal = {request.time_ps, request.amplitude_percent / 100};
+  plan.distance_m = request.distance_m;
+  RecordLimit limit;
+  limit.seconds = request.seconds;
+  limit.progress = [this](double seconds) { show_progress(format("%.1f s taken", seconds)); };
+  record_source(config_, *source, scratch.file(), true, host_clock(), stop, limit);
+  const PatternCalibration calibrated = calibrate_recording(
+      config_, scratch.file(), plan,
+      [this](const char* what, double seconds) {
+        show_progress(std::string(what) + format(", %.1f s", seconds));
+      },
+      stop);
+  ControlReply reply =
+      done(ControlCommand::calibrate,
+           calibration_summary(calibrated, "PATTERN.json", config_.frame.length_ms));
+  reply.more.emplace_back("pattern", to_json(calibrated.pattern));
+  return reply;
+}
+
+void ControlActions::show_progress(const std::string& text) {
+  const std::scoped_lock lock(mutex_);
+  progress_ = text;
+}
+
+}  // namespace splid

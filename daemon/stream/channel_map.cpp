@@ -1,0 +1,44 @@
+#include "daemon/stream/channel_map.hpp"
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+ChannelName parsed(const std::string& name) { return parse_channel(name).value(); }
+
+}  // namespace
+
+ChannelMap::ChannelMap(const ChannelOptions& options) {
+  if (const std::optional<OptionFault> fault = options.validate()) {
+    throw Error(Fault::usage, "/channels" + fault->pointer + ": " + fault->what);
+  }
+  for (std::uint32_t kind = 0; kind < kinds; ++kind) {
+    if (is_event(static_cast<TagKind>(kind))) continue;
+    std::fill_n(&table_[std::size_t{kind} * columns], columns, role_control);
+  }
+  for (const std::string& name : options.photon) add(parsed(name), role_photon);
+  add(parsed(options.sync), role_sync);
+  if (!options.encoder.empty()) add(parsed(options.encoder), role_marker);
+  for (std::size_t i = 0; i < options.delays_ps.size(); ++i) {
+    const ChannelName input = parsed(options.photon[i]);
+    if (input.kind != TagKind::photon) continue;
+    const auto column = static_cast<std::size_t>(input.value - min_input);
+    delays_ps_.at(column) = std::llround(options.delays_ps[i]);
+    has_delays_ = has_delays_ || delays_ps_.at(column) != 0;
+  }
+}
+
+void ChannelMap::add(const ChannelName& channel, Roles role) {
+  Roles* row = &table_[static_cast<std::size_t>(channel.kind) * columns];
+  for (std::uint32_t column = 0; column + 1 < columns; ++column) {
+    const Tag tag{0, static_cast<std::int32_t>(column) + min_input, channel.kind, {}};
+    if (channel.matches(tag)) row[column] |= role;
+  }
+}
+
+}  // namespace splid

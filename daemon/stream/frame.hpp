@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "estimator/model/frame_view.hpp"
+#include "estimator/sync/sync_clock.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// An array that is allocated, and written once, when it is made, and never grows.
+template <class T>
+class FixedArray {
+ public:
+  explicit FixedArray(std::size_t capacity)
+      : items_(std::make_unique<T[]>(capacity)), capacity_(capacity) {}
+
+  // False, and nothing added, when the array is full.
+  bool push(const T& item) {
+    if (size_ == capacity_) return false;
+    items_[size_++] = item;
+    return true;
+  }
+  // Room behind the last item, to be written and then taken in by grow().
+  [[nodiscard]] std::span<T> room() { return {items_.get() + size_, capacity_ - size_}; }
+  void grow(std::size_t count) { size_ += count; }
+  void resize(std::size_t size) { size_ = size; }
+  void clear() { size_ = 0; }
+
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] bool empty() const { return size_ == 0; }
+  [[nodiscard]] std::size_t capacity() const { return capacity_; }
+  T& operator[](std::size_t i) { return items_[i]; }
+  const T& operator[](std::size_t i) const { return items_[i]; }
+  T& back() { return items_[size_ - 1]; }
+  T* begin() { return items_.get(); }
+  T* end() { return items_.get() + size_; }
+  [[nodiscard]] const T* begin() const { return items_.get(); }
+  [[nodiscard]] const T* end() const { return items_.get() + size_; }
+  [[nodiscard]] std::span<const T> view() const { return {items_.get(), size_}; }
+
+ private:
+  std::unique_ptr<T[]> items_;
+  std::size_t size_ = 0;
+  std::size_t capacity_;
+};
+
+// How much of each a frame can hold; see frame_capacity() in framer.hpp.
+struct FrameCapacity {
+  std::size_t photons = 1 << 20;
+  std::size_t syncs = 1 << 16;
+  std::size_t markers = 1 << 14;
+  std::size_t losses = 256;
+};
+
+// A tag of the encoder's marker channel.
+struct MarkerTag {
+  std::int64_t time_ps = 0;
+  std::int32_t bits = 0;  // all marker bits of the record; the input's number for an input
+};
+
+// One frame with its tags. All times in the tagger's clock. Filled by the Framer; what it holds may
+// be read from FrameSink::close() on until the frame is opened again.
+struct Frame {
+  explicit Frame(const FrameCapacity& capacity)
+      : photons_ps(capacity.photons),
+        syncs_ps(capacity.syncs),
+        markers(capacity.markers),
+        losses(capacity.losses) {}
+
+  std::uint64_t sequence = 0;           // counts frames from 0
+  std::int64_t start_ps = 0;            // a pattern start, where the syncs tell
+  std::int64_t end_ps = 0;              // the next frame's start, but after a jump of the clock
+  FixedArray<std::int64_t> photons_ps;  // in [start_ps, end_ps), nearly sorted
+  FixedArray<std::int64_t> syncs_ps;    // likewise
+  FixedArray<MarkerTag> markers;        // likewise
+  FixedArray<Loss> losses;              // clipped to the frame, sorted, not overlapping
+  std::uint64_t lost_tags = 0;  // known count: of losses that ended here, late and surplus tags
+  std::uint64_t uncounted_losses = 0;  // that ended here and took nobody knows how many tags
+  double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
+  SyncFit sync;
+  std::int64_t arrival_ns = 0;  // of its last tag, as passed to Framer::push
+
+  // Notes [begin_ps, end_ps), from start_ps on, as not seen; count as in Loss. Without room the
+  // last loss grows over what lies between, so that less counts as seen than was.
+  void add_loss(std::int64_t loss_begin_ps, std::int64_t loss_end_ps, std::int64_t count);
+  // Sorts the losses, clips them to the frame, joins those that touch, and fills seen_fraction.
+  void settle_losses();
+
+  // Valid as long as the frame is.
+  [[nodiscard]] FrameView view() const {
+    return {start_ps, end_ps, photons_ps.view(), losses.view(), sync};
+  }
+};
+
+// Where the framer takes empty frames and leaves full ones: a pool, or a test's vector.
+//
+// Threads: the framer's. Errors: none. Timeouts: open() may wait for a free frame.
+class FrameSink {
+ public:
+  virtual ~FrameSink() = default;
+  // A frame to fill; what it held is overwritten. Never called twice without close() between. One
+  // that is not closed when the stream ends is empty.
+  virtual Frame& open() = 0;
+  // The frame of the last open() is complete.
+  virtual void close() = 0;
+};
+
+}  // namespace splid

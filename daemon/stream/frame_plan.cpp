@@ -1,0 +1,56 @@
+#include "daemon/stream/frame_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ps_per_ms = 1e9;
+constexpr std::size_t more_syncs = 1024;  // strays and doubles of short frames
+
+double tagger_period_ps(const Pattern& pattern) {
+  return pattern.calibrated_period_ps.value_or(pattern_period_ps(pattern));
+}
+
+std::size_t syncs_of_frame(double length_ms, const Pattern& pattern) {
+  return static_cast<std::size_t>(periods_per_frame(length_ms, tagger_period_ps(pattern)));
+}
+
+}  // namespace
+
+double periods_per_frame(double length_ms, double period_ps) {
+  return std::max(1.0, std::round(length_ms * ps_per_ms / period_ps));
+}
+
+FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift) {
+  return {length_ms, tagger_period_ps(pattern), drift,
+          2 * syncs_of_frame(length_ms, pattern) + more_syncs};
+}
+
+FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity) {
+  FrameCapacity capacity;
+  capacity.photons = ring_capacity;
+  capacity.syncs = 2 * syncs_of_frame(length_ms, pattern) + more_syncs;
+  return capacity;
+}
+
+void check_frame_fits(double length_ms, const Pattern& pattern, std::size_t ring_capacity) {
+  const std::size_t syncs = syncs_of_frame(length_ms, pattern);
+  if (syncs <= ring_capacity) return;
+  const double longest_ms =
+      std::floor(static_cast<double>(ring_capacity) * tagger_period_ps(pattern) / ps_per_ms * 1e3) /
+      1e3;
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "/frame/length_ms: %g ms is %zu pattern periods, each with a sync, and the ring "
+                "holds %zu tags: shorten it to %g ms or less, or raise "
+                "/pipeline/ring_capacity_tags to %zu or more",
+                length_ms, syncs, ring_capacity, longest_ms, syncs);
+  throw Error(Fault::usage, text);
+}
+
+}  // namespace splid

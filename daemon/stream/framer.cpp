@@ -1,0 +1,486 @@
+#include "daemon/stream/framer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/sync/sync_period.hpp"
+#include "protocol/saturated.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ps_per_ms = 1e9;
+constexpr std::int64_t second_ps = 1'000'000'000'000;
+constexpr int frames_without_tags = 20;
+constexpr std::int64_t disorder_ps = 1'000'000;
+constexpr int backward_tags = 16;
+constexpr std::size_t most_undelayed = 4096;
+constexpr std::size_t most_held = 4096;  // in 1 us; beyond, the frame closes at once
+
+// Design note: the end is placed when 99 % of the frame has passed, by the syncs so far. Their line
+// then has to hold for 1 % more only (0.2 ps of error with 10 ps of jitter and 13,000 syncs), and
+// the tags of the rest know where they belong as they come.
+constexpr double end_fixed_at = 0.99;
+
+// Design note: times within 2^54 ps (5 h) of what 64 bits hold are taken for strays, so that ends
+// and gaps cannot overflow.
+constexpr std::int64_t max_time_ps =
+    std::numeric_limits<std::int64_t>::max() - (std::int64_t{1} << 54);
+
+bool in_range(std::int64_t time_ps) { return time_ps < max_time_ps && time_ps > -max_time_ps; }
+
+std::int64_t to_ps(double value) { return std::llround(value); }
+
+}  // namespace
+
+Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSink& sink)
+    : options_(options),
+      channels_(channels),
+      sink_(sink),
+      clock_(options.period_ps, options.drift, options.max_syncs),
+      undelayed_(channels.has_delays() ? most_undelayed : 0),
+      held_(most_held) {
+  const double length_ps =
+      periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
+  max_gap_ps_ = std::max(second_ps, frames_without_tags * to_ps(length_ps));
+  // Where a frame is so short that its last per cent is less than the disorder, tags of the next
+  // frame could come before this one's end is known.
+  disorder_ps_ = std::min(disorder_ps, to_ps(length_ps / 400));
+}
+
+void Framer::push(std::span<const Tag> tags, std::int64_t arrival_ns) {
+  arrival_ns_ = arrival_ns;
+  if (!channels_.has_delays()) return push_in_time(tags);
+  while (!tags.empty()) {
+    const auto some = tags.first(std::min(tags.size(), most_undelayed));
+    undelayed_.clear();
+    for (const Tag& tag : some) undelayed_.push(channels_.undelayed(tag));
+    push_in_time(undelayed_.view());
+    tags = tags.subspan(some.size());
+  }
+}
+
+void Framer::push_in_time(std::span<const Tag> tags) {
+  const Tag* tag = tags.data();
+  const Tag* const last = tag + tags.size();
+  while (tag != last) {
+    if (frame_ != nullptr && !suspect_) {
+      tag = surplus_from_ps_ ? skip_run(tag, last) : store_run(tag, last);
+      if (tag == last) break;
+    }
+    take(*tag++);
+  }
+}
+
+// The hot loop: photons of the open frame, and tags of no use.
+const Tag* Framer::store_run(const Tag* tag, const Tag* last) {
+  const std::span<std::int64_t> room = frame_->photons_ps.room();
+  if (static_cast<std::size_t>(last - tag) > room.size()) last = tag + room.size();
+  const Tag* const first = tag;
+  const std::uint64_t start = frame_->start_ps;
+  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
+  std::int64_t* out = room.data();
+  for (; tag != last; ++tag) {
+    const Roles roles = channels_.roles(*tag);
+    if (roles > role_photon || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
+    *out = tag->time_ps;
+    out += roles;
+  }
+  const auto photons = static_cast<std::size_t>(out - room.data());
+  frame_->photons_ps.grow(photons);
+  totals_.photons += photons;
+  run_ended(photons, static_cast<std::size_t>(tag - first), tag);
+  return tag;
+}
+
+// As store_run, once the frame has no more room for photons.
+const Tag* Framer::skip_run(const Tag* tag, const Tag* last) {
+  const Tag* const first = tag;
+  const std::uint64_t start = frame_->start_ps;
+  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
+  std::size_t photons = 0;
+  for (; tag != last; ++tag) {
+    const Roles roles = channels_.roles(*tag);
+    if (roles > role_photon || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
+    photons += roles;
+  }
+  surplus_photons_ += photons;
+  totals_.surplus += photons;
+  lose(photons);
+  run_ended(photons, static_cast<std::size_t>(tag - first), tag);
+  return tag;
+}
+
+void Framer::run_ended(std::size_t photons, std::size_t taken, const Tag* next) {
+  if (taken == 0) return;
+  totals_.events += taken;
+  totals_.ignored += taken - photons;
+  backward_run_ = 0;
+  last_ps_ = next[-1].time_ps;
+  frame_->arrival_ns = arrival_ns_;
+}
+
+void Framer::take(const Tag& tag) {
+  if ((channels_.roles(tag) & role_control) != 0) {
+    take_control(tag);
+    return;
+  }
+  ++totals_.events;
+  if (!in_range(tag.time_ps)) {
+    ++totals_.late;
+    lose(1);
+    return;
+  }
+  if (comes_late(tag.time_ps)) {
+    ++totals_.late;
+    lose(1);
+    return;
+  }
+  if (tag.time_ps >= limit_ps_ && saturated_difference(tag.time_ps, last_ps_) > disorder_ps_) {
+    suspect_ = tag;
+  } else {
+    admit(tag);
+  }
+}
+
+void Framer::take_control(const Tag& tag) {
+  if (tag.kind == TagKind::clock_break) {
+    break_clock();
+    return;
+  }
+  if (!in_range(tag.time_ps)) {
+    take_control_of_no_time(tag);
+    return;
+  }
+  const bool early = comes_late(tag.time_ps);
+  if (tag.kind == TagKind::heartbeat) {
+    if (early) return;
+    if (saturated_difference(tag.time_ps, last_ps_) > max_gap_ps_) {
+      suspect_ = tag;
+    } else {
+      reach(tag.time_ps, disorder_ps_);
+    }
+    return;
+  }
+  const std::int64_t before_ps = last_ps_;
+  if (!early) reach(tag.time_ps, 0);
+  if (tag.kind == TagKind::loss_begin) {
+    if (!loss_from_ps_) loss_from_ps_ = std::max(tag.time_ps, frame_->start_ps);
+  } else if (tag.kind == TagKind::loss_end) {
+    end_loss(tag.time_ps, tag.value);
+  } else {
+    frame_->add_loss(before_ps, tag.time_ps, tag.value);
+    report(tag.value);
+  }
+}
+
+// A time that cannot be says nothing but that the loss, if one is open, ends about now.
+void Framer::take_control_of_no_time(const Tag& tag) {
+  if (tag.kind == TagKind::loss_end && loss_from_ps_) {
+    end_loss(last_ps_, tag.value);
+  } else if (tag.kind == TagKind::loss_end || tag.kind == TagKind::missed) {
+    report(tag.value);
+  }
+}
+
+// The open frame and the open loss end with the clock that they were told in.
+void Framer::break_clock() {
+  settle_last_suspect();
+  if (loss_from_ps_) lose_uncounted();
+  if (frame_ != nullptr) cut_short();
+  loss_from_ps_.reset();
+  ++totals_.resets;
+}
+
+// A tag far ahead is real if the next one is there too.
+void Framer::settle_suspect(std::int64_t next_ps) {
+  if (!suspect_) return;
+  const Tag tag = *suspect_;
+  suspect_.reset();
+  const bool real = saturated_difference(tag.time_ps, next_ps) <= disorder_ps_;
+  if (tag.kind == TagKind::heartbeat) {
+    if (real) reach(tag.time_ps, disorder_ps_);
+  } else if (real) {
+    admit(tag);
+  } else {
+    ++totals_.late;
+    lose(1);
+  }
+}
+
+// No tag comes after it to tell: it is real unless so far ahead that it would be a jump.
+void Framer::settle_last_suspect() {
+  if (!suspect_) return;
+  const bool near = saturated_difference(suspect_->time_ps, last_ps_) <= max_gap_ps_;
+  settle_suspect(near ? suspect_->time_ps : last_ps_);
+}
+
+// Whether a tag is before the open frame, also if that was begun only now, at a suspect.
+bool Framer::comes_late(std::int64_t time_ps) {
+  if (is_early(time_ps)) return true;
+  settle_suspect(time_ps);
+  return is_early(time_ps);
+}
+
+// Whether a tag is before the open frame; it says nothing about a suspect then. Begins a frame at
+// it where none is open, or where it is the last of so many in a row.
+bool Framer::is_early(std::int64_t time_ps) {
+  if (frame_ == nullptr) begin_frame(time_ps, Ends::neither);
+  if (time_ps >= frame_->start_ps) return false;
+  if (ends_ == Ends::neither && saturated_difference(frame_->start_ps, time_ps) <= disorder_ps_) {
+    frame_->start_ps = time_ps;  // the stream's first tags, out of order
+    return false;
+  }
+  if (++backward_run_ < backward_tags) return true;
+  break_clock();
+  begin_frame(time_ps, Ends::neither);
+  return false;
+}
+
+void Framer::admit(const Tag& tag) {
+  jump_gap(tag.time_ps);
+  if (ends_ == Ends::neither && (channels_.roles(tag) & role_sync) != 0) anchor(tag.time_ps);
+  reach(tag.time_ps, disorder_ps_);
+  if (tag.time_ps < limit_ps_) {
+    place(tag);
+  } else if (!held_.push(tag)) {
+    next_frame();
+    place(tag);
+  }
+}
+
+void Framer::jump_gap(std::int64_t time_ps) {
+  if (saturated_difference(time_ps, last_ps_) <= max_gap_ps_) return;
+  cut_short();
+  ++totals_.jumps;
+  begin_frame(time_ps, Ends::neither);
+}
+
+// The stream's time is time_ps: close what ended patience_ps before it.
+void Framer::reach(std::int64_t time_ps, std::int64_t patience_ps) {
+  jump_gap(time_ps);
+  while (time_ps >= limit_ps_) {
+    if (ends_ != Ends::both) {
+      fix_end();
+    } else if (time_ps - limit_ps_ < patience_ps) {
+      break;
+    } else {
+      next_frame();
+    }
+  }
+  backward_run_ = 0;
+  last_ps_ = time_ps;
+}
+
+void Framer::place(const Tag& tag) {
+  const Roles roles = channels_.roles(tag);
+  frame_->arrival_ns = arrival_ns_;
+  int uses = 0;
+  if ((roles & role_photon) != 0 && frame_->photons_ps.push(tag.time_ps)) {
+    ++uses;
+    ++totals_.photons;
+  } else if (roles == role_photon) {
+    place_surplus_photon(tag.time_ps);
+    return;
+  }
+  if ((roles & role_sync) != 0 && frame_->syncs_ps.push(tag.time_ps)) {
+    ++uses;
+    ++totals_.syncs;
+  }
+  if ((roles & role_marker) != 0 && frame_->markers.push({tag.time_ps, tag.value})) {
+    ++uses;
+    ++totals_.markers;
+  }
+  if (uses > 1) totals_.shared += static_cast<std::uint64_t>(uses - 1);
+  if (uses > 0) return;
+  if (roles == 0) {
+    ++totals_.ignored;
+  } else {
+    ++totals_.surplus;
+    lose(1);
+  }
+}
+
+void Framer::place_surplus_photon(std::int64_t time_ps) {
+  if (!surplus_from_ps_) surplus_from_ps_ = time_ps;
+  ++surplus_photons_;
+  ++totals_.surplus;
+  lose(1);
+}
+
+void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
+  if (ends == Ends::neither) last_ps_ = start_ps;
+  frame_ = spare_ != nullptr ? spare_ : &sink_.open();
+  spare_ = nullptr;
+  frame_->sequence = sequence_;
+  frame_->photons_ps.clear();
+  frame_->syncs_ps.clear();
+  frame_->markers.clear();
+  frame_->losses.clear();
+  frame_->lost_tags = totals_.unplaced;
+  frame_->uncounted_losses = unplaced_uncounted_;
+  frame_->arrival_ns = arrival_ns_;
+  totals_.unplaced = unplaced_uncounted_ = 0;
+  surplus_from_ps_.reset();
+  surplus_photons_ = 0;
+  ends_ = ends;
+  loss_floor_ps_ = start_ps;
+  if (loss_from_ps_) loss_from_ps_ = start_ps;
+  periods_ = periods_per_frame(options_.length_ms, clock_.period_ps());
+  nominal_ps_ = to_ps(periods_ * clock_.period_ps());
+  move_start(start_ps);
+}
+
+void Framer::move_start(std::int64_t start_ps) {
+  frame_->start_ps = start_ps;
+  limit_ps_ = start_ps + to_ps(end_fixed_at * static_cast<double>(nominal_ps_));
+}
+
+// The stream's first sync: the frame starts whole periods before it, at or before its first tag;
+// what lies between is not known to be seen.
+void Framer::anchor(std::int64_t sync_ps) {
+  const std::int64_t first_ps = std::min(frame_->start_ps, sync_ps);
+  const double period_ps = clock_.period_ps();
+  const double before = std::ceil(static_cast<double>(sync_ps - first_ps) / period_ps);
+  ends_ = Ends::start;
+  move_start(sync_ps - to_ps(before * period_ps));
+  frame_->start_ps = std::min(frame_->start_ps, first_ps);
+  limit_ps_ = std::max(limit_ps_, reached_ps());  // what is in the frame stays in it
+  frame_->add_loss(frame_->start_ps, first_ps, 0);
+}
+
+void Framer::fix_end() {
+  const SyncFit grid =
+      clock_.fit(frame_->syncs_ps.view(), frame_->start_ps, std::max(limit_ps_, last_ps_ + 1));
+  frame_->end_ps = grid.locked ? end_by_grid(grid) : end_by_last_sync();
+  limit_ps_ = frame_->end_ps;
+  ends_ = Ends::both;
+}
+
+// The pattern start that is the frame's periods after its own start, or so many more that what
+// already came is in it: a frame that began off the grid ends on it.
+std::int64_t Framer::end_by_grid(const SyncFit& grid) const {
+  const auto index = [&](std::int64_t time_ps) {
+    return (static_cast<double>(time_ps - grid.origin_ps) - grid.phase_ps) / grid.period_ps;
+  };
+  const std::int64_t taken_ps = std::max(limit_ps_, last_ps_ + disorder_ps_ + 1);
+  const double periods = periods_per_frame(options_.length_ms, grid.period_ps);
+  const double end =
+      std::max(std::round(index(frame_->start_ps) + periods), std::ceil(index(taken_ps)));
+  return grid.origin_ps + to_ps(grid.phase_ps + end * grid.period_ps);
+}
+
+// Without a fit: the nominal end, or the pattern start near it that the last sync tells, if that
+// is no further away than the drift can explain; so frames with one sync or two stay on the grid.
+std::int64_t Framer::end_by_last_sync() const {
+  constexpr double max_drift = 500e-6;
+  const std::int64_t taken_ps = std::max(limit_ps_, last_ps_ + disorder_ps_ + 1);
+  const std::int64_t nominal_ps = std::max(frame_->start_ps + nominal_ps_, taken_ps);
+  if (frame_->syncs_ps.empty()) return nominal_ps;
+  const std::int64_t sync_ps = frame_->syncs_ps[frame_->syncs_ps.size() - 1];
+  const double period_ps = clock_.period_ps();
+  const double periods = std::round(static_cast<double>(nominal_ps - sync_ps) / period_ps);
+  const std::int64_t end_ps = sync_ps + to_ps(periods * period_ps);
+  const double off_ps = std::abs(static_cast<double>(end_ps - nominal_ps));
+  const bool near = off_ps <= max_drift * static_cast<double>(nominal_ps_);
+  return near && end_ps >= taken_ps ? end_ps : nominal_ps;
+}
+
+void Framer::next_frame() {
+  const std::int64_t end_ps = frame_->end_ps;
+  close_frame();
+  begin_frame(end_ps, Ends::start);
+  for (const Tag& tag : held_.view()) place(tag);
+  held_.clear();
+}
+
+void Framer::close_frame() {
+  if (loss_from_ps_) frame_->add_loss(*loss_from_ps_, frame_->end_ps, 0);
+  if (surplus_from_ps_) frame_->add_loss(*surplus_from_ps_, frame_->end_ps, surplus_photons_);
+  frame_->settle_losses();
+  frame_->sync = clock_.fit(frame_->syncs_ps.view(), frame_->start_ps, frame_->end_ps);
+  for (std::size_t n = silence_.mark(*frame_, clock_.period_ps()); n > 0; --n) lose_uncounted();
+  diagnose();
+  ++sequence_;
+  ++totals_.frames;
+  frame_ = nullptr;
+  sink_.close();
+}
+
+// Closes the frame before its time; what it did not reach is a loss.
+void Framer::cut_short() {
+  if (!held_.empty()) next_frame();
+  if (ends_ != Ends::both) fix_end();
+  frame_->add_loss(reached_ps(), frame_->end_ps, 0);
+  close_frame();
+}
+
+std::int64_t Framer::reached_ps() const {
+  std::int64_t latest_ps = last_ps_;
+  for (const std::int64_t time_ps : frame_->photons_ps.view()) {
+    latest_ps = std::max(latest_ps, time_ps);
+  }
+  for (const MarkerTag& marker : frame_->markers.view()) {
+    latest_ps = std::max(latest_ps, marker.time_ps);
+  }
+  return latest_ps + 1;
+}
+
+void Framer::finish() {
+  settle_last_suspect();
+  if (frame_ == nullptr) return;
+  if (!held_.empty()) next_frame();
+  const bool used = !frame_->photons_ps.empty() || !frame_->syncs_ps.empty() ||
+                    !frame_->markers.empty() || frame_->lost_tags > 0 ||
+                    frame_->uncounted_losses > 0;
+  if (used) {
+    if (loss_from_ps_) lose_uncounted();
+    cut_short();
+  } else {
+    spare_ = frame_;
+    frame_ = nullptr;
+  }
+  loss_from_ps_.reset();
+}
+
+void Framer::end_loss(std::int64_t time_ps, std::int32_t count) {
+  frame_->add_loss(loss_from_ps_.value_or(loss_floor_ps_), time_ps, count);
+  loss_from_ps_.reset();
+  loss_floor_ps_ = std::max(loss_floor_ps_, time_ps);
+  report(count);
+}
+
+// A count that the stream itself gives; -1: not known.
+void Framer::report(std::int64_t count) {
+  if (count < 0) lose_uncounted();
+  if (count <= 0) return;
+  totals_.reported += static_cast<std::uint64_t>(count);
+  lose(static_cast<std::uint64_t>(count));
+}
+
+void Framer::lose(std::uint64_t count) {
+  (frame_ != nullptr ? frame_->lost_tags : totals_.unplaced) += count;
+}
+
+void Framer::lose_uncounted() {
+  ++totals_.uncounted;
+  ++(frame_ != nullptr ? frame_->uncounted_losses : unplaced_uncounted_);
+}
+
+// The tags of three frames say enough; one frame without a lock may have begun in mid-stream.
+void Framer::diagnose() {
+  constexpr int frames_enough = 3;
+  constexpr std::size_t syncs_enough = 16;
+  if (unlocked_frames_ >= frames_enough) return;
+  if (frame_->sync.locked) {
+    unlocked_frames_ = frames_enough;
+    return;
+  }
+  if (frame_->syncs_ps.size() < syncs_enough || ++unlocked_frames_ < frames_enough) return;
+  diagnosis_ = SyncDiagnosis{options_.period_ps, find_sync_period_ps(frame_->syncs_ps.view()),
+                             frame_->syncs_ps.size(),
+                             static_cast<double>(frame_->end_ps - frame_->start_ps) / ps_per_ms};
+}
+
+}  // namespace splid

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "daemon/stream/frame.hpp"
+#include "drivers/wake.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/options.hpp"
+
+namespace splid {
+
+// Slots a lane: one that the framer fills while the estimator works on the other. The ring behind
+// holds what comes in longer pauses, at a third of the memory.
+inline constexpr std::size_t lane_depth = 2;
+
+// A frame on its way, with what each stage adds.
+struct LaneSlot {
+  explicit LaneSlot(const FrameCapacity& capacity) : frame(capacity) {}
+
+  Frame frame;                       // framer
+  double mid_unix_s = 0;             // framer; UTC at mid-frame
+  Effort effort = Effort::balanced;  // framer; what there is time for
+  Estimate estimate;                 // estimator
+  double compute_ms = 0;             // estimator
+};
+
+// The way of every N-th frame: a ring of preallocated slots that three threads pass through in
+// turn. The framer fills one, the estimator works on it, the publisher reads and frees it. Each
+// stage owns one index and reads that of the stage before; no lock, no allocation, no copy.
+//
+// Threads: as each function says. Errors: none. Timeouts: none of these calls waits; the two wakes
+// are for those that do.
+class Lane {
+ public:
+  Lane(const FrameCapacity& capacity, std::size_t depth) {
+    for (std::size_t i = 0; i < depth; ++i) {
+      slots_.push_back(std::make_unique<LaneSlot>(capacity));
+    }
+  }
+
+  // Framer: the slot to fill next, null when all are in use.
+  LaneSlot* free_slot() {
+    const std::uint64_t at = filled_.load(std::memory_order_relaxed);
+    if (at - released_.load(std::memory_order_acquire) == slots_.size()) return nullptr;
+    return slot(at);
+  }
+  void fill() { advance(filled_); }
+  // Framer: no frame comes after those filled.
+  void close() { closed_.store(true, std::memory_order_release); }
+
+  // Estimator: the slot to work on next, null when there is none.
+  LaneSlot* filled_slot() { return behind(estimated_, filled_); }
+  void estimated() { advance(estimated_); }
+
+  // Publisher: the slot to publish next, null when there is none.
+  LaneSlot* estimated_slot() { return behind(released_, estimated_); }
+  void release() { advance(released_); }
+
+  // Any: closed, and the stage whose index this is has nothing left to do.
+  [[nodiscard]] bool estimator_done() const { return done(estimated_); }
+  [[nodiscard]] bool publisher_done() const { return done(released_); }
+
+  Wake estimator_wake;  // a slot was filled, or the lane closed
+
+ private:
+  // Design note: 64 is written out, as in TagRing.
+  struct alignas(64) Index : std::atomic<std::uint64_t> {
+    Index() : std::atomic<std::uint64_t>(0) {}
+  };
+
+  LaneSlot* slot(std::uint64_t at) { return slots_[at % slots_.size()].get(); }
+  LaneSlot* behind(const Index& own, const Index& stage_before) {
+    const std::uint64_t at = own.load(std::memory_order_relaxed);
+    return stage_before.load(std::memory_order_acquire) == at ? nullptr : slot(at);
+  }
+  static void advance(Index& index) {
+    index.store(index.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+  // closed_ is read first: what was filled before it was set is then seen too.
+  [[nodiscard]] bool done(const Index& own) const {
+    return closed_.load(std::memory_order_acquire) &&
+           own.load(std::memory_order_relaxed) == filled_.load(std::memory_order_acquire);
+  }
+
+  std::vector<std::unique_ptr<LaneSlot>> slots_;
+  Index filled_;     // framer's
+  Index estimated_;  // estimator's
+  Index released_;   // publisher's
+  std::atomic<bool> closed_{false};
+};
+
+}  // namespace splid

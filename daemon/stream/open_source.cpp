@@ -1,0 +1,37 @@
+#include "daemon/stream/open_source.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <string>
+#include <utility>
+
+namespace splid {
+namespace {
+
+void warn(const std::string& sentence) { spdlog::warn("{}", sentence); }
+
+}  // namespace
+
+std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear) {
+  SourceContext context;
+  context.pattern = &config.pattern;
+  context.warn = warn;
+  context.report = [hear = std::move(hear),
+                    cautioned = std::string()](const DeviceReport& report) mutable {
+    const bool is_well = report.state == DeviceState::connected;
+    if (!report.reason.empty()) {
+      spdlog::log(is_well ? spdlog::level::info : spdlog::level::warn, "{}: {}",
+                  to_string(report.state), report.reason);
+    }
+    if (!report.caution.empty() && report.caution != cautioned) warn(report.caution);
+    cautioned = report.caution;
+    if (hear) hear(report);
+  };
+  return config.source->open(context);
+}
+
+std::unique_ptr<EncoderSource> open_encoder(const Config& config) {
+  return open_encoder(config.encoder, config.source.get(), warn);
+}
+
+}  // namespace splid

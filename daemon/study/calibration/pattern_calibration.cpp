@@ -1,0 +1,289 @@
+#include "daemon/study/calibration/pattern_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "daemon/base/format.hpp"
+#include "daemon/stream/channel_map.hpp"
+#include "daemon/stream/frame.hpp"
+#include "daemon/stream/frame_plan.hpp"
+#include "daemon/stream/framer.hpp"
+#include "daemon/stream/framer_sink.hpp"
+#include "daemon/stream/sync_diagnosis.hpp"
+#include "daemon/study/calibration/look_alike_report.hpp"
+#include "estimator/calibration/input_shift.hpp"
+#include "estimator/calibration/target_motion.hpp"
+#include "estimator/model/units.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double m_per_ps = speed_of_light_mps * 1e-12 / 2;  // of distance, for one of delay
+constexpr double mm_per_m = 1e3;
+
+// Hands each frame on and uses it again.
+class FrameByFrame final : public FrameSink {
+ public:
+  FrameByFrame(const FrameCapacity& capacity, std::function<void(const FrameView&)> take)
+      : frame_(capacity), take_(std::move(take)) {}
+  Frame& open() override { return frame_; }
+  void close() override { take_(frame_.view()); }
+
+ private:
+  Frame frame_;
+  std::function<void(const FrameView&)> take_;
+};
+
+struct Seen {
+  FramerTotals totals;
+  std::optional<SyncDiagnosis> diagnosis;
+};
+
+// The recording once, from its start to its end.
+class Reader {
+ public:
+  Reader(const Config& config, const OpenRecording& open, const CalibrationPlan& plan,
+         const CalibrationProgress& progress, const std::stop_token& stop)
+      : config_(config), open_(open), plan_(plan), progress_(progress), stop_(stop) {}
+
+  Seen read(const char* doing, const std::function<void(const FrameView&)>& take) const {
+    return read(doing, config_.channels, take);
+  }
+  Seen read(const char* doing, const ChannelOptions& inputs,
+            const std::function<void(const FrameView&)>& take) const {
+    const auto ring_tags = static_cast<std::size_t>(config_.pipeline.ring_capacity_tags);
+    const double length_ms = config_.frame.length_ms;
+    double seconds = 0;
+    FrameByFrame frames(frame_capacity(length_ms, config_.pattern, ring_tags),
+                        [&](const FrameView& frame) {
+                          take(frame);
+                          seconds += static_cast<double>(frame.end_ps - frame.start_ps) * 1e-12;
+                          progress_(doing, seconds);
+                        });
+    const ChannelMap channels(inputs);
+    Framer framer(framer_options(length_ms, config_.pattern, config_.drift.method), channels,
+                  frames);
+    FramerSink sink(framer, stop_);
+    open_()->run(sink, stop_);
+    framer.finish();
+    if (stop_.stop_requested()) {
+      throw Error(Fault::usage, plan_.recording + ": stopped before it was read to its end");
+    }
+    return {framer.totals(), framer.diagnosis()};
+  }
+
+ private:
+  const Config& config_;
+  const OpenRecording& open_;
+  const CalibrationPlan& plan_;
+  const CalibrationProgress& progress_;
+  const std::stop_token& stop_;
+};
+
+[[noreturn]] void refuse(const CalibrationPlan& plan, const std::string& why) {
+  throw Error(Fault::data, plan.recording + ": " + why);
+}
+
+std::string why_nothing_folds(const Seen& seen) {
+  if (seen.diagnosis) return in_words(*seen.diagnosis);
+  return "no frame has both syncs that agree and photons (" + grouped(seen.totals.photons) +
+         " photons, " + grouped(seen.totals.syncs) +
+         " syncs); see channels.photon and channels.sync";
+}
+
+std::string velocity(double ps_per_s, double std_ps_per_s) {
+  return format("v = %+.4g +- %.2g mm/s", ps_per_s * m_per_ps * mm_per_m,
+                std_ps_per_s * m_per_ps * mm_per_m);
+}
+
+void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
+  const auto motion = track.motion();
+  if (!motion) return;
+  refuse(plan, "the target moves: its delay goes over " +
+                   format("%.3g ns", motion->moved_ps / 1e3) + ", a line through all of it has " +
+                   velocity(motion->drift_ps_per_s, motion->std_drift_ps_per_s) +
+                   ", and all pulses are smeared as far; record a target at rest");
+}
+
+void check_photons(const CalibrationPlan& plan, const Calibration& found) {
+  const double factor = photons_wanted(found, plan.goal);
+  if (factor <= 1) return;
+  refuse(plan,
+         "too few photons: " + grouped(static_cast<std::uint64_t>(found.signal_photons)) +
+             format(" of signal know the worst pulse to %.3g times what is asked for, %g ps "
+                    "and %g %% of a pulse; it needs ",
+                    std::sqrt(factor), plan.goal.std_time_ps, 100 * plan.goal.std_amplitude) +
+             grouped(static_cast<std::uint64_t>(std::ceil(found.signal_photons * (factor - 1)))) +
+             format(" more signal photons, %.3g s more at this rate; or ask for less with "
+                    "--time-ps and --amplitude-percent",
+                    found.seconds * (factor - 1)));
+}
+
+// Design note: what is significant need not matter. A target that the photons show to have moved
+// by less than the times are to be known for is let through, and the report says it.
+void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
+  const std::string allowed = format(" where %g ps are allowed (--time-ps)", plan.goal.std_time_ps);
+  if (rest.drifts() && std::abs(rest.drift_ps()) > plan.goal.std_time_ps) {
+    refuse(plan, "the target moves, " + velocity(rest.drift_ps_per_s, rest.std_drift_ps_per_s) +
+                     format(": %.3g ps of delay in %.3g s,", rest.drift_ps(), rest.seconds) +
+                     allowed +
+                     "; record a target at rest, or for a shorter time if it is the "
+                     "electronics that drift");
+  }
+  if (rest.wanders() && rest.wander_ps > plan.goal.std_time_ps) {
+    refuse(plan, "the target moves to and fro: its delay wanders by " +
+                     format("%.3g ps rms (%.3g mm, %.3g deviations more than the photons' noise),",
+                            rest.wander_ps, rest.wander_ps * m_per_ps * mm_per_m,
+                            rest.wander_deviations) +
+                     allowed + "; record a target at rest");
+  }
+}
+
+CalibrationFacts facts_of(const CalibrationPlan& plan, const Calibration& found) {
+  CalibrationFacts facts;
+  facts.recording = plan.recording;
+  facts.seconds = found.seconds;
+  facts.photons = found.photons;
+  facts.signal_photons = found.signal_photons;
+  facts.std_period_ps = found.std_period_ps;
+  facts.std_density = found.std_density;
+  facts.distance_m = plan.distance_m;
+  return facts;
+}
+
+// As they left: without the way to a target whose distance is known.
+std::vector<CalibratedPulse> emitted(const Calibration& found, double delay_ps) {
+  std::vector<CalibratedPulse> pulses = found.pulses;
+  for (CalibratedPulse& pulse : pulses) {
+    const double time_ps = pulse.time_ps - delay_ps;
+    pulse.time_ps = time_ps - found.period_ps * std::floor(time_ps / found.period_ps);
+    // A time that is 0 but for rounding.
+    if (pulse.time_ps >= found.period_ps) pulse.time_ps = 0;
+  }
+  std::sort(pulses.begin(), pulses.end(), [](const CalibratedPulse& a, const CalibratedPulse& b) {
+    return a.time_ps < b.time_ps;
+  });
+  return pulses;
+}
+
+Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Calibration& found) {
+  Pattern pattern = config.pattern;
+  PatternSegment& segment = pattern.segments.front();
+  if (found.pulses.size() != segment.pulse_times_ps.size()) {
+    pattern.mode = found.pulses.size() == 1 ? Mode::baseline : Mode::random;
+    pattern.subperiods_ps.clear();
+  }
+  // They are parts of the period that was measured, not of the nominal one.
+  for (double& subperiod_ps : pattern.subperiods_ps) {
+    subperiod_ps *= found.period_ps / pattern_period_ps(config.pattern);
+  }
+  if (pattern.mode != Mode::ambiguous) pattern.unambiguous_delay_ps = found.period_ps;
+  segment = {found.period_ps, {}, {}, 0};
+  pattern.calibrated_period_ps = found.period_ps;
+  pattern.pulse = found.shape;
+  pattern.calibration = facts_of(plan, found);
+  const double delay_ps =
+      plan.distance_m ? (*plan.distance_m + config.scene.range_offset_m) / m_per_ps : 0;
+  for (const CalibratedPulse& pulse : emitted(found, delay_ps)) {
+    segment.pulse_times_ps.push_back(pulse.time_ps);
+    segment.amplitudes.push_back(pulse.amplitude);
+    pattern.calibration->std_pulse_times_ps.push_back(pulse.std_time_ps);
+    pattern.calibration->std_amplitudes.push_back(pulse.std_amplitude);
+  }
+  return pattern;
+}
+
+// Of an even comb, or one that is nearly so, the range that a frame's light leaves.
+void judge_range(const Config& config, const Calibration& found, Pattern& pattern) {
+  if (pattern.mode == Mode::ambiguous || found.pulses.size() < 2 || !(found.seconds > 0)) return;
+  const auto shape = make_tabulated(found.shape);
+  const auto delays =
+      look_alikes(pattern, *shape, light_of(pattern, found.background_per_ps * found.period_ps));
+  const double photons = found.signal_photons / found.seconds * config.frame.length_ms * 1e-3;
+  const auto spacing_ps =
+      even_spacing_ps(delays, pattern.unambiguous_delay_ps, photons, found.width_ps);
+  if (!spacing_ps) return;
+  pattern.mode = Mode::ambiguous;
+  pattern.subperiods_ps.clear();
+  pattern.unambiguous_delay_ps = *spacing_ps;
+}
+
+// What one input alone shows.
+std::optional<Calibration> calibrate_input(const Config& config, const Reader& reader,
+                                           std::size_t input) {
+  ChannelOptions channels = config.channels;
+  channels.photon = {config.channels.photon[input]};
+  if (!channels.delays_ps.empty()) channels.delays_ps = {config.channels.delays_ps[input]};
+  PhaseHistogram fold(pattern_period_ps(config.pattern), config.pulse.sigma_ps);
+  const std::string doing = "folded input " + channels.photon.front();
+  reader.read(doing.c_str(), channels, [&](const FrameView& frame) { fold.add(frame); });
+  return fold.photons() == 0 ? std::nullopt : calibrate(fold, config.pulse.sigma_ps);
+}
+
+std::vector<InputDelay> compare_inputs(const Config& config, const Reader& reader) {
+  const std::vector<std::string>& names = config.channels.photon;
+  if (names.size() < 2) return {};
+  const auto first = calibrate_input(config, reader, 0);
+  if (!first) return {};
+  const auto delay_of = [&](std::size_t input) {
+    return config.channels.delays_ps.empty() ? 0 : config.channels.delays_ps[input];
+  };
+  std::vector<InputDelay> inputs{{names[0], delay_of(0), {}}};
+  for (std::size_t i = 1; i < names.size(); ++i) {
+    const auto other = calibrate_input(config, reader, i);
+    const auto shift = other ? shift_between(*first, *other) : std::nullopt;
+    if (!shift) return {};
+    inputs.push_back({names[i], delay_of(i), *shift});
+  }
+  return inputs;
+}
+
+void check_one_segment(const Config& config) {
+  if (config.pattern.segments.size() == 1) return;
+  throw Error(Fault::usage,
+              config.pattern_file + ": has several segments; patterns of one can be calibrated");
+}
+
+Calibration find_calibration(const CalibrationPlan& plan, const PhaseHistogram& fold,
+                             double width_ps) {
+  std::optional<Calibration> found = calibrate(fold, width_ps);
+  if (found) return std::move(*found);
+  refuse(plan, "no pulse stands out of the " + grouped(fold.photons()) + " photons folded on " +
+                   format("%.6g", fold.period().period_ps) +
+                   " ps; record a target at rest, closer or for longer");
+}
+
+}  // namespace
+
+PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
+                                     const CalibrationPlan& plan,
+                                     const CalibrationProgress& progress,
+                                     const std::stop_token& stop) {
+  check_one_segment(config);
+  const Reader reader(config, open, plan, progress, stop);
+  const double nominal_ps = pattern_period_ps(config.pattern);
+  const double width_ps = config.pulse.sigma_ps;
+  PhaseHistogram fold(nominal_ps, width_ps);
+  TargetMotion track(nominal_ps, width_ps);
+  const Seen seen = reader.read("folded", [&](const FrameView& frame) {
+    fold.add(frame);
+    track.add(frame);
+  });
+  if (fold.photons() == 0) refuse(plan, why_nothing_folds(seen));
+  check_smear(plan, track);
+  Calibration found = find_calibration(plan, fold, width_ps);
+  check_photons(plan, found);
+  RestCheck check(fold, found);
+  reader.read("checked for motion", [&](const FrameView& frame) { check.add(frame); });
+  const RestReport rest = check.report();
+  check_rest(plan, rest);
+  Pattern pattern = pattern_of(config, plan, found);
+  judge_range(config, found, pattern);
+  std::vector<InputDelay> inputs = compare_inputs(config, reader);
+  return {std::move(pattern), std::move(found), rest, std::move(fold), std::move(inputs)};
+}
+
+}  // namespace splid

@@ -1,0 +1,113 @@
+#include "daemon/study/tradeoff/tradeoff_choice.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "config/option_writer.hpp"
+#include "protocol/json_writer.hpp"
+
+namespace splid {
+namespace {
+
+// Settings that find the same peak differ by nothing; two percent of RMSE are two percent of range.
+constexpr double alike_rmse = 1.02;
+// What a median of 200 times repeats to on a machine that does other things too.
+constexpr double alike_time = 1.1;
+
+constexpr double none = std::numeric_limits<double>::infinity();
+
+double lost_share(const TradeoffRow& row) {
+  const auto lost = static_cast<double>(row.no_value + row.wrong_peaks);
+  return row.frames > 0 ? lost / static_cast<double>(row.frames) : 1;
+}
+
+double distance(const TradeoffRow& row) { return row.distance_rmse_m.value_or(none); }
+
+// The same for every row of a scene at rest.
+double velocity(const TradeoffRow& row) { return row.velocity_rmse_mps.value_or(1); }
+
+// Smallest of `value` over the rows.
+template <class Value>
+double least(std::span<const TradeoffRow> rows, const std::vector<std::size_t>& among,
+             const Value& value) {
+  double smallest = none;
+  for (const std::size_t i : among) smallest = std::min(smallest, value(rows[i]));
+  return smallest;
+}
+
+// Leaves those for which `value` is at most the smallest times `factor`.
+template <class Value>
+void keep_least(std::span<const TradeoffRow> rows, std::vector<std::size_t>& among, double factor,
+                const Value& value) {
+  const double limit = least(rows, among, value) * factor;
+  std::erase_if(among, [&](std::size_t i) { return value(rows[i]) > limit; });
+}
+
+bool can_be_chosen(const TradeoffRow& row) {
+  return row.setting.estimator.method != Method::paper &&
+         frames_of_rmse(row) >= fewest_frames_to_choose && row.distance_rmse_m.value_or(0) > 0 &&
+         (row.velocity_rmse_mps || !row.velocity_bound_mps);
+}
+
+template <class Test>
+std::vector<std::size_t> those(std::span<const TradeoffRow> rows, const Test& test) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (can_be_chosen(rows[i]) && test(rows[i])) found.push_back(i);
+  }
+  return found;
+}
+
+nlohmann::ordered_json json_of(EstimatorOptions options) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  OptionWriter writer(json);
+  options.describe(writer);
+  return json;
+}
+
+}  // namespace
+
+std::size_t frames_of_rmse(const TradeoffRow& row) { return row.compared - row.wrong_peaks; }
+
+std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
+                                     const EstimatorOptions& configured) {
+  std::vector<std::size_t> left = those(rows, [&](const TradeoffRow& row) {
+    return row.setting.length_ms == length_ms &&
+           (configured.tracked || !row.setting.estimator.tracked);
+  });
+  keep_least(rows, left, 1, lost_share);
+  const double best_distance = least(rows, left, distance) * alike_rmse;
+  const double best_velocity = least(rows, left, velocity) * alike_rmse;
+  std::erase_if(left, [&](std::size_t i) {
+    return distance(rows[i]) > best_distance || velocity(rows[i]) > best_velocity;
+  });
+  const auto time = [](const TradeoffRow& row) { return row.p50_ms; };
+  keep_least(rows, left, alike_time, time);
+  if (left.empty()) return std::nullopt;
+  const auto same = std::find_if(left.begin(), left.end(), [&](std::size_t i) {
+    return json_of(rows[i].setting.estimator) == json_of(configured);
+  });
+  if (same != left.end()) return *same;
+  keep_least(rows, left, 1, time);
+  return left.front();
+}
+
+std::optional<std::size_t> find_within_budget(std::span<const TradeoffRow> rows, double budget_ms) {
+  std::vector<std::size_t> left = those(rows, [&](const TradeoffRow& row) {
+    return row.p99_ms <= std::min(budget_ms, row.setting.length_ms);
+  });
+  keep_least(rows, left, 1, lost_share);
+  keep_least(rows, left, alike_rmse,
+             [](const TradeoffRow& row) { return distance(row) * velocity(row); });
+  keep_least(rows, left, 1, [](const TradeoffRow& row) { return row.p99_ms; });
+  return left.empty() ? std::nullopt : std::optional(left.front());
+}
+
+std::string configuration_lines(const TradeoffSetting& setting) {
+  return "\"frame\": {\"length_ms\": " + number_text(setting.length_ms) +
+         "},\n\"estimator\": " + json_of(setting.estimator).dump();
+}
+
+}  // namespace splid

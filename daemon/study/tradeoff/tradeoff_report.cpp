@@ -1,0 +1,267 @@
+#include "daemon/study/tradeoff/tradeoff_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "daemon/base/format.hpp"
+#include "daemon/study/tradeoff/tradeoff_choice.hpp"
+#include "protocol/json_writer.hpp"
+
+namespace splid {
+namespace {
+
+struct Member {
+  const char* name;
+  std::string json;  // empty: not known
+  // Without quotes: none of the texts holds any.
+  [[nodiscard]] std::string plain() const {
+    return json.size() > 1 && json.front() == '"' ? json.substr(1, json.size() - 2) : json;
+  }
+};
+
+std::string number_or_nothing(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? number_text(*value) : std::string();
+}
+
+const char* name_of(ErrorsAgainst reference) {
+  switch (reference) {
+    case ErrorsAgainst::scene:
+      return "scene";
+    case ErrorsAgainst::truth_file:
+      return "truth";
+    case ErrorsAgainst::neighbours:
+      break;
+  }
+  return "neighbours";
+}
+
+struct Marks {
+  bool knee = false;
+  bool budget = false;
+};
+
+Marks marks_of(const TradeoffReport& report, std::size_t row) {
+  const auto knee = knee_of(report, report.rows[row].setting.length_ms);
+  const auto budget =
+      report.budget_ms ? find_within_budget(report.rows, *report.budget_ms) : std::nullopt;
+  return {knee == row, budget == row};
+}
+
+std::vector<Member> members_of(const TradeoffReport& report, std::size_t index) {
+  const TradeoffRow& row = report.rows[index];
+  const Marks marks = marks_of(report, index);
+  const EstimatorOptions& estimator = row.setting.estimator;
+  return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
+          {"tracked", estimator.tracked ? "true" : "false"},
+          {"effort", json_string(to_string(estimator.effort))},
+          {"length_ms", number_text(row.setting.length_ms)},
+          {"frames", std::to_string(row.frames)},
+          {"photons", number_text(row.photons)},
+          {"compute_ms_p50", number_text(row.p50_ms)},
+          {"compute_ms_p99", number_text(row.p99_ms)},
+          {"reference", json_string(name_of(report.reference))},
+          {"compared", std::to_string(row.compared)},
+          {"distance_rmse_m", number_or_nothing(row.distance_rmse_m)},
+          {"distance_bound_m", number_or_nothing(row.distance_bound_m)},
+          {"distance_rmse_over_bound", number_or_nothing(row.distance_ratio())},
+          {"velocity_rmse_mps", number_or_nothing(row.velocity_rmse_mps)},
+          {"velocity_bound_mps", number_or_nothing(row.velocity_bound_mps)},
+          {"velocity_rmse_over_bound", number_or_nothing(row.velocity_ratio())},
+          {"wrong_peaks", std::to_string(row.wrong_peaks)},
+          {"no_value", std::to_string(row.no_value)},
+          {"knee", marks.knee ? "true" : "false"},
+          {"within_budget", report.budget_ms ? (marks.budget ? "true" : "false") : ""}};
+}
+
+std::string column(const char* pattern, const std::optional<double>& value, double factor,
+                   int width) {
+  return value ? format(pattern, *value * factor) : format("%*s", width, "-");
+}
+
+constexpr const char* headings =
+    "  frame  setting                one core, ms     distance RMSE     velocity RMSE    wrong    "
+    "no\n"
+    "     ms                         p50      p99       mm  /bound      cm/s  /bound    peaks  "
+    "value  "
+    "frames";
+
+std::string describe_target(const simulator::TargetOptions& target) {
+  switch (target.motion) {
+    case simulator::MotionKind::linear:
+      return format("%g m, %+g m/s", target.distance_m, target.velocity_mps);
+    case simulator::MotionKind::sinusoid:
+      return format("%g m \u00b1 %g m in %g s", target.distance_m, target.amplitude_m,
+                    target.period_s);
+    case simulator::MotionKind::points:
+      break;
+  }
+  return "a target between points";
+}
+
+// The measured length that is nearest to the configured one; 0 where nothing is measured.
+double nearest_length_ms(const TradeoffReport& report) {
+  double nearest_ms = 0;
+  double apart = std::numeric_limits<double>::infinity();
+  for (const TradeoffRow& row : report.rows) {
+    const double length_ms = row.setting.length_ms;
+    const double decades = std::abs(std::log10(length_ms / report.configured_length_ms));
+    if (decades < apart) nearest_ms = length_ms;
+    apart = std::min(apart, decades);
+  }
+  return nearest_ms;
+}
+
+// How many frames to ask for, of which as large a share can be compared as of these.
+std::size_t frames_needed(ErrorsAgainst reference, std::size_t frames, std::size_t compared) {
+  // Two at either end have too few neighbours, one of them the first, which is not judged anyway.
+  const std::size_t edges = reference == ErrorsAgainst::neighbours ? 3 : 0;
+  const bool tells = frames > edges && compared > 0;
+  const double share =
+      tells ? static_cast<double>(compared) / static_cast<double>(frames - edges) : 1;
+  return edges +
+         static_cast<std::size_t>(std::ceil(static_cast<double>(fewest_frames_to_choose) / share));
+}
+
+// Why there are too few frames of a length to choose a setting by; absent where there are enough.
+std::optional<std::string> shortage(const TradeoffReport& report, double length_ms) {
+  std::size_t frames = 0;
+  std::size_t most = 0;
+  for (const TradeoffRow& row : report.rows) {
+    if (row.setting.length_ms != length_ms) continue;
+    frames = std::max(frames, row.frames);
+    most = std::max(most, frames_of_rmse(row));
+  }
+  if (most >= fewest_frames_to_choose) return std::nullopt;
+  const std::string has =
+      format("at %g ms %zu of %zu frames could be compared and %zu are needed; ", length_ms, most,
+             frames, fewest_frames_to_choose);
+  const std::size_t needed = frames_needed(report.reference, frames, most);
+  if (report.reference == ErrorsAgainst::scene)
+    return has + format("--frames %zu has them", needed);
+  // Two more: the first, and what the start and the end cut off.
+  const double needed_s = static_cast<double>(needed + 2) * length_ms / 1e3;
+  return has + format("a recording of %.2g s with --frames %zu has them", needed_s, needed);
+}
+
+}  // namespace
+
+ErrorsAgainst errors_against(const FrameOrigin& origin) {
+  if (origin.scene) return ErrorsAgainst::scene;
+  return origin.truth ? ErrorsAgainst::truth_file : ErrorsAgainst::neighbours;
+}
+
+std::string short_name(ErrorsAgainst reference) {
+  switch (reference) {
+    case ErrorsAgainst::scene:
+      return "the simulated target";
+    case ErrorsAgainst::truth_file:
+      return "the truth file";
+    case ErrorsAgainst::neighbours:
+      break;
+  }
+  return "neighbouring frames";
+}
+
+std::string in_words(ErrorsAgainst reference) {
+  switch (reference) {
+    case ErrorsAgainst::scene:
+      return "errors against the simulated target";
+    case ErrorsAgainst::truth_file:
+      return "errors against the recording's truth file";
+    case ErrorsAgainst::neighbours:
+      break;
+  }
+  return "no truth: errors are each frame's deviation from the cubic through its four neighbours "
+         "(effort exhaustive), freed of their own noise; a constant error does not show";
+}
+
+std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms) {
+  if (report.stopped_in_ms == length_ms) return std::nullopt;
+  return find_knee(report.rows, length_ms, report.configured);
+}
+
+std::optional<std::size_t> chosen_row(const TradeoffReport& report) {
+  if (report.budget_ms) return find_within_budget(report.rows, *report.budget_ms);
+  return knee_of(report, nearest_length_ms(report));
+}
+
+std::string table_head(ErrorsAgainst reference) { return in_words(reference) + "\n" + headings; }
+
+std::string table_line(const TradeoffRow& row) {
+  return format("%7g  %-19s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
+         format("%7.3g  %7.3g", row.p50_ms, row.p99_ms) + "  " +
+         column("%7.3g", row.distance_rmse_m, 1e3, 7) +
+         column("%8.3f", row.distance_ratio(), 1, 8) + "   " +
+         column("%7.3g", row.velocity_rmse_mps, 1e2, 7) +
+         column("%8.3f", row.velocity_ratio(), 1, 8) +
+         format("%9zu%7zu%8zu", row.wrong_peaks, row.no_value, row.frames);
+}
+
+std::string knee_line(const TradeoffReport& report, double length_ms) {
+  const auto knee = knee_of(report, length_ms);
+  const std::string said =
+      knee ? "knee: " + setting_name(report.rows[*knee].setting.estimator)
+           : "no knee: " + shortage(report, length_ms).value_or("not all is known of any setting");
+  return format("%7g  ", length_ms) + said;
+}
+
+std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
+  JsonWriter line;
+  line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
+  for (const Member& member : members_of(report, row)) {
+    if (!member.json.empty()) line.raw(member.name, member.json);
+  }
+  return line.finish();
+}
+
+std::string tradeoff_csv(const TradeoffReport& report) {
+  std::string names;
+  std::string lines;
+  for (std::size_t i = 0; i < report.rows.size(); ++i) {
+    for (const Member& member : members_of(report, i)) {
+      if (i == 0) names += std::string(member.name) + ",";
+      lines += member.plain() + ",";
+    }
+    lines.back() = '\n';
+  }
+  if (!names.empty()) names.back() = '\n';
+  return names + lines;
+}
+
+std::string no_choice_reason(const TradeoffReport& report) {
+  const double length_ms = nearest_length_ms(report);
+  if (report.stopped_in_ms == length_ms && !report.budget_ms) {
+    return format("not all settings of %g ms are measured", length_ms);
+  }
+  if (const auto lacking = shortage(report, length_ms)) return *lacking;
+  if (!report.budget_ms) return "the errors are no larger than the noise of their reference";
+  return format("no setting is done within %g ms in 99 of 100 frames", *report.budget_ms);
+}
+
+std::string tradeoff_advice(const TradeoffReport& report) {
+  const auto chosen = chosen_row(report);
+  if (!chosen) return "no setting is recommended: " + no_choice_reason(report) + "\n";
+  const TradeoffRow& row = report.rows[*chosen];
+  const std::string name = setting_name(row.setting.estimator);
+  const std::string head =
+      report.budget_ms ? format("within %g ms a frame: %s, frames of %g ms, p99 %.3g ms\n",
+                                *report.budget_ms, name.c_str(), row.setting.length_ms, row.p99_ms)
+                       : format("the knee at %g ms: %s, %.3g ms a frame\n", row.setting.length_ms,
+                                name.c_str(), row.p50_ms);
+  return head + configuration_lines(row.setting) + "\n";
+}
+
+std::string tradeoff_title(const Config& config, const FrameOrigin& origin) {
+  const std::string pattern =
+      format("%s, %zu pulses in %g ns", to_string(config.pattern.mode),
+             pulses_per_period(config.pattern), pattern_period_ps(config.pattern) / 1000);
+  if (!origin.scene) return origin.recording + ": " + pattern;
+  return pattern +
+         format("; S %g, b %g /s; ", origin.scene->detection.signal_per_pulse,
+                origin.scene->background_per_s()) +
+         describe_target(origin.scene->target);
+}
+
+}  // namespace splid

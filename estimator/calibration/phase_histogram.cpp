@@ -1,0 +1,61 @@
+#include "estimator/calibration/phase_histogram.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splid {
+namespace {
+
+constexpr double bins_per_width = 32;
+constexpr double most_bins = 1 << 23;
+constexpr double least_bins = 64;
+
+}  // namespace
+
+FramePhase::FramePhase(const FrameView& view)
+    : origin_ps_(view.sync.origin_ps), turns_per_ps_(1 / view.sync.period_ps) {
+  const double half_ps = static_cast<double>(view.end_ps - view.start_ps) / 2;
+  phase_ps_ = view.sync.phase_ps - view.sync.bend_ps * view.sync.bend_zero;
+  bend_ = view.sync.bend_ps / (half_ps * half_ps);
+}
+
+double FramePhase::turn_of(std::int64_t photon_ps) const {
+  const auto from_ps = static_cast<double>(photon_ps - origin_ps_);
+  const double turns = (from_ps - phase_ps_ - bend_ * from_ps * from_ps) * turns_per_ps_;
+  return turns - std::floor(turns);
+}
+
+PhaseHistogram::PhaseHistogram(double period_ps, double width_ps) {
+  const double bins = std::ceil(period_ps / width_ps * bins_per_width);
+  counts_.resize(static_cast<std::size_t>(std::clamp(bins, least_bins, most_bins)));
+}
+
+void PhaseHistogram::add(const FrameView& frame) {
+  if (!frame.sync.locked) return;
+  const FramePhase phase(frame);
+  for (const std::int64_t photon_ps : frame.photons_ps) ++counts_[bin_of(phase.turn_of(photon_ps))];
+  line_.add(frame.sync);
+  photons_ += frame.photons_ps.size();
+  std::int64_t seen_ps = frame.end_ps - frame.start_ps;
+  for (const Loss& loss : frame.losses) seen_ps -= loss.end_ps - loss.begin_ps;
+  seconds_ += static_cast<double>(seen_ps) * 1e-12;
+  const double share = static_cast<double>(frame.photons_ps.size()) * frame.sync.std_phase_ps;
+  phase_variance_ps2_ += share * share;
+}
+
+double PhaseHistogram::std_phase_ps() const {
+  return photons_ > 0 ? std::sqrt(phase_variance_ps2_) / static_cast<double>(photons_) : 0;
+}
+
+std::size_t PhaseHistogram::bin_of(double turn) const {
+  // turn - floor(turn) of a tiny negative turn rounds to 1.
+  return std::min(static_cast<std::size_t>(turn * static_cast<double>(bins())), bins() - 1);
+}
+
+std::size_t PhaseHistogram::wrapped(std::ptrdiff_t bin) const {
+  const auto count = static_cast<std::ptrdiff_t>(bins());
+  const std::ptrdiff_t rest = bin % count;
+  return static_cast<std::size_t>(rest < 0 ? rest + count : rest);
+}
+
+}  // namespace splid

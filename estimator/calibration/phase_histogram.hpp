@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "estimator/model/frame_view.hpp"
+#include "estimator/sync/sync_line.hpp"
+
+namespace splid {
+
+// Where in the pattern's turn a frame's photons are, by the frame's own syncs.
+class FramePhase {
+ public:
+  // view: locked
+  explicit FramePhase(const FrameView& view);
+  // In [0, 1).
+  [[nodiscard]] double turn_of(std::int64_t photon_ps) const;
+
+ private:
+  std::int64_t origin_ps_;
+  double phase_ps_;
+  double turns_per_ps_;
+  double bend_;  // per ps
+};
+
+// The photons of a recording by their phase in the pattern period: what a target at rest makes of
+// any pattern. The bins are a 32nd of a pulse width (at most 2^23, 32 MiB, of a long period), so
+// that rounding to them widens a pulse by 0.004 %.
+//
+// Threads: one. Errors: none. Frames that are not locked to their syncs are passed over. Losses are
+// taken to fall on all phases alike.
+class PhaseHistogram {
+ public:
+  // period_ps: nominal, > 0; width_ps: of a detected pulse, standard deviation, > 0.
+  PhaseHistogram(double period_ps, double width_ps);
+
+  void add(const FrameView& frame);
+
+  [[nodiscard]] const std::vector<std::uint32_t>& counts() const { return counts_; }
+  [[nodiscard]] std::size_t bins() const { return counts_.size(); }
+  [[nodiscard]] double bin_ps() const { return period().period_ps / static_cast<double>(bins()); }
+  [[nodiscard]] SyncLine::Period period() const { return line_.period(); }
+  [[nodiscard]] std::uint64_t photons() const { return photons_; }
+  [[nodiscard]] double seconds() const { return seconds_; }  // seen, of locked frames
+  // Of the phase of all photons together, from the syncs' jitter; ps.
+  [[nodiscard]] double std_phase_ps() const;
+
+  // Of a phase in turns.
+  [[nodiscard]] std::size_t bin_of(double turn) const;
+  // Of any whole number: the circle closes.
+  [[nodiscard]] std::size_t wrapped(std::ptrdiff_t bin) const;
+
+ private:
+  std::vector<std::uint32_t> counts_;
+  SyncLine line_;
+  std::uint64_t photons_ = 0;
+  double seconds_ = 0;
+  double phase_variance_ps2_ = 0;  // times photons squared
+};
+
+}  // namespace splid

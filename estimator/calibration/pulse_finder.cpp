@@ -1,0 +1,143 @@
+#include "estimator/calibration/pulse_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace splid {
+namespace {
+
+constexpr double half_window_widths = 1.5;
+constexpr double separation_widths = 6;
+// A background maximum over the 10^5 places of a long pattern stays below 5 deviations; 8 leaves
+// room for a background that is not flat. A twentieth of the strongest pulse keeps its own tail
+// out.
+constexpr double deviations_above_background = 8;
+constexpr double least_of_strongest = 0.05;
+
+class Finder {
+ public:
+  Finder(const PhaseHistogram& fold, double width_ps)
+      : fold_(fold),
+        width_ps_(width_ps),
+        bin_ps_(fold.bin_ps()),
+        period_ps_(fold.period().period_ps),
+        half_(std::max<std::ptrdiff_t>(1, std::lround(half_window_widths * width_ps / bin_ps_))) {}
+
+  std::vector<FoundPulse> find();
+
+ private:
+  void fill_near();
+  [[nodiscard]] std::vector<std::size_t> places() const;
+  [[nodiscard]] bool is_top(std::size_t bin) const;
+  [[nodiscard]] double settle(double time_ps) const;
+  [[nodiscard]] double place_ps(std::size_t bin) const {
+    return (static_cast<double>(bin) + 0.5) * bin_ps_;
+  }
+  [[nodiscard]] double counts_in(std::ptrdiff_t bin) const {
+    return fold_.counts()[fold_.wrapped(bin)];
+  }
+
+  const PhaseHistogram& fold_;
+  double width_ps_;
+  double bin_ps_;
+  double period_ps_;
+  std::ptrdiff_t half_;
+  std::vector<double> near_;  // photons within half_ bins of each
+  double background_ = 0;     // of near_
+};
+
+// As a running sum.
+void Finder::fill_near() {
+  near_.resize(fold_.bins());
+  double sum = 0;
+  for (std::ptrdiff_t k = -half_; k <= half_; ++k) sum += counts_in(k);
+  for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(near_.size()); ++k) {
+    near_[static_cast<std::size_t>(k)] = sum;
+    sum += counts_in(k + half_ + 1) - counts_in(k - half_);
+  }
+}
+
+// Of all places within the window of it.
+bool Finder::is_top(std::size_t bin) const {
+  const auto middle = static_cast<std::ptrdiff_t>(bin);
+  for (std::ptrdiff_t k = middle - half_; k <= middle + half_; ++k) {
+    if (near_[fold_.wrapped(k)] > near_[bin]) return false;
+  }
+  return true;
+}
+
+// Where photons stand out, the most first.
+std::vector<std::size_t> Finder::places() const {
+  const double strongest = *std::max_element(near_.begin(), near_.end()) - background_;
+  const double least =
+      background_ + std::max(deviations_above_background * std::sqrt(background_ + 1),
+                             least_of_strongest * strongest);
+  std::vector<std::size_t> order;
+  for (std::size_t k = 0; k < near_.size(); ++k) {
+    if (near_[k] > least && is_top(k)) order.push_back(k);
+  }
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return near_[a] != near_[b] ? near_[a] > near_[b] : a < b;
+  });
+  return order;
+}
+
+// The centre of what a gaussian of the pulse's width holds there: where the likelihood of such a
+// pulse has its maximum, tails or no tails.
+double Finder::settle(double time_ps) const {
+  const double per_bin = background_ / static_cast<double>(2 * half_ + 1);
+  const auto reach = static_cast<std::ptrdiff_t>(4 * width_ps_ / bin_ps_);
+  for (int round = 0; round < 100; ++round) {
+    const auto middle = static_cast<std::ptrdiff_t>(std::floor(time_ps / bin_ps_));
+    double sum = 0, moment = 0;
+    for (std::ptrdiff_t k = middle - reach; k <= middle + reach; ++k) {
+      const double at_ps = (static_cast<double>(k) + 0.5) * bin_ps_;
+      const double x = (at_ps - time_ps) / width_ps_;
+      const double count = std::exp(-0.5 * x * x) * (counts_in(k) - per_bin);
+      sum += count;
+      moment += count * at_ps;
+    }
+    if (!(sum > 0)) break;
+    // The weight itself draws the mean to the middle by half: step twice as far.
+    const double next_ps = time_ps + 2 * (moment / sum - time_ps);
+    const double moved_ps = std::abs(next_ps - time_ps);
+    time_ps = next_ps;
+    if (moved_ps < 1e-3 * width_ps_) break;
+  }
+  return time_ps - period_ps_ * std::floor(time_ps / period_ps_);
+}
+
+std::vector<FoundPulse> Finder::find() {
+  if (fold_.photons() == 0 || static_cast<std::ptrdiff_t>(fold_.bins()) <= 2 * half_ + 1) return {};
+  fill_near();
+  // Pulses fill less than half of most periods, so the lower quartile is background.
+  std::vector<double> sorted = near_;
+  const auto quartile = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
+  std::nth_element(sorted.begin(), quartile, sorted.end());
+  background_ = *quartile;
+  std::vector<FoundPulse> found;
+  const auto taken = [&](double time_ps) {
+    return std::any_of(found.begin(), found.end(), [&](const FoundPulse& other) {
+      return std::abs(std::remainder(other.time_ps - time_ps, period_ps_)) <
+             separation_widths * width_ps_;
+    });
+  };
+  for (const std::size_t k : places()) {
+    if (taken(place_ps(k))) continue;
+    // A place on a stronger pulse's tail settles onto that pulse.
+    const double time_ps = settle(place_ps(k));
+    if (!taken(time_ps)) found.push_back({time_ps, near_[k] - background_});
+  }
+  std::sort(found.begin(), found.end(),
+            [](const FoundPulse& a, const FoundPulse& b) { return a.time_ps < b.time_ps; });
+  return found;
+}
+
+}  // namespace
+
+std::vector<FoundPulse> find_pulses(const PhaseHistogram& fold, double width_ps) {
+  return Finder(fold, width_ps).find();
+}
+
+}  // namespace splid

@@ -1,0 +1,169 @@
+#include "estimator/fit/bound.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "estimator/model/units.hpp"
+
+namespace splid {
+namespace {
+
+struct Stretch {
+  double begin_ns, end_ns;
+};
+
+// The parts of a period, in emission phase, in which pulses shine.
+std::vector<Stretch> lit_stretches(const PulseShape& shape, const Comb& comb, double stretch) {
+  std::vector<Stretch> lit;
+  for (const double time : comb.times_ns) {
+    const Stretch one = {time + shape.first_ns() / stretch, time + shape.last_ns() / stretch};
+    if (!lit.empty() && one.begin_ns <= lit.back().end_ns) {
+      lit.back().end_ns = one.end_ns;
+    } else {
+      lit.push_back(one);
+    }
+  }
+  // What reaches over the period's end is the beginning of the next one.
+  if (lit.back().end_ns - lit.front().begin_ns >= comb.period_ns) {
+    return {{lit.front().begin_ns, lit.front().begin_ns + comb.period_ns}};
+  }
+  return lit;
+}
+
+// What a ns of a stretch tells, by (delay, signal, background).
+Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, double stretch,
+                                   double S, double b) {
+  const CombWindow window(comb, shape.first_ns() / stretch, shape.last_ns() / stretch);
+  const double to_32 = 0x1p32 / comb.period_ns;
+  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+  double dark_ns = comb.period_ns;
+  for (const Stretch& lit : lit_stretches(shape, comb, stretch)) {
+    const double length = lit.end_ns - lit.begin_ns;
+    dark_ns -= length;
+    // The middle of each step: exponentially exact for a smooth integrand that ends in zero.
+    const auto steps = static_cast<std::size_t>(
+        std::max(16.0, std::ceil(length * stretch / (shape.width_ns() / 16))));
+    const double step = length / static_cast<double>(steps);
+    for (std::size_t n = 0; n < steps; ++n) {
+      double phase = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
+      phase -= comb.period_ns * std::floor(phase / comb.period_ns);
+      double density = 0, slope = 0;
+      for (const auto& pulse : window.candidates(
+               static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
+        double offset = (phase - pulse.time_ns) * stretch;
+        double h = 0, d1 = 0, d2 = 0;
+        shape.evaluate({&offset, 1}, {{&h, 1}, {&d1, 1}, {&d2, 1}});
+        density += pulse.amplitude * h;
+        slope += pulse.amplitude * d1;
+      }
+      const double lambda = b + S * density;
+      if (lambda <= 0) continue;
+      const Eigen::Vector3d by(-S * slope * stretch, density, 1);
+      J += step / lambda * by * by.transpose();
+    }
+  }
+  if (b > 0) J(2, 2) += std::max(0.0, dark_ns) / b;
+  return J / comb.period_ns;
+}
+
+// Shares of the frame that a stretch of the train takes, and the first two moments of their place
+// in it, from -1/2 to 1/2.
+struct Moments {
+  double share = 0, first = 0, second = 0;
+};
+
+Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, double length_ns) {
+  if (train.single()) return {1, 0, 1.0 / 12};
+  Moments m;
+  const auto turns = static_cast<std::size_t>(std::ceil(length_ns / train.period_ns));
+  for (std::size_t n = 0; n < turns; ++n) {
+    const double turn = static_cast<double>(n) * train.period_ns;
+    const double from = std::min(1.0, (turn + stretch.begin_ns) / length_ns) - 0.5;
+    const double to = std::min(1.0, (turn + stretch.end_ns) / length_ns) - 0.5;
+    m.share += to - from;
+    m.first += (to * to - from * from) / 2;
+    m.second += (to * to * to - from * from * from) / 3;
+  }
+  return m;
+}
+
+}  // namespace
+
+Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
+                                   const Exposure& exposure, const FrameParameters& at) {
+  const double one_less_g = 1 - at.line.drift_ns / exposure.length_ns;
+  const double stretch = exposure.scale / one_less_g;
+  Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
+  for (const PulseTrain::Stretch& part : train.stretches) {
+    const Eigen::Matrix3d each =
+        information_per_ns(shape, part.comb, stretch, at.signal_per_pulse, at.background_per_ns) *
+        exposure.seen_ns;
+    const Moments m = moments_of(train, part, exposure.length_ns);
+    // The drift moves a photon at position s of the frame by s; what it does to the rate and to the
+    // pulse's width is 1e-6 of that and is left out.
+    Eigen::Matrix<double, 4, 3> to = Eigen::Matrix<double, 4, 3>::Zero();
+    to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = 1;
+    J += m.share * (to * each * to.transpose());
+    J(drift_index, drift_index) += m.second * each(0, 0);
+    J(delay_index, drift_index) += m.first * each(0, 0);
+    J(drift_index, signal_index) += m.first * each(0, 1);
+    J(drift_index, background_index) += m.first * each(0, 2);
+  }
+  J.triangularView<Eigen::StrictlyLower>() = J.transpose();
+  return J;
+}
+
+Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const BoundScene& scene) {
+  const PulseTrain train(pattern);
+  const double beta = scene.velocity_mps / speed_of_light_mps;
+  const double g = 2 * beta / (1 + beta);
+  Exposure exposure;
+  exposure.amplitude = train.amplitude_per_ns * scene.seen_ns;
+  exposure.seen_ns = scene.seen_ns;
+  exposure.length_ns = scene.length_ns;
+  const FrameParameters at = {{scene.delay_ns / (1 + beta), g * scene.length_ns},
+                              scene.signal_per_pulse,
+                              scene.background_per_ns};
+  const Eigen::Matrix4d J = fisher_information(shape, train, exposure, at);
+
+  // In units that make the matrix well conditioned; what is known has no row.
+  const double width = shape.width_ns();
+  const Eigen::Vector4d unit(width, width, at.signal_per_pulse,
+                             std::max(at.background_per_ns, 1 / scene.seen_ns));
+  Eigen::Matrix4d scaled = unit.asDiagonal() * J * unit.asDiagonal();
+  const auto know = [&](int index) {
+    scaled.row(index).setZero();
+    scaled.col(index).setZero();
+    scaled(index, index) = 1;
+  };
+  if (!scene.moving) know(drift_index);
+  if (!(at.background_per_ns > 0)) know(background_index);
+  const double infinite = std::numeric_limits<double>::infinity();
+  const Eigen::LLT<Eigen::Matrix4d> cholesky(scaled);
+  if (cholesky.info() != Eigen::Success) return {infinite, infinite, infinite, infinite, infinite};
+  Eigen::Matrix4d C =
+      unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
+  if (!scene.moving) C(drift_index, drift_index) = 0;
+
+  // tau = D (1 + beta) at mid-frame, less beta t_a at the start; d beta / d drift = 2 / ((2 - g)^2
+  // t_a).
+  const double per_drift = 2 / ((2 - g) * (2 - g) * scene.length_ns);
+  const auto deviation = [&](double by_delay, double by_drift) {
+    const Eigen::Vector2d by(by_delay, by_drift);
+    return std::sqrt(by.dot(C.topLeftCorner<2, 2>() * by));
+  };
+  Bound bound;
+  bound.delay_ns = deviation(1 + beta, at.line.delay_ns * per_drift);
+  bound.delay_start_ns = deviation(1 + beta, (at.line.delay_ns - scene.length_ns) * per_drift);
+  bound.velocity_mps = deviation(0, per_drift) * speed_of_light_mps;
+  bound.signal_per_pulse = std::sqrt(C(signal_index, signal_index));
+  if (at.background_per_ns > 0) {
+    bound.background_per_ns = std::sqrt(C(background_index, background_index));
+  }
+  return bound;
+}
+
+}  // namespace splid

@@ -1,0 +1,185 @@
+#include "estimator/fit/likelihood.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splid {
+namespace {
+
+// Sums logarithms of very many numbers above 0: one logarithm for some twenty of them, of their
+// product.
+class LogSum {
+ public:
+  void add(double x) {
+    product_ *= x;
+    // Density ratios are between 1e-100 and 1e100, by far.
+    if (product_ > 1e-100 && product_ < 1e100) return;
+    sum_ += std::log(product_);
+    product_ = 1;
+  }
+  void add_times(double n, double x) {
+    if (n == 1) {
+      add(x);
+    } else {
+      sum_ += n * std::log(x);
+    }
+  }
+  [[nodiscard]] double value() const { return sum_ + std::log(product_); }
+
+ private:
+  double sum_ = 0;
+  double product_ = 1;
+};
+
+}  // namespace
+
+Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
+    : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
+      seen_ns(frame.seen_ns),
+      length_ns(frame.length_ns),
+      scale(frame.scale) {}
+
+Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape_(shape) {
+  for (auto* scratch : {&offset_, &h_, &d1_, &d2_, &density_}) scratch->reserve(max_entries);
+}
+
+// Residuals are emission times; a photon's offset in its pulse is that times dt/de = scale / (1-g).
+void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine line) {
+  const std::size_t count = near.entries();
+  for (auto* scratch : {&offset_, &h_, &d1_, &d2_}) scratch->resize(count);
+  const double stretch = exposure.scale / (1 - line.drift_ns / exposure.length_ns);
+  const double delay = line.delay_ns - near.line.delay_ns;
+  const double drift = line.drift_ns - near.line.drift_ns;
+  for (std::size_t j = 0; j < count; ++j) {
+    offset_[j] = (near.residual_ns[j] - delay - drift * near.position[j]) * stretch;
+  }
+  shape_.evaluate({offset_.data(), count}, {h_, d1_, d2_});
+  density_.resize(near.photons());
+  for (std::size_t k = 0; k < near.photons(); ++k) {
+    double sum = 0;
+    for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
+      sum += near.amplitude[j] * h_[j];
+    }
+    density_[k] = sum;
+  }
+}
+
+LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposure,
+                                     const FrameParameters& at, bool is_loaded) {
+  if (!is_loaded) load(near, exposure, at.line);
+  const double t_a = exposure.length_ns;
+  const double one_less_g = 1 - at.line.drift_ns / t_a;
+  const double stretch = exposure.scale / one_less_g;
+  const double S = at.signal_per_pulse;
+  const double b = at.background_per_ns;
+  const auto far = static_cast<double>(near.far_photons);
+
+  LikelihoodPoint point;
+  point.value = -S * exposure.amplitude * one_less_g - b * exposure.seen_ns;
+  point.gradient[drift_index] = S * exposure.amplitude / t_a;
+  point.gradient[signal_index] = -exposure.amplitude * one_less_g;
+  point.gradient[background_index] = -exposure.seen_ns;
+  point.hessian(drift_index, signal_index) = exposure.amplitude / t_a;
+  if (far > 0) {
+    point.value += far * std::log(b);
+    point.gradient[background_index] += far / b;
+    point.hessian(background_index, background_index) -= far / (b * b);
+  }
+  LogSum logs;
+  for (std::size_t k = 0; k < near.photons(); ++k) {
+    // Sums over the photon's pulses of a h and its derivatives by (delay, drift).
+    double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
+    for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
+      const double a = near.amplitude[j];
+      // Offset o = x stretch(g): do/dD = -stretch; do/d drift = -stretch s + o / ((1-g) t_a).
+      const double s = near.position[j];
+      const double turn = 1 / (one_less_g * t_a);
+      const double o1 = -stretch;
+      const double o2 = -stretch * s + offset_[j] * turn;
+      const double o12 = -stretch * turn;
+      const double o22 = 2 * turn * o2;
+      g1 += a * d1_[j] * o1;
+      g2 += a * d1_[j] * o2;
+      g11 += a * d2_[j] * o1 * o1;
+      g12 += a * (d2_[j] * o1 * o2 + d1_[j] * o12);
+      g22 += a * (d2_[j] * o2 * o2 + d1_[j] * o22);
+    }
+    const double lambda = b + S * density_[k];
+    const double n = near.weight[k];
+    const double inverse = 1 / lambda;
+    // Sums of n / lambda, and of products of two derivatives over lambda squared.
+    const double weight = n * inverse;
+    logs.add_times(n, lambda);
+    const double l1 = S * g1 * inverse;
+    const double l2 = S * g2 * inverse;
+    const double lS = density_[k] * inverse;
+    point.gradient += n * Eigen::Vector4d(l1, l2, lS, inverse);
+    Eigen::Matrix4d& H = point.hessian;
+    H(0, 0) += S * g11 * weight - n * l1 * l1;
+    H(0, 1) += S * g12 * weight - n * l1 * l2;
+    H(1, 1) += S * g22 * weight - n * l2 * l2;
+    H(0, 2) += g1 * weight - n * l1 * lS;
+    H(1, 2) += g2 * weight - n * l2 * lS;
+    H(2, 2) -= n * lS * lS;
+    H(0, 3) -= l1 * weight;
+    H(1, 3) -= l2 * weight;
+    H(2, 3) -= lS * weight;
+    H(3, 3) -= inverse * weight;
+  }
+  point.value += logs.value();
+  point.hessian.triangularView<Eigen::StrictlyLower>() = point.hessian.transpose();
+  return point;
+}
+
+Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exposure,
+                                        DelayLine line, double about_fraction) {
+  load(near, exposure, line);
+  const auto far = static_cast<double>(near.far_photons);
+  const double total = far + near.near_photons;
+  Profile result;
+  result.parameters.line = line;
+  if (total == 0) return result;
+
+  // l(f) = sum log(1 + f (r_k - 1)) + far log(1 - f) + const, r_k = signal's density over the flat
+  // one: concave in f, so Newton between brackets finds its only maximum.
+  const double amplitude = exposure.amplitude * (1 - line.drift_ns / exposure.length_ns);
+  const double ratio_scale = exposure.seen_ns / amplitude;
+  double lo = 0, hi = 1;
+  double f = about_fraction > 0 && about_fraction < 1 ? about_fraction
+                                                      : std::clamp(1 - far / total, 1e-6, 1 - 1e-6);
+  for (int round = 0; round < 60; ++round) {
+    double slope = far > 0 ? -far / (1 - f) : 0;
+    double curvature = far > 0 ? -far / ((1 - f) * (1 - f)) : 0;
+    for (std::size_t k = 0; k < near.photons(); ++k) {
+      const double excess = density_[k] * ratio_scale - 1;
+      const double term = excess / (1 + f * excess);
+      slope += near.weight[k] * term;
+      curvature -= near.weight[k] * term * term;
+    }
+    (slope > 0 ? lo : hi) = f;
+    double next = curvature < 0 ? f - slope / curvature : f;
+    if (!(next > lo && next < hi)) {
+      // The maximum may lie on a bound: step there fast, not by halves alone.
+      next = next >= hi && hi == 1   ? 1 - (1 - f) * 1e-3
+             : next <= lo && lo == 0 ? f * 1e-3
+                                     : (lo + hi) / 2;
+    }
+    const bool settled = std::abs(next - f) <= 1e-14 + 1e-12 * f;
+    f = next;
+    if (settled || f < 1e-12 || (far == 0 && 1 - f < 1e-14)) break;
+  }
+  LogSum logs;
+  for (std::size_t k = 0; k < near.photons(); ++k) {
+    logs.add_times(near.weight[k], 1 + f * (density_[k] * ratio_scale - 1));
+  }
+  const double gain = logs.value() + (far > 0 ? far * std::log1p(-f) : 0);
+  result.parameters.signal_per_pulse = f * total / amplitude;
+  result.parameters.background_per_ns = (1 - f) * total / exposure.seen_ns;
+  result.gain_nats = gain;
+  result.signal_fraction = f;
+  result.value = gain + total * std::log(total / exposure.seen_ns) - total;
+  return result;
+}
+
+}  // namespace splid

@@ -1,0 +1,109 @@
+#include "estimator/fit/range_odds.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace splid {
+namespace {
+
+constexpr std::size_t most_peaks = 64;
+
+// Climbs to one maximum end within a millionth of a width of each other.
+constexpr double same_peak_widths = 0.5;
+
+// Further off than this a delay is another range, as the studies count it; and a drift another
+// velocity, whose line is as far off at the frame's ends.
+constexpr double same_range_widths = 5;
+
+// Laplace: the width of a box as high and as large as the hill.
+double spread(double variance) { return std::sqrt(2 * std::numbers::pi * variance); }
+
+// Log of what a hill at `at` has within +-most, over a box of its height there.
+//
+// Design note: fits are not held to the speeds looked for. In short frames two photons of the
+// target and one of the background make a faster one, with a gain that no chance alone has; a
+// bright target that is faster than was said is none the less one.
+double share_nats(double at, double variance, double most) {
+  constexpr double least_nats = -20;
+  const double unit = std::sqrt(2 * variance);
+  const double inside = 0.5 * (std::erf((most - at) / unit) + std::erf((most + at) / unit));
+  const double box_nats = std::log(spread(variance) / (2 * most));
+  return box_nats + std::max(least_nats, std::log(inside));
+}
+
+double log_add(double a, double b) {
+  const double most = std::max(a, b);
+  return most + std::log1p(std::exp(std::min(a, b) - most));
+}
+
+}  // namespace
+
+RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.reserve(most_peaks); }
+
+// Of delay and drift over the plane, in which no side is larger than all, and of the signal.
+double RangeOdds::volume_nats(const Fit& fit) const {
+  const auto& C = fit.covariance;
+  const double signal = std::min(spread(C(2, 2)), fit.parameters.signal_per_pulse);
+  double delay_variance = C(0, 0);
+  double drift_nats = 0;
+  if (C(1, 1) > 0 && volume_.max_drift_ns > 0) {
+    // For a given drift; what rounding may leave of it.
+    delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
+    drift_nats = share_nats(fit.parameters.line.drift_ns, C(1, 1), volume_.max_drift_ns);
+  }
+  const double delay_share = std::min(1.0, spread(delay_variance) / volume_.period_ns);
+  return std::log(signal * delay_share) + drift_nats;
+}
+
+double RangeOdds::apart_ns(DelayLine a, DelayLine b) const {
+  return std::abs(std::remainder(a.delay_ns - b.delay_ns, volume_.period_ns));
+}
+
+bool RangeOdds::is_same_range(DelayLine a, DelayLine b) const {
+  const double width_ns = volume_.width_ns;
+  return apart_ns(a, b) < same_range_widths * width_ns &&
+         std::abs(a.drift_ns - b.drift_ns) < 2 * same_range_widths * width_ns;
+}
+
+void RangeOdds::add(const Fit& peak) {
+  const bool has_volume = peak.has_covariance && peak.covariance(0, 0) > 0;
+  keep({peak.parameters.line, peak.gain_nats, has_volume ? volume_nats(peak) : 0, has_volume});
+}
+
+void RangeOdds::add(DelayLine line, double gain_nats) { keep({line, gain_nats, 0, false}); }
+
+void RangeOdds::keep(const Peak& peak) {
+  const double near_ns = same_peak_widths * volume_.width_ns;
+  for (Peak& other : peaks_) {
+    if (apart_ns(peak.line, other.line) > near_ns ||
+        std::abs(peak.line.drift_ns - other.line.drift_ns) > near_ns) {
+      continue;
+    }
+    if (peak.gain_nats > other.gain_nats) other = peak;
+    return;
+  }
+  if (peaks_.size() < most_peaks) {
+    peaks_.push_back(peak);
+    return;
+  }
+  const auto least =
+      std::min_element(peaks_.begin(), peaks_.end(),
+                       [](const Peak& a, const Peak& b) { return a.gain_nats < b.gain_nats; });
+  if (peak.gain_nats > least->gain_nats) *least = peak;
+}
+
+double RangeOdds::of(const Fit& best) const {
+  const double own_nats = volume_nats(best);
+  double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance
+  for (const Peak& peak : peaks_) {
+    if (is_same_range(peak.line, best.parameters.line)) continue;
+    elsewhere =
+        log_add(elsewhere, peak.gain_nats + (peak.has_volume ? peak.volume_nats : own_nats));
+  }
+  return best.gain_nats + own_nats - elsewhere;
+}
+
+double odds_at_risk_nats(double risk) { return std::log1p(-risk) - std::log(risk); }
+
+}  // namespace splid

@@ -1,0 +1,187 @@
+#include "estimator/fit/refinement.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splid {
+namespace {
+
+constexpr int max_rounds = 40;
+constexpr double margin_widths = 4;
+
+struct Derivatives {
+  Eigen::Vector2d slope;
+  Eigen::Matrix2d curvature;  // of -l with S and b following: positive where l is a hill
+};
+
+// The profile's derivatives by (delay, drift): S and b stay at their best as the line moves.
+Derivatives profile_derivatives(const LikelihoodPoint& point, const FrameParameters& at) {
+  Derivatives d;
+  d.slope = point.gradient.head<2>();
+  d.curvature = -point.hessian.topLeftCorner<2, 2>();
+  // In units of S and b themselves, so that the small matrix is well conditioned.
+  const Eigen::Vector2d unit(at.signal_per_pulse, at.background_per_ns);
+  Eigen::Matrix2d rates =
+      -(unit.asDiagonal() * point.hessian.bottomRightCorner<2, 2>() * unit.asDiagonal());
+  const Eigen::Matrix2d cross = -(point.hessian.topRightCorner<2, 2>() * unit.asDiagonal());
+  const double trace = rates.trace();
+  if (!(trace > 0)) return d;
+  rates += Eigen::Matrix2d::Identity() * (1e-12 * trace);
+  const double det = rates.determinant();
+  if (det > 0) d.curvature -= cross * rates.inverse() * cross.transpose();
+  return d;
+}
+
+// Newton's step up the hill; where the surface is none, up the slope. No longer than `longest`.
+Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
+  Eigen::Vector2d step = Eigen::Vector2d::Zero();
+  if (!moving) {
+    const double curvature = std::max(d.curvature(0, 0), std::abs(d.slope[0]) / longest_ns);
+    if (curvature > 0) step[0] = d.slope[0] / curvature;
+    return step;
+  }
+  Eigen::Matrix2d curvature = d.curvature;
+  const double floor = d.slope.norm() / longest_ns + 1e-30;
+  // Lift both eigenvalues above what keeps the step short; a hill's own are left as they are.
+  const double mean = curvature.trace() / 2;
+  const double spread = std::hypot((curvature(0, 0) - curvature(1, 1)) / 2, curvature(0, 1));
+  const double least = mean - spread;
+  if (least < floor * 1e-3) curvature += Eigen::Matrix2d::Identity() * (floor - least);
+  step = curvature.inverse() * d.slope;
+  const double length = step.cwiseAbs().maxCoeff();
+  if (length > longest_ns) step *= longest_ns / length;
+  return step;
+}
+
+// What is left to gain on a hill, by three times what its parabola says and some; no limit where it
+// is none.
+//
+// Design note: of a hill that flattens on its way down, as this one does into the background, a
+// parabola says too much and not too little; three times it is for hills of few photons.
+double most_to_gain_nats(const Derivatives& d, bool moving) {
+  constexpr double some_nats = 10;
+  double gain = 0;
+  if (moving) {
+    const Eigen::LLT<Eigen::Matrix2d> hill(d.curvature);
+    if (hill.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+    gain = d.slope.dot(hill.solve(d.slope)) / 2;
+  } else {
+    if (!(d.curvature(0, 0) > 0)) return std::numeric_limits<double>::infinity();
+    gain = d.slope[0] * d.slope[0] / d.curvature(0, 0) / 2;
+  }
+  return 3 * gain + some_nats;
+}
+
+}  // namespace
+
+Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
+    : train_(train),
+      width_ns_(shape.width_ns()),
+      margin_ns_(margin_widths * shape.width_ns()),
+      windows_(
+          comb_windows(train, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_)),
+      near_(max_photons, max_photons * widest_overlap(windows_)),
+      likelihood_(shape, max_photons * widest_overlap(windows_)) {}
+
+Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
+                      bool moving, double to_beat_nats) {
+  Fit fit;
+  for (int collected = 0; collected < 8; ++collected) {
+    near_.collect(frame, windows_, train_, start, width_ns_);
+    fit = climb_within(exposure, start, moving, to_beat_nats);
+    if (fit.stop == Stop::beaten) return fit;
+    const DelayLine& line = fit.parameters.line;
+    // Ends of the line included: half the drift each.
+    const double moved =
+        std::abs(line.delay_ns - start.delay_ns) + std::abs(line.drift_ns - start.drift_ns) / 2;
+    if (moved <= margin_ns_) break;
+    start = line;
+  }
+  add_covariance(exposure, moving, fit);
+  return fit;
+}
+
+Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
+                      bool moving) {
+  near_.collect(frame, windows_, train_, at.line);
+  Fit fit;
+  fit.parameters = at;
+  const double all = static_cast<double>(near_.far_photons) + near_.near_photons;
+  const double no_target = all * std::log(all / exposure.seen_ns) - all;
+  fit.gain_nats = likelihood_.evaluate(near_, exposure, at).value - no_target;
+  if (std::isfinite(fit.gain_nats)) add_covariance(exposure, moving, fit);
+  return fit;
+}
+
+Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool moving,
+                             double to_beat_nats) {
+  Fit fit;
+  Likelihood::Profile best = likelihood_.profile(near_, exposure, start);
+  const double step_small = 1e-6 * width_ns_;
+  const double gain_small = 1e-10;
+  fit.stop = Stop::rounds_spent;
+  bool is_loaded = true;  // the likelihood still has the best line's shapes
+  for (int round = 0; round < max_rounds; ++round) {
+    const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters, is_loaded);
+    const Derivatives derivatives = profile_derivatives(point, best.parameters);
+    if (best.gain_nats + most_to_gain_nats(derivatives, moving) < to_beat_nats) {
+      fit.stop = Stop::beaten;
+      break;
+    }
+    Eigen::Vector2d step = step_of(derivatives, moving, width_ns_);
+    Likelihood::Profile next;
+    double gained = 0;
+    for (int halving = 0; halving < 30; ++halving) {
+      const DelayLine line = {best.parameters.line.delay_ns + step[0],
+                              best.parameters.line.drift_ns + step[1]};
+      next = likelihood_.profile(near_, exposure, line, best.signal_fraction);
+      gained = next.gain_nats - best.gain_nats;
+      if (gained > -gain_small || step.cwiseAbs().maxCoeff() < step_small) break;
+      step *= 0.5;
+    }
+    // Near the top a step of Newton's is better than the gain can show.
+    is_loaded = gained > -gain_small;
+    if (is_loaded) best = next;
+    const bool small = step.cwiseAbs().maxCoeff() < step_small;
+    if (small || gained < gain_small) {
+      fit.stop = small ? Stop::step_small : Stop::gain_small;
+      break;
+    }
+    const double moved = std::abs(best.parameters.line.delay_ns - start.delay_ns) +
+                         std::abs(best.parameters.line.drift_ns - start.drift_ns) / 2;
+    if (moved > margin_ns_) break;  // collect anew
+  }
+  fit.parameters = best.parameters;
+  fit.gain_nats = best.gain_nats;
+  return fit;
+}
+
+void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit) {
+  const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, fit.parameters);
+  // Where no photon speaks for background, its likelihood falls as exp(-b t): one e-fold is 1 / t.
+  const double b_unit = std::max(fit.parameters.background_per_ns, 1 / exposure.seen_ns);
+  const bool no_background = fit.parameters.background_per_ns * exposure.seen_ns < 1e-6;
+  const Eigen::Vector4d unit(width_ns_, width_ns_, fit.parameters.signal_per_pulse, b_unit);
+  Eigen::Matrix4d information = -(unit.asDiagonal() * point.hessian * unit.asDiagonal());
+  if (!moving) {
+    information.row(drift_index).setZero();
+    information.col(drift_index).setZero();
+    information(drift_index, drift_index) = 1;
+  }
+  if (no_background) {
+    information.row(background_index).setZero();
+    information.col(background_index).setZero();
+    information(background_index, background_index) = 1;
+  }
+  const Eigen::LLT<Eigen::Matrix4d> cholesky(information);
+  if (cholesky.info() != Eigen::Success) return;
+  fit.covariance =
+      unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
+  if (!moving) fit.covariance(drift_index, drift_index) = 0;
+  fit.has_covariance = fit.covariance.allFinite();
+}
+
+}  // namespace splid

@@ -1,0 +1,35 @@
+#include "estimator/fit/significance.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace splid {
+namespace {
+
+// Mean number of excursions above u of the field over the volume.
+double excursions(const SearchVolume& volume, double u) {
+  const double per_delay = 1 / (std::numbers::sqrt2 * volume.width_ns);
+  const double per_drift = per_delay / std::sqrt(12.0);
+  const double circle = volume.period_ns * per_delay;
+  const double height = 2 * volume.max_drift_ns * per_drift;
+  const double two_pi = 2 * std::numbers::pi;
+  const double fall = std::exp(-0.5 * u * u);
+  // Half the plane's edge, two circles, is one circle.
+  return circle * height * u * fall / std::pow(two_pi, 1.5) + circle * fall / two_pi;
+}
+
+}  // namespace
+
+double significance_threshold_nats(const SearchVolume& volume, double false_alarm_rate) {
+  // excursions() falls for u > 1; a volume of less than one resolution cell is a single look.
+  double lo = 1;
+  double hi = 40;
+  while (hi - lo > 1e-9) {
+    const double u = (lo + hi) / 2;
+    const double single_look = 0.5 * std::erfc(u / std::numbers::sqrt2);
+    (excursions(volume, u) + single_look > false_alarm_rate ? lo : hi) = u;
+  }
+  return 0.5 * lo * lo;
+}
+
+}  // namespace splid

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "estimator/fold/search_kernels.hpp"
+#include "estimator/fold/vector_level.hpp"
+
+namespace splid {
+
+// The kernels of a level; it must be one that this processor runs.
+inline const SearchKernels& search_kernels(VectorLevel level) {
+#ifdef SPLID_X86_64_LEVELS
+  if (level == VectorLevel::x86_64_v4) return x86_64_v4::search_kernels;
+  if (level == VectorLevel::x86_64_v3) return x86_64_v3::search_kernels;
+#elif defined(SPLID_ARM64_LEVELS)
+  if (level == VectorLevel::neon) return neon::search_kernels;
+#else
+  (void)level;
+#endif
+  return generic::search_kernels;
+}
+
+inline const SearchKernels& best_search_kernels() { return search_kernels(best_vector_level()); }
+
+}  // namespace splid

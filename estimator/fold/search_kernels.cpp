@@ -1,0 +1,90 @@
+#include "estimator/fold/search_kernels.hpp"
+
+namespace splid::SPLID_KERNEL_LEVEL {
+namespace {
+
+template <class Count>
+void add(Count* __restrict out, const Count* __restrict a, const Count* __restrict b,
+         std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<Count>(a[i] + b[i]);
+}
+
+template <class Count>
+void accumulate(Count* __restrict sums, const Count* __restrict values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Count>(sums[i] + values[i]);
+}
+
+template <class Count>
+Count largest(const Count* values, std::size_t count) {
+  Count most = 0;
+  for (std::size_t i = 0; i < count; ++i) most = values[i] > most ? values[i] : most;
+  return most;
+}
+
+void delay_bins(std::uint32_t* __restrict cells, std::uint32_t phase,
+                const std::uint32_t* __restrict pulses, std::size_t count, std::uint32_t bins) {
+  for (std::size_t p = 0; p < count; ++p) {
+    const std::uint32_t delay = phase - pulses[p];
+    cells[p] = static_cast<std::uint32_t>((static_cast<std::uint64_t>(delay) * bins) >> 32);
+  }
+}
+
+// Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double, so its low
+// 32 are the phase modulo a period without a conversion, which no processor before AVX-512 has for
+// vectors of 64-bit integers.
+void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
+                 const double* __restrict times, double delay, double slope, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double moved = (delay + slope * times[i]) + 0x1.8p52;
+    phases[i] = folded[i] - static_cast<std::uint32_t>(__builtin_bit_cast(std::uint64_t, moved));
+  }
+}
+
+// Design note: floor() is a call without SSE 4.1; adding and taking off 1.5 * 2^52 rounds, in
+// vectors of any width.
+void fold(double* __restrict times_ns, double* __restrict phases_ns,
+          std::uint32_t* __restrict phases_32, const std::int64_t* __restrict photons_ps,
+          const SearchKernels::Fold& by, std::size_t count) {
+  constexpr double rounder = 0x1.8p52;
+  const SearchKernels::Fold fold_by = by;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto time_ps = static_cast<double>(photons_ps[i] - fold_by.zero_ps);
+    const double per_ps = fold_by.turns_per_ps - fold_by.bend * time_ps;
+    const double all = time_ps * per_ps - fold_by.turns_at_zero;
+    double part = all - ((all + rounder) - rounder);  // -1/2 to 1/2
+    part = part < 0 ? part + 1 : part;
+    part = part < 1 ? part : 0;  // -1e-17 + 1
+    times_ns[i] = time_ps * fold_by.ns_per_ps;
+    phases_ns[i] = part * fold_by.period_ns;
+    const double low = part * 0x1p32 + rounder;
+    phases_32[i] = static_cast<std::uint32_t>(__builtin_bit_cast(std::uint64_t, low));
+  }
+}
+
+// Without a branch: a background photon is as good as never wanted, but one in twenty would be
+// guessed wrong.
+std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restrict phases,
+                 const std::uint8_t* __restrict flags, int shift, std::size_t count) {
+  std::size_t picked = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    indices[picked] = static_cast<std::uint32_t>(i);
+    picked += flags[phases[i] >> shift];
+  }
+  return picked;
+}
+
+}  // namespace
+
+extern const SearchKernels search_kernels;
+const SearchKernels search_kernels = {add<std::uint16_t>,
+                                      add<std::uint32_t>,
+                                      accumulate<std::uint16_t>,
+                                      accumulate<std::uint32_t>,
+                                      largest<std::uint16_t>,
+                                      largest<std::uint32_t>,
+                                      delay_bins,
+                                      line_phases,
+                                      fold,
+                                      pick};
+
+}  // namespace splid::SPLID_KERNEL_LEVEL

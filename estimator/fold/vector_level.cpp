@@ -1,0 +1,42 @@
+#include "estimator/fold/vector_level.hpp"
+
+namespace splid {
+
+const char* vector_level_name(VectorLevel level) {
+  switch (level) {
+    case VectorLevel::generic:
+      return "generic";
+    case VectorLevel::x86_64_v3:
+      return "x86_64_v3";
+    case VectorLevel::x86_64_v4:
+      return "x86_64_v4";
+    case VectorLevel::neon:
+      return "neon";
+  }
+  return "unknown";
+}
+
+std::vector<VectorLevel> runnable_vector_levels() {
+  std::vector<VectorLevel> levels = {VectorLevel::generic};
+#ifdef SPLID_X86_64_LEVELS
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+      __builtin_cpu_supports("bmi2")) {
+    levels.push_back(VectorLevel::x86_64_v3);
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl")) {
+      levels.push_back(VectorLevel::x86_64_v4);
+    }
+  }
+#elif defined(SPLID_ARM64_LEVELS)
+  levels.push_back(VectorLevel::neon);
+#endif
+  return levels;
+}
+
+VectorLevel best_vector_level() {
+  static const VectorLevel level = runnable_vector_levels().back();
+  return level;
+}
+
+}  // namespace splid

@@ -1,0 +1,58 @@
+#include "estimator/model/options.hpp"
+
+#include <array>
+
+namespace splid {
+namespace {
+
+constexpr std::array<const char*, 3> motion_names = {"static", "moving", "auto"};
+constexpr std::array<const char*, 2> method_names = {"search", "paper"};
+constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
+constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
+constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
+
+}  // namespace
+
+const char* to_string(Effort effort) { return effort_names.at(static_cast<std::size_t>(effort)); }
+
+void SceneOptions::describe(OptionVisitor& visitor) {
+  choose(visitor, "motion", motion, motion_names,
+         "static: velocity is zero and not estimated, a frame whose target moves has status "
+         "no_target; "
+         "moving: always estimated; auto: estimated, and "
+         "reported as zero where the photons do not ask for it");
+  visitor.number("max_speed_mps", max_speed_mps, {0, 30000},
+                 "largest speed along the line of sight that is searched, m/s");
+  visitor.number("range_offset_m", range_offset_m, {-1e7, 1e7},
+                 "subtracted from every distance: cables, fibres, electronics, m");
+}
+
+void EstimatorOptions::describe(OptionVisitor& visitor) {
+  choose(visitor, "method", method, method_names,
+         "search: over all delays and velocities; paper: as [P] does, for comparison");
+  choose(visitor, "effort", effort, effort_names, "how fine the search may get before it gives up");
+  visitor.flag("tracked", tracked,
+               "a frame first looks where the one before found its target, and searches where "
+               "it is not there, and every 20th frame");
+  visitor.number("false_alarm_rate", false_alarm_rate, {1e-12, 0.5},
+                 "fraction of frames without a target that may claim one");
+  visitor.number("range_risk", range_risk, {1e-12, 0.5},
+                 "a frame whose range is wrong with a greater chance than this has status "
+                 "ambiguous");
+}
+
+void PulseOptions::describe(OptionVisitor& visitor) {
+  choose(visitor, "shape", shape, shape_names,
+         "gaussian; tabulated takes the shape that the pattern file holds");
+  visitor.number("sigma_ps", sigma_ps, {0.1, 1e6},
+                 "standard deviation of a gaussian detected pulse, ps");
+}
+
+void DriftOptions::describe(OptionVisitor& visitor) {
+  choose(
+      visitor, "method", method, drift_names,
+      "regression: line through all syncs; endpoints: first and last sync (Eq. 19, 20); off: the "
+      "calibrated period");
+}
+
+}  // namespace splid

@@ -1,0 +1,129 @@
+#include "estimator/model/pulse_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "estimator/model/quadratic_spline.hpp"
+#include "estimator/model/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double gaussian_reach_sigmas = 10;
+
+class Gaussian final : public PulseShape {
+ public:
+  explicit Gaussian(double sigma_ns)
+      : sigma_ns_(sigma_ns), peak_(1 / (sigma_ns * std::sqrt(2 * std::numbers::pi))) {}
+
+  void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const override {
+    const double inverse = 1 / sigma_ns_;
+    for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
+      const double x = offsets_ns[i] * inverse;
+      const double h = peak_ * std::exp(-0.5 * x * x);
+      values.h[i] = h;
+      values.d1[i] = -x * inverse * h;
+      values.d2[i] = (x * x - 1) * inverse * inverse * h;
+    }
+  }
+
+  [[nodiscard]] double log_h(double offset_ns) const override {
+    const double x = offset_ns / sigma_ns_;
+    return std::log(peak_) - 0.5 * x * x;
+  }
+  [[nodiscard]] double first_ns() const override { return -gaussian_reach_sigmas * sigma_ns_; }
+  [[nodiscard]] double last_ns() const override { return gaussian_reach_sigmas * sigma_ns_; }
+  [[nodiscard]] double width_ns() const override { return sigma_ns_; }
+  [[nodiscard]] double peak_offset_ns() const override { return 0; }
+
+ private:
+  double sigma_ns_;
+  double peak_;
+};
+
+// Design note: a quadratic B-spline with the table as its coefficients. It is non-negative wherever
+// the table is, its integral is the table's sum times the step, and h' is continuous; a linear
+// table has h'' = 0 nearly everywhere, and Newton's method then sees no curvature at all.
+class Tabulated final : public PulseShape {
+ public:
+  explicit Tabulated(const TabulatedPulse& table)
+      : step_ns_(table.step_ps * ns_per_ps), origin_ns_(table.first_ps * ns_per_ps) {
+    double sum = 0;
+    for (const double density : table.density) sum += density;
+    // Two zeros on either side make every evaluation a sum of three coefficients.
+    coefficients_.assign(table.density.size() + 4, 0.0);
+    for (std::size_t i = 0; i < table.density.size(); ++i) {
+      coefficients_[i + 2] = table.density[i] / (sum * step_ns_);
+    }
+    const auto peak = std::max_element(coefficients_.begin(), coefficients_.end());
+    peak_offset_ns_ =
+        origin_ns_ + step_ns_ * (static_cast<double>(peak - coefficients_.begin()) - 2.0);
+    width_ns_ = 1 / (*peak * std::sqrt(2 * std::numbers::pi));
+  }
+
+  void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const override {
+    for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
+      const Point p = at(offsets_ns[i]);
+      values.h[i] = p.h;
+      values.d1[i] = p.d1;
+      values.d2[i] = p.d2;
+    }
+  }
+
+  [[nodiscard]] double log_h(double offset_ns) const override {
+    const double h = at(offset_ns).h;
+    return h > 0 ? std::log(h) : -std::numeric_limits<double>::infinity();
+  }
+  [[nodiscard]] double first_ns() const override { return origin_ns_ - 1.5 * step_ns_; }
+  [[nodiscard]] double last_ns() const override {
+    return origin_ns_ + (static_cast<double>(coefficients_.size()) - 4 + 0.5) * step_ns_;
+  }
+  [[nodiscard]] double width_ns() const override { return width_ns_; }
+  [[nodiscard]] double peak_offset_ns() const override { return peak_offset_ns_; }
+
+ private:
+  struct Point {
+    double h, d1, d2;
+  };
+
+  [[nodiscard]] Point at(double offset_ns) const {
+    // Position in steps, the table's first value at 2; the spline piece about coefficient k covers
+    // k - 1/2 to k + 1/2.
+    const double position = (offset_ns - origin_ns_) / step_ns_ + 2;
+    const double nearest = std::floor(position + 0.5);
+    if (!(nearest >= 1) || !(nearest <= static_cast<double>(coefficients_.size()) - 2)) {
+      return {0, 0, 0};
+    }
+    const auto k = static_cast<std::size_t>(nearest);
+    const double t = position - nearest;  // in [-1/2, 1/2)
+    const double left = coefficients_[k - 1];
+    const double mid = coefficients_[k];
+    const double right = coefficients_[k + 1];
+    const double l = 0.5 - t;
+    const double r = 0.5 + t;
+    const SplineWeights weights(t);
+    return {weights.before * left + weights.at * mid + weights.after * right,
+            (r * right - l * left - 2 * t * mid) / step_ns_,
+            (left - 2 * mid + right) / (step_ns_ * step_ns_)};
+  }
+
+  double step_ns_;
+  double origin_ns_;
+  double width_ns_ = 0;
+  double peak_offset_ns_ = 0;
+  std::vector<double> coefficients_;
+};
+
+}  // namespace
+
+std::unique_ptr<PulseShape> make_gaussian(double sigma_ns) {
+  return std::make_unique<Gaussian>(sigma_ns);
+}
+
+std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table) {
+  return std::make_unique<Tabulated>(table);
+}
+
+}  // namespace splid

@@ -1,0 +1,267 @@
+#include "estimator/search/comb_rows.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
+
+namespace splid {
+namespace {
+
+// Measured: an increment costs about as much as adding 20 counts of a row to another's.
+constexpr std::size_t adds_per_increment = 20;
+
+constexpr std::uint64_t most_fitting_bins = 1U << 20;
+constexpr std::uint32_t most_slices = 1U << 16;
+
+template <class Count>
+void accumulate(const SearchKernels& kernels, Count* sums, const Count* values, std::size_t count) {
+  if constexpr (std::is_same_v<Count, std::uint16_t>) {
+    kernels.accumulate(sums, values, count);
+  } else {
+    kernels.accumulate_32(sums, values, count);
+  }
+}
+
+std::uint32_t to_32(double turns) {
+  turns -= std::floor(turns);
+  return static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
+}
+
+}  // namespace
+
+SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_drift_ns,
+                             std::uint32_t multiple_of) {
+  SearchGrid grid;
+  grid.bins = static_cast<std::uint32_t>(std::max(1.0, std::ceil(circle_ns / bin_ns)));
+  const std::uint32_t whole = (grid.bins + multiple_of - 1) / multiple_of * multiple_of;
+  if (whole <= grid.bins + grid.bins / 2) grid.bins = whole;
+  grid.bin_ns = circle_ns / grid.bins;
+  if (max_drift_ns > 0) {
+    const double slices = std::min<double>(most_slices, std::ceil(max_drift_ns / grid.bin_ns) + 1);
+    grid.slices = std::bit_ceil(static_cast<std::uint32_t>(std::max(2.0, slices)));
+  }
+  return grid;
+}
+
+CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
+    : train_(train), kernels_(kernels) {
+  std::size_t most_pulses = 1;
+  for (const PulseTrain::Stretch& stretch : train.stretches) {
+    parts_.push_back(parts_of(stretch));
+    for (const Part& part : parts_.back()) {
+      most_pulses = std::max({most_pulses, part.pulses_32.size(), part.circle_32.size()});
+    }
+  }
+  cells_.resize(most_pulses);
+  moved_.reserve(max_photons);
+  slice_.reserve(max_photons);
+  in_slice_.reserve(most_slices);
+}
+
+CombRows::Part CombRows::whole_part(const PulseTrain::Stretch& stretch) {
+  Part part;
+  part.copies = stretch.copies;
+  for (const double time_ns : stretch.comb.times_ns) {
+    part.pulses_32.push_back(to_32(time_ns / stretch.comb.period_ns));
+  }
+  return part;
+}
+
+std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Stretch& stretch) {
+  std::vector<Part> parts;
+  const Comb& comb = stretch.comb;
+  std::vector<int> counted(comb.times_ns.size(), 0);  // by how many parts
+  bool made_of_parts = !stretch.subperiods_ns.empty();
+  for (const double t_k : stretch.subperiods_ns) {
+    const double turns = std::round(comb.period_ns / t_k);
+    const double tolerance_ns = 1e-6 * comb.period_ns;
+    for (double n = 0; n < turns && made_of_parts; ++n) {
+      const auto at =
+          std::lower_bound(comb.times_ns.begin(), comb.times_ns.end(), n * t_k - tolerance_ns);
+      made_of_parts = at != comb.times_ns.end() && *at <= n * t_k + tolerance_ns;
+      if (made_of_parts) ++counted[static_cast<std::size_t>(at - comb.times_ns.begin())];
+    }
+    const auto copies = static_cast<std::uint32_t>(turns);
+    parts.push_back({copies, copies, false, {0}, {}});
+  }
+  made_of_parts = made_of_parts && std::find(counted.begin(), counted.end(), 0) == counted.end();
+  if (!made_of_parts) {
+    parts = {whole_part(stretch)};
+  } else {
+    Part twice;
+    twice.taken_off = true;
+    for (std::size_t p = 0; p < counted.size(); ++p) {
+      const auto extra = static_cast<std::size_t>(counted[p] - 1);
+      twice.pulses_32.insert(twice.pulses_32.end(), extra,
+                             to_32(comb.times_ns[p] / comb.period_ns));
+    }
+    parts.push_back(twice);
+  }
+  for (Part& part : parts) {
+    for (std::uint32_t copy = 0; copy < part.copies; ++copy) {
+      for (const std::uint32_t pulse : part.pulses_32) {
+        part.circle_32.push_back(to_32((pulse * 0x1p-32 + copy) / part.copies));
+      }
+    }
+  }
+  return parts;
+}
+
+std::uint32_t CombRows::fitting_bins() const {
+  std::uint64_t bins = 1;
+  for (const std::vector<Part>& parts : parts_) {
+    for (const Part& part : parts) {
+      if (part.copies > 0) bins = std::lcm(bins, std::uint64_t{part.copies});
+      if (bins > most_fitting_bins) return 1;
+    }
+  }
+  return static_cast<std::uint32_t>(bins);
+}
+
+void CombRows::load(const FoldedFrame& frame, double drift_ns, std::uint32_t slices) {
+  frame_ = &frame;
+  slope_ = drift_ns / frame.length_ns;
+  phase_32_ = frame.phase_32.data();
+  if (drift_ns != 0) {
+    moved_.resize(frame.size());
+    for (std::size_t s = 0; s < train_.stretches.size(); ++s) {
+      const std::size_t begin = frame.group_begin(s);
+      kernels_.line_phases(
+          moved_.data() + begin, frame.phase_32.data() + begin, frame.time_ns.data() + begin, 0,
+          slope_ * 0x1p32 / train_.stretches[s].comb.period_ns, frame.group_end[s] - begin);
+    }
+    phase_32_ = moved_.data();
+  }
+  slice_.resize(frame.size());
+  in_slice_.assign(slices, 0);
+  const double scale = slices / frame.length_ns;
+  const auto last = static_cast<double>(slices - 1);
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const double at = std::clamp(frame.time_ns[i] * scale + 0.5 * slices, 0.0, last);
+    slice_[i] = static_cast<std::uint32_t>(at);
+    ++in_slice_[slice_[i]];
+  }
+}
+
+double CombRows::most_in_slice(double bin_ns) const {
+  const double photons = *std::max_element(in_slice_.begin(), in_slice_.end());
+  return photons * (1 + std::floor(bin_ns / train_.closest_ns));
+}
+
+double CombRows::most_in_frame(double bin_ns) const {
+  return static_cast<double>(frame_->size()) * (1 + std::floor(bin_ns / train_.closest_ns));
+}
+
+template <class Count>
+void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts) {
+  std::memset(rows, 0, grid.cells() * sizeof(Count));
+  for (std::size_t s = 0; s < parts_.size(); ++s) {
+    for (const Part& part : parts_[s]) fill_part(grid, s, part, rows, histogram, parts);
+  }
+  if (!train_.single()) count_between(grid, rows);
+}
+
+template void CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*, std::uint16_t*);
+template void CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*, std::uint32_t*);
+
+template <class Count>
+void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
+                         Count* histogram, Count* parts) {
+  const std::size_t photons = frame_->group_end[group] - frame_->group_begin(group);
+  if (photons == 0 || part.pulses_32.empty()) return;
+  // A period of the part is a whole number of bins, or all its copies are looked at one by one.
+  const bool fits = grid.bins % part.copies == 0;
+  const std::uint32_t bins = fits ? grid.bins / part.copies : grid.bins;
+  const std::size_t pulses = fits ? part.pulses_32.size() : part.circle_32.size();
+  const bool beside = fits && part.copies > 1;
+  Count* to = beside ? parts : rows;
+  if (beside) std::memset(to, 0, std::size_t{bins} * grid.slices * sizeof(Count));
+  if (part.taken_off || pulses < 2 ||
+      photons * adds_per_increment < std::size_t{bins} * grid.slices) {
+    count_at_pulses(group, part, fits, bins, to);
+  } else {
+    add_shifted_rows(grid, group, part, fits, bins, to, histogram);
+  }
+  if (!beside) return;
+  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+    for (std::size_t copy = 0; copy < part.copies; ++copy) {
+      accumulate(kernels_, rows + slice * grid.bins + copy * bins, parts + slice * bins, bins);
+    }
+  }
+}
+
+template <class Count>
+void CombRows::count_at_pulses(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                               Count* rows) {
+  const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
+  const std::uint32_t divide = fits ? 1 : part.copies;
+  const Count one = part.taken_off ? static_cast<Count>(-1) : Count{1};
+  const std::span<std::uint32_t> cells(cells_.data(), pulses.size());
+  for (std::size_t i = frame_->group_begin(group); i < frame_->group_end[group]; ++i) {
+    Count* row = rows + std::size_t{slice_[i]} * bins;
+    kernels_.delay_bins(cells.data(), phase_32_[i] * part.turns / divide, pulses.data(),
+                        pulses.size(), bins);
+    for (const std::uint32_t cell : cells) row[cell] = static_cast<Count>(row[cell] + one);
+  }
+}
+
+// A pulse's shift is rounded to bins, so a target's photons spread over two or three; what is
+// gained is that the number of photons no longer matters.
+template <class Count>
+void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part,
+                                bool fits, std::uint32_t bins, Count* rows, Count* histogram) {
+  const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
+  const std::uint32_t divide = fits ? 1 : part.copies;
+  std::memset(histogram, 0, std::size_t{bins} * grid.slices * sizeof(Count));
+  for (std::size_t i = frame_->group_begin(group); i < frame_->group_end[group]; ++i) {
+    const std::uint32_t phase = phase_32_[i] * part.turns / divide;
+    const std::uint64_t bin = (std::uint64_t{phase} * bins) >> 32;
+    ++histogram[std::size_t{slice_[i]} * bins + bin];
+  }
+  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+    const Count* from = histogram + slice * bins;
+    Count* row = rows + slice * bins;
+    for (const std::uint32_t pulse : pulses) {
+      const std::size_t shift = ((std::uint64_t{pulse} * bins + 0x80000000U) >> 32) % bins;
+      accumulate(kernels_, row, from + shift, bins - shift);
+      accumulate(kernels_, row + (bins - shift), from, shift);
+    }
+  }
+}
+
+// Photons that may have left in any of several stretches: every pulse of the last circle of delays.
+template <class Count>
+void CombRows::count_between(const SearchGrid& grid, Count* rows) {
+  const double bins_per_ns = grid.bins / train_.circle_ns;
+  const std::size_t stretches = train_.stretches.size();
+  for (std::size_t i = frame_->group_begin(stretches); i < frame_->size(); ++i) {
+    Count* row = rows + std::size_t{slice_[i]} * grid.bins;
+    double came = frame_->phase_ns[i] - slope_ * frame_->time_ns[i];
+    came -= train_.period_ns * std::floor(came / train_.period_ns);
+    const double earliest = came - train_.circle_ns;
+    std::size_t s = train_.stretch_at(came);
+    double turn_ns = 0;  // of the pattern period that the stretch is in
+    while (turn_ns + train_.stretches[s].end_ns > earliest) {
+      const PulseTrain::Stretch& stretch = train_.stretches[s];
+      const double begin = turn_ns + stretch.begin_ns;
+      const double end = std::min(came, turn_ns + stretch.end_ns);
+      const double period = stretch.comb.period_ns;
+      for (const double time_ns : stretch.comb.times_ns) {
+        const double first = begin + time_ns;
+        double n = std::max(0.0, std::floor((earliest - first) / period) + 1);
+        for (; first + n * period <= end; ++n) {
+          const double delay_bin = (came - first - n * period) * bins_per_ns;
+          const auto cell = static_cast<std::size_t>(std::max(0.0, delay_bin));
+          if (cell < grid.bins) row[cell] = static_cast<Count>(row[cell] + 1);
+        }
+      }
+      if (s == 0) turn_ns -= train_.period_ns;
+      s = (s == 0 ? stretches : s) - 1;
+    }
+  }
+}
+
+}  // namespace splid

@@ -1,0 +1,82 @@
+#include "estimator/sync/sync_period.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace splid {
+namespace {
+
+// Design note: 512 gaps say it as well as all of them (a stray sync spoils two), and fit the stack,
+// so that nothing is allocated while tags are flowing.
+constexpr std::size_t most_gaps = 512;
+constexpr std::size_t least_gaps = 8;
+
+// The shortest gap may be this many periods, where an instrument sends few of the syncs.
+constexpr int most_periods = 32;
+
+constexpr double nearly_all = 0.9;
+constexpr double least_countable = 0.5;  // of the gaps, or they say nothing
+
+// As in SyncClock: what a sync may be off by, for two syncs.
+double window_ps(double period_ps) { return std::min(period_ps / 16, 5000.0); }
+
+// The period of which gap_ps is so many, if nearly all gaps are multiples of it. Short gaps come
+// first, so that the period is known ever better as the gaps get longer.
+std::optional<double> fitted(std::span<const double> ascending_gaps, double gap_ps, int periods) {
+  double period_ps = gap_ps / periods;
+  const double slack_ps = window_ps(period_ps);
+  double known = slack_ps / gap_ps;
+  double kg = 0;
+  double kk = 0;
+  double countable = 0;
+  double accepted = 0;
+  for (const double next_ps : ascending_gaps) {
+    const double allowed_ps = slack_ps + next_ps * known;
+    if (allowed_ps > period_ps / 4) continue;
+    countable += 1;
+    const double k = std::round(next_ps / period_ps);
+    if (k < 1 || std::abs(next_ps - k * period_ps) > allowed_ps) continue;
+    accepted += 1;
+    kg += k * next_ps;
+    kk += k * k;
+    period_ps = kg / kk;
+    known = std::min(known, slack_ps / next_ps);
+  }
+  const auto all = static_cast<double>(ascending_gaps.size());
+  if (countable < least_countable * all || accepted < nearly_all * countable) return std::nullopt;
+  return period_ps;
+}
+
+std::size_t sorted_gaps(std::span<const std::int64_t> syncs_ps,
+                        std::array<double, most_gaps>& gaps) {
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < syncs_ps.size() && count < most_gaps; ++i) {
+    const auto gap_ps = static_cast<double>(syncs_ps[i] - syncs_ps[i - 1]);
+    if (gap_ps > 0) gaps[count++] = gap_ps;
+  }
+  std::sort(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(count));
+  return count;
+}
+
+}  // namespace
+
+std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps) {
+  std::array<double, most_gaps> room;
+  const std::size_t count = sorted_gaps(syncs_ps, room);
+  if (count < least_gaps) return std::nullopt;
+  const std::span<const double> gaps = std::span<const double>(room).first(count);
+  std::optional<double> best_ps;
+  // The shortest gaps may be strays' or doubles', so longer ones have their turn too.
+  for (const std::size_t part :
+       {count, std::size_t{64}, std::size_t{16}, std::size_t{8}, std::size_t{4}, std::size_t{2}}) {
+    for (int periods = 1; periods <= most_periods; ++periods) {
+      const auto found = fitted(gaps, gaps[count / part], periods);
+      if (found && (!best_ps || *found > *best_ps)) best_ps = found;
+      if (found) break;
+    }
+  }
+  return best_ps;
+}
+
+}  // namespace splid

@@ -1,0 +1,159 @@
+#include "daemon/output/frame_message.hpp"
+
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+constexpr double half_c_m_per_ns = 0.149896229;
+
+FrameCapacity small() { return {1000, 100, 10, 10}; }
+
+class FrameMessages : public testing::Test {
+ protected:
+  FrameMessages() {
+    context.mode = Mode::interleaved;
+    context.range_offset_m = 10;
+    context.min_seen_fraction = 0.9;
+    context.period_ps = 3'780'000;
+    context.amplitude_sum = 40;
+    frame.sequence = 7;
+    frame.start_ps = 1'000;
+    frame.end_ps = 50'000'001'000;
+    frame.seen_fraction = 1;
+    frame.sync.locked = true;
+    frame.sync.period_ps = 3'780'010;
+    frame.sync.count = 13'227;
+    for (int i = 0; i < 500; ++i) frame.photons_ps.push(i);
+    estimate.status = FrameStatus::ok;
+    estimate.has_values = true;
+    estimate.delay_ns = 2000;
+    estimate.delay_start_ns = 1999;
+    estimate.velocity_mps = -3;
+    estimate.signal_per_pulse = 1e-3;
+    estimate.background_per_ns = 1e-4;
+    estimate.std_delay_ns = 0.01;
+    estimate.std_velocity_mps = 0.04;
+    estimate.std_background_per_ns = 1e-6;
+    estimate.significance_nats = 900;
+    estimate.range_odds_nats = 450;
+  }
+
+  [[nodiscard]] FrameMessage make() const {
+    return make_frame_message(frame, estimate, context, {12.5, 2, 3});
+  }
+
+  FrameContext context;
+  Frame frame{small()};
+  Estimate estimate;
+};
+
+TEST_F(FrameMessages, TurnTheEstimateIntoPublishedUnits) {
+  const FrameMessage message = make();
+  EXPECT_EQ(message.status, FrameStatus::ok);
+  EXPECT_TRUE(message.valid());
+  EXPECT_EQ(message.sequence, 7u);
+  EXPECT_EQ(message.timestamp_s, 12.5);
+  EXPECT_EQ(message.start_ps, 1'000);
+  EXPECT_EQ(message.duration_ms, 50);
+  EXPECT_DOUBLE_EQ(message.distance_m.value(), half_c_m_per_ns * 2000 - 10);
+  EXPECT_DOUBLE_EQ(message.std_distance_m.value(), half_c_m_per_ns * 0.01);
+  EXPECT_EQ(message.velocity_mps, -3);
+  EXPECT_EQ(message.delay_ns, 1999);
+  EXPECT_DOUBLE_EQ(message.background_per_s.value(), 1e5);
+  EXPECT_DOUBLE_EQ(message.std_background_per_s.value(), 1e3);
+  EXPECT_DOUBLE_EQ(message.signal_per_period.value(), 0.04);
+  EXPECT_DOUBLE_EQ(message.background_per_period.value(), 0.378001);
+  EXPECT_DOUBLE_EQ(message.sbr.value(), 0.04 / 0.378001);
+  EXPECT_EQ(message.photons, 500u);
+  EXPECT_EQ(message.latency_ms, 3);
+  EXPECT_EQ(message.sync->period_ps, 3'780'010);
+}
+
+TEST_F(FrameMessages, AreIncompleteBelowTheSeenFraction) {
+  frame.seen_fraction = 0.9;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  frame.seen_fraction = 0.8999;
+  const FrameMessage message = make();
+  EXPECT_EQ(message.status, FrameStatus::incomplete);
+  EXPECT_FALSE(message.valid());
+  EXPECT_TRUE(message.distance_m.has_value());
+}
+
+// 500 photons in 50 ms are 1e-5 a ns: a dead time of 9900 ns and S = 1e-3 make 0.1.
+TEST_F(FrameMessages, AreSaturatedWhereATenthFallsIntoDeadTime) {
+  context.dead_time_ns = 9'899;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  context.dead_time_ns = 9'901;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  EXPECT_FALSE(make().valid());
+  context.dead_time_ns = 0;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+}
+
+TEST_F(FrameMessages, WithoutSyncStillCount) {
+  frame.sync = {};
+  frame.sync.count = 2;
+  frame.seen_fraction = 0.5;
+  frame.lost_tags = 9;
+  estimate = {};
+  estimate.status = FrameStatus::no_sync;
+  estimate.background_per_ns = 1e-5;
+  const FrameMessage message = make();
+  EXPECT_EQ(message.status, FrameStatus::no_sync);
+  EXPECT_EQ(message.photons, 500u);
+  EXPECT_EQ(message.lost_tags, 9u);
+  EXPECT_EQ(message.sync->count, 2u);
+  EXPECT_FALSE(message.sync->period_ps.has_value());
+  EXPECT_DOUBLE_EQ(message.background_per_s.value(), 1e4);
+  EXPECT_DOUBLE_EQ(message.background_per_period.value(), 0.0378);
+  EXPECT_FALSE(message.distance_m.has_value());
+  EXPECT_FALSE(message.std_background_per_s.has_value());
+}
+
+TEST_F(FrameMessages, WithoutTargetSayNothingOfIt) {
+  estimate.status = FrameStatus::no_target;
+  const FrameMessage message = make();
+  EXPECT_EQ(message.status, FrameStatus::no_target);
+  EXPECT_FALSE(message.distance_m.has_value());
+  EXPECT_FALSE(message.velocity_mps.has_value());
+  EXPECT_FALSE(message.signal_per_pulse.has_value());
+  EXPECT_TRUE(message.background_per_s.has_value());
+  EXPECT_EQ(message.significance, 900);
+  EXPECT_FALSE(message.range_odds_nats.has_value());
+}
+
+// As of a scene without background: its likelihood is highest at none, and one photon in 50 ms,
+// 2e-8 a ns, is its deviation.
+TEST_F(FrameMessages, OfNoBackgroundHaveNoneAndNoRatio) {
+  estimate.std_background_per_ns = 2e-8;
+  for (const double background_per_ns : {0.0, 1e-20, 1e-15}) {
+    estimate.background_per_ns = background_per_ns;
+    const FrameMessage message = make();
+    EXPECT_EQ(message.background_per_s, 0);
+    EXPECT_EQ(message.background_per_period, 0);
+    EXPECT_DOUBLE_EQ(message.std_background_per_s.value(), 20);
+    EXPECT_FALSE(message.sbr.has_value());
+  }
+}
+
+TEST_F(FrameMessages, OfABackgroundThatMayBeNoneHaveNoRatio) {
+  estimate.background_per_ns = 3e-8;
+  estimate.std_background_per_ns = 2e-8;
+  EXPECT_DOUBLE_EQ(make().background_per_s.value(), 30);
+  EXPECT_FALSE(make().sbr.has_value());
+  estimate.background_per_ns = 4e-8;
+  EXPECT_TRUE(make().sbr.has_value());
+}
+
+TEST(FrameContext, SumsTheAmplitudesOfAllPulsesInAPeriod) {
+  Config config;
+  config.pattern.mode = Mode::mrr;
+  config.pattern.segments = {{1000, {0}, {0.5}, 10}, {1100, {0, 10}, {1, 2}, 20}};
+  const FrameContext context = frame_context(config);
+  EXPECT_DOUBLE_EQ(context.amplitude_sum, 5 + 60);
+  EXPECT_DOUBLE_EQ(context.period_ps, 32'000);
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,328 @@
+#include "daemon/output/status_reporter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "daemon/sockets/subscriber.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/held_clock.hpp"
+#include "tests/support/patience.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+FrameMessage frame(FrameStatus status) {
+  FrameMessage message;
+  message.status = status;
+  message.timestamp_s = 77;
+  message.lost_tags = 3;
+  return message;
+}
+
+class StatusReports : public ::testing::Test {
+ protected:
+  explicit StatusReports(bool live = true)
+      : reporter(config, SourceInfo{"scripted", live, {}}, publisher, clock) {
+    EXPECT_TRUE(publisher.wait_for_subscriber(test::patience));
+    reporter.start();
+  }
+
+  // What went out since the last call.
+  std::vector<std::string> published() {
+    std::vector<std::string> json;
+    while (const auto message = subscriber.receive(milliseconds{100})) {
+      if (message->topic == topic_status) json.push_back(message->json);
+    }
+    return json;
+  }
+
+  Config config = scene_config(0);
+  HeldClock clock;
+  Publisher publisher{config.publish.endpoint, 100};
+  Subscriber subscriber{publisher.endpoint(), {""}};
+  StatusReporter reporter;
+};
+
+TEST_F(StatusReports, ComeOnceASecondAndOnEveryChange) {
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\"")));
+  const StreamHealth health{1000, clock.steady_ns(), 0.25, ""};
+  reporter.tick(health);
+  EXPECT_THAT(published(), IsEmpty());
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"streaming\""), HasSubstr("0.25"),
+                                                      HasSubstr("1000"))));
+  clock.advance_ms(999);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_THAT(published(), IsEmpty());
+  clock.advance_ms(1);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_EQ(published().size(), 1u);
+}
+
+TEST_F(StatusReports, SayWhatIsWrong) {
+  const StreamHealth health{1, clock.steady_ns(), 0, "the syncs come at another period"};
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  reporter.frame_published(frame(FrameStatus::incomplete));
+  reporter.tick(health);
+  reporter.stop(health, "the cable came off");
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("another period")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("min_seen_fraction")),
+                               AllOf(HasSubstr("\"stopping\""), HasSubstr("the cable came off"))));
+}
+
+TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
+  const StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(200);
+  reporter.tick(health);
+  (void)published();
+  clock.advance_ms(1);
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"waiting_for_device\""),
+                                                      HasSubstr("scripted sends nothing"))));
+}
+
+TEST_F(StatusReports, SayThatNothingIsRecorded) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  health.recording_fault = "nothing is recorded: the disk is full";
+  health.notices = {"recording: " + health.recording_fault};
+  reporter.tick(health);
+  health.notices.clear();
+  health.sync_fault = "the syncs come at another period";
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  health.recording_fault.clear();
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(HasSubstr("\"starting\""),
+                           AllOf(HasSubstr("\"degraded\""),
+                                 HasSubstr(R"("reason":"nothing is recorded: the disk is full")")),
+                           AllOf(HasSubstr("another period; "), HasSubstr("disk is full")),
+                           HasSubstr("\"streaming\"")));
+}
+
+TEST_F(StatusReports, SayEachThingThatTheDriverReports) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports = {{DeviceState::no_device, "tagger 12 is gone"},
+                           {DeviceState::failing, "it does not start"},
+                           {DeviceState::connected, "tagger 12 is back"}};
+  reporter.tick(health);
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"streaming\""),
+                               AllOf(HasSubstr("\"waiting_for_device\""),
+                                     HasSubstr("\"no_device\""), HasSubstr("tagger 12 is gone")),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("\"failing\""),
+                                     HasSubstr("it does not start")),
+                               AllOf(HasSubstr("\"streaming\""), HasSubstr("\"connected\""),
+                                     HasSubstr("tagger 12 is back"))));
+}
+
+TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::connected, "a stall, cleared"}}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  health.device_reports.clear();
+  for (int second = 0; second < 2; ++second) {
+    clock.advance_ms(1000);
+    health.last_arrival_ns = clock.steady_ns();
+    reporter.tick(health);
+  }
+  health.device_reports = {{DeviceState::no_device, "gone"}};
+  reporter.tick(health);
+  health.device_reports.clear();
+  clock.advance_ms(5000);
+  reporter.tick(health);
+  const auto cleared = HasSubstr("a stall, cleared");
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr("\"starting\""), cleared, cleared,
+                                                HasSubstr("\"reason\":\"\""), HasSubstr("gone"),
+                                                HasSubstr("gone")));
+}
+
+// The frame that a silence was in has no syncs: not for its cable.
+TEST_F(StatusReports, AdviseOnNoCableAfterASilence) {
+  StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::failing, "it sends nothing"}}};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(300);
+  health.last_arrival_ns = clock.steady_ns();
+  health.device_reports = {{DeviceState::connected, "it sent nothing for 300 ms"}};
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  health.device_reports.clear();
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  std::vector<std::string> said = published();
+  EXPECT_THAT(said, testing::Each(testing::Not(HasSubstr("channels.sync"))));
+  EXPECT_THAT(said.back(), HasSubstr("it sent nothing for 300 ms"));
+  // A second later it is the cable, or whatever else.
+  clock.advance_ms(1001);
+  health.last_arrival_ns = clock.steady_ns();
+  reporter.tick(health);
+  said = published();
+  ASSERT_FALSE(said.empty());
+  EXPECT_THAT(said.back(), HasSubstr("channels.sync"));
+}
+
+TEST_F(StatusReports, AdviseOnNoCableAfterASilenceThatOnlyTheyNoticed) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick(health);
+  clock.advance_ms(300);
+  reporter.tick(health);
+  health.last_arrival_ns = clock.steady_ns();
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), HasSubstr("spans a time in which scripted sent nothing"));
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  EXPECT_THAT(published().back(), HasSubstr("channels.sync"));
+}
+
+TEST_F(StatusReports, NameTheInstrumentAndWhatLasts) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  health.device_reports = {{DeviceState::connected, "", "12:34 serial A", "there are two"}};
+  health.configuration_fault = "not reloaded";
+  reporter.frame_published(frame(FrameStatus::ok));
+  for (int second = 0; second < 3; ++second) {
+    reporter.tick(health);
+    health.device_reports.clear();
+    clock.advance_ms(1000);
+    health.last_arrival_ns = clock.steady_ns();
+  }
+  const std::vector<std::string> said = published();
+  EXPECT_EQ(said.size(), 4U);
+  EXPECT_THAT(said.back(), AllOf(HasSubstr(R"("device_name":"12:34 serial A")"),
+                                 HasSubstr(R"("reason":"not reloaded; there are two")"),
+                                 HasSubstr("\"streaming\"")));
+}
+
+TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
+  FrameMessage uneven = frame(FrameStatus::ok);
+  uneven.amplitude_misfit = 0.35;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // One frame by chance, then most of them, then none.
+      const bool is_uneven = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_uneven ? uneven : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("35 % (rms)")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
+TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
+  FrameMessage by_mode = frame(FrameStatus::ambiguous);
+  by_mode.mode = Mode::ambiguous;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // A few frames, then most of them, then all by the pattern's mode, which is meant so.
+      const bool is_ambiguous = second == 0 ? n < 3 : n % 3 != 0;
+      reporter.frame_published(second == 2    ? by_mode
+                               : is_ambiguous ? frame(FrameStatus::ambiguous)
+                                              : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("13 of the last 20"),
+                                         HasSubstr("more light")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
+TEST_F(StatusReports, SayWhenThePhotonsContradictThePattern) {
+  FrameMessage other = frame(FrameStatus::no_target);
+  other.pattern_fault = PatternFault::dark_pulses;
+  const StreamHealth health{1000, clock.steady_ns(), 0, ""};
+  for (int second = 0; second < 3; ++second) {
+    // One by chance, then most, beside frames in which there is no target at all; then none.
+    for (int n = 0; n < 20; ++n) {
+      const bool contradicts = second == 0 ? n == 0 : second == 1 && n % 2 == 0;
+      reporter.frame_published(
+          contradicts ? other : frame(second == 1 ? FrameStatus::no_target : FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  const auto said = HasSubstr("contradict the pattern: most of its pulses get no light");
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                           AllOf(HasSubstr("\"degraded\""), said), HasSubstr("\"reason\":\"\"")));
+  // A stream that is over before its first second is.
+  reporter.frame_published(other);
+  reporter.stop(health, "");
+  EXPECT_THAT(published(), testing::ElementsAre(AllOf(HasSubstr("\"stopping\""), said)));
+}
+
+TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
+  FrameMessage lowered = frame(FrameStatus::ok);
+  lowered.effort = "fast";
+  const StreamHealth health{1000, clock.steady_ns(), 0, ""};
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  lowered.effort = "balanced";
+  reporter.frame_published(lowered);
+  reporter.tick(health);
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""),
+                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("to fast")),
+                                   HasSubstr("\"streaming\"")));
+}
+
+TEST_F(StatusReports, SayWhenFramesCostMoreThanTheyLast) {
+  FrameMessage slow = frame(FrameStatus::ok);
+  slow.duration_ms = 50;
+  for (const double compute_ms : {49.0, 150.0, 1.0}) {
+    slow.compute_ms = compute_ms;
+    for (int n = 0; n < 20; ++n) reporter.frame_published(slow);
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                               AllOf(HasSubstr("\"degraded\""), HasSubstr("take 3 times as long")),
+                               HasSubstr("\"reason\":\"\"")));
+}
+
+class ReplayStatusReports : public StatusReports {
+ protected:
+  ReplayStatusReports() : StatusReports(false) {}
+};
+
+TEST_F(ReplayStatusReports, HaveTheRecordingsTimeAndAreNeverSilent) {
+  reporter.frame_published(frame(FrameStatus::ok));
+  clock.advance_ms(60'000);
+  reporter.tick({1, 0, 0, ""});
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"timestamp\":0"),
+                                   AllOf(HasSubstr("\"timestamp\":77"), HasSubstr("streaming"))));
+}
+
+}  // namespace
+}  // namespace splid

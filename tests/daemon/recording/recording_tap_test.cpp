@@ -1,0 +1,188 @@
+#include "daemon/recording/recording_tap.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "daemon/pipeline/pipeline.hpp"
+#include "drivers/replay/recording_info.hpp"
+#include "tests/support/allocation_count.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/read_back.hpp"
+#include "tests/support/scripted_source.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace splid {
+namespace {
+
+using splid::test::read_back;
+using splid::test::recordings_in;
+using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
+
+bool on_framer() {
+  std::array<char, 16> name{};
+  pthread_getname_np(pthread_self(), name.data(), name.size());
+  return std::string_view(name.data()) == "framer";
+}
+
+void say_nothing(const std::string&) {}
+
+struct Measured {
+  std::vector<std::string> json;
+  FramerTotals tags;
+  std::uint64_t allocations = 0;
+  std::string recorded;
+};
+
+// Frames of a source, recorded where config says so. Allocations of the framer's thread are counted
+// from the second frame on.
+Measured measure(const Config& config, std::unique_ptr<TagSource> source) {
+  const SourceInfo info = source->info();
+  Publisher publisher(config.publish.endpoint, 1000);
+  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  std::optional<RecordingTap> recording;
+  if (!config.record.folder.empty()) {
+    recording.emplace(config, info, host_clock(), say_nothing);
+    pipeline.record(&*recording);
+  }
+  Measured measured;
+  pipeline.observe([&](const FrameMessage& frame, const std::string& json) {
+    if (frame.sequence == 1) test::counted_thread = on_framer;
+    measured.json.push_back(repeatable(json));
+    return true;
+  });
+  measured.tags = pipeline.run({}).tags;
+  measured.allocations = test::allocations;
+  test::counted_thread = nullptr;
+  if (recording) measured.recorded = recording->summary();
+  return measured;
+}
+
+TEST(RecordingTap, ItsFilesGiveTheSameFramesAgain) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(1.2);
+  const Measured plain = measure(config, open_scene(config));
+  config.record.folder = folder.path("r");
+  config.record.max_file_s = 0.5;
+  test::counted_thread = [] { return false; };
+  test::allocations = 0;
+  const Measured live = measure(config, open_scene(config));
+  EXPECT_EQ(live.allocations, 0u);
+  EXPECT_THAT(live.json, ElementsAreArray(plain.json));
+  EXPECT_THAT(live.recorded, HasSubstr("3 recordings; 0 tags lost"));
+  std::vector<Tag> tags;
+  std::vector<Tag> first;
+  for (const std::string& file : recordings_in(folder.path("r"))) {
+    const std::vector<Tag> part = read_back(file);
+    tags.insert(tags.end(), part.begin(), part.end());
+    if (first.empty()) first = part;
+  }
+  EXPECT_EQ(tags.size(), live.tags.events);
+  config.record.folder.clear();
+  const SourceInfo info = open_scene(config)->info();
+  const Measured again = measure(config, std::make_unique<ScriptedSource>(tags, info));
+  // The last frame knows from the stream how far the scene went on in the dark.
+  ASSERT_GE(again.json.size(), 23u);
+  for (std::size_t i = 0; i < 23; ++i) EXPECT_EQ(again.json[i], live.json[i]) << i;
+  // Those that lie whole in the first file, from it alone.
+  const Measured alone = measure(config, std::make_unique<ScriptedSource>(first, info));
+  ASSERT_GE(alone.json.size(), 9u);
+  for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(alone.json[i], live.json[i]) << i;
+}
+
+// A recorder that is slower than the tags: nobody waits, what is missing is in the files' losses.
+TEST(RecordingTap, ALiveSourceNeverWaitsForIt) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.pipeline.ring_capacity_tags = 1024;
+  config.record.folder = folder.path("r");
+  constexpr std::int64_t count = 2'000'000;
+  std::vector<Tag> tags;
+  for (std::int64_t i = 0; i < count; ++i) tags.push_back(photon_tag(1000 * i, 1));
+  RecordingTap recording(config, SourceInfo{"script", true, {}}, host_clock(), say_nothing);
+  recording.take(tags);
+  const std::string summary = recording.summary();
+  EXPECT_EQ(recording.fault(), "");
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 1u);
+  std::int64_t lost = 0;
+  for (const Loss& loss : scan_recording(files[0]).header.losses) lost += loss.count;
+  EXPECT_GT(lost, 0);
+  EXPECT_EQ(static_cast<std::int64_t>(read_back(files[0]).size()) + lost, count) << summary;
+}
+
+TEST(RecordingTap, CountsThatNobodyTakesAreAnOverrun) {
+  CountsQueue queue;
+  EncoderBatch batch;
+  EXPECT_FALSE(queue.take(batch));
+  for (std::int64_t i = 0; i < 65'537; ++i) queue.put({i, {i}, false});
+  for (std::int64_t i = 0; i < 65'536; ++i) {
+    ASSERT_TRUE(queue.take(batch));
+    ASSERT_EQ(batch, (EncoderBatch{i, {i}, false}));
+  }
+  EXPECT_FALSE(queue.take(batch));
+  queue.put({65'537, {7}, false});
+  ASSERT_TRUE(queue.take(batch));
+  EXPECT_EQ(batch, (EncoderBatch{65'537, {7}, true}));
+}
+
+// Again and again, at any moment: no frame differs, and the framer allocates nothing for it.
+TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(4);
+  test::counted_thread = [] { return false; };
+  const Measured plain = measure(config, open_scene(config));
+  config.record.folder = folder.path("r");
+  Publisher publisher(config.publish.endpoint, 1000);
+  std::unique_ptr<TagSource> source = open_scene(config);
+  const SourceInfo info = source->info();
+  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  std::vector<std::string> json;
+  std::atomic<bool> flows{false};
+  std::atomic<bool> over{false};
+  std::size_t whole = 0;
+  pipeline.observe([&](const FrameMessage&, const std::string& line) {
+    json.push_back(repeatable(line));
+    flows = true;
+    return true;
+  });
+  std::jthread asking([&] {
+    while (!flows) std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    test::allocations = 0;
+    test::counted_thread = on_framer;
+    while (!over) {
+      RecordingTap recording(config, info, host_clock(), say_nothing);
+      pipeline.record(&recording);
+      while (recording.file().empty() && !over) {
+        std::this_thread::sleep_for(std::chrono::milliseconds{1});
+      }
+      pipeline.record(nullptr);
+      whole += recording.summary().find("1 recordings; 0 tags lost") == 0 ? 1 : 0;
+    }
+  });
+  (void)pipeline.run({});
+  over = true;
+  asking.join();
+  test::counted_thread = nullptr;
+  EXPECT_EQ(test::allocations.load(), 0u);
+  EXPECT_THAT(json, ElementsAreArray(plain.json));
+  EXPECT_GE(whole, 2u);
+  EXPECT_EQ(recordings_in(folder.path("r")).size(), whole);
+  for (const std::string& file : recordings_in(folder.path("r"))) {
+    EXPECT_FALSE(read_back(file).empty());
+  }
+}
+
+}  // namespace
+}  // namespace splid

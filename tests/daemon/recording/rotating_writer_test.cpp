@@ -1,0 +1,200 @@
+#include "daemon/recording/rotating_writer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "drivers/replay/recording_info.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/held_clock.hpp"
+#include "tests/support/read_back.hpp"
+#include "tests/support/small_disk.hpp"
+
+namespace splid {
+namespace {
+
+using splid::test::read_back;
+using splid::test::recordings_in;
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t second_ps = 1'000'000'000'000;
+constexpr std::int64_t epoch_ps = 340'000 * second_ps;
+
+// Photons and syncs, 1 us apart.
+std::vector<Tag> steady_tags(std::int64_t begin_ps, std::int64_t count) {
+  std::vector<Tag> tags;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const std::int64_t time_ps = begin_ps + i * 1'000'000;
+    tags.push_back(i % 4 == 0 ? sync_tag(time_ps) : photon_tag(time_ps, 1));
+  }
+  return tags;
+}
+
+class RotatingWriterTest : public ::testing::Test {
+ protected:
+  RotatingWriter recorder_in(const std::string& path) {
+    config.record.folder = path;
+    return RotatingWriter(
+        config, SourceInfo{"script", true, {}}, clock, [] { return nullptr; },
+        [this](const std::string& sentence) { said.push_back(sentence); });
+  }
+  // In pieces that no limit falls on.
+  static void feed(RotatingWriter& recorder, std::span<const Tag> tags) {
+    while (!tags.empty()) {
+      const std::size_t count = std::min<std::size_t>(tags.size(), 10'007);
+      recorder.take(tags.first(count));
+      tags = tags.subspan(count);
+    }
+  }
+  static std::vector<Tag> read_all(const std::string& path) {
+    std::vector<Tag> tags;
+    for (const std::string& file : recordings_in(path)) {
+      const std::vector<Tag> part = read_back(file);
+      tags.insert(tags.end(), part.begin(), part.end());
+    }
+    return tags;
+  }
+  static std::uint64_t told_lost(const std::string& path) {
+    std::int64_t lost = 0;
+    for (const std::string& file : recordings_in(path)) {
+      for (const Loss& loss : scan_recording(file).header.losses) lost += loss.count;
+    }
+    return static_cast<std::uint64_t>(lost);
+  }
+
+  splid::test::TempFolder folder;
+  HeldClock clock;
+  Config config = scene_config(0);
+  std::vector<std::string> said;
+};
+
+TEST_F(RotatingWriterTest, AClockNearItsRangesEndIsRecordedToo) {
+  config.record.max_file_s = 1e6;
+  const std::vector<Tag> tags = steady_tags(9'200'000 * second_ps, 1000);
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  recorder.take(tags);
+  recorder.close();
+  EXPECT_THAT(read_all(folder.path("r")), ElementsAreArray(tags));
+}
+
+TEST_F(RotatingWriterTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {
+  config.record.max_file_s = 1;
+  std::vector<Tag> tags = steady_tags(epoch_ps, 2'500'000);
+  std::swap(tags[1'000'000], tags[1'000'001]);  // disorder at the cut
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  feed(recorder, tags);
+  recorder.close();
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 3u);
+  EXPECT_EQ(recorder.files(), 3u);
+  std::swap(tags[1'000'000], tags[1'000'001]);
+  EXPECT_TRUE(read_all(folder.path("r")) == tags);
+  EXPECT_EQ(read_back(files[0]).size(), 1'000'000u);
+  EXPECT_EQ(read_back(files[1]).front(), tags[1'000'000]);
+  for (const std::string& file : files) {
+    const RecordingInfo info = scan_recording(file);
+    EXPECT_THAT(info.warnings, IsEmpty());
+    EXPECT_THAT(info.header.losses, IsEmpty());
+    EXPECT_THAT(info.header.pattern_json, HasSubstr("splid.pattern"));
+    EXPECT_THAT(info.header.config_json, HasSubstr("\"max_file_s\":1"));
+  }
+  EXPECT_THAT(said, IsEmpty());
+}
+
+TEST_F(RotatingWriterTest, FilesEndAtTheirSizeAndTheOldestMakeRoom) {
+  config.record.max_file_mib = 1;
+  config.record.max_folder_gib = 4.0 / 1024;
+  const std::vector<Tag> tags = steady_tags(0, 2'500'000);  // 9.8 MiB
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  feed(recorder, tags);
+  recorder.close();
+  EXPECT_GE(recorder.files(), 9u);
+  std::uintmax_t bytes = 0;
+  for (const std::string& file : recordings_in(folder.path("r"))) {
+    EXPECT_LT(std::filesystem::file_size(file), 2u << 20);
+    bytes += std::filesystem::file_size(file);
+  }
+  EXPECT_LE(bytes, 4u << 20);
+  const std::vector<Tag> kept = read_all(folder.path("r"));
+  ASSERT_GT(kept.size(), 262'144u);
+  EXPECT_TRUE(std::ranges::equal(kept, std::span(tags).last(kept.size())));
+}
+
+TEST_F(RotatingWriterTest, AClockSetAnewAndAnOpenLossGoOnInTheNextFile) {
+  config.record.max_file_s = 1;
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  const std::vector<Tag> before = steady_tags(5 * second_ps, 10);
+  const std::vector<Tag> after = steady_tags(7, 10);
+  recorder.take(before);
+  recorder.take(std::vector<Tag>{{0, 0, TagKind::clock_break, {}}});
+  recorder.take(after);
+  recorder.take(std::vector<Tag>{{second_ps / 2, 0, TagKind::loss_begin, {}},
+                                 heartbeat_tag(2 * second_ps),
+                                 {2 * second_ps + 10, 5, TagKind::loss_end, {}}});
+  recorder.close();
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 3u);
+  EXPECT_THAT(read_back(files[0]), ElementsAreArray(before));
+  EXPECT_THAT(read_back(files[1]), ElementsAreArray(after));
+  EXPECT_THAT(scan_recording(files[1]).header.losses,
+              ElementsAre(Loss{7, 7, -1}, Loss{second_ps / 2, second_ps / 2, -1}));
+  EXPECT_THAT(scan_recording(files[2]).header.losses,
+              ElementsAre(Loss{2 * second_ps, 2 * second_ps + 10, 5}));
+}
+
+TEST_F(RotatingWriterTest, AFullDiskLosesACountedStretchAndIsTriedAgain) {
+  const splid::test::SmallDisk disk(16);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  disk.fill_but(6 << 20);
+  const std::vector<Tag> tags = steady_tags(epoch_ps, 4'000'000);
+  RotatingWriter recorder = recorder_in(disk.path("r"));
+  feed(recorder, std::span(tags).first(2'000'000));  // 7.9 MiB
+  EXPECT_THAT(recorder.fault(), HasSubstr("No space left on device"));
+  ASSERT_EQ(said.size(), 1u);
+  EXPECT_THAT(said[0], HasSubstr("nothing is recorded: "));
+  clock.advance_ms(5000);
+  feed(recorder, std::span(tags).subspan(2'000'000, 10'000));
+  EXPECT_FALSE(recorder.fault().empty());  // there is still no room
+  EXPECT_EQ(recordings_in(disk.path("r")).size(), 1u);
+  disk.clear();
+  feed(recorder, std::span(tags).subspan(2'010'000, 10'000));
+  EXPECT_FALSE(recorder.fault().empty());  // not yet looked again
+  clock.advance_ms(5000);
+  feed(recorder, std::span(tags).subspan(2'020'000, 500'000));
+  EXPECT_EQ(recorder.fault(), "");
+  recorder.close();
+  ASSERT_EQ(recordings_in(disk.path("r")).size(), 2u);
+  const std::vector<Tag> kept = read_all(disk.path("r"));
+  EXPECT_GT(recorder.lost_tags(), 20'000u);
+  EXPECT_EQ(kept.size() + recorder.lost_tags(), 2'520'000u);
+  EXPECT_EQ(told_lost(disk.path("r")), recorder.lost_tags());
+  EXPECT_TRUE(std::ranges::equal(std::span(kept).last(500'000),
+                                 std::span(tags).subspan(2'020'000, 500'000)));
+}
+
+TEST_F(RotatingWriterTest, AFolderThatCannotBeMadeLeavesNothingUnsaid) {
+  const std::string file = folder.write("file", "");
+  RotatingWriter recorder = recorder_in(file + "/r");
+  recorder.take(steady_tags(0, 10));
+  recorder.take(std::vector<Tag>{{20'000'000, 7, TagKind::missed, {}}});
+  EXPECT_THAT(recorder.fault(), HasSubstr("record.folder"));
+  EXPECT_EQ(recorder.lost_tags(), 10u);
+  std::filesystem::remove(file);
+  clock.advance_ms(5000);
+  const std::vector<Tag> tags = steady_tags(30'000'000, 3);
+  recorder.take(tags);
+  recorder.close();
+  EXPECT_THAT(read_all(file + "/r"), ElementsAreArray(tags));
+  EXPECT_EQ(told_lost(file + "/r"), 17u);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("nothing is recorded"), HasSubstr("recording again")));
+}
+
+}  // namespace
+}  // namespace splid

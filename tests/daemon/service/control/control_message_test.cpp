@@ -1,0 +1,103 @@
+#include "daemon/service/control/control_message.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace splid {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string refusal(const std::string& text) {
+  try {
+    (void)control_request_from_json(text);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::usage);
+    return error.what();
+  }
+  return "";
+}
+
+std::string request(const std::string& members) {
+  return R"({"schema":"splid.control","v":[1,0],)" + members + "}";
+}
+
+TEST(ControlRequest, IsPinned) {
+  for (const ControlCommand command :
+       {ControlCommand::status, ControlCommand::start, ControlCommand::stop,
+        ControlCommand::record_start, ControlCommand::record_stop, ControlCommand::upload}) {
+    const std::string text = request(R"("request":")" + std::string(to_string(command)) + '"');
+    EXPECT_EQ(control_request_from_json(text).command, command);
+    EXPECT_EQ(to_json(control_request_from_json(text)), text);
+  }
+  EXPECT_STREQ(to_string(ControlCommand::record_stop), "record_stop");
+  const std::string calibrate = request(
+      R"("request":"calibrate","seconds":600,"distance_m":2.5,"time_ps":1,"amplitude_percent":100)");
+  const CalibrateRequest most = control_request_from_json(calibrate).calibrate;
+  EXPECT_EQ(most.seconds, 600);
+  EXPECT_EQ(most.distance_m, 2.5);
+  EXPECT_EQ(to_json(control_request_from_json(calibrate)), calibrate);
+  const CalibrateRequest least =
+      control_request_from_json(request(R"("request":"calibrate","seconds":0.1)")).calibrate;
+  EXPECT_EQ(least.seconds, 0.1);
+  EXPECT_EQ(least.distance_m, std::nullopt);
+  EXPECT_EQ(least.time_ps, 5);
+  EXPECT_EQ(least.amplitude_percent, 2);
+}
+
+TEST(ControlRequest, RefusesWhatIsNoneInASentence) {
+  EXPECT_THAT(refusal(""), HasSubstr("request: line 1, column 1: is no JSON"));
+  EXPECT_THAT(refusal(std::string("\0\xff{", 3)), HasSubstr("is no JSON"));
+  EXPECT_THAT(refusal("[]"), HasSubstr("is no object"));
+  EXPECT_THAT(refusal("{}"), HasSubstr("schema"));
+  EXPECT_THAT(refusal(R"({"schema":"splid.config","request":"stop"})"),
+              HasSubstr("/schema: \"splid.config\" is not \"splid.control\""));
+  EXPECT_THAT(refusal(R"({"schema":"splid.control","v":[2,0],"request":"stop"})"),
+              HasSubstr("/v: [2,0] is not [1, x]"));
+  EXPECT_THAT(refusal(request(R"("request":1)")), HasSubstr("/request: 1 is none of status"));
+  EXPECT_THAT(refusal(request(R"("request":"strat")")), HasSubstr("did you mean start?"));
+  EXPECT_THAT(refusal(R"({"schema":"splid.control"})"), HasSubstr("/request"));
+  EXPECT_THAT(refusal(request(R"("request":"stop","request":"start")")), HasSubstr("given twice"));
+  EXPECT_THAT(refusal(request(R"("request":"stop","seconds":1)")), HasSubstr("/seconds"));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate")")), HasSubstr("/seconds"));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate","seconds":0)")), HasSubstr("/seconds: 0"));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate","seconds":601)")), HasSubstr("601"));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate","seconds":"1")")), HasSubstr("/seconds"));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate","seconds":1e999)")), HasSubstr("request: "));
+  EXPECT_THAT(refusal(request(R"("request":"calibrate","second":1,"seconds":2)")),
+              HasSubstr("did you mean seconds?"));
+  EXPECT_THAT(refusal(std::string(2000, '[') + std::string(2000, ']')), HasSubstr("deeply"));
+  EXPECT_THAT(refusal(std::string(4097, ' ')), HasSubstr("4097 bytes are more than the 4096"));
+}
+
+TEST(ControlReply, IsPinned) {
+  const ControlReply done{"record_start", {}, "recording", {{"file", R"("a.ptu")"}, {"n", "[1]"}}};
+  const std::string text =
+      R"({"schema":"splid.control","v":[1,0],"request":"record_start","ok":true,)"
+      R"("message":"recording","file":"a.ptu","n":[1]})";
+  EXPECT_EQ(to_json(done), text);
+  EXPECT_EQ(to_json(control_reply_from_json(text)), text);
+  EXPECT_EQ(control_reply_from_json(text).find("n"), "[1]");
+  EXPECT_EQ(control_reply_from_json(text).find("none"), "");
+
+  const std::pair<Fault, std::string> faults[] = {
+      {Fault::usage, "usage"}, {Fault::device, "device"}, {Fault::data, "data"}};
+  for (const auto& [fault, name] : faults) {
+    const std::string refused = R"({"schema":"splid.control","v":[1,0],"ok":false,"error":"no",)"
+                                R"("fault":")" +
+                                name + "\"}";
+    EXPECT_EQ(to_json(ControlReply{"", fault, "no"}), refused);
+    EXPECT_EQ(control_reply_from_json(refused).fault, fault);
+    EXPECT_EQ(to_json(control_reply_from_json(refused)), refused);
+  }
+}
+
+TEST(ControlReply, IsOfASplid) {
+  for (const char* text : {"", "[]", "{}", R"({"ok":true})", R"({"schema":"splid.control"})",
+                           R"({"schema":1,"ok":true})"}) {
+    EXPECT_THROW((void)control_reply_from_json(text), Error) << text;
+  }
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,45 @@
+#include "daemon/service/memory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/process_memory.hpp"
+#include "tests/support/sanitized.hpp"
+#include "tests/support/watched_daemon.hpp"
+
+namespace splid {
+namespace {
+
+#ifndef SPLID_SANITIZED
+
+// What `splid check` and docs/reference/configuration.md say against what the built program has.
+TEST(MemoryNeeded, IsWhatTheProgramHas) {
+  const std::vector<std::string> settings = {
+      R"("pipeline":{"ring_capacity_tags":131072},"frame":{"length_ms":10})",
+      R"("pipeline":{"ring_capacity_tags":524288},"scene":{"motion":"static"})",
+      R"("pipeline":{"ring_capacity_tags":524288,"estimation_threads":4})",
+      R"("pipeline":{"ring_capacity_tags":4194304})"};
+  for (const std::string& setting : settings) {
+    const test::TempFolder folder;
+    const std::string endpoint = "ipc://" + folder.path("frames");
+    const std::string file = folder.write(
+        "config.json",
+        R"({"schema":"splid.config","source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
+        R"(/config/patterns/interleaved-180-189.json"},"control":{"endpoint":"off"},)" +
+            setting + R"(,"publish":{"endpoint":")" + endpoint + "\"}}");
+    const double needed_mib = memory_needed_mib(load_config(file));
+    test::WatchedDaemon daemon(file, endpoint);
+    for (int i = 0; i < 20; ++i) ASSERT_TRUE(daemon.await_good_frame());
+    const double has_mib = test::memory_mib("VmRSS", std::to_string(daemon.program->id()));
+    EXPECT_NEAR(needed_mib / has_mib, 1, 0.15) << setting << ": " << has_mib << " MiB";
+    std::printf("%s: %.1f MiB, by the formula %.1f\n", setting.c_str(), has_mib, needed_mib);
+    EXPECT_EQ(daemon.stop().exit_code, 0);
+  }
+}
+
+#endif
+
+}  // namespace
+}  // namespace splid

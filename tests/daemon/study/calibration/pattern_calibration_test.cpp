@@ -1,0 +1,299 @@
+#include "daemon/study/calibration/pattern_calibration.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <regex>
+#include <vector>
+
+#include "daemon/study/calibration/calibration_report.hpp"
+#include "daemon/study/tradeoff/tradeoff_frames.hpp"
+#include "drivers/simulator/simulator.hpp"
+#include "estimator/frame_estimator.hpp"
+#include "estimator/model/pulse_shape.hpp"
+#include "protocol/error.hpp"
+#include "protocol/pattern_json.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/frame_maker.hpp"
+#include "tests/support/program.hpp"
+
+namespace splid {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr double light_m_per_ps = 299792458e-12;
+
+// What is played: uneven times and amplitudes, which the configured pattern knows nothing of.
+Pattern played() {
+  Pattern pattern = test::random_pattern(1'000'000, 12, 9000, 4);
+  auto& segment = pattern.segments.front();
+  for (std::size_t p = 0; p < segment.amplitudes.size(); ++p) {
+    segment.amplitudes[p] = p % 2 == 0 ? 1.4 : 0.6;
+  }
+  return pattern;
+}
+
+SimulatorOptions scene_at_rest() {
+  SimulatorOptions scene;
+  scene.pace = SimulatorPace::max;
+  scene.target.motion = simulator::MotionKind::linear;
+  scene.target.distance_m = 30;
+  scene.detection.signal_per_pulse = 0.08;  // 960,000 a second
+  scene.seconds = 1;
+  return scene;
+}
+
+Config config_of_one_pulse() {
+  Config config = scene_config(1);
+  config.pattern_file = "nominal.json";
+  config.pattern = test::periodic_pattern(1'000'000);
+  return config;
+}
+
+PatternCalibration calibrate_scene(const SimulatorOptions& scene, const CalibrationPlan& plan = {},
+                                   const std::stop_token& stop = {},
+                                   const Config& config = config_of_one_pulse(),
+                                   const Pattern& pattern = played()) {
+  const auto open = [&] { return std::make_unique<SimulatorSource>(scene, pattern); };
+  return calibrate_pattern(
+      config, open, plan, [](const char*, double) {}, stop);
+}
+
+std::string refusal_of(const SimulatorOptions& scene, const CalibrationPlan& plan = {}) {
+  try {
+    (void)calibrate_scene(scene, plan);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::data);
+    return error.what();
+  }
+  return "none";
+}
+
+// The generator's clock is 2 ppm slow, the light's way is not.
+std::vector<double> arrivals_ps(double delay_ps) {
+  constexpr double rate = 1 + 2e-6;
+  std::vector<double> times;
+  const Pattern pattern = played();
+  for (const double time_ps : pattern.segments.front().pulse_times_ps) {
+    times.push_back(std::fmod(time_ps * rate + delay_ps, 1e6 * rate));
+  }
+  return times;
+}
+
+TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
+  CalibrationPlan plan;
+  plan.recording = "still.ptu";
+  for (const bool distance_known : {false, true}) {
+    if (distance_known) plan.distance_m = 30;
+    const PatternCalibration found = calibrate_scene(scene_at_rest(), plan);
+    const PatternSegment& segment = found.pattern.segments.front();
+    ASSERT_EQ(segment.pulse_times_ps.size(), 12U);
+    EXPECT_EQ(found.pattern.mode, Mode::random);
+    EXPECT_NEAR(found.calibration.signal_photons, 960'000, 5'000);
+    const auto truth_ps = arrivals_ps(distance_known ? 0 : 60 / light_m_per_ps);
+    for (std::size_t p = 0; p < 12; ++p) {
+      // In ascending order: those after the period's end come first.
+      const auto at = std::min_element(truth_ps.begin(), truth_ps.end(), [&](double a, double b) {
+        return std::abs(a - segment.pulse_times_ps[p]) < std::abs(b - segment.pulse_times_ps[p]);
+      });
+      EXPECT_NEAR(segment.pulse_times_ps[p], *at, 2) << p;
+      const auto index = static_cast<std::size_t>(at - truth_ps.begin());
+      EXPECT_NEAR(segment.amplitudes[p] / played().segments.front().amplitudes[index], 1, 0.02);
+    }
+    EXPECT_NEAR(*found.pattern.calibrated_period_ps, 1'000'002, 1e-5);
+    EXPECT_LT(found.pattern.calibration->std_period_ps, 2e-6);
+    EXPECT_EQ(pattern_from_json(to_json(found.pattern), "found"), found.pattern);
+    EXPECT_EQ(validate(found.pattern), std::nullopt);
+    EXPECT_FALSE(found.rest.wanders());
+    EXPECT_LT(std::abs(found.rest.drift_ps()), 3);
+  }
+}
+
+struct Distances {
+  double bias_mm = 0;  // mean error
+  double rms_mm = 0;
+  double published_mm = 0;  // mean deviation
+  double frames = 0;
+};
+
+Distances measure(const std::vector<KeptFrame>& frames, const Pattern& pattern, Shape shape) {
+  PulseOptions pulse;
+  pulse.shape = shape;
+  FrameEstimator estimator(pattern, pulse, {}, {}, 50, 200'000);
+  constexpr double mm_per_ns = light_m_per_ps * 1e3 / 2 * 1e3;
+  Distances distances;
+  for (const KeptFrame& frame : frames) {
+    const Estimate estimate = estimator.estimate(frame.view());
+    EXPECT_TRUE(estimate.has_values);
+    const double error_mm = (estimate.delay_ns - frame.truth->delay_ns) * mm_per_ns;
+    distances.bias_mm += error_mm;
+    distances.rms_mm += error_mm * error_mm;
+    distances.published_mm += estimate.std_delay_ns * mm_per_ns;
+    distances.frames += 1;
+  }
+  distances.bias_mm /= distances.frames;
+  distances.rms_mm = std::sqrt(distances.rms_mm / distances.frames);
+  distances.published_mm /= distances.frames;
+  return distances;
+}
+
+// Frames of another recording of the scene, measured with the calibrated times: a gaussian is off,
+// the calibrated shape is not, and its deviations are those of its errors.
+TEST(PatternCalibration, ATailsBiasIsGone) {
+  SimulatorOptions scene = scene_at_rest();
+  scene.detection.tail_fraction = 0.3;
+  scene.detection.tail_ps = 300;
+  CalibrationPlan plan;
+  plan.distance_m = 30;
+  const Pattern found = calibrate_scene(scene, plan).pattern;
+  EXPECT_GT(make_tabulated(*found.pulse)->last_ns(), 1.2);
+
+  scene.seed = 2;
+  scene.detection.signal_per_pulse = 0.01;
+  Config config = scene_config(1);
+  config.pattern = played();
+  const FrameOrigin origin{"scene", scene, {}, std::nullopt, {}};
+  const auto frames = collect_frames(config, origin, 50, 30, [](std::size_t) {}, {});
+  ASSERT_GE(frames.size(), 30U);
+  const Distances gaussian = measure(frames, found, Shape::gaussian);
+  const Distances calibrated = measure(frames, found, Shape::tabulated);
+  const double noise_mm = calibrated.published_mm / std::sqrt(calibrated.frames);
+  EXPECT_GT(std::abs(gaussian.bias_mm), 20 * noise_mm);
+  EXPECT_LT(std::abs(calibrated.bias_mm), 3.5 * noise_mm);
+  EXPECT_NEAR(calibrated.rms_mm / calibrated.published_mm, 1, 0.4);  // 13 % for 30 frames
+}
+
+TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
+  SimulatorOptions scene = scene_at_rest();
+  scene.target.velocity_mps = 0.003;  // 20 ps in all
+  const std::string slow = refusal_of(scene);
+  EXPECT_THAT(slow, AllOf(HasSubstr("the target moves, v = "), HasSubstr("5 ps are allowed")));
+  std::smatch figures;
+  ASSERT_TRUE(std::regex_search(slow, figures, std::regex("v = (\\S+) \\+- (\\S+) mm/s"))) << slow;
+  EXPECT_NEAR(std::stod(figures[1]), 3, 4 * std::stod(figures[2]));
+  EXPECT_LT(std::stod(figures[2]), 0.15);
+  CalibrationPlan lenient;
+  lenient.goal.std_time_ps = 50;
+  EXPECT_EQ(refusal_of(scene, lenient), "none");
+
+  scene.target.velocity_mps = -0.5;
+  const std::string fast = refusal_of(scene);
+  ASSERT_TRUE(std::regex_search(fast, figures, std::regex("v = (\\S+) \\+- (\\S+) mm/s"))) << fast;
+  EXPECT_NEAR(std::stod(figures[1]), -500, 25);
+
+  scene.target.motion = simulator::MotionKind::sinusoid;
+  scene.target.amplitude_m = 0.002;
+  scene.target.period_s = 0.25;
+  scene.target.phase_turns = 0.25;  // symmetric in time: no drift
+  EXPECT_THAT(refusal_of(scene), HasSubstr("the target moves to and fro: its delay wanders by "));
+}
+
+// As many as it asks for are enough.
+TEST(PatternCalibration, TooFewPhotonsAreRefusedWithHowManyItNeeds) {
+  SimulatorOptions scene = scene_at_rest();
+  scene.detection.signal_per_pulse = 0.004;
+  scene.seconds = 0.25;
+  const std::string refused = refusal_of(scene);
+  std::smatch figures;
+  ASSERT_TRUE(std::regex_search(
+      refused, figures, std::regex("it needs ([0-9,]+) more signal photons, (\\S+) s more")))
+      << refused;
+  const double more_s = std::stod(figures[2]);
+  EXPECT_GT(more_s, 0.1);
+  scene.seconds += 0.6 * more_s;
+  EXPECT_THAT(refusal_of(scene), HasSubstr("too few photons"));
+  scene.seconds += 0.6 * more_s;
+  EXPECT_EQ(refusal_of(scene), "none");
+}
+
+TEST(PatternCalibration, WhatHoldsNoPatternIsRefused) {
+  SimulatorOptions scene = scene_at_rest();
+  scene.seconds = 0.2;
+  scene.detection.signal_per_pulse = 0;
+  EXPECT_THAT(refusal_of(scene), HasSubstr("no pulse stands out of the "));
+  scene.sync.missing_fraction = 1;
+  EXPECT_THAT(refusal_of(scene), HasSubstr("no frame has both syncs that agree and photons"));
+
+  Config config = config_of_one_pulse();
+  config.pattern = test::mrr_pattern({90'000, 94'500}, 1'890'000, 7e6);
+  EXPECT_THROW((void)calibrate_scene(scene_at_rest(), {}, {}, config), Error);
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW((void)calibrate_scene(scene_at_rest(), {}, stop.get_token()), Error);
+}
+
+// Eight pulses a sync of a laser at 80 MHz, even to 3 ps: what is left of 15 m is the comb's 1.87.
+TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
+  Pattern comb = test::periodic_pattern(100'000);
+  PatternSegment& segment = comb.segments.front();
+  segment = {100'000, {}, std::vector<double>(8, 1.0), 0};
+  const double off_ps[] = {2, -1, 0, 3, -3, 1, -2, 0};
+  for (int p = 0; p < 8; ++p) segment.pulse_times_ps.push_back(50 + 12'500 * p + off_ps[p]);
+  SimulatorOptions scene = scene_at_rest();
+  scene.detection.signal_per_pulse = 0.002;  // 8,000 photons a frame
+  scene.seconds = 0.3;
+  Config config = config_of_one_pulse();
+  config.pattern = test::periodic_pattern(100'000);
+  for (const double least_off : {1.0, 20.0}) {
+    for (double& time_ps : segment.pulse_times_ps) {
+      time_ps = std::round(time_ps / 12'500) * 12'500 + 50 +
+                least_off * (time_ps - 50 - std::round(time_ps / 12'500) * 12'500);
+    }
+    const PatternCalibration found = calibrate_scene(scene, {}, {}, config, comb);
+    ASSERT_EQ(found.pattern.segments.front().pulse_times_ps.size(), 8U);
+    EXPECT_EQ(validate(found.pattern), std::nullopt);
+    const std::string summary = calibration_summary(found, "found.json", 50);
+    if (least_off == 1) {
+      EXPECT_EQ(found.pattern.mode, Mode::ambiguous);
+      EXPECT_NEAR(found.pattern.unambiguous_delay_ps, 12'500, 0.1);
+      EXPECT_THAT(summary, HasSubstr("ranges 1.87371 m apart cannot be told apart"));
+    } else {
+      EXPECT_EQ(found.pattern.mode, Mode::random);
+      EXPECT_THAT(summary, HasSubstr("hardest to tell from the right delay"));
+    }
+  }
+}
+
+// The program itself: the pattern file can be measured with as its last words say, and the plot is
+// there.
+TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
+  test::TempFolder folder;
+  const auto config = [&](const std::string& name, const std::string& pattern) {
+    return folder.write(name,
+                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)"
+                        R"("pace":"max","signal_per_pulse":0.03,"target":{"motion":"linear",)"
+                        R"("distance_m":30,"velocity_mps":0}},"publish":{"endpoint":"ipc://)" +
+                            folder.path("socket") + R"("},)" + pattern + "}");
+  };
+  folder.write("nominal.json", to_json_file(played()));
+  const std::string nominal = config("config.json", R"("pattern":{"file":"nominal.json"})");
+  const std::string recording = folder.path("still.ptu");
+  ASSERT_EQ(
+      test::run_program({"simulate", "-c", nominal, "--seconds", "0.5", "-o", recording}).exit_code,
+      0);
+  const std::string found = folder.path("found.json");
+  const std::string plot = folder.path("pulse.svg");
+  const auto calibrated = test::run_program(
+      {"calibrate", recording, "-c", nominal, "-o", found, "--distance-m", "30", "--plot", plot});
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  EXPECT_THAT(calibrated.out, HasSubstr("pulse         time ps       +-  amplitude       +-"));
+  EXPECT_THAT(test::file_text(plot), HasSubstr("calibrated shape"));
+  const std::string members =
+      R"("pattern":{"file":")" + found + R"("},"pulse":{"shape":"tabulated"})";
+  EXPECT_THAT(calibrated.err, HasSubstr(members));
+  const auto again = test::run_program({"calibrate", recording, "-c", nominal, "-o", found});
+  EXPECT_EQ(again.exit_code, 2);
+
+  const auto measured =
+      test::run_program({"replay", recording, "-c", config("measure.json", members), "--json"});
+  ASSERT_EQ(measured.exit_code, 0) << measured.err;
+  EXPECT_THAT(measured.out, HasSubstr(R"("status":"ok")"));
+  EXPECT_THAT(measured.out, HasSubstr(R"("distance_m":30.00)"));
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,90 @@
+#include "estimator/fit/bound.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+Exposure exposure_of(const test::FrameMaker& made) {
+  const auto frame = made.make(1);
+  const PulseTrain train(made.pattern);
+  FoldedFrame folded(train, frame.photons_ps.size());
+  folded.fold(frame.view(), train);
+  return {folded, train};
+}
+
+TEST(Bound, WithoutBackgroundEverySignalPhotonCounts) {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  const PulseTrain train(made.pattern);
+  const Exposure exposure = exposure_of(made);
+  const double S = 13.5e-4;
+  const auto shape = make_gaussian(0.1);
+  const Eigen::Matrix4d J = fisher_information(*shape, train, exposure, {{1898, 0}, S, 1e-15});
+  const double photons = S * exposure.amplitude;
+  EXPECT_NEAR(J(0, 0) / (photons / 0.01), 1, 1e-6);
+  EXPECT_NEAR(J(1, 1) / (photons / 0.12), 1, 1e-6);
+  EXPECT_NEAR(J(2, 2) / (exposure.amplitude / S), 1, 1e-6);
+}
+
+// The figures of the design for [P]'s experiment: 0.62 mm at mid-frame and 4.3 cm/s.
+TEST(Bound, OfTheExperimentIsAsPublished) {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  const PulseTrain train(made.pattern);
+  const Exposure exposure = exposure_of(made);
+  const auto shape = make_gaussian(0.1);
+  const Eigen::Matrix4d bound =
+      fisher_information(*shape, train, exposure, {{1898, 0}, 13.5e-4, 1.75e-4}).inverse();
+  const double mm = 1e3 * std::sqrt(bound(0, 0)) * 0.299792458 / 2;
+  const double cm_per_s = 100 * std::sqrt(bound(1, 1)) / 5e7 * 299792458.0 / 2;
+  EXPECT_NEAR(mm, 0.62, 0.02);
+  EXPECT_NEAR(cm_per_s, 4.3, 0.1);
+}
+
+// Trapezoids over the whole period in long double, with every pulse everywhere.
+TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
+  test::FrameMaker made;
+  made.pattern = test::random_pattern(200000, 5, 9000, 3);
+  made.pattern.segments.front().amplitudes = {1, 0.2, 3, 1, 0.01};
+  made.length_ms = 1;
+  const PulseTrain train(made.pattern);
+  const Exposure exposure = exposure_of(made);
+  const double sigma = 5, S = 0.1, b = 1e-3;
+  const Eigen::Matrix4d J =
+      fisher_information(*make_gaussian(sigma), train, exposure, {{50, 0}, S, b});
+  const int steps = 200000;
+  long double dd = 0, ss = 0, bb = 0, ds = 0;
+  for (int n = 0; n < steps; ++n) {
+    const Comb& comb = train.stretches.front().comb;
+    const long double x = comb.period_ns * n / steps;
+    long double h = 0, d1 = 0;
+    for (int turn = -2; turn <= 2; ++turn) {
+      for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+        const long double u = (x - comb.times_ns[p] - turn * comb.period_ns) / sigma;
+        const long double g =
+            comb.amplitudes[p] * std::exp(-u * u / 2) / (sigma * std::sqrt(2 * M_PIl));
+        h += g;
+        d1 += -u / sigma * g;
+      }
+    }
+    const long double lambda = b + S * h;
+    dd += S * S * d1 * d1 / lambda;
+    ss += h * h / lambda;
+    bb += 1 / lambda;
+    ds += -S * d1 * h / lambda;
+  }
+  const long double weight = static_cast<long double>(exposure.seen_ns) / steps;
+  EXPECT_NEAR(J(0, 0) / static_cast<double>(dd * weight), 1, 1e-6);
+  EXPECT_NEAR(J(2, 2) / static_cast<double>(ss * weight), 1, 1e-6);
+  EXPECT_NEAR(J(3, 3) / static_cast<double>(bb * weight), 1, 1e-6);
+  EXPECT_NEAR(J(0, 2), static_cast<double>(ds * weight), 1e-6 * std::sqrt(J(0, 0) * J(2, 2)));
+}
+
+}  // namespace
+}  // namespace splid

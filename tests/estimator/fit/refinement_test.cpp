@@ -1,0 +1,133 @@
+#include "estimator/fit/refinement.hpp"
+
+#include <gtest/gtest.h>
+#include <nlopt.h>
+
+#include <cmath>
+
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+struct Scene {
+  test::FrameMaker made;
+  test::FrameMaker::Frame frame;
+  PulseTrain train;
+  FoldedFrame folded;
+  std::unique_ptr<PulseShape> shape = make_gaussian(0.1);
+  DelayLine truth;
+
+  static test::FrameMaker maker(double velocity_mps) {
+    test::FrameMaker made;
+    made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+    made.velocity_mps = velocity_mps;
+    made.length_ms = 10;
+    made.signal_per_pulse = 4e-3;
+    return made;
+  }
+  explicit Scene(double velocity_mps, std::uint64_t seed = 1)
+      : made(maker(velocity_mps)),
+        frame(made.make(seed)),
+        train(made.pattern),
+        folded(train, frame.photons_ps.size()) {
+    folded.fold(frame.view(), train);
+    const double beta = velocity_mps / 299792458.0;
+    truth = {2 * made.distance_m / 0.299792458 / (1 + beta),
+             2 * beta / (1 + beta) * folded.length_ns};
+  }
+};
+
+// The same maximum by another's optimiser from the same start, over all four parameters at once.
+TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
+  for (const double velocity : {0.0, 120.0, -77.0}) {
+    Scene scene(velocity);
+    const Exposure exposure(scene.folded, scene.train);
+    Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+    const DelayLine start = {scene.truth.delay_ns + 0.15, scene.truth.drift_ns - 0.2};
+    const Fit fit = refinement.climb(scene.folded, exposure, start, true);
+
+    struct Problem {
+      NearSet near;
+      Likelihood likelihood;
+      Exposure exposure;
+    } problem{
+        {scene.folded.size(), scene.folded.size()}, {*scene.shape, scene.folded.size()}, exposure};
+    problem.near.collect(scene.folded, comb_windows(scene.train, -2, 2), scene.train, start);
+    nlopt_opt optimiser = nlopt_create(NLOPT_LD_LBFGS, 4);
+    // In units of 0.1 ns, 0.1 ns, 1e-3 and 1e-4, so that all four matter alike.
+    nlopt_set_max_objective(
+        optimiser,
+        [](unsigned, const double* x, double* gradient, void* data) {
+          auto& p = *static_cast<Problem*>(data);
+          const LikelihoodPoint point = p.likelihood.evaluate(
+              p.near, p.exposure, {{x[0] * 0.1, x[1] * 0.1}, x[2] * 1e-3, x[3] * 1e-4});
+          const double unit[] = {0.1, 0.1, 1e-3, 1e-4};
+          for (int i = 0; gradient != nullptr && i < 4; ++i) {
+            gradient[i] = point.gradient[i] * unit[i];
+          }
+          return point.value;
+        },
+        &problem);
+    const double lower[] = {-1e9, -1e9, 0.1, 0.1};
+    nlopt_set_lower_bounds(optimiser, lower);
+    nlopt_set_xtol_rel(optimiser, 1e-13);
+    nlopt_set_maxeval(optimiser, 2000);
+    double x[] = {start.delay_ns * 10, start.drift_ns * 10, 4, 1.75};
+    double value = 0;
+    ASSERT_GE(nlopt_optimize(optimiser, x, &value), -4);
+    nlopt_destroy(optimiser);
+
+    EXPECT_NEAR(fit.parameters.line.delay_ns, x[0] * 0.1, 1e-6);
+    EXPECT_NEAR(fit.parameters.line.drift_ns, x[1] * 0.1, 1e-6);
+    EXPECT_NEAR(fit.parameters.signal_per_pulse, x[2] * 1e-3, 1e-8);
+    EXPECT_NEAR(fit.parameters.background_per_ns, x[3] * 1e-4, 1e-9);
+    EXPECT_TRUE(fit.stop == Stop::step_small || fit.stop == Stop::gain_small);
+  }
+}
+
+TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
+  Scene scene(10);
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+  const Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
+  ASSERT_TRUE(fit.has_covariance);
+  NearSet near(scene.folded.size(), scene.folded.size());
+  near.collect(scene.folded, comb_windows(scene.train, -1.5, 1.5), scene.train,
+               fit.parameters.line);
+  Likelihood likelihood(*scene.shape, scene.folded.size());
+  const LikelihoodPoint point = likelihood.evaluate(near, exposure, fit.parameters);
+  const Eigen::Matrix4d unit = -point.hessian * fit.covariance;
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(unit(i, i), 1, 1e-6);
+  // No direction is uphill any more.
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_LT(std::abs(point.gradient[i]) * std::sqrt(fit.covariance(i, i)), 1e-3) << i;
+  }
+}
+
+TEST(Refinement, ATargetAtRestKeepsItsDrift) {
+  Scene scene(0);
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+  const Fit fit = refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
+  EXPECT_EQ(fit.parameters.line.drift_ns, 0);
+  EXPECT_EQ(fit.covariance(drift_index, drift_index), 0);
+  ASSERT_TRUE(fit.has_covariance);
+  const double off = fit.parameters.line.delay_ns - scene.truth.delay_ns;
+  EXPECT_LT(std::abs(off), 4 * std::sqrt(fit.covariance(0, 0)));
+}
+
+TEST(Refinement, FarFromAnyTargetItStaysFinite) {
+  Scene scene(0);
+  const Exposure exposure(scene.folded, scene.train);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+  for (double delay = 5; delay < 3780; delay += 377) {
+    const Fit fit = refinement.climb(scene.folded, exposure, {delay, 3}, true);
+    EXPECT_TRUE(std::isfinite(fit.gain_nats));
+    EXPECT_GE(fit.gain_nats, -1e-9);
+    EXPECT_TRUE(std::isfinite(fit.parameters.line.delay_ns));
+  }
+}
+
+}  // namespace
+}  // namespace splid

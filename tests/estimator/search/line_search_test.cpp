@@ -1,0 +1,158 @@
+#include "estimator/search/line_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estimator/fit/likelihood.hpp"
+#include "estimator/model/pulse_shape.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+// Small enough for brute force: 126 ns of period, five pulses, 0.2 ms.
+test::FrameMaker small_maker(const Pattern& pattern, double velocity_mps) {
+  test::FrameMaker made;
+  made.pattern = pattern;
+  made.length_ms = 0.2;
+  made.distance_m = 7.3;
+  made.velocity_mps = velocity_mps;
+  made.signal_per_pulse = 6e-3;
+  made.background_per_ns = 1e-3;
+  return made;
+}
+
+struct Folded {
+  test::FrameMaker::Frame photons;
+  PulseTrain train;
+  FoldedFrame frame;
+  Folded(const test::FrameMaker& made, std::uint64_t seed)
+      : photons(made.make(seed)), train(made.pattern), frame(train, photons.photons_ps.size()) {
+    frame.fold(photons.view(), train);
+  }
+};
+
+double apart(double a, double b, double period) { return std::abs(std::remainder(a - b, period)); }
+
+// The likelihood at every point of a grid of one pulse width: no tree, no bins.
+DelayLine brute_force(const Folded& folded, double max_drift_ns) {
+  const auto shape = make_gaussian(0.1);
+  Likelihood likelihood(*shape, folded.frame.size() * 2);
+  NearSet near(folded.frame.size(), folded.frame.size() * 2);
+  const std::vector<CombWindow> windows = comb_windows(folded.train, -1, 1);
+  const Exposure exposure(folded.frame, folded.train);
+  DelayLine best;
+  double most = -std::numeric_limits<double>::infinity();
+  for (double drift = -max_drift_ns; drift <= max_drift_ns; drift += 0.2) {
+    for (double delay = 0; delay < folded.train.circle_ns; delay += 0.1) {
+      near.collect(folded.frame, windows, folded.train, {delay, drift});
+      const double gain = likelihood.profile(near, exposure, {delay, drift}).gain_nats;
+      if (gain > most) {
+        most = gain;
+        best = {delay, drift};
+      }
+    }
+  }
+  return best;
+}
+
+TEST(LineSearch, FindsWhatBruteForceFinds) {
+  const Pattern patterns[] = {test::interleaved_pattern({42000, 63000}, 126000),
+                              test::random_pattern(126000, 5, 9000, 2)};
+  for (const Pattern& pattern : patterns) {
+    for (const double velocity : {0.0, 1100.0, -1450.0}) {
+      const Folded folded(small_maker(pattern, velocity), 5);
+      const double limit = 2 * 1500 / 299792458.0 * folded.frame.length_ns;  // 2 ns
+      const DelayLine expected = brute_force(folded, limit);
+      const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.25, limit);
+      LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+      const auto cells = search.run(folded.frame, grid, limit);
+      ASSERT_FALSE(cells.empty());
+      EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.train.circle_ns), 0.4);
+      EXPECT_NEAR(cells[0].line.drift_ns, expected.drift_ns, 0.8);
+      // And both are the target.
+      EXPECT_LT(apart(expected.delay_ns, 2 * 7.3 / 0.299792458, folded.train.circle_ns), 0.3);
+    }
+  }
+}
+
+TEST(LineSearch, CountsEveryPhotonAtItsDelays) {
+  const Folded folded(small_maker(test::periodic_pattern(126000), 0), 1);
+  // One bin: whatever the line, it holds every photon once.
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 126, 10);
+  ASSERT_EQ(grid.bins, 1U);
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  EXPECT_EQ(search.run(folded.frame, grid, 10)[0].count, folded.frame.size());
+}
+
+TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
+  test::FrameMaker made = small_maker(test::random_pattern(126000, 5, 9000, 2), 300);
+  for (const double background : {1e-4, 3e-2, 1.0}) {  // by photon, by row, by row in 32 bits
+    made.background_per_ns = background;
+    const Folded folded(made, 3);
+    const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
+    LineSearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
+    const auto expected = generic.run(folded.frame, grid, 2);
+    const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
+    const auto delays = generic.best_delays(folded.frame, 0.4, row);
+    ASSERT_EQ(delays.size(), LineSearch::max_delays);
+    for (const VectorLevel level : runnable_vector_levels()) {
+      LineSearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
+      const auto cells = search.run(folded.frame, grid, 2);
+      ASSERT_EQ(cells.size(), expected.size());
+      for (std::size_t k = 0; k < cells.size(); ++k) {
+        EXPECT_EQ(cells[k].count, expected[k].count);
+        EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
+        EXPECT_EQ(cells[k].line.drift_ns, expected[k].line.drift_ns);
+      }
+      const auto same = search.best_delays(folded.frame, 0.4, row);
+      ASSERT_EQ(same.size(), delays.size());
+      for (std::size_t k = 0; k < same.size(); ++k) {
+        EXPECT_EQ(same[k].delay_ns, delays[k].delay_ns);
+        EXPECT_EQ(same[k].count, delays[k].count);
+        EXPECT_EQ(same[k].with_neighbour, delays[k].with_neighbour);
+      }
+    }
+  }
+}
+
+TEST(LineSearch, ManyPhotonsDoNotOverflow) {
+  test::FrameMaker made = small_maker(test::periodic_pattern(126000), 0);
+  made.signal_per_pulse = 100;  // 160,000 photons in one cell: more than 16 bits hold
+  const Folded folded(made, 3);
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 1, 2);
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  const SearchCell cell = search.run(folded.frame, grid, 2)[0];
+  EXPECT_GT(cell.count, 65536U);
+  EXPECT_LT(apart(cell.line.delay_ns, 2 * 7.3 / 0.299792458, 126), 1);
+}
+
+TEST(LineSearch, CellsAreDistinctAndInOrder) {
+  const Folded folded(small_maker(test::interleaved_pattern({42000, 63000}, 126000), 500), 8);
+  const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
+  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  const auto cells = search.run(folded.frame, grid, 2);
+  ASSERT_EQ(cells.size(), LineSearch::max_cells);
+  for (std::size_t k = 1; k < cells.size(); ++k) {
+    EXPECT_LE(cells[k].count, cells[k - 1].count);
+    for (std::size_t m = 0; m < k; ++m) {
+      const bool same = apart(cells[k].line.delay_ns, cells[m].line.delay_ns, 126) < 1.1 &&
+                        std::abs(cells[k].line.drift_ns - cells[m].line.drift_ns) < 1.1;
+      EXPECT_FALSE(same);
+    }
+  }
+}
+
+TEST(SearchGrid, IsNoCoarserThanAsked) {
+  const SearchGrid grid = SearchGrid::cover(3780, 1, 50.03);
+  EXPECT_EQ(grid.bins, 3780U);
+  EXPECT_EQ(grid.slices, 64U);
+  EXPECT_EQ(SearchGrid::cover(3780, 0.7, 0).slices, 1U);
+  EXPECT_EQ(SearchGrid::cover(3780, 0.7, 0).bins, 5400U);
+  EXPECT_EQ(SearchGrid::cover(10, 100, 0).bins, 1U);
+}
+
+}  // namespace
+}  // namespace splid
