@@ -1,6 +1,7 @@
 #!/bin/sh
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
-# leads to a file that is there. Tables, code and pictures may be wider, as they cannot be broken.
+# leads to a file that is there, as does every source file that a page names. Tables, code and pictures
+# may be wider, as they cannot be broken.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -26,5 +27,13 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
       failed=1
     fi
   done <"$scratch/links"
+  grep -oE '`(protocol|estimator|drivers|config|daemon|tests|bench|scripts|systemd|docs)/[^` ]+`' \
+    "$scratch/prose" | tr -d '`' | grep -E '[.][a-z0-9]+$' | grep -vE '[*]|[A-Z]{4}' >"$scratch/files" || true
+  while read -r file; do
+    if [ ! -e "$file" ]; then
+      echo "FAIL: $page names $file, which is not there"
+      failed=1
+    fi
+  done <"$scratch/files"
 done
 exit "$failed"
