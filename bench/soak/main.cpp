@@ -22,7 +22,6 @@
 
 #include "bench/soak/faulty_source.hpp"
 #include "daemon/base/format.hpp"
-#include "daemon/pipeline/pipeline.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
@@ -30,6 +29,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/local_connection.hpp"
+#include "tests/support/measured_stream.hpp"
 #include "tests/support/process_memory.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -99,8 +99,8 @@ class Reader {
 // Reloads the configuration, and lets a stranger knock at the port, every 250 frames.
 class Operator {
  public:
-  Operator(Pipeline& pipeline, const std::string& endpoint)
-      : pipeline_(pipeline),
+  Operator(test::MeasuredStream& stream, const std::string& endpoint)
+      : stream_(stream),
         port_(std::stoi(endpoint.substr(endpoint.rfind(':') + 1))),
         thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
@@ -120,7 +120,7 @@ class Operator {
     while (!stop.stop_requested()) {
       wake_.wait_for(milliseconds{50});
       if (reloads == turns_) continue;
-      pipeline_.reload(configuration(reloads % 2 == 0 ? 100 : 150));
+      stream_.reload(configuration(reloads % 2 == 0 ? 100 : 150));
       ++reloads;
       for (char& byte : noise) byte = static_cast<char>(random());
       test::LocalConnection(port_).send(noise);
@@ -128,7 +128,7 @@ class Operator {
     }
   }
 
-  Pipeline& pipeline_;
+  test::MeasuredStream& stream_;
   int port_;
   std::atomic<std::uint64_t> turns_{0};
   Wake wake_;
@@ -198,7 +198,7 @@ void print_faults(const Injected& injected) {
   }
 }
 
-void print_statuses(const PipelineSummary& summary) {
+void print_statuses(const StreamSummary& summary) {
   std::printf("frames by status\n");
   for (std::size_t i = 0; i < summary.frames_by_status.size(); ++i) {
     if (summary.frames_by_status.at(i) == 0) continue;
@@ -208,7 +208,7 @@ void print_statuses(const PipelineSummary& summary) {
 }
 
 // Every tag that came is in a frame that was received or in a counted loss.
-void judge_sums(Verdict& verdict, const PipelineSummary& summary, const Reader& reader) {
+void judge_sums(Verdict& verdict, const StreamSummary& summary, const Reader& reader) {
   const FramerTotals& tags = summary.tags;
   const std::uint64_t placed = tags.photons + tags.syncs + tags.markers - tags.shared;
   verdict.expect_equal(reader.frames, summary.frames, "frames received and cut");
@@ -248,7 +248,7 @@ void judge_memory(Verdict& verdict, const Memory& memory) {
                         memory.end_mib(), growth_mib));
 }
 
-int report(const PipelineSummary& summary, const Injected& injected, const Reader& reader,
+int report(const StreamSummary& summary, const Injected& injected, const Reader& reader,
            const Operator& beside, const Memory& memory, bool is_whole) {
   std::printf("%s reloads, %s bytes of garbage at the publisher's port\n",
               grouped(beside.reloads).c_str(), grouped(beside.garbage_bytes).c_str());
@@ -284,17 +284,17 @@ int soak(std::uint64_t frames) {
   auto owned = std::make_unique<FaultySource>(config.pattern, scene(), folder.path("leg.ptu"),
                                               static_cast<double>(frames) * frame_s);
   FaultySource& source = *owned;
-  Pipeline pipeline(config, std::move(owned), publisher, host_clock());
-  Operator beside(pipeline, publisher.endpoint());
+  test::MeasuredStream stream(config, std::move(owned), publisher, host_clock());
+  Operator beside(stream, publisher.endpoint());
   Memory memory(frames);
   const auto began = steady_clock::now();
-  pipeline.observe([&](const FrameMessage& frame, const std::string&) {
+  stream.observe([&](const FrameMessage& frame, const std::string&) {
     memory.frame(frame.sequence);
     beside.frame(frame.sequence);
     show_progress(frame.sequence, frames, began);
     return true;
   });
-  const PipelineSummary summary = pipeline.run(signals.token());
+  const StreamSummary summary = stream.run(signals.token());
   const std::chrono::duration<double> took = steady_clock::now() - began;
   reader.finish();
   std::fprintf(stderr, "\n");

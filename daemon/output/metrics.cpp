@@ -223,11 +223,10 @@ void Metrics::ring_filled(double ratio) { highest_fill_ = std::max(highest_fill_
 
 bool Metrics::due() const { return clock_.steady_ns() >= next_ns_; }
 
-void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
-                      const std::vector<SourceCounter>& counters) {
+void Metrics::refresh(const StatusMessage& status, const StreamCounters& counters) {
   next_ns_ = clock_.steady_ns() + refresh_interval_ns;
   Series& series = *series_;
-  const FramerTotals& framer = totals.framer;
+  const FramerTotals& framer = counters.framer;
   raise(series.read, framer.events);
   raise(series.photons, framer.photons);
   raise(series.syncs, framer.syncs);
@@ -236,10 +235,10 @@ void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
   raise(series.shared, framer.shared);
   raise(series.late, framer.late);
   raise(series.surplus, framer.surplus);
-  raise(series.ring, totals.dropped_tags);
+  raise(series.ring, counters.dropped_tags);
   // What the ring dropped is counted at once and comes down the stream later.
-  raise(series.instrument, framer.reported - std::min(framer.reported, totals.dropped_tags));
-  raise(series.discarded, totals.discarded_tags);
+  raise(series.instrument, framer.reported - std::min(framer.reported, counters.dropped_tags));
+  raise(series.discarded, counters.discarded_tags);
   raise(series.uncounted, framer.uncounted);
   raise(series.jumps, framer.jumps);
   raise(series.resets, framer.resets);
@@ -252,8 +251,8 @@ void Metrics::refresh(const StatusMessage& status, const StreamTotals& totals,
   series.ring_fill.Set(std::exchange(highest_fill_, 0));
   show(series.state, status.state);
   show(series.device, status.device);
-  for (std::size_t i = 0; i < std::min(series.drivers.size(), counters.size()); ++i) {
-    raise(*series.drivers[i], counters[i].value);
+  for (std::size_t i = 0; i < std::min(series.drivers.size(), counters.source.size()); ++i) {
+    raise(*series.drivers[i], counters.source[i].value);
   }
   if (outputs_->file) outputs_->file->write(text());
 }

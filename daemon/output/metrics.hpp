@@ -9,18 +9,11 @@
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/security/refusals.hpp"
-#include "daemon/stream/framer.hpp"
+#include "daemon/stream/stream.hpp"
 #include "drivers/source.hpp"
 #include "protocol/messages.hpp"
 
 namespace splid {
-
-// Where every tag went, as the stages count it; none ever falls.
-struct StreamTotals {
-  FramerTotals framer;
-  std::uint64_t dropped_tags = 0;    // since the ring was full; the framer has them as reported
-  std::uint64_t discarded_tags = 0;  // in the ring when a stop request's time was up
-};
 
 // What Prometheus is told, by a file and over HTTP as the configuration says. docs/metrics.md has
 // each name with its unit and meaning.
@@ -52,8 +45,7 @@ class Metrics {
   // A second has passed since the last refresh().
   [[nodiscard]] bool due() const;
   // Takes over what is counted elsewhere and writes the file. counters: as in the constructor.
-  void refresh(const StatusMessage& status, const StreamTotals& totals,
-               const std::vector<SourceCounter>& counters);
+  void refresh(const StatusMessage& status, const StreamCounters& counters);
 
   // In Prometheus' text format.
   [[nodiscard]] std::string text() const;

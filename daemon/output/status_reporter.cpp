@@ -31,12 +31,9 @@ const char* reason_of(FrameStatus status) {
 
 }  // namespace
 
-StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
-                               const Clock& clock)
-    : source_(source),
-      publisher_(publisher),
+StatusReporter::StatusReporter(const Config& config, Publisher& publisher, const Clock& clock)
+    : publisher_(publisher),
       clock_(clock),
-      last_frame_s_(source.start_unix_s.value_or(0)),
       silence_limit_ns_(std::max(silent_frames * config.frame.length_ms, 100.0) * ns_per_ms) {
   version_.release = SPLID_VERSION;
   version_.pattern = std::filesystem::path(config.pattern_file).stem().string();
@@ -46,22 +43,22 @@ StatusReporter::StatusReporter(const Config& config, const SourceInfo& source, P
   threads_ = static_cast<double>(config.pipeline.estimation_threads);
 }
 
-void StatusReporter::start() {
+void StatusReporter::begin(const SourceInfo& source) {
+  waits_ = false;
+  stream_ = {};
+  second_ = {};
+  stream_.source = source;
+  stream_.last_frame_s = source.start_unix_s.value_or(0);
+  stream_.started_ns = clock_.steady_ns();
+  status_.state = DaemonState::starting;
+  status_.reason.clear();
+  status_.device = DeviceState::connected;
+  status_.device_name.clear();
   version_.timestamp_s = timestamp_s();
   publisher_.publish_version(to_json(version_));
-  started_ns_ = clock_.steady_ns();
   StreamHealth health;
   health.tags = status_.tags;
   publish(health);
-}
-
-void StatusReporter::go_on_from(const StatusMessage& before) {
-  status_.sequence = before.sequence;
-  status_.tags = before.tags;
-  status_.lost_tags = before.lost_tags;
-  status_.uncounted_losses = before.uncounted_losses;
-  status_.frames = before.frames;
-  status_.valid_frames = before.valid_frames;
 }
 
 void StatusReporter::frame_published(const FrameMessage& message) {
@@ -69,34 +66,34 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
   status_.uncounted_losses += message.uncounted_losses;
-  last_frame_ = message.status;
-  if (!is_disturbed_frame()) disturbed_until_ns_ = 0;
-  frames_this_second_ += message.valid() ? 1 : 0;
+  stream_.last_frame = message.status;
+  if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
+  second_.frames += message.valid() ? 1 : 0;
   const bool by_mode = message.mode == Mode::ambiguous;
-  unsure_this_second_ += message.status == FrameStatus::ambiguous && !by_mode ? 1 : 0;
+  second_.unsure += message.status == FrameStatus::ambiguous && !by_mode ? 1 : 0;
   if (message.amplitude_misfit) {
-    ++misfits_this_second_;
-    amplitude_misfit_ = *message.amplitude_misfit;
+    ++second_.misfits;
+    second_.amplitude_misfit = *message.amplitude_misfit;
   }
   if (message.pattern_fault) {
-    ++faults_this_second_;
-    pattern_fault_ = *message.pattern_fault;
+    ++second_.faults;
+    second_.pattern_fault = *message.pattern_fault;
   }
-  computed_ms_ += message.compute_ms.value_or(0);
-  lasted_ms_ += message.duration_ms;
-  last_effort_ = message.effort.value_or(configured_effort_);
-  last_frame_s_ = message.timestamp_s;
+  second_.computed_ms += message.compute_ms.value_or(0);
+  second_.lasted_ms += message.duration_ms;
+  stream_.last_effort = message.effort.value_or(configured_effort_);
+  stream_.last_frame_s = message.timestamp_s;
 }
 
 void StatusReporter::tick(const StreamHealth& health) {
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
   for (const DeviceReport& report : health.device_reports) {
-    device_ = report;
+    stream_.device = report;
     judge(health);
     publish(health);
   }
   for (const std::string& notice : health.notices) {
-    notice_ = notice;
+    stream_.notice = notice;
     judge(health);
     publish(health);
   }
@@ -108,8 +105,27 @@ void StatusReporter::tick(const StreamHealth& health) {
   if (due || state != status_.state || reason != status_.reason) publish(health);
   // What is over has then been said for a second.
   if (!due) return;
-  notice_.clear();
-  if (device_.state == DeviceState::connected) device_.reason.clear();
+  stream_.notice.clear();
+  if (stream_.device.state == DeviceState::connected) stream_.device.reason.clear();
+}
+
+void StatusReporter::wait(const StreamHealth& health, const std::string& reason) {
+  const bool due = clock_.steady_ns() >= next_ns_;
+  if (!std::exchange(waits_, true)) {
+    stream_.notice.clear();
+    stream_.pattern_reason.clear();
+    second_ = {};
+  }
+  for (const std::string& notice : health.notices) stream_.notice = notice;
+  const std::string said = std::exchange(status_.reason, reason);
+  add_reason(stream_.notice);
+  add_reason(health.configuration_fault);
+  const bool is_new = status_.state != DaemonState::waiting_for_device || status_.reason != said;
+  status_.state = DaemonState::waiting_for_device;
+  status_.device_name.clear();  // no instrument is open
+  highest_fill_ = 0;
+  if (due || is_new) publish(health);
+  if (due) stream_.notice.clear();
 }
 
 void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
@@ -118,7 +134,7 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
   status_.reason = reason;
   // A stream that is over within its first second has said nothing yet.
   judge_second();
-  add_reason(pattern_reason_);
+  add_reason(stream_.pattern_reason);
   publish(health);
 }
 
@@ -128,11 +144,12 @@ void StatusReporter::judge(const StreamHealth& health) {
   if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
   add_reason(health.recording_fault);
   // A fault that has just come is noticed too.
-  if (health.recording_fault.empty() || notice_.find(health.recording_fault) == std::string::npos) {
-    add_reason(notice_);
+  if (health.recording_fault.empty() ||
+      stream_.notice.find(health.recording_fault) == std::string::npos) {
+    add_reason(stream_.notice);
   }
   add_reason(health.configuration_fault);
-  add_reason(device_.caution);
+  add_reason(stream_.device.caution);
 }
 
 void StatusReporter::add_reason(const std::string& sentence) {
@@ -141,10 +158,10 @@ void StatusReporter::add_reason(const std::string& sentence) {
 }
 
 void StatusReporter::judge_device(const StreamHealth& health) {
-  status_.device = device_.state;
-  status_.device_name = device_.device;
-  if (device_.state != DeviceState::connected) disturb();
-  switch (device_.state) {
+  status_.device = stream_.device.state;
+  status_.device_name = stream_.device.device;
+  if (stream_.device.state != DeviceState::connected) disturb();
+  switch (stream_.device.state) {
     case DeviceState::no_device:
       status_.state = DaemonState::waiting_for_device;
       break;
@@ -155,83 +172,87 @@ void StatusReporter::judge_device(const StreamHealth& health) {
       judge_stream(health);
       if (!status_.reason.empty()) return;
   }
-  status_.reason = device_.reason;
+  status_.reason = stream_.device.reason;
 }
 
 // In half of a second's frames: chance shows one in a million a frame.
 void StatusReporter::judge_second() {
   judge_cost();
-  const bool is_contradicted =
-      faults_this_second_ > 0 && faults_this_second_ >= frames_this_second_;
-  pattern_reason_ = is_contradicted ? in_words(pattern_fault_) : "";
-  frames_reason_.clear();
-  if (misfits_this_second_ > 0 && 2 * misfits_this_second_ >= frames_this_second_) {
-    frames_reason_ = "the pulses' light is " + format("%.0f", 100 * amplitude_misfit_) +
-                     " % (rms) off the pattern's amplitudes: calibrate the pattern";
+  const bool is_contradicted = second_.faults > 0 && second_.faults >= second_.frames;
+  stream_.pattern_reason = is_contradicted ? in_words(second_.pattern_fault) : "";
+  stream_.frames_reason.clear();
+  if (second_.misfits > 0 && 2 * second_.misfits >= second_.frames) {
+    stream_.frames_reason = "the pulses' light is " +
+                            format("%.0f", 100 * second_.amplitude_misfit) +
+                            " % (rms) off the pattern's amplitudes: calibrate the pattern";
   }
-  if (unsure_this_second_ > 0 && 2 * unsure_this_second_ >= frames_this_second_) {
-    frames_reason_ += (frames_reason_.empty() ? "" : "; ") +
-                      format(
-                          "%d of the last %d frames are ambiguous: their photons fit another "
-                          "range nearly as well (range_odds_nats); more light, longer frames or "
-                          "a pattern that fits itself less tell them apart (splid check says how "
-                          "many signal photons this one takes)",
-                          unsure_this_second_, frames_this_second_);
+  if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
+    stream_.frames_reason +=
+        (stream_.frames_reason.empty() ? "" : "; ") +
+        format(
+            "%d of the last %d frames are ambiguous: their photons fit another "
+            "range nearly as well (range_odds_nats); more light, longer frames or "
+            "a pattern that fits itself less tell them apart (splid check says how "
+            "many signal photons this one takes)",
+            second_.unsure, second_.frames);
   }
-  frames_this_second_ = misfits_this_second_ = unsure_this_second_ = faults_this_second_ = 0;
+  second_ = {};
 }
 
 // Frames that come as fast as they last are too much for the threads that share them.
 void StatusReporter::judge_cost() {
-  cost_reason_.clear();
-  if (computed_ms_ > lasted_ms_ * threads_) {
-    cost_reason_ = format(
+  stream_.cost_reason.clear();
+  if (second_.computed_ms > second_.lasted_ms * threads_) {
+    stream_.cost_reason = format(
         "frames take %.3g times as long to compute as they last, on %.0f threads: lower "
         "estimator.effort or scene.max_speed_mps, or raise pipeline.estimation_threads",
-        computed_ms_ / lasted_ms_, threads_);
+        second_.computed_ms / second_.lasted_ms, threads_);
   }
-  computed_ms_ = lasted_ms_ = 0;
 }
 
-void StatusReporter::disturb() { disturbed_until_ns_ = clock_.steady_ns() + ns_per_s; }
+void StatusReporter::disturb() { stream_.disturbed_until_ns = clock_.steady_ns() + ns_per_s; }
 
 bool StatusReporter::is_disturbed_frame() const {
-  return clock_.steady_ns() < disturbed_until_ns_ &&
-         (last_frame_ == FrameStatus::no_sync || last_frame_ == FrameStatus::incomplete);
+  return clock_.steady_ns() < stream_.disturbed_until_ns &&
+         (stream_.last_frame == FrameStatus::no_sync ||
+          stream_.last_frame == FrameStatus::incomplete);
 }
 
 void StatusReporter::judge_stream(const StreamHealth& health) {
-  const std::int64_t heard_ns = health.last_arrival_ns == 0 ? started_ns_ : health.last_arrival_ns;
+  const std::int64_t heard_ns =
+      health.last_arrival_ns == 0 ? stream_.started_ns : health.last_arrival_ns;
   status_.reason.clear();
-  if (source_.live && static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
+  if (stream_.source.live &&
+      static_cast<double>(clock_.steady_ns() - heard_ns) > silence_limit_ns_) {
     status_.state = DaemonState::waiting_for_device;
-    status_.reason = source_.name + " sends nothing, not even a heartbeat";
+    status_.reason = stream_.source.name + " sends nothing, not even a heartbeat";
     disturb();
-  } else if (last_frame_ == FrameStatus::not_run) {
+  } else if (stream_.last_frame == FrameStatus::not_run) {
     status_.state = DaemonState::starting;
   } else if (is_disturbed_frame()) {
     // What the driver said of it goes before.
     status_.state = DaemonState::degraded;
-    if (device_.reason.empty()) {
-      status_.reason = "the last frame spans a time in which " + source_.name + " sent nothing";
+    if (stream_.device.reason.empty()) {
+      status_.reason =
+          "the last frame spans a time in which " + stream_.source.name + " sent nothing";
     }
-  } else if (const char* reason = reason_of(last_frame_)) {
+  } else if (const char* reason = reason_of(stream_.last_frame)) {
     status_.state = DaemonState::degraded;
-    status_.reason = last_frame_ == FrameStatus::no_sync && !health.sync_fault.empty()
+    status_.reason = stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()
                          ? health.sync_fault
                          : reason;
-  } else if (!pattern_reason_.empty()) {
+  } else if (!stream_.pattern_reason.empty()) {
     status_.state = DaemonState::degraded;
-    status_.reason = pattern_reason_;
+    status_.reason = stream_.pattern_reason;
   } else if (effort_is_lowered()) {
     status_.state = DaemonState::degraded;
     status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
-                     last_effort_ + " until it keeps up";
+                     stream_.last_effort + " until it keeps up";
   } else {
-    const bool falls_behind = source_.live && !cost_reason_.empty();
+    const bool falls_behind = stream_.source.live && !stream_.cost_reason.empty();
     status_.state = falls_behind ? DaemonState::degraded : DaemonState::streaming;
-    status_.reason = cost_reason_;
-    add_reason(frames_reason_);
+    status_.reason = stream_.cost_reason;
+    add_reason(stream_.frames_reason);
   }
 }
 
@@ -245,7 +266,7 @@ void StatusReporter::publish(const StreamHealth& health) {
 }
 
 double StatusReporter::timestamp_s() const {
-  return source_.live ? clock_.unix_s() : last_frame_s_;
+  return stream_.source.live ? clock_.unix_s() : stream_.last_frame_s;
 }
 
 }  // namespace splid

@@ -40,23 +40,30 @@ struct StreamHealth {
 class StatusReporter {
  public:
   // publisher, clock: outlive this.
-  StatusReporter(const Config& config, const SourceInfo& source, Publisher& publisher,
-                 const Clock& clock);
+  StatusReporter(const Config& config, Publisher& publisher, const Clock& clock);
 
-  void start();
-  // Counts and the messages' sequence go on from those of an earlier stream. Before start().
-  void go_on_from(const StatusMessage& before);
+  // A stream begins: what its frames and its driver say is judged afresh, and the counts and the
+  // messages' sequence go on.
+  void begin(const SourceInfo& source);
   void frame_published(const FrameMessage& message);
   // To be called at least every 100 ms.
   void tick(const StreamHealth& health);
-  // The stream is over. reason: why, empty where nothing is wrong.
+  // There is no stream: subscribers hear that the daemon waits for its device, and why. To be
+  // called at least every 100 ms. reason: a sentence; of `health` tags, notices and
+  // configuration_fault are looked at.
+  //
+  // Design note: the states are a closed list that programs switch over, and to them a daemon
+  // without stream is a daemon that waits for its instrument, whoever took the instrument away; the
+  // reason tells people more.
+  void wait(const StreamHealth& health, const std::string& reason);
+  // The run is over. reason: why, empty where nothing is wrong.
   void stop(const StreamHealth& health, const std::string& reason);
   // The effort that frames are to have; with less the daemon is degraded.
   void configure(Effort effort) { configured_effort_ = to_string(effort); }
 
   // The last frame had less effort than was configured.
   [[nodiscard]] bool effort_is_lowered() const {
-    return !last_effort_.empty() && last_effort_ != configured_effort_;
+    return !stream_.last_effort.empty() && stream_.last_effort != configured_effort_;
   }
   // As last judged.
   [[nodiscard]] const StatusMessage& status() const { return status_; }
@@ -73,33 +80,44 @@ class StatusReporter {
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
 
-  SourceInfo source_;
+  // What is known of the stream that runs.
+  struct StreamSeen {
+    SourceInfo source;
+    DeviceReport device;
+    std::string notice;
+    FrameStatus last_frame = FrameStatus::not_run;
+    // Until then the instrument was away, or has only just come back, and no frame has been whole
+    // since: what frames lack is due to its absence.
+    std::int64_t disturbed_until_ns = 0;
+    std::string last_effort;
+    double last_frame_s = 0;
+    std::int64_t started_ns = 0;
+    // What the last whole second had to say.
+    std::string frames_reason, pattern_reason, cost_reason;
+  };
+
+  // What the frames of the second that runs say together.
+  struct Second {
+    int frames = 0;               // with a target
+    int misfits = 0;              // of these, with other amplitudes than the pattern's
+    double amplitude_misfit = 0;  // of the last frame with a misfit
+    int unsure = 0;               // of these, ambiguous by their photons and not by the mode
+    int faults = 0;               // without a target, since the photons contradict the pattern
+    PatternFault pattern_fault = PatternFault::none;  // of the last frame with a fault
+    double computed_ms = 0, lasted_ms = 0;            // all frames together
+  };
+
   Publisher& publisher_;
   const Clock& clock_;
   VersionMessage version_;
   StatusMessage status_;
-  DeviceReport device_;
-  std::string notice_;
-  FrameStatus last_frame_ = FrameStatus::not_run;
-  // Until then the instrument was away, or has only just come back, and no frame has been whole
-  // since: what frames lack is its absence.
-  std::int64_t disturbed_until_ns_ = 0;
+  bool waits_ = false;  // there is no stream
+  StreamSeen stream_;
+  Second second_;
   std::string configured_effort_;
-  std::string last_effort_;
-  int frames_this_second_ = 0;   // with a target
-  int misfits_this_second_ = 0;  // of these, with other amplitudes than the pattern's
-  double amplitude_misfit_ = 0;  // of the last such
-  int unsure_this_second_ = 0;   // of these, ambiguous by their photons and not by the mode
-  int faults_this_second_ = 0;   // without a target, since the photons contradict the pattern
-  PatternFault pattern_fault_ = PatternFault::none;  // of the last such
-  double computed_ms_ = 0, lasted_ms_ = 0;           // this second's frames together
-  double threads_ = 1;                               // that share the frames
-  std::string frames_reason_;                        // of the second before
-  std::string pattern_reason_, cost_reason_;         // likewise
-  double last_frame_s_ = 0;
+  double threads_ = 1;  // that share the frames
   double silence_limit_ns_;
-  std::int64_t started_ns_ = 0;
-  std::int64_t next_ns_ = 0;
+  std::int64_t next_ns_ = 0;  // a status is due
   double highest_fill_ = 0;
 };
 

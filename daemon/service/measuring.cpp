@@ -17,22 +17,28 @@ constexpr std::chrono::milliseconds idle{50};
 
 constexpr const char* ending = "the daemon ends";
 
+// What an error says; empty where there is none.
+std::string sentence_of(const std::exception_ptr& fault) {
+  try {
+    if (fault) std::rethrow_exception(fault);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
 }  // namespace
 
-Measuring::Measuring(const Config& config, Publisher& publisher, DeviceMonitor& device,
-                     Metrics* metrics, FrameObserver observer, bool may_record)
+Measuring::Measuring(const Config& config, Output& output, DeviceMonitor& device, bool may_record)
     : config_(config),
-      publisher_(publisher),
+      output_(output),
       device_(device),
-      metrics_(metrics),
-      observer_(std::move(observer)),
-      notifier_(host_clock()),
       to_record_(may_record && !config.record.folder.empty() &&
                  config.record.when == RecordWhen::always) {}
 
-PipelineSummary Measuring::run(std::unique_ptr<TagSource> source, const std::stop_token& stop) {
+StreamSummary Measuring::run(std::unique_ptr<TagSource> source, const std::stop_token& stop) {
   prepare(std::move(source));
-  PipelineSummary summary;
+  StreamSummary summary;
   do {
     summary = measure(stop);
   } while (summary.paused && wait_until_wanted(stop));
@@ -42,42 +48,44 @@ PipelineSummary Measuring::run(std::unique_ptr<TagSource> source, const std::sto
   return summary;
 }
 
-// What start() waits for: from here on there is a pipeline.
+// What start() waits for: from here on there is a stream.
 void Measuring::prepare(std::unique_ptr<TagSource> source) {
-  const SourceInfo info = source->info();
-  auto pipeline = std::make_unique<Pipeline>(config_, std::move(source), publisher_, host_clock());
-  pipeline->go_on_from(so_far_);
-  if (metrics_ != nullptr) pipeline->measure(*metrics_);
-  pipeline->watch(device_);
-  pipeline->serve(notifier_);
-  pipeline->observe(observer_);
+  auto stream = std::make_unique<Stream>(stream_options(config_), std::move(source), host_clock());
+  output_.begin();
   const std::scoped_lock recording_lock(recording_mutex_);
-  if (to_record_) record(*pipeline, info);
+  if (to_record_) record(*stream);
   const std::scoped_lock lock(mutex_);
-  if (reloaded_) pipeline->reload(*reloaded_);
-  source_ = info;
-  pipeline_ = std::move(pipeline);
+  if (reloaded_) stream->reload(stream_options(*reloaded_));
+  stream_ = std::move(stream);
   waits_for_.clear();
-  if (!wanted_) pipeline_->pause();
+  pausing_ = !wanted_;
+  if (pausing_) stream_->request_stop();
   changed_.notify_all();
 }
 
-PipelineSummary Measuring::measure(const std::stop_token& stop) {
+StreamSummary Measuring::measure(const std::stop_token& stop) {
   const std::int64_t begin_ns = host_clock().steady_ns();
-  PipelineSummary summary = pipeline_->run(stop);
+  StreamSummary summary;
+  {
+    const std::stop_callback pass_on(stop, [this] { stream_->request_stop(); });
+    summary = output_.publish(*stream_);
+  }
+  {
+    const std::scoped_lock lock(mutex_);
+    summary.paused = pausing_ && !stop.stop_requested() && !summary.fault;
+  }
+  if (!summary.paused) output_.stop(sentence_of(summary.fault));
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
   spdlog::info("{}; took {:.3g} s", in_words(summary), took_s);
-  so_far_ = pipeline_->so_far();
   const std::scoped_lock recording_lock(recording_mutex_);
   finish_recording();
   const std::scoped_lock lock(mutex_);
-  pipeline_.reset();
+  stream_.reset();
   return summary;
 }
 
 // False where the daemon is to end instead.
 bool Measuring::wait_until_wanted(const std::stop_token& stop) {
-  PauseStatus status(publisher_, device_, notifier_, metrics_, host_clock(), source_.live);
   std::unique_lock lock(mutex_);
   spdlog::info("the source is closed: {}", reason_);
   while (!stop.stop_requested()) {
@@ -85,14 +93,14 @@ bool Measuring::wait_until_wanted(const std::stop_token& stop) {
     const bool wanted = wanted_;
     lock.unlock();
     if (wanted && resume()) return true;
-    status.tick(so_far_, reason);
+    output_.wait(reason);
     lock.lock();
     waits_for_ = reason;
     changed_.notify_all();
     changed_.wait_for(lock, stop, idle, [&] { return wanted_ || reason_ != reason; });
   }
   lock.unlock();
-  status.stop(so_far_);
+  output_.stop("");
   return false;
 }
 
@@ -100,7 +108,7 @@ bool Measuring::resume() {
   try {
     (void)device_.take_reports();  // of the source that was closed
     prepare(open_source(config_, device_.hears()));
-    spdlog::info("measuring again from {}", source_.name);
+    spdlog::info("measuring again from {}", stream_->info().name);
     return true;
   } catch (const std::exception& error) {
     const std::scoped_lock lock(mutex_);
@@ -114,13 +122,13 @@ bool Measuring::resume() {
 
 bool Measuring::start(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  if (pipeline_ && wanted_) return false;
+  if (stream_ && wanted_) return false;
   wanted_ = true;
   failure_ = nullptr;
   changed_.notify_all();
-  changed_.wait(lock, stop, [this] { return pipeline_ || failure_ || over_; });
+  changed_.wait(lock, stop, [this] { return stream_ || failure_ || over_; });
   if (failure_) std::rethrow_exception(failure_);
-  if (!pipeline_) throw Error(Fault::usage, ending);
+  if (!stream_) throw Error(Fault::usage, ending);
   return true;
 }
 
@@ -129,7 +137,10 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
   const bool waited = !waits_for_.empty();
   reason_ = reason;
   wanted_ = false;
-  if (pipeline_) pipeline_->pause();
+  if (stream_) {
+    pausing_ = true;
+    stream_->request_stop();
+  }
   changed_.notify_all();
   changed_.wait(lock, stop, [&] { return waits_for_ == reason || over_; });
   if (waits_for_ != reason) throw Error(Fault::usage, ending);
@@ -138,7 +149,8 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
 
 void Measuring::reload(std::shared_ptr<const Config> next) {
   const std::scoped_lock lock(mutex_);
-  if (pipeline_) pipeline_->reload(*next);
+  if (stream_) stream_->reload(stream_options(*next));
+  output_.reload(*next);
   reloaded_ = std::move(next);
 }
 
@@ -150,7 +162,7 @@ bool Measuring::record() {
   }
   const std::scoped_lock recording_lock(recording_mutex_);
   if (to_record_) return false;
-  if (pipeline_) record(*pipeline_, source_);
+  if (stream_) record(*stream_);
   const std::scoped_lock lock(mutex_);
   to_record_ = true;
   recording_file_.clear();
@@ -163,7 +175,8 @@ bool Measuring::end_recording() {
     const std::scoped_lock lock(mutex_);
     if (!std::exchange(to_record_, false)) return false;
   }
-  if (pipeline_) pipeline_->record(nullptr);
+  output_.record(nullptr);
+  if (stream_) stream_->tap_into(nullptr);
   finish_recording();
   return true;
 }
@@ -181,24 +194,28 @@ bool Measuring::records() const {
 
 bool Measuring::measures() const {
   const std::scoped_lock lock(mutex_);
-  return pipeline_ != nullptr;
+  return stream_ != nullptr;
 }
 
-// Under the recording's mutex, and not under the other: its ring takes a while to make.
-void Measuring::record(Pipeline& pipeline, const SourceInfo& source) {
-  auto made = std::make_unique<RecordingTap>(config_, source, host_clock(),
+// Under the recording's mutex, and not under the other mutex: a recording's ring takes a while to
+// make.
+void Measuring::record(Stream& stream) {
+  auto made = std::make_unique<RecordingTap>(config_, stream.info(), host_clock(),
                                              [this](const std::string& sentence) {
                                                spdlog::warn("recording: {}", sentence);
                                                device_.notice("recording: " + sentence);
                                              });
-  pipeline.record(made.get());
+  output_.record(made.get());
+  stream.tap_into(made.get());
   const std::scoped_lock lock(mutex_);
   recording_ = std::move(made);
 }
 
-// Likewise: it waits for the disk. Nothing gives the recording tags any more.
+// Under the recording's mutex, and not under the other mutex: the recording waits for the disk.
+// Nothing gives it tags any more.
 void Measuring::finish_recording() {
   if (!recording_) return;
+  output_.record(nullptr);
   spdlog::info("{}", recording_->summary());
   const std::scoped_lock lock(mutex_);
   recording_file_ = recording_->file();

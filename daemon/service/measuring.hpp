@@ -10,12 +10,9 @@
 
 #include "config/config.hpp"
 #include "daemon/output/device_monitor.hpp"
-#include "daemon/output/metrics.hpp"
-#include "daemon/output/publisher.hpp"
-#include "daemon/output/service_notifier.hpp"
-#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/output/output.hpp"
 #include "daemon/recording/recording_tap.hpp"
-#include "daemon/service/pause_status.hpp"
+#include "daemon/stream/stream.hpp"
 #include "drivers/source.hpp"
 
 namespace splid {
@@ -27,14 +24,13 @@ namespace splid {
 // Threads: run() on one; the rest on any others, one at a time, while run() runs or before it.
 class Measuring {
  public:
-  // All outlive this. metrics: null where there are none. may_record: as config.record says.
-  Measuring(const Config& config, Publisher& publisher, DeviceMonitor& device, Metrics* metrics,
-            FrameObserver observer, bool may_record);
+  // All outlive this. may_record: as config.record says.
+  Measuring(const Config& config, Output& output, DeviceMonitor& device, bool may_record);
 
   // Measures from `source`, and from others of its kind as start() and pause() have it, until a
   // stream ends by itself or fails, or a stop is requested. Returns what the last one came to.
   // Errors: Error of start-up; those of the observer.
-  PipelineSummary run(std::unique_ptr<TagSource> source, const std::stop_token& stop);
+  StreamSummary run(std::unique_ptr<TagSource> source, const std::stop_token& stop);
 
   // Opens the source and measures; false where it does already. Errors: what keeps it from
   // measuring; it goes on waiting then, and says why. Error(Fault::usage) after a stop request.
@@ -44,7 +40,8 @@ class Measuring {
   // a stop request.
   bool pause(const std::string& reason, const std::stop_token& stop);
 
-  // Frames from now on are estimated as this configuration says: see Pipeline::reload.
+  // Frames from now on are estimated as this configuration says: see Stream::reload and
+  // Output::reload.
   void reload(std::shared_ptr<const Config> next);
 
   // Records what is measured from now on, in this stream and the next; false where it does already.
@@ -60,27 +57,23 @@ class Measuring {
 
  private:
   void prepare(std::unique_ptr<TagSource> source);
-  PipelineSummary measure(const std::stop_token& stop);
+  StreamSummary measure(const std::stop_token& stop);
   bool wait_until_wanted(const std::stop_token& stop);
   bool resume();
-  void record(Pipeline& pipeline, const SourceInfo& source);
+  void record(Stream& stream);
   void finish_recording();
 
   const Config& config_;
-  Publisher& publisher_;
+  Output& output_;
   DeviceMonitor& device_;
-  Metrics* metrics_;
-  FrameObserver observer_;
-  ServiceNotifier notifier_;
-  StreamSoFar so_far_;  // run() only
 
-  // What takes both takes this one first; it is held while a recording is made or ended, which may
-  // take seconds, so that records() and the like do not wait for that.
+  // Whoever takes both mutexes takes this one first. It is held while a recording is made or ended,
+  // which may take seconds; records() and the like do not wait for it.
   std::mutex recording_mutex_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  // Under the mutex; the pipeline, the source and what concerns the recording change under both and
-  // may be read under either.
+  // Under the mutex; the stream and what concerns the recording change under both mutexes and may
+  // be read under either.
   bool wanted_ = true;
   bool over_ = false;   // run() has returned
   std::string reason_;  // why it is not to measure
@@ -88,8 +81,8 @@ class Measuring {
   std::string waits_for_;
   std::exception_ptr failure_;  // of the last attempt to measure again
   std::shared_ptr<const Config> reloaded_;
-  std::unique_ptr<Pipeline> pipeline_;
-  SourceInfo source_;  // of the stream that runs, or ran last
+  std::unique_ptr<Stream> stream_;  // null: there is none
+  bool pausing_ = false;            // pause() ended the stream
   bool to_record_;
   std::unique_ptr<RecordingTap> recording_;
   std::string recording_file_;  // of a recording that has ended

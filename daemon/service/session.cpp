@@ -133,7 +133,8 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
     if (progress.due()) progress.show(in_words(message));
     return !options.json || out.write(json);
   };
-  Measuring measuring(config, publisher, device, metrics.get(), observer, options.is_service);
+  Output output(config, {publisher, &device, metrics.get(), observer}, host_clock());
+  Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
     std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";
     if (is_new) measuring.reload(next);
@@ -146,7 +147,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   spdlog::info("source {}; pattern {} ({}); {}", source->info().name, config.pattern_file,
                describe_pattern(config.pattern), where(publisher, authenticator.get()));
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
-  const PipelineSummary summary = measuring.run(std::move(source), stop);
+  const StreamSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
   if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
   say_who_came(refusals, publisher);

@@ -24,7 +24,7 @@ std::string in_words(const FrameMessage& message) {
   return text;
 }
 
-std::string in_words(const PipelineSummary& summary) {
+std::string in_words(const StreamSummary& summary) {
   std::string text = grouped(summary.frames) + " frames";
   const char* separator = ": ";
   for (std::size_t i = 0; i < summary.frames_by_status.size(); ++i) {
@@ -44,7 +44,7 @@ std::string in_words(const PipelineSummary& summary) {
   return text;
 }
 
-void check_locked(const PipelineSummary& summary) {
+void check_locked(const StreamSummary& summary) {
   if (summary.frames == 0 || summary.locked_frames > 0) return;
   if (summary.diagnosis) throw Error(Fault::data, in_words(*summary.diagnosis));
   if (summary.tags.syncs >= plentiful_syncs * summary.frames) {
@@ -56,7 +56,7 @@ void check_locked(const PipelineSummary& summary) {
                summary.tags.syncs, summary.frames);
 }
 
-void check_cost(const PipelineSummary& summary, double threads) {
+void check_cost(const StreamSummary& summary, double threads) {
   if (!(summary.computed_ms > summary.lasted_ms * threads)) return;
   spdlog::warn(
       "frames took {:.3g} times as long to compute as they last, on {} threads: an instrument that "
@@ -65,7 +65,7 @@ void check_cost(const PipelineSummary& summary, double threads) {
       summary.computed_ms / summary.lasted_ms, threads);
 }
 
-void check_pattern(const PipelineSummary& summary) {
+void check_pattern(const StreamSummary& summary) {
   if (summary.contradicted_frames == 0) return;
   const std::string sentence = "in " + grouped(summary.contradicted_frames) + " of " +
                                grouped(summary.frames) + " frames " +

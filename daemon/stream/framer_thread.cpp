@@ -33,33 +33,24 @@ constexpr std::uint64_t no_more_changes = std::numeric_limits<std::uint64_t>::ma
 
 }  // namespace
 
-FramerTotals added_up(const FramerTotals& a, const FramerTotals& b) {
-  FramerTotals sum = a;
-  for (const auto count : counts) sum.*count += b.*count;
+FramerTotals& operator+=(FramerTotals& sum, const FramerTotals& more) {
+  for (const auto count : counts) sum.*count += more.*count;
   return sum;
 }
 
-FramerThread::FramerThread(const Config& config, const SourceInfo& source, const Clock& clock,
-                           TagRing& ring, Lanes& lanes)
-    : configured_effort(config.estimator.effort),
-      host_(clock),
-      ring_(ring),
-      lanes_(lanes),
-      channels_(config.channels),
-      framer_(framer_options(config.frame.length_ms, config.pattern, config.drift.method),
-              channels_, *this),
-      device_clock_(source, clock),
-      effort_(config.estimator.effort, source.live) {}
+FramerThread::FramerThread(const FramerOptions& options, const ChannelMap& channels,
+                           const Clock& clock, TagRing& ring, FrameDealer& dealer)
+    : host_(clock), ring_(ring), dealer_(dealer), framer_(options, channels, dealer) {}
 
 void FramerThread::run(const std::stop_token& stop, int patience_ms) {
   pthread_setname_np(pthread_self(), "framer");
   // A stop ends the source, which closes the ring: what is in it is taken first.
   const std::stop_token to_the_end;
   while (!ring_.ended()) {
-    change_recording();
+    change_tap();
     const std::span<const Tag> waiting = ring_.wait(idle, to_the_end);
     const std::size_t fill = ring_.fill();
-    if (fill > highest_fill.load(std::memory_order_relaxed)) highest_fill = fill;
+    if (fill > highest_fill_.load(std::memory_order_relaxed)) highest_fill_ = fill;
     const auto some = waiting.first(std::min(waiting.size(), tags_at_once));
     if (out_of_patience(stop, patience_ms)) {
       const auto events =
@@ -70,48 +61,45 @@ void FramerThread::run(const std::stop_token& stop, int patience_ms) {
     }
     ring_.consume(some.size());
   }
-  change_recording();
-  if (recording_ != nullptr) recording_->finish();
-  recordings_changed_.store(no_more_changes, std::memory_order_release);
+  change_tap();
+  if (tap_ != nullptr) tap_->finish();
+  taps_changed_.store(no_more_changes, std::memory_order_release);
   framer_.finish();
   show_totals();
-  for (const auto& lane : lanes_) {
-    lane->close();
-    lane->estimator_wake.notify();
-  }
+  dealer_.close_lanes();
 }
 
-void FramerThread::record_into(TagTap* recording) {
-  next_recording_.store(recording, std::memory_order_relaxed);
-  recordings_asked_.fetch_add(1, std::memory_order_release);
+void FramerThread::tap_into(TagTap* tap) {
+  next_tap_.store(tap, std::memory_order_relaxed);
+  taps_asked_.fetch_add(1, std::memory_order_release);
 }
 
-void FramerThread::wait_for_recording() const {
-  const std::uint64_t asked = recordings_asked_.load(std::memory_order_relaxed);
-  while (recordings_changed_.load(std::memory_order_acquire) < asked) {
+void FramerThread::wait_for_tap() const {
+  const std::uint64_t asked = taps_asked_.load(std::memory_order_relaxed);
+  while (taps_changed_.load(std::memory_order_acquire) < asked) {
     std::this_thread::sleep_for(milliseconds{1});
   }
 }
 
-void FramerThread::change_recording() {
-  const std::uint64_t asked = recordings_asked_.load(std::memory_order_acquire);
-  if (asked == recordings_taken_) return;
-  recordings_taken_ = asked;
-  if (recording_ != nullptr) recording_->finish();
-  recording_ = next_recording_.load(std::memory_order_relaxed);
-  recordings_changed_.store(asked, std::memory_order_release);
+void FramerThread::change_tap() {
+  const std::uint64_t asked = taps_asked_.load(std::memory_order_acquire);
+  if (asked == taps_taken_) return;
+  taps_taken_ = asked;
+  if (tap_ != nullptr) tap_->finish();
+  tap_ = next_tap_.load(std::memory_order_relaxed);
+  taps_changed_.store(asked, std::memory_order_release);
 }
 
 void FramerThread::take(std::span<const Tag> some) {
-  if (!anchored_) device_clock_.anchor(some.front().time_ps);
-  anchored_ = true;
+  if (!begun_) dealer_.begin(some.front().time_ps);
+  begun_ = true;
   const std::int64_t now_ns = host_.steady_ns();
-  // First, since the framer may wait for a slow publisher.
-  if (recording_ != nullptr) recording_->take(some);
+  // The tap comes first, since the framer may wait for a slow taker of frames.
+  if (tap_ != nullptr) tap_->take(some);
   framer_.push(some, now_ns);
-  last_arrival_ns.store(now_ns, std::memory_order_relaxed);
+  last_arrival_ns_.store(now_ns, std::memory_order_relaxed);
   show_totals();
-  if (framer_.diagnosis()) diagnosed.store(true, std::memory_order_release);
+  if (framer_.diagnosis()) diagnosed_.store(true, std::memory_order_release);
 }
 
 void FramerThread::show_totals() {
@@ -120,7 +108,7 @@ void FramerThread::show_totals() {
   }
 }
 
-FramerTotals FramerThread::totals_so_far() const {
+FramerTotals FramerThread::totals() const {
   FramerTotals totals;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     totals.*counts[i] = shown_[i].load(std::memory_order_relaxed);
@@ -133,29 +121,6 @@ bool FramerThread::out_of_patience(const std::stop_token& stop, int patience_ms)
   const std::int64_t now_ns = host_.steady_ns();
   if (!stop_seen_ns_) stop_seen_ns_ = now_ns;
   return now_ns - *stop_seen_ns_ > patience_ms * ns_per_ms;
-}
-
-Frame& FramerThread::open() {
-  // The publisher goes on releasing slots until the lanes are closed, so this ends.
-  while ((slot_ = lanes_[lane_]->free_slot()) == nullptr) {
-    waited_ = true;
-    released_.wait_for(idle);
-  }
-  return slot_->frame;
-}
-
-void FramerThread::close() {
-  const Frame& frame = slot_->frame;
-  const bool clock_set_back = frame.sequence > 0 && frame.start_ps < last_end_ps_;
-  if (clock_set_back) device_clock_.anchor(frame.end_ps);
-  device_clock_.follow(frame.end_ps);
-  last_end_ps_ = frame.end_ps;
-  slot_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
-  effort_.configure(configured_effort.load(std::memory_order_relaxed));
-  slot_->effort = effort_.next(std::exchange(waited_, false));
-  lanes_[lane_]->fill();
-  lanes_[lane_]->estimator_wake.notify();
-  lane_ = (lane_ + 1) % lanes_.size();
 }
 
 }  // namespace splid

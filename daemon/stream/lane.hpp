@@ -17,9 +17,10 @@ namespace splid {
 // holds what comes in longer pauses, at a third of the memory.
 inline constexpr std::size_t lane_depth = 2;
 
-// A frame on its way, with what each stage adds.
-struct LaneSlot {
-  explicit LaneSlot(const FrameCapacity& capacity) : frame(capacity) {}
+// What is estimated as one, with what each stage adds on its way: a frame, and where an instrument
+// has several pixels, one pixel's part of a frame.
+struct EstimationUnit {
+  explicit EstimationUnit(const FrameCapacity& capacity) : frame(capacity) {}
 
   Frame frame;                       // framer
   double mid_unix_s = 0;             // framer; UTC at mid-frame
@@ -38,12 +39,12 @@ class Lane {
  public:
   Lane(const FrameCapacity& capacity, std::size_t depth) {
     for (std::size_t i = 0; i < depth; ++i) {
-      slots_.push_back(std::make_unique<LaneSlot>(capacity));
+      slots_.push_back(std::make_unique<EstimationUnit>(capacity));
     }
   }
 
   // Framer: the slot to fill next, null when all are in use.
-  LaneSlot* free_slot() {
+  EstimationUnit* free_unit() {
     const std::uint64_t at = filled_.load(std::memory_order_relaxed);
     if (at - released_.load(std::memory_order_acquire) == slots_.size()) return nullptr;
     return slot(at);
@@ -53,11 +54,11 @@ class Lane {
   void close() { closed_.store(true, std::memory_order_release); }
 
   // Estimator: the slot to work on next, null when there is none.
-  LaneSlot* filled_slot() { return behind(estimated_, filled_); }
+  EstimationUnit* filled_unit() { return behind(estimated_, filled_); }
   void estimated() { advance(estimated_); }
 
   // Publisher: the slot to publish next, null when there is none.
-  LaneSlot* estimated_slot() { return behind(released_, estimated_); }
+  EstimationUnit* estimated_unit() { return behind(released_, estimated_); }
   void release() { advance(released_); }
 
   // Any: closed, and the stage whose index this is has nothing left to do.
@@ -72,8 +73,8 @@ class Lane {
     Index() : std::atomic<std::uint64_t>(0) {}
   };
 
-  LaneSlot* slot(std::uint64_t at) { return slots_[at % slots_.size()].get(); }
-  LaneSlot* behind(const Index& own, const Index& stage_before) {
+  EstimationUnit* slot(std::uint64_t at) { return slots_[at % slots_.size()].get(); }
+  EstimationUnit* behind(const Index& own, const Index& stage_before) {
     const std::uint64_t at = own.load(std::memory_order_relaxed);
     return stage_before.load(std::memory_order_acquire) == at ? nullptr : slot(at);
   }
@@ -86,7 +87,7 @@ class Lane {
            own.load(std::memory_order_relaxed) == filled_.load(std::memory_order_acquire);
   }
 
-  std::vector<std::unique_ptr<LaneSlot>> slots_;
+  std::vector<std::unique_ptr<EstimationUnit>> slots_;
   Index filled_;     // framer's
   Index estimated_;  // estimator's
   Index released_;   // publisher's

@@ -14,10 +14,11 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/output/output.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/held_clock.hpp"
+#include "tests/support/measured_stream.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/program.hpp"
 
@@ -106,31 +107,31 @@ TEST_F(MetricsTest, CountFramesInBaseUnits) {
 TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
   constexpr std::uint64_t largest = (1ULL << 53U) - 1;  // that a double holds, and the next too
   Metrics metrics = make(two_counters);
-  StreamTotals totals;
-  totals.framer = {.events = largest,
-                   .photons = 2,
-                   .syncs = 3,
-                   .markers = 4,
-                   .shared = 5,
-                   .ignored = 6,
-                   .late = 7,
-                   .surplus = 8,
-                   .reported = 5,
-                   .unplaced = 0,
-                   .frames = 1,
-                   .jumps = 9,
-                   .resets = 10};
-  totals.dropped_tags = 1000;  // on its way down the stream
-  totals.discarded_tags = 11;
+  StreamCounters counters;
+  counters.framer = {.events = largest,
+                     .photons = 2,
+                     .syncs = 3,
+                     .markers = 4,
+                     .shared = 5,
+                     .ignored = 6,
+                     .late = 7,
+                     .surplus = 8,
+                     .reported = 5,
+                     .unplaced = 0,
+                     .frames = 1,
+                     .jumps = 9,
+                     .resets = 10};
+  counters.dropped_tags = 1000;  // on its way down the stream
+  counters.discarded_tags = 11;
   StatusMessage status;
   status.state = DaemonState::degraded;
   status.device = DeviceState::failing;
   metrics.ring_filled(0.75);
   metrics.ring_filled(0.25);
-  std::vector<SourceCounter> counters = two_counters;
-  counters[0].value = 12;
-  counters[1].value = 13;
-  metrics.refresh(status, totals, counters);
+  counters.source = two_counters;
+  counters.source[0].value = 12;
+  counters.source[1].value = 13;
+  metrics.refresh(status, counters);
   MetricsText text(metrics.text());
   EXPECT_EQ(text("splid_tags_read_total"), static_cast<double>(largest));
   EXPECT_THAT(metrics.text(), HasSubstr("splid_tags_read_total 9007199254740991\n"));
@@ -153,10 +154,10 @@ TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
   EXPECT_EQ(text.sum("splid_device_state"), 1);
   EXPECT_EQ(text("splid_usb_transfers_total{status=\"stall\"}"), 12);
   EXPECT_EQ(text("splid_usb_bytes_total"), 13);
-  totals.framer.reported = 1005;
-  metrics.refresh(status, totals, counters);
-  totals.dropped_tags = 1200;
-  metrics.refresh(status, totals, counters);
+  counters.framer.reported = 1005;
+  metrics.refresh(status, counters);
+  counters.dropped_tags = 1200;
+  metrics.refresh(status, counters);
   text = MetricsText(metrics.text());
   EXPECT_EQ(text("splid_tags_lost_total{cause=\"instrument\"}"), 5);
   EXPECT_EQ(text("splid_tags_lost_total{cause=\"ring\"}"), 1200);
@@ -166,19 +167,18 @@ TEST_F(MetricsTest, TakeOverTheTotalsToTheLastTagAndNeverFall) {
 TEST_F(MetricsTest, AreDueOnceASecond) {
   Metrics metrics = make();
   EXPECT_TRUE(metrics.due());
-  metrics.refresh({}, {}, {});
+  metrics.refresh({}, {});
   clock.advance_ms(999);
   EXPECT_FALSE(metrics.due());
   clock.advance_ms(1);
   EXPECT_TRUE(metrics.due());
 }
 
-TEST_F(MetricsTest, SayTheSameAsThePipelinesSummary) {
+TEST_F(MetricsTest, SayTheSameAsTheStreamsSummary) {
   Metrics metrics = make();
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, open_scene(config), publisher, host_clock());
-  pipeline.measure(metrics);
-  const PipelineSummary summary = pipeline.run({});
+  test::MeasuredStream measured(config, open_scene(config), publisher, host_clock(), &metrics);
+  const StreamSummary summary = measured.run({});
   ASSERT_GE(summary.frames, 10U);
   const MetricsText text(metrics.text());
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
@@ -225,14 +225,14 @@ TEST_F(MetricsTest, TellTheRingsLossesFromTheInstruments) {
   config.frame.length_ms = 10;
   Metrics metrics = make();
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, std::make_unique<FloodSource>(syncs), publisher, host_clock());
-  pipeline.measure(metrics);
+  test::MeasuredStream measured(config, std::make_unique<FloodSource>(syncs), publisher,
+                                host_clock(), &metrics);
   // Frames cannot leave, so that the ring has to fill.
-  pipeline.observe([](const FrameMessage& frame, const std::string&) {
+  measured.observe([](const FrameMessage& frame, const std::string&) {
     if (frame.sequence < 3) std::this_thread::sleep_for(std::chrono::milliseconds{100});
     return true;
   });
-  const PipelineSummary summary = pipeline.run({});
+  const StreamSummary summary = measured.run({});
   const MetricsText text(metrics.text());
   const double dropped = text("splid_tags_lost_total{cause=\"ring\"}");
   EXPECT_GT(dropped, 0);
@@ -246,7 +246,7 @@ TEST_F(MetricsTest, TheFileIsWholeReadableAndHasNoTwin) {
   config.metrics.file = folder.write("splid.prom", "from before");
   const mode_t usual = umask(0077);
   Metrics metrics = make();
-  metrics.refresh({}, {}, {});
+  metrics.refresh({}, {});
   umask(usual);
   EXPECT_EQ(file_text(config.metrics.file), metrics.text());
   using std::filesystem::perms;
@@ -259,11 +259,11 @@ TEST_F(MetricsTest, TheFileIsWholeReadableAndHasNoTwin) {
 TEST_F(MetricsTest, AFileThatCannotBeWrittenIsSaidOnceAndComesBack) {
   config.metrics.file = folder.path("later/splid.prom");
   Metrics metrics = make();
-  for (int second = 0; second < 3; ++second) metrics.refresh({}, {}, {});
+  for (int second = 0; second < 3; ++second) metrics.refresh({}, {});
   EXPECT_THAT(notices, ElementsAre(AllOf(HasSubstr("metrics.file " + config.metrics.file),
                                          HasSubstr("No such file or directory"))));
   std::filesystem::create_directory(folder.path("later"));
-  for (int second = 0; second < 3; ++second) metrics.refresh({}, {}, {});
+  for (int second = 0; second < 3; ++second) metrics.refresh({}, {});
   EXPECT_THAT(notices, ElementsAre(testing::_, HasSubstr("is written again")));
   EXPECT_EQ(file_text(config.metrics.file), metrics.text());
 }
@@ -293,7 +293,7 @@ TEST_F(MetricsTest, AFullDiskLeavesTheFileAsItWas) {
   Metrics metrics = make();
   {
     const FullDisk full;
-    metrics.refresh({}, {}, {});
+    metrics.refresh({}, {});
   }
   EXPECT_THAT(notices, ElementsAre(HasSubstr("File too large")));
   EXPECT_EQ(file_text(config.metrics.file), "from before");

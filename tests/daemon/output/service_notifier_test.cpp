@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "daemon/pipeline/pipeline.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
+#include "tests/support/measured_stream.hpp"
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
@@ -85,14 +85,12 @@ TEST(ServiceNotifier, AHangingSourceStarvesTheWatchdog) {
   const Config config = scene_config(0);
   std::stop_source stop;
   Publisher publisher(config.publish.endpoint, 100);
-  Pipeline pipeline(
+  test::MeasuredStream measured(
       config,
       std::make_unique<ScriptedSource>(std::vector<Tag>{}, SourceInfo{"scripted", true, {}},
                                        ScriptedSource::End::until_stopped),
       publisher, host_clock());
-  ServiceNotifier notifier(host_clock());
-  pipeline.serve(notifier);
-  std::jthread running([&] { (void)pipeline.run(stop.get_token()); });
+  std::jthread running([&] { (void)measured.run(stop.get_token()); });
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   EXPECT_TRUE(manager.hears("STATUS=waiting_for_device"));
   const auto deadline = std::chrono::steady_clock::now() + test::patience;
@@ -182,7 +180,7 @@ TEST_F(Service, IsReadyWhileItWaitsForItsInstrument) {
   test::Program daemon({"run", "--config", config});
   EXPECT_TRUE(manager.hears("READY=1"));
   EXPECT_TRUE(manager.hears("waiting_for_device"));
-  // Longer than a pipeline without frames may be without a sign of work.
+  // Longer than a stream without frames may be without a sign of work.
   const auto until = std::chrono::steady_clock::now() + milliseconds{3500};
   while (std::chrono::steady_clock::now() < until) (void)manager.next(milliseconds{50});
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));

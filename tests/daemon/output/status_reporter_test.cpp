@@ -30,10 +30,9 @@ FrameMessage frame(FrameStatus status) {
 
 class StatusReports : public ::testing::Test {
  protected:
-  explicit StatusReports(bool live = true)
-      : reporter(config, SourceInfo{"scripted", live, {}}, publisher, clock) {
+  explicit StatusReports(bool live = true) : reporter(config, publisher, clock) {
     EXPECT_TRUE(publisher.wait_for_subscriber(test::patience));
-    reporter.start();
+    reporter.begin(SourceInfo{"scripted", live, {}});
   }
 
   // What went out since the last call.

@@ -14,10 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "daemon/pipeline/pipeline.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/measured_stream.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/scripted_source.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -50,19 +50,19 @@ struct Measured {
 Measured measure(const Config& config, std::unique_ptr<TagSource> source) {
   const SourceInfo info = source->info();
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  test::MeasuredStream stream(config, std::move(source), publisher, host_clock());
   std::optional<RecordingTap> recording;
   if (!config.record.folder.empty()) {
     recording.emplace(config, info, host_clock(), say_nothing);
-    pipeline.record(&*recording);
+    stream.record(&*recording);
   }
   Measured measured;
-  pipeline.observe([&](const FrameMessage& frame, const std::string& json) {
+  stream.observe([&](const FrameMessage& frame, const std::string& json) {
     if (frame.sequence == 1) test::counted_thread = on_framer;
     measured.json.push_back(repeatable(json));
     return true;
   });
-  measured.tags = pipeline.run({}).tags;
+  measured.tags = stream.run({}).tags;
   measured.allocations = test::allocations;
   test::counted_thread = nullptr;
   if (recording) measured.recorded = recording->summary();
@@ -147,12 +147,12 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
   Publisher publisher(config.publish.endpoint, 1000);
   std::unique_ptr<TagSource> source = open_scene(config);
   const SourceInfo info = source->info();
-  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  test::MeasuredStream stream(config, std::move(source), publisher, host_clock());
   std::vector<std::string> json;
   std::atomic<bool> flows{false};
   std::atomic<bool> over{false};
   std::size_t whole = 0;
-  pipeline.observe([&](const FrameMessage&, const std::string& line) {
+  stream.observe([&](const FrameMessage&, const std::string& line) {
     json.push_back(repeatable(line));
     flows = true;
     return true;
@@ -163,15 +163,15 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
     test::counted_thread = on_framer;
     while (!over) {
       RecordingTap recording(config, info, host_clock(), say_nothing);
-      pipeline.record(&recording);
+      stream.record(&recording);
       while (recording.file().empty() && !over) {
         std::this_thread::sleep_for(std::chrono::milliseconds{1});
       }
-      pipeline.record(nullptr);
+      stream.record(nullptr);
       whole += recording.summary().find("1 recordings; 0 tags lost") == 0 ? 1 : 0;
     }
   });
-  (void)pipeline.run({});
+  (void)stream.run({});
   over = true;
   asking.join();
   test::counted_thread = nullptr;

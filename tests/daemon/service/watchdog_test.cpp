@@ -5,7 +5,8 @@
 #include <string>
 
 #include "daemon/output/liveness.hpp"
-#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/output/publisher.hpp"
+#include "daemon/stream/stream.hpp"
 #include "drivers/client_socket.hpp"
 #include "drivers/usb/tdc2_instrument.hpp"
 #include "drivers/usb/usb_session.hpp"
@@ -37,7 +38,7 @@ TEST(Watchdog, AllRetriesTogetherTakeLessThanHalfOfItsTime) {
   const double spent_s =
       seconds(ClientSocket::connect_patience) + seconds(UsbSession::silence_ended) +
       2 * seconds(Tdc2Instrument::patience) + seconds(UsbSession::longest_drain) +
-      seconds(UsbSource::between_tries) + Pipeline::stop_patience_ms / 1000.0;
+      seconds(UsbSource::between_tries) + Stream::stop_patience_ms / 1000.0;
   EXPECT_GT(spent_s, 3);
   EXPECT_LT(spent_s, unit_seconds("WatchdogSec") / 2);
 }
@@ -52,7 +53,7 @@ TEST(Watchdog, WaitsForWhatEndsByItselfAndForNothingElse) {
 }
 
 TEST(Watchdog, AStopEndsLongBeforeItIsForced) {
-  EXPECT_LT(Pipeline::stop_patience_ms / 1000.0 + seconds(Publisher::linger) + 0.1,
+  EXPECT_LT(Stream::stop_patience_ms / 1000.0 + seconds(Publisher::linger) + 0.1,
             unit_seconds("TimeoutStopSec") / 2);
 }
 

@@ -1,4 +1,4 @@
-#include "daemon/pipeline/pipeline.hpp"
+#include "daemon/output/output.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,6 +16,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/measured_stream.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/scripted_source.hpp"
 
@@ -23,25 +24,27 @@ namespace splid {
 namespace {
 
 using std::chrono::milliseconds;
+using test::MeasuredStream;
+using testing::AllOf;
 using testing::ElementsAreArray;
 using testing::HasSubstr;
 
 struct Outcome {
-  PipelineSummary summary;
+  StreamSummary summary;
   std::vector<std::string> json;
   std::vector<FrameMessage> frames;
 };
 
 Outcome run(const Config& config, std::unique_ptr<TagSource> source, std::stop_token stop = {}) {
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, std::move(source), publisher, host_clock());
+  MeasuredStream measured(config, std::move(source), publisher, host_clock());
   Outcome outcome;
-  pipeline.observe([&](const FrameMessage& frame, const std::string& json) {
+  measured.observe([&](const FrameMessage& frame, const std::string& json) {
     outcome.json.push_back(json);
     outcome.frames.push_back(frame);
     return true;
   });
-  outcome.summary = pipeline.run(stop);
+  outcome.summary = measured.run(stop);
   return outcome;
 }
 
@@ -76,7 +79,7 @@ std::vector<Tag> steady_tags(std::int64_t periods) {
   return tags;
 }
 
-TEST(Pipeline, MeasuresTheSimulatedTarget) {
+TEST(Output, MeasuresTheSimulatedTarget) {
   const Outcome outcome = run_scene(0.5, 1);
   ASSERT_GE(outcome.frames.size(), 10u);
   EXPECT_GE(outcome.summary.valid_frames, 9u);
@@ -88,7 +91,7 @@ TEST(Pipeline, MeasuresTheSimulatedTarget) {
   }
 }
 
-TEST(Pipeline, PublishesTheSameFramesInOrderWhateverTheThreads) {
+TEST(Output, PublishesTheSameFramesInOrderWhateverTheThreads) {
   const Outcome one = run_scene(0.6, 1);
   ASSERT_GE(one.frames.size(), 12u);
   for (std::size_t i = 0; i < one.frames.size(); ++i) EXPECT_EQ(one.frames[i].sequence, i);
@@ -99,18 +102,18 @@ TEST(Pipeline, PublishesTheSameFramesInOrderWhateverTheThreads) {
   }
 }
 
-TEST(Pipeline, SubscribersGetTheObserversBytes) {
+TEST(Output, SubscribersGetTheObserversBytes) {
   const Config config = scene_config(0.3, 2);
   Publisher publisher(config.publish.endpoint, 1000);
   Subscriber subscriber(publisher.endpoint(), {""});
   ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
-  Pipeline pipeline(config, open_scene(config), publisher, host_clock());
+  MeasuredStream measured(config, open_scene(config), publisher, host_clock());
   std::vector<std::string> observed;
-  pipeline.observe([&](const FrameMessage&, const std::string& json) {
+  measured.observe([&](const FrameMessage&, const std::string& json) {
     observed.push_back(json);
     return true;
   });
-  (void)pipeline.run({});
+  (void)measured.run({});
   std::vector<std::string> received;
   std::set<std::string> topics;
   std::string last_status;
@@ -124,7 +127,7 @@ TEST(Pipeline, SubscribersGetTheObserversBytes) {
   EXPECT_THAT(last_status, HasSubstr("\"stopping\""));
 }
 
-TEST(Pipeline, PublishesWhatCameBeforeTheSourceFailed) {
+TEST(Output, PublishesWhatCameBeforeTheSourceFailed) {
   const Config config = scene_config(0);
   const Outcome outcome = run(
       config, std::make_unique<ScriptedSource>(steady_tags(30'000), SourceInfo{"script", false, {}},
@@ -140,7 +143,7 @@ TEST(Pipeline, PublishesWhatCameBeforeTheSourceFailed) {
   }
 }
 
-TEST(Pipeline, StopDrainsWhatCame) {
+TEST(Output, StopDrainsWhatCame) {
   const Config config = scene_config(0);
   std::stop_source stop;
   auto source = std::make_unique<ScriptedSource>(
@@ -153,47 +156,54 @@ TEST(Pipeline, StopDrainsWhatCame) {
   EXPECT_EQ(outcome.summary.fault, nullptr);
 }
 
-// Another follows it: subscribers hear of no end, and one row of frames.
-TEST(Pipeline, GoesOnFromTheOneBefore) {
+// Streams follow each other: subscribers hear of no end in between, and one row of frames.
+TEST(Output, GoesOnWithTheNextStreamWhereTheOneBeforeEnded) {
   const Config config = scene_config(0.3);
   Publisher publisher(config.publish.endpoint, 1000);
-  StreamSoFar so_far;
   std::uint64_t next = 0;
   std::uint64_t events = 0;
+  Stream* running = nullptr;
+  Output output(config,
+                {publisher, nullptr, nullptr,
+                 [&](const FrameMessage& frame, const std::string&) {
+                   EXPECT_EQ(frame.sequence, next++);
+                   running->request_stop();
+                   return true;
+                 }},
+                host_clock());
   for (int i = 0; i < 3; ++i) {
-    Pipeline pipeline(config, open_scene(config), publisher, host_clock());
-    pipeline.go_on_from(so_far);
-    pipeline.observe([&](const FrameMessage& frame, const std::string&) {
-      EXPECT_EQ(frame.sequence, next++);
-      if (i < 2) pipeline.pause();
-      return true;
-    });
-    const PipelineSummary summary = pipeline.run({});
-    EXPECT_EQ(summary.paused, i < 2);
+    Stream stream(stream_options(config), open_scene(config), host_clock());
+    running = &stream;
+    output.begin();
+    const StreamSummary summary = output.publish(stream);
     EXPECT_GE(summary.frames, 1u);
     events += summary.tags.events;
-    so_far = pipeline.so_far();
-    EXPECT_EQ(publisher.last_status().find("stopping") == std::string::npos, i < 2);
-    EXPECT_EQ(so_far.totals.framer.events, events);
-    EXPECT_EQ(so_far.status.tags, events);
-    EXPECT_EQ(so_far.status.frames, next);
+    EXPECT_EQ(publisher.last_status().find("stopping"), std::string::npos);
+    output.wait("somebody else has the tagger");
+    EXPECT_THAT(publisher.last_status(),
+                AllOf(HasSubstr("waiting_for_device"), HasSubstr("somebody else has the tagger"),
+                      HasSubstr("\"tags\":" + std::to_string(events)),
+                      HasSubstr("\"frames\":" + std::to_string(next))));
   }
+  output.stop("");
+  EXPECT_THAT(publisher.last_status(),
+              AllOf(HasSubstr("stopping"), HasSubstr("\"frames\":" + std::to_string(next))));
 }
 
-TEST(Pipeline, AnObserverThatFailsEndsTheStreamWithItsError) {
+TEST(Output, AnObserverThatFailsEndsTheStreamWithItsError) {
   const Config config = scene_config(5);
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, open_scene(config), publisher, host_clock());
+  MeasuredStream measured(config, open_scene(config), publisher, host_clock());
   int heard = 0;
-  pipeline.observe([&](const FrameMessage&, const std::string&) -> bool {
+  measured.observe([&](const FrameMessage&, const std::string&) -> bool {
     ++heard;
     throw Error(Fault::device, "standard output: no room");
   });
-  EXPECT_THROW((void)pipeline.run({}), Error);
+  EXPECT_THROW((void)measured.run({}), Error);
   EXPECT_EQ(heard, 1);
 }
 
-TEST(Pipeline, AReplayLosesNothingThroughASmallRing) {
+TEST(Output, AReplayLosesNothingThroughASmallRing) {
   Config config = scene_config(0);
   config.pipeline.ring_capacity_tags = 1 << 14;
   const Outcome outcome = run(config, std::make_unique<ScriptedSource>(
@@ -203,7 +213,7 @@ TEST(Pipeline, AReplayLosesNothingThroughASmallRing) {
   EXPECT_EQ(outcome.summary.lost_tags, 0u);
 }
 
-TEST(Pipeline, TimesFollowTheSourceAndNeverTheHost) {
+TEST(Output, TimesFollowTheSourceAndNeverTheHost) {
   const Config config = scene_config(0);
   SourceInfo info{"script", false, {}};
   info.start_unix_s = 1e9;
@@ -215,7 +225,7 @@ TEST(Pipeline, TimesFollowTheSourceAndNeverTheHost) {
   EXPECT_NEAR(unknown.frames[0].timestamp_s, 0.025, 1e-4);
 }
 
-TEST(Pipeline, TellsOfSyncsAtAnotherPeriod) {
+TEST(Output, TellsOfSyncsAtAnotherPeriod) {
   Config config = scene_config(0);
   config.pattern = make_periodic(Mode::baseline, 3'770'000);
   const Outcome outcome = run(config, std::make_unique<ScriptedSource>(
@@ -226,23 +236,23 @@ TEST(Pipeline, TellsOfSyncsAtAnotherPeriod) {
 }
 
 // From the first published frame on, by when every thread runs.
-TEST(Pipeline, HotThreadsAllocateNothingAfterStart) {
+TEST(Output, HotThreadsAllocateNothingAfterStart) {
   const Config config = scene_config(0.6, 2);
   Publisher publisher(config.publish.endpoint, 1000);
-  Pipeline pipeline(config, open_scene(config), publisher, host_clock());
+  MeasuredStream measured(config, open_scene(config), publisher, host_clock());
   test::counted_thread = on_no_thread;
   test::allocations = 0;
-  pipeline.observe([&](const FrameMessage& frame, const std::string&) {
+  measured.observe([&](const FrameMessage& frame, const std::string&) {
     if (frame.sequence == 1) test::counted_thread = on_hot_thread;
     return true;
   });
-  const PipelineSummary summary = pipeline.run({});
+  const StreamSummary summary = measured.run({});
   test::counted_thread = nullptr;
   EXPECT_GE(summary.frames, 12u);
   EXPECT_EQ(test::allocations.load(), 0u);
 }
 
-TEST(Pipeline, TheAllocationTrapWorks) {
+TEST(Output, TheAllocationTrapWorks) {
   test::counted_thread = on_hot_thread;
   test::allocations = 0;
   std::thread([] {
@@ -254,11 +264,11 @@ TEST(Pipeline, TheAllocationTrapWorks) {
   EXPECT_GE(test::allocations.load(), 1u);
 }
 
-TEST(Pipeline, RefusesAFrameThatDoesNotFitTheRing) {
+TEST(Output, RefusesAFrameThatDoesNotFitTheRing) {
   Config config = scene_config(0);
   config.pipeline.ring_capacity_tags = 1 << 12;
   Publisher publisher(config.publish.endpoint, 10);
-  EXPECT_THROW(Pipeline(config, open_scene(config), publisher, host_clock()), Error);
+  EXPECT_THROW(MeasuredStream(config, open_scene(config), publisher, host_clock()), Error);
 }
 
 }  // namespace

@@ -1,0 +1,193 @@
+#include "daemon/output/output.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <utility>
+
+#include "daemon/stream/open_source.hpp"
+
+namespace splid {
+namespace {
+
+// How long the thread that publishes sleeps at most before it looks around.
+constexpr std::chrono::milliseconds idle{50};
+
+}  // namespace
+
+Output::Output(const Config& config, Ends ends, const Clock& clock)
+    : config_(config),
+      ends_(std::move(ends)),
+      clock_(clock),
+      reporter_(config, ends_.publisher, clock),
+      notifier_(clock),
+      context_(frame_context(config)),
+      liveness_(config.frame.length_ms) {}
+
+Output::~Output() = default;
+
+void Output::begin() {
+  auto counts = open_encoder(config_);
+  has_encoder_ = counts != nullptr;
+  if (!counts) return;
+  encoder_.emplace(std::move(counts), config_.encoder, clock_);
+  encoder_->observe([this](const EncoderBatch& batch) { give_counts(batch); });
+}
+
+StreamSummary Output::publish(Stream& stream) {
+  take_reloaded();
+  liveness_ = Liveness(config_.frame.length_ms);
+  sync_fault_.clear();
+  if (ends_.device != nullptr) ends_.device->set_wake(&stream.wake());
+  reporter_.begin(stream.info());
+  stream.start();
+  StreamSummary summary;
+  while (!stream.ended()) {
+    if (const EstimationUnit* unit = stream.next()) {
+      publish_unit(*unit, summary);
+      stream.release();
+      if (observer_done_) stream.request_stop();
+    } else {
+      stream.wait(idle);
+    }
+    look_around(stream);
+  }
+  end(stream, summary);
+  if (observer_fault_) {
+    stop("");
+    std::rethrow_exception(observer_fault_);
+  }
+  return summary;
+}
+
+void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
+  const Frame& frame = unit.frame;
+  const auto reference = encoder_ ? encoder_->reference(frame) : std::nullopt;
+  const double latency_ms = static_cast<double>(clock_.steady_ns() - frame.arrival_ns) / 1e6;
+  FrameMessage message = make_frame_message(
+      frame, unit.estimate, context_, {unit.mid_unix_s, unit.compute_ms, latency_ms, unit.effort});
+  message.reference = reference;
+  message.sequence = reporter_.status().frames;
+  const std::string json = to_json(message);
+  ends_.publisher.publish_frame(json);
+  summary.add(message, unit.compute_ms, frame.sync.locked);
+  summary.lost_tags += frame.lost_tags;
+  reporter_.frame_published(message);
+  if (ends_.metrics != nullptr) {
+    ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
+  }
+  tell_observer(message, json);
+}
+
+// An observer that fails ends the stream like an observer that has enough; what is on its way is
+// still published, so that no stage waits for another that is gone.
+void Output::tell_observer(const FrameMessage& message, const std::string& json) {
+  if (!ends_.observer || observer_done_) return;
+  try {
+    observer_done_ = !ends_.observer(message, json);
+  } catch (...) {
+    observer_fault_ = std::current_exception();
+    observer_done_ = true;
+  }
+}
+
+void Output::look_around(Stream& stream) {
+  if (sync_fault_.empty() && stream.diagnosis() != nullptr) {
+    sync_fault_ = in_words(*stream.diagnosis());
+    spdlog::warn("{}", sync_fault_);
+  }
+  take_reloaded();
+  const StreamHealth now = health(stream);
+  reporter_.tick(now);
+  const WorkSeen seen{reporter_.status().frames, stream.ring_touches(), stream.ring_is_empty(),
+                      stream.info().live};
+  notifier_.tick(reporter_.status(), liveness_.is_alive(seen, clock_.steady_ns()));
+  if (ends_.metrics == nullptr) return;
+  ends_.metrics->ring_filled(now.ring_fill_ratio);
+  if (ends_.metrics->due()) ends_.metrics->refresh(reporter_.status(), all_counters(stream));
+}
+
+StreamHealth Output::health(Stream& stream) {
+  StreamHealth health;
+  health.tags = all_counters(stream).framer.events;
+  health.last_arrival_ns = stream.last_arrival_ns();
+  health.ring_fill_ratio = stream.take_highest_fill();
+  health.sync_fault = sync_fault_;
+  if (ends_.device != nullptr) {
+    health.device_reports = ends_.device->take_reports();
+    health.notices = ends_.device->take_notices();
+    health.configuration_fault = ends_.device->configuration_fault();
+  }
+  // After the notices, so that no notice tells of a fault that is not here.
+  const std::scoped_lock lock(recording_mutex_);
+  if (recording_ != nullptr) health.recording_fault = recording_->fault();
+  return health;
+}
+
+StreamCounters Output::all_counters(const Stream& stream) const {
+  StreamCounters all = before_;
+  return all += stream.counters();
+}
+
+void Output::end(Stream& stream, StreamSummary& summary) {
+  summary.fault = stream.join();
+  const StreamCounters counters = stream.counters();
+  summary.tags = counters.framer;
+  summary.discarded_tags = counters.discarded_tags;
+  if (stream.diagnosis() != nullptr) summary.diagnosis = *stream.diagnosis();
+  before_ += counters;
+  last_fill_ = stream.take_highest_fill();
+  has_encoder_ = false;
+  encoder_.reset();
+  if (ends_.device != nullptr) ends_.device->set_wake(nullptr);
+}
+
+void Output::wait(const std::string& reason) {
+  StreamHealth health;
+  health.tags = before_.framer.events;
+  if (ends_.device != nullptr) {
+    health.notices = ends_.device->take_notices();
+    health.configuration_fault = ends_.device->configuration_fault();
+  }
+  reporter_.wait(health, reason);
+  notifier_.tick(reporter_.status(), true);
+  if (ends_.metrics != nullptr && ends_.metrics->due()) {
+    ends_.metrics->refresh(reporter_.status(), before_);
+  }
+}
+
+void Output::stop(const std::string& reason) {
+  StreamHealth health;
+  health.tags = before_.framer.events;
+  health.ring_fill_ratio = last_fill_;
+  reporter_.stop(health, reason);
+  notifier_.tick(reporter_.status(), true);
+  if (ends_.metrics != nullptr) ends_.metrics->refresh(reporter_.status(), before_);
+}
+
+void Output::record(RecordingTap* recording) {
+  if (recording != nullptr && has_encoder_) recording->expect_counts();
+  const std::scoped_lock lock(recording_mutex_);
+  recording_ = recording;
+}
+
+void Output::give_counts(const EncoderBatch& batch) {
+  const std::scoped_lock lock(recording_mutex_);
+  if (recording_ != nullptr) recording_->take_counts(batch);
+}
+
+void Output::reload(const Config& config) {
+  const std::scoped_lock lock(reload_mutex_);
+  reloaded_context_ = frame_context(config);
+  reloaded_effort_ = config.estimator.effort;
+}
+
+void Output::take_reloaded() {
+  const std::unique_lock lock(reload_mutex_, std::try_to_lock);
+  if (!lock || !reloaded_context_) return;
+  context_ = *reloaded_context_;
+  reporter_.configure(reloaded_effort_);
+  reloaded_context_.reset();
+}
+
+}  // namespace splid

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "config/config.hpp"
+#include "daemon/base/clock.hpp"
+#include "daemon/output/device_monitor.hpp"
+#include "daemon/output/encoder_feed.hpp"
+#include "daemon/output/frame_message.hpp"
+#include "daemon/output/liveness.hpp"
+#include "daemon/output/metrics.hpp"
+#include "daemon/output/publisher.hpp"
+#include "daemon/output/service_notifier.hpp"
+#include "daemon/output/status_reporter.hpp"
+#include "daemon/output/stream_summary.hpp"
+#include "daemon/recording/recording_tap.hpp"
+#include "daemon/stream/stream.hpp"
+
+// This room tells the world what comes of the streams. Who never saw it reads this header first,
+// then frame_message.hpp (what is said of a frame) and status_reporter.hpp (how the daemon does).
+
+namespace splid {
+
+// Hears each frame as it is published: the message and the very JSON that subscribers get. Returns
+// false to end the stream.
+using FrameObserver = std::function<bool(const FrameMessage&, const std::string& json)>;
+
+// Everything that a run says, from its begin to its end: frames and states to subscribers, metrics,
+// the watchdog's food, the encoder's reference and the observer. Streams come and go below it;
+// frames are numbered, and everything is counted, as if there were one stream.
+//
+// Threads: made, and called where nothing else is said, on one thread; record() and reload() on any
+// others. Errors: those of the observer come out of publish(), after the stream has ended.
+class Output {
+ public:
+  // Where what is said goes. All outlive the output; metrics and device: null where there are none.
+  struct Ends {
+    Publisher& publisher;
+    DeviceMonitor* device = nullptr;  // what the driver reports goes into the status
+    Metrics* metrics = nullptr;
+    FrameObserver observer = nullptr;
+  };
+
+  // config, clock: outlive this.
+  Output(const Config& config, Ends ends, const Clock& clock);
+  ~Output();
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  // Opens the encoder, where the configuration has one, for the stream that is published next.
+  // Errors: those of open_encoder().
+  void begin();
+  // Starts the stream, publishes its frames until it has ended or the observer has enough, and
+  // returns what came of it. After begin().
+  StreamSummary publish(Stream& stream);
+
+  // There is no stream: subscribers hear why, the watchdog is fed and the metrics stand still. To
+  // be called at least every 100 ms. reason: a sentence.
+  void wait(const std::string& reason);
+  // The run is over. reason: why; empty where nothing is wrong.
+  void stop(const std::string& reason);
+
+  // Whose faults the status says from now on, and who is given the encoder's counts; null: nobody.
+  void record(RecordingTap* recording);
+  // Messages from now on are made as this configuration says, in what can change while frames flow.
+  void reload(const Config& config);
+
+ private:
+  void publish_unit(const EstimationUnit& unit, StreamSummary& summary);
+  void tell_observer(const FrameMessage& message, const std::string& json);
+  void look_around(Stream& stream);
+  [[nodiscard]] StreamHealth health(Stream& stream);
+  [[nodiscard]] StreamCounters all_counters(const Stream& stream) const;
+  void end(Stream& stream, StreamSummary& summary);
+  void take_reloaded();
+  void give_counts(const EncoderBatch& batch);
+
+  const Config& config_;
+  Ends ends_;
+  const Clock& clock_;
+  StatusReporter reporter_;
+  ServiceNotifier notifier_;
+  StreamCounters before_;  // of the streams that have ended
+  FrameContext context_;
+  // Of the stream that is published:
+  Liveness liveness_;
+  std::optional<EncoderFeed> encoder_;
+  std::atomic<bool> has_encoder_{false};
+  std::string sync_fault_;  // a sentence; empty: none found
+  double last_fill_ = 0;    // of the ring, when the stream ended
+  bool observer_done_ = false;
+  std::exception_ptr observer_fault_;
+
+  std::mutex recording_mutex_;         // the framer never takes it
+  RecordingTap* recording_ = nullptr;  // under recording_mutex_
+  std::mutex reload_mutex_;
+  std::optional<FrameContext> reloaded_context_;  // under reload_mutex_
+  Effort reloaded_effort_ = Effort::balanced;     // under reload_mutex_
+};
+
+}  // namespace splid

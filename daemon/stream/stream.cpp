@@ -1,0 +1,158 @@
+#include "daemon/stream/stream.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <bit>
+#include <string>
+#include <utility>
+
+#include "daemon/stream/frame_plan.hpp"
+#include "estimator/frame_estimator.hpp"
+
+namespace splid {
+namespace {
+
+// Photons that the estimator has room for: 40 M/s in 50 ms, what the fastest taggers deliver. It
+// thins out fuller frames.
+constexpr std::size_t max_estimated_photons = std::size_t{1} << 21;
+
+// How long an estimation thread sleeps before it looks again whether a frame has come.
+constexpr std::chrono::milliseconds idle{100};
+
+std::size_t ring_capacity(const PipelineOptions& options) {
+  return std::bit_ceil(static_cast<std::size_t>(options.ring_capacity_tags));
+}
+
+}  // namespace
+
+StreamOptions stream_options(const Config& config) {
+  return {config.pattern, config.channels, config.frame,     config.drift,
+          config.pulse,   config.scene,    config.estimator, config.pipeline};
+}
+
+StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more) {
+  sum.framer += more.framer;
+  sum.dropped_tags += more.dropped_tags;
+  sum.discarded_tags += more.discarded_tags;
+  if (sum.source.empty()) {
+    sum.source = more.source;
+    return sum;
+  }
+  for (std::size_t i = 0; i < std::min(sum.source.size(), more.source.size()); ++i) {
+    sum.source[i].value += more.source[i].value;
+  }
+  return sum;
+}
+
+Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const Clock& clock)
+    : options_(std::move(options)),
+      source_(std::move(source)),
+      clock_(clock),
+      ring_(ring_capacity(options_.pipeline)),
+      dealer_(source_->info(), options_.estimator.effort, clock, lanes_),
+      framer_(framer_options(options_.frame.length_ms, options_.pattern, options_.drift.method),
+              ChannelMap(options_.channels), clock, ring_, dealer_) {
+  const double length_ms = options_.frame.length_ms;
+  check_frame_fits(length_ms, options_.pattern, ring_.capacity());
+  const FrameCapacity capacity = frame_capacity(length_ms, options_.pattern, ring_.capacity());
+  max_photons_ = std::min(capacity.photons, max_estimated_photons);
+  for (std::int64_t i = 0; i < options_.pipeline.estimation_threads; ++i) {
+    lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth));
+    estimators_.push_back(std::make_unique<LaneEstimator>(make_estimator(options_)));
+  }
+}
+
+// The framer and the estimation end once the source has, and the frames that nobody takes are let
+// through.
+Stream::~Stream() {
+  request_stop();
+  while (source_thread_ && !ended()) {
+    if (next() != nullptr) {
+      release();
+    } else {
+      wait(idle);
+    }
+  }
+}
+
+void Stream::start() {
+  threads_.emplace_back([this] { framer_.run(stop_.get_token(), stop_patience_ms); });
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    threads_.emplace_back([this, i] { estimate(i); });
+  }
+  source_thread_.emplace(*source_, ring_, stop_.get_token());
+}
+
+const EstimationUnit* Stream::next() { return lanes_[next_]->estimated_unit(); }
+
+void Stream::release() {
+  lanes_[next_]->release();
+  dealer_.notify_released();
+  next_ = (next_ + 1) % lanes_.size();
+}
+
+// Frames were dealt out in turn, so the first lane without a next frame ends them all.
+bool Stream::ended() const { return lanes_[next_]->publisher_done(); }
+
+std::exception_ptr Stream::join() {
+  source_thread_->join();
+  threads_.clear();
+  return source_thread_->fault();
+}
+
+void Stream::tap_into(TagTap* tap) {
+  framer_.tap_into(tap);
+  if (tap == nullptr) framer_.wait_for_tap();
+}
+
+void Stream::reload(const StreamOptions& next) {
+  const std::scoped_lock lock(reload_mutex_);
+  std::vector<EstimatorInUse> made;
+  for (std::size_t i = 0; i < lanes_.size(); ++i) made.push_back(make_estimator(next));
+  for (std::size_t i = 0; i < lanes_.size(); ++i) estimators_[i]->hand_in(std::move(made[i]));
+  dealer_.configure(next.estimator.effort);
+}
+
+StreamCounters Stream::counters() const {
+  return {framer_.totals(), source_thread_ ? source_thread_->dropped_tags() : 0,
+          framer_.discarded(), source_->counters()};
+}
+
+double Stream::take_highest_fill() {
+  return static_cast<double>(framer_.take_highest_fill()) / static_cast<double>(ring_.capacity());
+}
+
+const SyncDiagnosis* Stream::diagnosis() const {
+  return framer_.diagnosed() ? &*framer_.diagnosis() : nullptr;
+}
+
+EstimatorInUse Stream::make_estimator(const StreamOptions& from) const {
+  return {FrameEstimator(options_.pattern, from.pulse, from.scene, from.estimator,
+                         options_.frame.length_ms, max_photons_),
+          from.estimator.tracked};
+}
+
+void Stream::estimate(std::size_t index) {
+  pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
+  Lane& lane = *lanes_[index];
+  LaneEstimator& estimator = *estimators_[index];
+  TargetTrack track;
+  while (!lane.estimator_done()) {
+    EstimationUnit* unit = lane.filled_unit();
+    if (unit == nullptr) {
+      lane.estimator_wake.wait_for(idle);
+      continue;
+    }
+    if (estimator.take_next()) track = {};
+    const std::int64_t begin_ns = clock_.steady_ns();
+    unit->estimate = estimator.in_use().estimator.estimate(
+        unit->frame.view(), estimator.in_use().tracked ? &track : nullptr, unit->effort);
+    unit->compute_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
+    lane.estimated();
+    wake_.notify();
+  }
+  wake_.notify();
+}
+
+}  // namespace splid
