@@ -15,8 +15,8 @@
 
 namespace splid {
 
-// What Prometheus is told, by a file and over HTTP as the configuration says. docs/metrics.md has
-// each name with its unit and meaning.
+// What Prometheus is told, by a file and over HTTP as the configuration says.
+// docs/reference/metrics.md has each name with its unit and meaning.
 //
 // Threads: those that take tags never come here: one thread calls, the one that publishes; the
 // server's own reads at the same time. Errors: the constructor throws Error(Fault::device) where

@@ -11,7 +11,7 @@
 
 namespace splid {
 
-// What the daemon does when it is asked; docs/control.md has the replies.
+// What the daemon does when it is asked; docs/reference/control.md has the replies.
 //
 // Threads: status() any, at once; perform() one. Errors: both throw Error, which is the reply; its
 // fault is that of the command of the same name.

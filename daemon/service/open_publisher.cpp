@@ -22,7 +22,7 @@ std::string text_in(const std::string& json, const char* member) {
   return message[member].get<std::string>();
 }
 
-// "splid 0.1.0, which measures from the simulator with the pattern interleaved-180-189". Whoever
+// "splid 1.2.3, which measures from the simulator with the pattern interleaved-180-189". Whoever
 // publishes says so to each new subscriber; one that wants keys, or is no splid, does not.
 std::string who_publishes_at(std::string endpoint) {
   if (const auto star = endpoint.find('*'); star != std::string::npos) {

@@ -1,7 +1,7 @@
 #!/bin/sh
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
-# leads to a file that is there, as does every source file that a page names. Tables, code and pictures
-# may be wider, as they cannot be broken.
+# leads to a file that is there. So is every source file that a page names, and every page that a
+# source file names. Tables, code and pictures may be wider, as they cannot be broken.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -36,4 +36,15 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     fi
   done <"$scratch/files"
 done
+
+# And the other way round: every page that a source file sends its reader to is there.
+grep -rhoE 'docs/[A-Za-z0-9/_-]+[.](md|svg|json|1)' protocol estimator drivers config daemon tests \
+  bench scripts systemd README.md --exclude-dir=data --exclude-dir=corpus | sort -u >"$scratch/named"
+while read -r file; do
+  if [ ! -e "$file" ]; then
+    echo "FAIL: $(grep -rlF "$file" protocol estimator drivers config daemon tests bench scripts \
+      systemd README.md | head -1) names $file, which is not there"
+    failed=1
+  fi
+done <"$scratch/named"
 exit "$failed"

@@ -11,7 +11,7 @@
 
 namespace splid {
 
-// What can be asked of a running daemon; docs/control.md has each on the wire.
+// What can be asked of a running daemon; docs/reference/control.md has each on the wire.
 enum class ControlCommand { status, start, stop, record_start, record_stop, upload, calibrate };
 
 const char* to_string(ControlCommand command);

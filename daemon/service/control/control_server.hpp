@@ -23,7 +23,7 @@ struct ControlHandlers {
 
 // The ZeroMQ socket that control requests come to: ROUTER, on a Unix socket of 0600, or on TCP with
 // CURVE; one JSON part a request (after an empty one, or without), each answered by one
-// (docs/control.md). While an action runs another is refused as busy, and status goes on.
+// (docs/reference/control.md). While an action runs another is refused as busy, and status goes on.
 //
 // Whatever comes in costs frames nothing: own threads, without TCP an own ZeroMQ context, requests
 // of at most 4 KiB, 100 of them each 10 ms; a client that does not read loses replies.
