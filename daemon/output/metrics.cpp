@@ -108,11 +108,11 @@ void raise(Counter& shown, std::uint64_t total) {
 }  // namespace
 
 struct Metrics::Series {
-  Series(const Config& config, const std::vector<SourceCounter>& counters, double now_unix_s) {
+  Series(const StatusOptions& run, const std::vector<SourceCounter>& counters, double now_unix_s) {
     gauge(*registry, "splid_build_info", "1, with what runs as labels",
           {{"version", SPLID_VERSION},
-           {"pattern", std::filesystem::path(config.pattern_file).stem().string()},
-           {"mode", to_string(config.pattern.mode)}})
+           {"pattern", std::filesystem::path(run.pattern_file).stem().string()},
+           {"mode", to_string(run.mode)}})
         .Set(1);
     gauge(*registry, "process_start_time_seconds", "Start of the program, UTC").Set(now_unix_s);
     for (const SourceCounter& source : counters) {
@@ -181,16 +181,15 @@ struct Metrics::Outputs {
   std::optional<MetricsServer> server;
 };
 
-Metrics::Metrics(const Config& config, const std::vector<SourceCounter>& counters,
-                 const Clock& clock, std::function<void(const std::string&)> notice,
-                 Refusals* refusals)
+Metrics::Metrics(const MetricsOptions& options, const StatusOptions& run,
+                 const std::vector<SourceCounter>& counters, const Clock& clock,
+                 std::function<void(const std::string&)> notice, Refusals* refusals)
     : clock_(clock),
-      series_(std::make_unique<Series>(config, counters, clock.unix_s())),
+      series_(std::make_unique<Series>(run, counters, clock.unix_s())),
       outputs_(std::make_unique<Outputs>()),
       refusals_(refusals) {
   series_->drift.Set(unknown);
   series_->jitter.Set(unknown);
-  const MetricsOptions& options = config.metrics;
   if (!options.file.empty()) outputs_->file.emplace(options.file, std::move(notice));
   if (!options.http.empty()) {
     outputs_->server.emplace(

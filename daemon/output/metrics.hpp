@@ -8,6 +8,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/output/status_reporter.hpp"
 #include "daemon/security/refusals.hpp"
 #include "daemon/stream/stream.hpp"
 #include "drivers/source.hpp"
@@ -23,10 +24,12 @@ namespace splid {
 // the server's port cannot be had; a file that cannot be written is a notice and nothing else.
 class Metrics {
  public:
-  // counters: the source's, whose names tell what there will be. notice: takes a sentence on what
-  // is wrong with the file, called from refresh(). refusals: hears who stands in the way of the
-  // server, and is told of; null: nobody. It and clock outlive this.
-  Metrics(const Config& config, const std::vector<SourceCounter>& counters, const Clock& clock,
+  // run: whose pattern and mode are told. counters: the source's, whose names tell what there will
+  // be. notice: takes a sentence on what is wrong with the file, called from refresh(). refusals:
+  // hears who stands in the way of the server, and is told of; null: nobody. It and clock outlive
+  // this.
+  Metrics(const MetricsOptions& options, const StatusOptions& run,
+          const std::vector<SourceCounter>& counters, const Clock& clock,
           std::function<void(const std::string&)> notice, Refusals* refusals = nullptr);
   ~Metrics();
   Metrics(const Metrics&) = delete;

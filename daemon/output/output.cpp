@@ -15,28 +15,32 @@ constexpr std::chrono::milliseconds idle{50};
 
 }  // namespace
 
-Output::Output(const Config& config, Ends ends, const Clock& clock)
-    : config_(config),
+OutputOptions output_options(const Config& config) {
+  return {frame_context(config), status_options(config), config.encoder, config.source.get()};
+}
+
+Output::Output(OutputOptions options, Ends ends, const Clock& clock)
+    : options_(std::move(options)),
       ends_(std::move(ends)),
       clock_(clock),
-      reporter_(config, ends_.publisher, clock),
+      reporter_(options_.status, ends_.publisher, clock),
       notifier_(clock),
-      context_(frame_context(config)),
-      liveness_(config.frame.length_ms) {}
+      context_(options_.context),
+      liveness_(options_.status.frame_length_ms) {}
 
 Output::~Output() = default;
 
 void Output::begin() {
-  auto counts = open_encoder(config_);
+  auto counts = open_encoder(options_.encoder, options_.source);
   has_encoder_ = counts != nullptr;
   if (!counts) return;
-  encoder_.emplace(std::move(counts), config_.encoder, clock_);
+  encoder_.emplace(std::move(counts), options_.encoder, clock_);
   encoder_->observe([this](const EncoderBatch& batch) { give_counts(batch); });
 }
 
 StreamSummary Output::publish(Stream& stream) {
   take_reloaded();
-  liveness_ = Liveness(config_.frame.length_ms);
+  liveness_ = Liveness(options_.status.frame_length_ms);
   sync_fault_.clear();
   if (ends_.device != nullptr) ends_.device->set_wake(&stream.wake());
   reporter_.begin(stream.info());
@@ -176,10 +180,10 @@ void Output::give_counts(const EncoderBatch& batch) {
   if (recording_ != nullptr) recording_->take_counts(batch);
 }
 
-void Output::reload(const Config& config) {
+void Output::reload(const OutputOptions& next) {
   const std::scoped_lock lock(reload_mutex_);
-  reloaded_context_ = frame_context(config);
-  reloaded_effort_ = config.estimator.effort;
+  reloaded_context_ = next.context;
+  reloaded_effort_ = next.status.effort;
 }
 
 void Output::take_reloaded() {

@@ -32,6 +32,16 @@ namespace splid {
 // false to end the stream.
 using FrameObserver = std::function<bool(const FrameMessage&, const std::string& json)>;
 
+// What the output needs to know of the configuration.
+struct OutputOptions {
+  FrameContext context;
+  StatusOptions status;
+  EncoderOptions encoder;
+  const SourceOptions* source = nullptr;  // whose scene may have the encoder; outlives the output
+};
+
+OutputOptions output_options(const Config& config);
+
 // Everything that a run says, from its begin to its end: frames and states to subscribers, metrics,
 // the watchdog's food, the encoder's reference and the observer. Streams come and go below it;
 // frames are numbered, and everything is counted, as if there were one stream.
@@ -48,8 +58,8 @@ class Output {
     FrameObserver observer = nullptr;
   };
 
-  // config, clock: outlive this.
-  Output(const Config& config, Ends ends, const Clock& clock);
+  // clock: outlives this.
+  Output(OutputOptions options, Ends ends, const Clock& clock);
   ~Output();
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -70,7 +80,7 @@ class Output {
   // Whose faults the status says from now on, and who is given the encoder's counts; null: nobody.
   void record(RecordingTap* recording);
   // Messages from now on are made as this configuration says, in what can change while frames flow.
-  void reload(const Config& config);
+  void reload(const OutputOptions& next);
 
  private:
   void publish_unit(const EstimationUnit& unit, StreamSummary& summary);
@@ -82,7 +92,7 @@ class Output {
   void take_reloaded();
   void give_counts(const EncoderBatch& batch);
 
-  const Config& config_;
+  const OutputOptions options_;
   Ends ends_;
   const Clock& clock_;
   StatusReporter reporter_;

@@ -31,16 +31,23 @@ const char* reason_of(FrameStatus status) {
 
 }  // namespace
 
-StatusReporter::StatusReporter(const Config& config, Publisher& publisher, const Clock& clock)
+StatusOptions status_options(const Config& config) {
+  return {config.source_driver,   config.pattern_file,
+          config.pattern.mode,    config.estimator.effort,
+          config.frame.length_ms, static_cast<double>(config.pipeline.estimation_threads)};
+}
+
+StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publisher,
+                               const Clock& clock)
     : publisher_(publisher),
       clock_(clock),
-      silence_limit_ns_(std::max(silent_frames * config.frame.length_ms, 100.0) * ns_per_ms) {
+      threads_(options.estimation_threads),
+      silence_limit_ns_(std::max(silent_frames * options.frame_length_ms, 100.0) * ns_per_ms) {
   version_.release = SPLID_VERSION;
-  version_.pattern = std::filesystem::path(config.pattern_file).stem().string();
-  version_.mode = config.pattern.mode;
-  status_.source = config.source_driver;
-  configure(config.estimator.effort);
-  threads_ = static_cast<double>(config.pipeline.estimation_threads);
+  version_.pattern = std::filesystem::path(options.pattern_file).stem().string();
+  version_.mode = options.mode;
+  status_.source = options.source_driver;
+  configure(options.effort);
 }
 
 void StatusReporter::begin(const SourceInfo& source) {

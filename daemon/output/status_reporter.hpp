@@ -26,6 +26,18 @@ struct StreamHealth {
   std::string configuration_fault = {};
 };
 
+// What the status needs to know of the configuration.
+struct StatusOptions {
+  std::string source_driver;
+  std::string pattern_file;
+  Mode mode = Mode::baseline;
+  Effort effort = Effort::balanced;  // that frames are to have
+  double frame_length_ms = 50;
+  double estimation_threads = 1;  // that share the frames
+};
+
+StatusOptions status_options(const Config& config);
+
 // Publishes `version` once and `status` once a second, on every change of state or reason, and for
 // each thing that the driver reports of its instrument or that is noticed elsewhere; what is over
 // is repeated for a second, what lasts is added to the reason as long as it lasts.
@@ -40,7 +52,7 @@ struct StreamHealth {
 class StatusReporter {
  public:
   // publisher, clock: outlive this.
-  StatusReporter(const Config& config, Publisher& publisher, const Clock& clock);
+  StatusReporter(const StatusOptions& options, Publisher& publisher, const Clock& clock);
 
   // A stream begins: what its frames and its driver say is judged afresh, and the counts and the
   // messages' sequence go on.

@@ -69,7 +69,7 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
                             bool overwrite, const Clock& clock, const std::stop_token& stop,
                             const RecordLimit& limit) {
   const SourceInfo info = source.info();
-  std::unique_ptr<EncoderSource> counts = open_encoder(config);
+  std::unique_ptr<EncoderSource> counts = open_encoder(config.encoder, config.source.get());
   if (counts) check_may_write(encoder_file_of(file), overwrite);
   PtuWriter recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
                      DeviceClock(info, clock), overwrite);

@@ -150,7 +150,7 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
 void Measuring::reload(std::shared_ptr<const Config> next) {
   const std::scoped_lock lock(mutex_);
   if (stream_) stream_->reload(stream_options(*next));
-  output_.reload(*next);
+  output_.reload(output_options(*next));
   reloaded_ = std::move(next);
 }
 

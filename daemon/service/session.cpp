@@ -50,7 +50,7 @@ std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& sou
                                       Refusals& refusals) {
   if (config.metrics.file.empty() && config.metrics.http.empty()) return nullptr;
   auto metrics = std::make_unique<Metrics>(
-      config, source.counters(), host_clock(),
+      config.metrics, status_options(config), source.counters(), host_clock(),
       [&device](const std::string& sentence) {
         spdlog::warn("{}", sentence);
         device.notice(sentence);
@@ -133,7 +133,8 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
     if (progress.due()) progress.show(in_words(message));
     return !options.json || out.write(json);
   };
-  Output output(config, {publisher, &device, metrics.get(), observer}, host_clock());
+  Output output(output_options(config), {publisher, &device, metrics.get(), observer},
+                host_clock());
   Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
     std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";

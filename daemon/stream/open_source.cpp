@@ -30,8 +30,9 @@ std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear) {
   return config.source->open(context);
 }
 
-std::unique_ptr<EncoderSource> open_encoder(const Config& config) {
-  return open_encoder(config.encoder, config.source.get(), warn);
+std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& encoder,
+                                            const SourceOptions* source) {
+  return open_encoder(encoder, source, warn);
 }
 
 }  // namespace splid

@@ -18,7 +18,9 @@ using HearReport = std::function<void(const DeviceReport&)>;
 std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear = nullptr);
 
 // Opens the configured source of an encoder's counts; null where the configuration has none. Its
-// warnings go to the log. Errors: Error as the driver's open_encoder() throws it.
-std::unique_ptr<EncoderSource> open_encoder(const Config& config);
+// warnings go to the log. source: of the tags, whose scene may have the encoder; may be null.
+// Errors: Error as the driver's open_encoder() throws it.
+std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& encoder,
+                                            const SourceOptions* source);
 
 }  // namespace splid

@@ -18,7 +18,7 @@ class MeasuredStream {
   MeasuredStream(const Config& config, std::unique_ptr<TagSource> source, Publisher& publisher,
                  const Clock& clock, Metrics* metrics = nullptr)
       : stream_(stream_options(config), std::move(source), clock),
-        output_(config,
+        output_(output_options(config),
                 {publisher, nullptr, metrics,
                  [this](const FrameMessage& frame, const std::string& json) {
                    return !observer_ || observer_(frame, json);
@@ -35,7 +35,7 @@ class MeasuredStream {
   }
   void reload(const Config& next) {
     stream_.reload(stream_options(next));
-    output_.reload(next);
+    output_.reload(output_options(next));
   }
   StreamSummary run(const std::stop_token& stop) {
     const std::stop_callback pass_on(stop, [this] { stream_.request_stop(); });

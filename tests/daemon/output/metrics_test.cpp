@@ -39,7 +39,8 @@ const std::vector<SourceCounter> two_counters = {
 class MetricsTest : public ::testing::Test {
  protected:
   Metrics make(const std::vector<SourceCounter>& counters = {}) {
-    return {config, counters, clock, [this](const std::string& text) { notices.push_back(text); }};
+    return {config.metrics, status_options(config), counters, clock,
+            [this](const std::string& text) { notices.push_back(text); }};
   }
 
   Config config = scene_config(0.5);

@@ -163,7 +163,7 @@ TEST(Output, GoesOnWithTheNextStreamWhereTheOneBeforeEnded) {
   std::uint64_t next = 0;
   std::uint64_t events = 0;
   Stream* running = nullptr;
-  Output output(config,
+  Output output(output_options(config),
                 {publisher, nullptr, nullptr,
                  [&](const FrameMessage& frame, const std::string&) {
                    EXPECT_EQ(frame.sequence, next++);

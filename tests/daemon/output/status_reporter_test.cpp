@@ -30,7 +30,7 @@ FrameMessage frame(FrameStatus status) {
 
 class StatusReports : public ::testing::Test {
  protected:
-  explicit StatusReports(bool live = true) : reporter(config, publisher, clock) {
+  explicit StatusReports(bool live = true) : reporter(status_options(config), publisher, clock) {
     EXPECT_TRUE(publisher.wait_for_subscriber(test::patience));
     reporter.begin(SourceInfo{"scripted", live, {}});
   }

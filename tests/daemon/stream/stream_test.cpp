@@ -1,0 +1,132 @@
+#include "daemon/stream/stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "protocol/error.hpp"
+#include "tests/support/daemon_scene.hpp"
+#include "tests/support/scripted_source.hpp"
+
+namespace splid {
+namespace {
+
+using std::chrono::milliseconds;
+
+struct Taken {
+  std::vector<std::uint64_t> sequences;
+  std::vector<Effort> efforts;
+};
+
+// Takes each frame as it comes; after the frame of that number, `meanwhile`.
+template <class Meanwhile>
+Taken take_all(Stream& stream, std::uint64_t number, const Meanwhile& meanwhile) {
+  Taken taken;
+  stream.start();
+  while (!stream.ended()) {
+    const EstimationUnit* unit = stream.next();
+    if (unit == nullptr) {
+      stream.wait(milliseconds{50});
+      continue;
+    }
+    taken.sequences.push_back(unit->frame.sequence);
+    taken.efforts.push_back(unit->effort);
+    stream.release();
+    if (taken.sequences.back() == number) meanwhile();
+  }
+  EXPECT_EQ(stream.join(), nullptr);
+  return taken;
+}
+
+class CountingTap final : public TagTap {
+ public:
+  void take(std::span<const Tag> tags) override {
+    EXPECT_FALSE(finished);
+    for (const Tag& tag : tags) events += is_event(tag.kind) ? 1 : 0;
+  }
+  void finish() override { finished = true; }
+
+  std::uint64_t events = 0;
+  bool finished = false;
+};
+
+TEST(Stream, GivesFramesInTheirOrderAndCountsEveryTag) {
+  const Config config = scene_config(0.6, 3);
+  CountingTap tap;
+  Stream stream(stream_options(config), open_scene(config), host_clock());
+  stream.tap_into(&tap);
+  const Taken taken = take_all(stream, 0, [] {});
+  ASSERT_GE(taken.sequences.size(), 12U);
+  for (std::size_t i = 0; i < taken.sequences.size(); ++i) EXPECT_EQ(taken.sequences[i], i);
+  const StreamCounters counters = stream.counters();
+  EXPECT_EQ(counters.framer.frames, taken.sequences.size());
+  EXPECT_EQ(counters.framer.events, tap.events);
+  EXPECT_EQ(counters.dropped_tags, 0U);
+  EXPECT_TRUE(tap.finished);
+}
+
+TEST(Stream, EndsWhereNobodyTakesItsFrames) {
+  const Config config = scene_config(60, 2);
+  Stream stream(stream_options(config), open_scene(config), host_clock());
+  stream.start();
+  while (stream.next() == nullptr) stream.wait(milliseconds{50});
+}
+
+TEST(Stream, NeedNotBeStarted) {
+  const Config config = scene_config(1);
+  const Stream stream(stream_options(config), open_scene(config), host_clock());
+  EXPECT_EQ(stream.counters().framer.events, 0U);
+  EXPECT_EQ(stream.diagnosis(), nullptr);
+}
+
+TEST(Stream, ARequestToStopEndsItWithWhatCame) {
+  const Config config = scene_config(600);
+  Stream stream(stream_options(config), open_scene(config), host_clock());
+  const Taken taken = take_all(stream, 3, [&] { stream.request_stop(); });
+  EXPECT_GE(taken.sequences.size(), 4U);
+  const StreamCounters counters = stream.counters();
+  EXPECT_GT(counters.framer.events, 0U);
+  EXPECT_LT(taken.sequences.size(), 6'000U);
+}
+
+TEST(Stream, AReloadHoldsForTheFramesThatComeAfterIt) {
+  const Config config = scene_config(3);
+  Stream stream(stream_options(config), open_scene(config), host_clock());
+  StreamOptions next = stream_options(config);
+  next.estimator.effort = Effort::fast;
+  const Taken taken = take_all(stream, 3, [&] { stream.reload(next); });
+  ASSERT_GE(taken.efforts.size(), 20U);
+  EXPECT_EQ(taken.efforts.front(), Effort::balanced);
+  EXPECT_EQ(taken.efforts.back(), Effort::fast);
+}
+
+TEST(Stream, AddsUpTheCountsOfStreams) {
+  StreamCounters sum;
+  StreamCounters one;
+  one.framer.events = 10;
+  one.framer.uncounted = 2;
+  one.dropped_tags = 3;
+  one.discarded_tags = 4;
+  one.source = {{"splid_blocks_total", {}, "blocks", 5}};
+  sum += one;
+  sum += one;
+  EXPECT_EQ(sum.framer.events, 20U);
+  EXPECT_EQ(sum.framer.uncounted, 4U);
+  EXPECT_EQ(sum.dropped_tags, 6U);
+  EXPECT_EQ(sum.discarded_tags, 8U);
+  ASSERT_EQ(sum.source.size(), 1U);
+  EXPECT_EQ(sum.source[0].value, 10U);
+}
+
+TEST(Stream, RefusesAFrameThatDoesNotFitTheRing) {
+  Config config = scene_config(0);
+  config.pipeline.ring_capacity_tags = 1 << 12;
+  EXPECT_THROW(Stream(stream_options(config), open_scene(config), host_clock()), Error);
+}
+
+}  // namespace
+}  // namespace splid
