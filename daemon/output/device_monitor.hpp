@@ -14,20 +14,20 @@ namespace splid {
 // Carries what a driver says of its instrument, and what else subscribers should hear of, to the
 // publishing thread.
 //
-// Threads: report(), notice() and the configuration's fault any, the others one. Locks; never on
-// the way of a tag. Errors: none.
+// Threads: report(), notice() and set_configuration_fault() may be called from any thread, the
+// other functions from one. Each call locks; none is on the way of a tag. Errors: none.
 class DeviceMonitor {
  public:
   void report(const DeviceReport& report) { put(reports_, report); }
-  // What a source is given to report to; outlived by this.
+  // What a source is given to report to. The monitor outlives the source.
   auto hears() {
     return [this](const DeviceReport& each) { report(each); };
   }
-  // One sentence on something that is over, such as a configuration that was not reloaded.
+  // Takes one sentence on an event that is over, such as a configuration that was not reloaded.
   void notice(const std::string& sentence) { put(notices_, sentence); }
 
-  // What holds until it is set anew, such as why the configuration's file is not in use; a
-  // sentence, or nothing.
+  // Takes a sentence that holds until the next call, such as why the configuration's file is not in
+  // use; an empty sentence says that all is well.
   void set_configuration_fault(const std::string& sentence) {
     const std::scoped_lock lock(mutex_);
     configuration_fault_ = sentence;
@@ -38,13 +38,14 @@ class DeviceMonitor {
     return configuration_fault_;
   }
 
-  // Who sleeps until something comes; null: nobody. It outlives this, or is taken back.
+  // Takes what wakes the publishing thread when something comes; null: nothing is woken. The caller
+  // sets null before the wake is gone.
   void set_wake(Wake* wake) {
     const std::scoped_lock lock(mutex_);
     wake_ = wake;
   }
 
-  // What came since the last call, in order, the last 64 of it.
+  // The reports, or notices, that came since the last call, in order; of more than 64 the last 64.
   std::vector<DeviceReport> take_reports() { return take(reports_); }
   std::vector<std::string> take_notices() { return take(notices_); }
 
@@ -54,7 +55,7 @@ class DeviceMonitor {
   template <class Item>
   void put(std::vector<Item>& items, const Item& item) {
     const std::scoped_lock lock(mutex_);
-    // Of an instrument that flaps faster than it is looked at, what came last.
+    // An instrument may flap faster than its reports are taken: the last reports are kept.
     if (items.size() == max_pending) items.erase(items.begin());
     items.push_back(item);
     if (wake_ != nullptr) wake_->notify();

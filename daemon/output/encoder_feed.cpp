@@ -16,7 +16,8 @@ namespace {
 constexpr double most_patience_ns = 40e6;
 constexpr std::int64_t silence_ns = 1'000'000'000;
 
-// Less than the frame's own length, or late counts would hold frames back one after another.
+// The wait is shorter than a frame, since late counts would otherwise hold one frame after another
+// back.
 std::int64_t patience_ns(const Frame& frame) {
   constexpr double ns_per_ps = 1e-3;
   const double length_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;

@@ -17,8 +17,8 @@ namespace splid {
 
 // Finds each frame's reference from the encoder's counts.
 //
-// Threads: the publisher's. Errors: none; what the source of counts throws is said in the log, and
-// no frame has a reference from then on.
+// Threads: the thread that publishes. Errors: none; an error of the source of counts goes to the
+// log, and no frame has a reference from then on.
 class EncoderFeed {
  public:
   // source: not null; clock: outlives this.
@@ -30,9 +30,10 @@ class EncoderFeed {
     observer_ = std::move(observer);
   }
 
-  // Frames in their order. Waits for counts of a live source up to 40 ms after the frame's last tag
-  // came, and for four fifths of the frame's length at most, so that a frame is published before
-  // the next one is full; not where none came for a second.
+  // The reference of the next frame; frames come in their order. Waits for the counts of a live
+  // source up to 40 ms after the frame's last tag came, and for four fifths of the frame's length
+  // at most, so that a frame is published before the next frame is full. Does not wait where no
+  // count came for a second.
   std::optional<FrameMessage::Reference> reference(const Frame& frame);
 
  private:

@@ -19,12 +19,12 @@ constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_per_s / 2;
 constexpr double max_dead_time_chance = 0.1;
 
 // Design note: four photons of background have a deviation of two, and a ratio to them one of 50 %.
-// Of fewer, the ratio says nothing, and where there is none it would be the likelihood's rounding:
-// 1e15.
+// With fewer photons the ratio says nothing, and without background it would be made of the
+// likelihood's rounding: 1e15.
 constexpr double least_background_deviations = 2;
 
-// Where no photon speaks for background, its likelihood is highest at none, falls as exp(-b t), and
-// has b come out as the search's rounding instead of 0; its deviation is then 1 / t.
+// Where no photon speaks for background, the likelihood is highest at b = 0 and falls as exp(-b t):
+// b comes out as the search's rounding instead of 0, and its deviation is 1 / t.
 constexpr double no_background_deviations = 1e-6;
 
 double seen_ns(const Frame& frame) {
@@ -50,7 +50,7 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.distance_m = m_per_ns_of_delay * estimate.delay_ns - context.range_offset_m;
   message.std_distance_m = m_per_ns_of_delay * estimate.std_delay_ns;
   message.velocity_mps = estimate.velocity_mps;
-  // A target taken to be at rest has a velocity and no deviation of it.
+  // A target that is taken to be at rest has a velocity of zero, and no deviation of the velocity.
   if (estimate.std_velocity_mps > 0) message.std_velocity_mps = estimate.std_velocity_mps;
   message.signal_per_pulse = estimate.signal_per_pulse;
   message.std_signal_per_pulse = estimate.std_signal_per_pulse;

@@ -30,13 +30,14 @@ struct FrameTimes {
   Effort effort = Effort::balanced;
 };
 
-// What is published of a frame. Status: that of the estimate, but `incomplete` where less than
-// min_seen_fraction was seen and then `saturated` where more than a tenth of the signal photons
-// would fall into the detector's dead time; `no_sync` goes before both.
+// What is published of a frame. The status is the estimate's, with three exceptions, of which the
+// first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
+// min_seen_fraction was seen, `saturated` where more than a tenth of the signal photons would fall
+// into the detector's dead time.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTimes& times);
 
-// "the photons contradict the pattern: ...", and what to do; a fault that is none has no sentence.
+// "the photons contradict the pattern: ...", and what to do; empty for PatternFault::none.
 const char* in_words(PatternFault fault);
 
 }  // namespace splid

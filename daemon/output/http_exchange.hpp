@@ -17,7 +17,8 @@ class HttpExchange {
  public:
   HttpExchange(FileDescriptor socket, Peer peer, std::int64_t now_ns);
 
-  // Goes as far as it can without waiting. text: of an answer. False: it is over, done or given up.
+  // Reads and writes as far as that goes without waiting. text: gives the body of an answer.
+  // Returns false when the exchange is over, answered or given up.
   bool go_on(const std::function<std::string()>& text, std::int64_t now_ns);
 
   [[nodiscard]] int socket() const { return socket_.get(); }

@@ -10,18 +10,20 @@ struct WorkSeen {
   std::uint64_t frames = 0;        // published
   std::uint64_t ring_touches = 0;  // by the source's thread
   bool ring_is_empty = true;
-  bool source_is_live = true;  // false: it waits for room, and touches the ring when it has some
+  // A source that is not live waits for room in the ring, and touches the ring when there is room.
+  bool source_is_live = true;
 };
 
-// Whether the daemon's work goes on, which is what feeds the watchdog: frames come out; or none
-// can, because nothing comes in while the source is at work and says so. A stage that hangs, or a
-// source that does, is neither: tags then wait in the ring, or nobody touches it.
+// Whether the daemon's work goes on, which is what feeds the watchdog. It goes on while frames come
+// out, and also while no tag comes in and the source shows that it is at work by touching the ring.
+// It does not where a stage hangs, since tags then wait in the ring, nor where the source hangs,
+// since nobody then touches the ring.
 //
 // Threads: one.
 class Liveness {
  public:
-  // Of a source that does not touch the ring. Connecting to a bridge that does not answer takes a
-  // second.
+  // How long a source may leave the ring untouched. Connecting to a bridge that does not answer
+  // takes a second.
   static constexpr double source_patience_ns = 3e9;
   static constexpr double least_frame_patience_ms = 2000;
 

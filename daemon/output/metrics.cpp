@@ -35,7 +35,7 @@ const Histogram::BucketBoundaries latency_bounds_s = {0.001, 0.002, 0.005, 0.01,
 const Histogram::BucketBoundaries compute_bounds_s = {0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01,
                                                       0.02,   0.05,   0.1,   0.2,   0.5,   1};
 
-// The library gives the same family to whoever asks for its name again, with another label.
+// A family that is asked for again by its name, with another label, is the same family.
 Counter& counter(Registry& registry, const std::string& name, const std::string& help,
                  const Labels& labels = {}) {
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add(labels);
@@ -50,7 +50,7 @@ Histogram& histogram(Registry& registry, const char* name, const char* help,
   return prometheus::BuildHistogram().Name(name).Help(help).Register(registry).Add({}, bounds_s);
 }
 
-// One gauge an enumerator, of which that of the present state is 1.
+// One gauge for each enumerator; the gauge of the present state is 1, all others are 0.
 template <class State, std::size_t N>
 std::array<Gauge*, N> states(Registry& registry, const char* name, const char* help) {
   std::array<Gauge*, N> all{};

@@ -19,15 +19,15 @@ namespace splid {
 // What Prometheus is told, by a file and over HTTP as the configuration says.
 // docs/reference/metrics.md has each name with its unit and meaning.
 //
-// Threads: those that take tags never come here: one thread calls, the one that publishes; the
-// server's own reads at the same time. Errors: the constructor throws Error(Fault::device) where
+// Threads: the thread that publishes calls; the server's own thread reads at the same time. No
+// thread that handles tags comes here. Errors: the constructor throws Error(Fault::device) where
 // the server's port cannot be had; a file that cannot be written is a notice and nothing else.
 class Metrics {
  public:
-  // run: whose pattern and mode are told. counters: the source's, whose names tell what there will
-  // be. notice: takes a sentence on what is wrong with the file, called from refresh(). refusals:
-  // hears who stands in the way of the server, and is told of; null: nobody. It and clock outlive
-  // this.
+  // run: gives the pattern and the mode. counters: the source's; their names become series. notice:
+  // takes a sentence on what is wrong with the file, called from refresh(). refusals: hears of
+  // connections that stand in the server's way, and its counts become series; null: there are none.
+  // refusals and clock outlive the metrics.
   Metrics(const MetricsOptions& options, const StatusOptions& run,
           const std::vector<SourceCounter>& counters, const Clock& clock,
           std::function<void(const std::string&)> notice, Refusals* refusals = nullptr);
@@ -38,12 +38,12 @@ class Metrics {
   // Where the server answers, a wildcard port resolved; empty where there is none.
   [[nodiscard]] std::string url() const;
 
-  // Who tells how many messages were sent to nobody; before the first refresh().
+  // messages: tells how many messages were sent to nobody. To be called before the first refresh().
   void count_dropped(std::function<std::uint64_t()> messages);
 
   // effort_is_lowered: the frame had less effort than was configured.
   void frame_published(const FrameMessage& message, bool effort_is_lowered);
-  // 0 to 1; the highest of a second is shown.
+  // ratio: 0 to 1; the highest ratio of a second is shown.
   void ring_filled(double ratio);
   // A second has passed since the last refresh().
   [[nodiscard]] bool due() const;

@@ -8,14 +8,14 @@ namespace splid {
 // A file that is always whole: written beside itself and renamed, readable by everybody, whatever
 // the umask.
 //
-// Threads: one. Errors: none; what keeps it from being written is said once, and once more when it
+// Threads: one. Errors: none; a notice says once why the file cannot be written, and once that it
 // is written again.
 class MetricsFile {
  public:
   // notice: takes a sentence.
   MetricsFile(std::string path, std::function<void(const std::string&)> notice);
 
-  // Waits for the disk; a folder in memory, such as /run/splid, makes it wait for nothing.
+  // Waits for the disk, but not in a folder in memory such as /run/splid.
   void write(const std::string& text);
 
  private:

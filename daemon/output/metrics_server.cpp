@@ -78,7 +78,7 @@ void MetricsServer::accept_some() {
   }
 }
 
-// The oldest whose request is not whole goes.
+// The oldest connection whose request is not whole is closed.
 bool MetricsServer::make_room(const Peer& peer) {
   if (exchanges_.size() < most_connections) return true;
   auto oldest = exchanges_.begin();

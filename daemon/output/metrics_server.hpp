@@ -15,8 +15,9 @@
 
 namespace splid {
 
-// Answers GET /metrics over HTTP, one request a connection. Whoever connects and says nothing, or
-// half of it, holds a connection for a second, and makes way for the next one when there are many.
+// Answers GET /metrics over HTTP, one request on each connection. A client that sends no whole
+// request keeps its connection for a second, and loses it earlier to the next client when there are
+// many.
 //
 // Threads: one of its own answers. Errors: the constructor throws Error(Fault::device) where the
 // port cannot be had. Timeouts: the destructor waits for an answer that is being written.
@@ -32,7 +33,7 @@ class MetricsServer {
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
 
-  // As bound.
+  // The address as it is bound.
   [[nodiscard]] std::string url() const;
 
  private:

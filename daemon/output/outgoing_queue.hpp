@@ -14,15 +14,15 @@ struct OutgoingMessage {
   std::string json;
 };
 
-// Messages that wait for the thread that sends them. Never waits: what does not fit is dropped, and
-// counted.
+// Messages that wait for the thread that sends them. The queue never waits: a message that does not
+// fit is dropped and counted.
 //
 // Threads: any.
 class OutgoingQueue {
  public:
   explicit OutgoingQueue(std::size_t capacity) : capacity_(capacity) {}
 
-  // False: it was full.
+  // False where the queue was full.
   bool push(OutgoingMessage message) {
     const std::scoped_lock lock(mutex_);
     if (messages_.size() >= capacity_) {
@@ -32,7 +32,7 @@ class OutgoingQueue {
     messages_.push_back(std::move(message));
     return true;
   }
-  // All, in order.
+  // All messages that wait, in their order.
   [[nodiscard]] std::deque<OutgoingMessage> take() {
     const std::scoped_lock lock(mutex_);
     return std::exchange(messages_, {});

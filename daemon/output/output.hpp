@@ -46,11 +46,13 @@ OutputOptions output_options(const Config& config);
 // the watchdog's food, the encoder's reference and the observer. Streams come and go below it;
 // frames are numbered, and everything is counted, as if there were one stream.
 //
-// Threads: made, and called where nothing else is said, on one thread; record() and reload() on any
-// others. Errors: those of the observer come out of publish(), after the stream has ended.
+// Threads: record() and reload() may be called from any thread, everything else from the thread
+// that made the output. Errors: publish() throws what the observer threw, after the stream has
+// ended.
 class Output {
  public:
-  // Where what is said goes. All outlive the output; metrics and device: null where there are none.
+  // Where the output goes to. All of them outlive the output; metrics and device are null where
+  // there are none.
   struct Ends {
     Publisher& publisher;
     DeviceMonitor* device = nullptr;  // what the driver reports goes into the status
@@ -71,15 +73,17 @@ class Output {
   // returns what came of it. After begin().
   StreamSummary publish(Stream& stream);
 
-  // There is no stream: subscribers hear why, the watchdog is fed and the metrics stand still. To
-  // be called at least every 100 ms. reason: a sentence.
+  // While there is no stream: subscribers hear why, the watchdog is fed and the metrics stand
+  // still. To be called at least every 100 ms. reason: a sentence.
   void wait(const std::string& reason);
   // The run is over. reason: why; empty where nothing is wrong.
   void stop(const std::string& reason);
 
-  // Whose faults the status says from now on, and who is given the encoder's counts; null: nobody.
+  // From now on the status tells the faults of `recording`, which is given the encoder's counts;
+  // null: there is no recording.
   void record(RecordingTap* recording);
-  // Messages from now on are made as this configuration says, in what can change while frames flow.
+  // Messages from now on follow these options in what can change while frames flow: the context,
+  // and the effort that counts as not lowered.
   void reload(const OutputOptions& next);
 
  private:
@@ -99,7 +103,7 @@ class Output {
   ServiceNotifier notifier_;
   StreamCounters before_;  // of the streams that have ended
   FrameContext context_;
-  // Of the stream that is published:
+  // The rest concerns the stream that is published.
   Liveness liveness_;
   std::optional<EncoderFeed> encoder_;
   std::atomic<bool> has_encoder_{false};

@@ -24,16 +24,16 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-// Bytes of the largest message taken from a subscriber. All it has to say is a topic.
+// The largest message that is taken from a subscriber, who has nothing to say but topics; bytes.
 constexpr std::int64_t max_incoming_bytes = 1024;
 
-// Subscriptions read before messages are sent again.
+// How many subscriptions are read before messages are sent again.
 constexpr int subscriptions_a_turn = 1000;
 
-// New subscribers within that time are greeted together.
+// New subscribers that come within this time are greeted together.
 constexpr milliseconds between_greetings{20};
 
-// A stage that publishes is never behind by more, unless this thread gets no processor.
+// More messages than this wait only where the sending thread gets no processor.
 constexpr std::size_t least_queue = 1000;
 
 constexpr int heartbeat_interval_ms = 2000;
@@ -209,7 +209,7 @@ void Publisher::Service::read_subscriptions() {
   subscribed_.notify_all();
 }
 
-// False: there was none.
+// Returns false where no message waits.
 bool Publisher::Service::send_queued() {
   std::deque<OutgoingMessage> messages = queue_.take();
   for (OutgoingMessage& message : messages) {
@@ -227,7 +227,8 @@ bool Publisher::Service::send_queued() {
 }
 
 void Publisher::Service::send(const OutgoingMessage& message) {
-  // XPUB drops for a subscriber whose queue is full and never blocks: no result to look at.
+  // XPUB never blocks, and drops a message for a subscriber whose queue is full: its result tells
+  // nothing.
   (void)xpub_.send(zmq::buffer(std::string_view{message.topic}),
                    zmq::send_flags::sndmore | zmq::send_flags::dontwait);
   (void)xpub_.send(zmq::buffer(message.json), zmq::send_flags::dontwait);

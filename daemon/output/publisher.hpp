@@ -13,16 +13,18 @@ class Refusals;
 // What subscribers connect to: XPUB, each message exactly two parts, topic and JSON
 // (protocol/messages.hpp). It may have a second endpoint, plain, at which the same messages come.
 // The last `version` and `status` go to each new subscriber. ZeroMQ addresses all subscribers of a
-// topic or none: the others see the same message, with the same sequence, again.
+// topic or none, so that the earlier subscribers see the same message, with the same sequence,
+// again.
 //
-// Nobody who publishes waits for a subscriber, whatever that sends or does not read: a thread of
-// this talks to ZeroMQ, and a gate (daemon/gate) before each endpoint lets through what a
-// subscriber may have to say. One that does not read loses messages beyond its own queue, and costs
-// the others nothing.
+// Nobody who publishes waits for a subscriber, whatever the subscriber sends or does not read: a
+// thread of the publisher's own talks to ZeroMQ, and a gate (daemon/sockets/gate.hpp) before each
+// endpoint lets through only what a subscriber may have to say. A subscriber that does not read
+// loses the messages beyond its own queue, and costs the other subscribers nothing.
 //
-// Threads: any may call; has `messages`, and a `gate` an endpoint. Errors: the constructor throws
-// Error as ListeningSocket's does; nothing after that. Timeouts: no call waits but
-// wait_for_subscriber(); the destructor waits up to linger for what is still queued.
+// Threads: any thread may call. The publisher has a thread `messages`, and a thread `gate` for each
+// endpoint. Errors: the constructor throws Error as ListeningSocket's does; no other call throws.
+// Timeouts: no call waits but wait_for_subscriber(); the destructor waits up to linger for what is
+// still queued.
 class Publisher {
  public:
   static constexpr std::chrono::milliseconds linger{300};
@@ -37,27 +39,29 @@ class Publisher {
   // endpoint: empty: bound nowhere, so that nobody can subscribe and every message is dropped.
   // queue_messages: how many messages are kept for each subscriber that does not read.
   Publisher(const std::string& endpoint, int queue_messages, const Access& access);
-  // Plain.
+  // Without keys and without a local endpoint.
   Publisher(const std::string& endpoint, int queue_messages);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  // As bound: a wildcard port is resolved. The local one is empty where there is none.
+  // The endpoints as they are bound, a wildcard port resolved. The local endpoint is empty where
+  // there is none.
   [[nodiscard]] const std::string& endpoint() const;
   [[nodiscard]] const std::string& local_endpoint() const;
 
   void publish_frame(std::string json);
-  // The last of each is kept for new subscribers.
+  // The last status and the last version are kept for new subscribers.
   void publish_status(std::string json);
   void publish_version(std::string json);
   // What publish_status() was last given.
   [[nodiscard]] std::string last_status() const;
 
-  // Messages that were not sent since the thread that sends did not keep up.
+  // How many messages were dropped because the thread that sends did not keep up.
   [[nodiscard]] std::size_t dropped() const;
 
-  // Until somebody has subscribed to frames or the time is over; says whether.
+  // Waits until somebody has subscribed to frames or the time is over; returns whether somebody
+  // has.
   bool wait_for_subscriber(std::chrono::milliseconds timeout);
 
  private:

@@ -15,7 +15,8 @@ constexpr std::int64_t ns_per_us = 1000;
 ServiceNotifier::ServiceNotifier(const Clock& clock) : clock_(clock) {
   std::uint64_t watchdog_us = 0;
   if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
-    // Four times in its time: one that is late by half of it does no harm.
+    // The watchdog is fed four times in its time, so that a feed that is late by half of the time
+    // does no harm.
     feed_interval_ns_ = static_cast<std::int64_t>(watchdog_us) * ns_per_us / 4;
   }
 }
@@ -44,7 +45,7 @@ void ServiceNotifier::reloading() {
 
 void ServiceNotifier::reloaded() { sd_notify(0, "READY=1"); }
 
-// Once a second: the count of frames changes with each.
+// At most once a second, since the count of frames changes with every frame.
 void ServiceNotifier::send_status(const StatusMessage& status) {
   const std::int64_t now_ns = clock_.steady_ns();
   const std::string said = std::string(to_string(status.state)) + status.reason;

@@ -13,14 +13,16 @@ namespace splid {
 // of the status message, WATCHDOG=1 while something comes of its work, STOPPING=1. Does nothing
 // where nobody listens (NOTIFY_SOCKET is not set).
 //
-// Threads: one, but reloading() and reloaded(), which may be called from another. Errors: none.
+// Threads: one thread calls tick(); reloading() and reloaded() may be called from another. Errors:
+// none.
 class ServiceNotifier {
  public:
   // clock: outlives this. Looks WATCHDOG_USEC up.
   explicit ServiceNotifier(const Clock& clock);
 
-  // At least ten times a second. alive: frames flow, or a declared wait is what it says. Without
-  // it the watchdog is not fed, and the service manager ends the process once its time is over.
+  // To be called at least ten times a second. alive: the daemon's work goes on (see Liveness).
+  // While it does not, the watchdog is not fed, and the service manager ends the process once the
+  // watchdog's time is over.
   void tick(const StatusMessage& status, bool alive);
   void reloading();
   void reloaded();

@@ -110,7 +110,7 @@ void StatusReporter::tick(const StreamHealth& health) {
   judge(health);
   const bool due = clock_.steady_ns() >= next_ns_;
   if (due || state != status_.state || reason != status_.reason) publish(health);
-  // What is over has then been said for a second.
+  // Notices, and the reasons of faults that are over, have now been published for a second.
   if (!due) return;
   stream_.notice.clear();
   if (stream_.device.state == DeviceState::connected) stream_.device.reason.clear();
@@ -139,7 +139,7 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
   status_.state = DaemonState::stopping;
   status_.reason = reason;
-  // A stream that is over within its first second has said nothing yet.
+  // Of a stream that is over within its first second no second has been judged yet.
   judge_second();
   add_reason(stream_.pattern_reason);
   publish(health);
@@ -150,7 +150,7 @@ void StatusReporter::judge(const StreamHealth& health) {
   const bool is_well = status_.state == DaemonState::streaming;
   if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
   add_reason(health.recording_fault);
-  // A fault that has just come is noticed too.
+  // A fault that has just come is in a notice too, and is said once.
   if (health.recording_fault.empty() ||
       stream_.notice.find(health.recording_fault) == std::string::npos) {
     add_reason(stream_.notice);
@@ -182,7 +182,7 @@ void StatusReporter::judge_device(const StreamHealth& health) {
   status_.reason = stream_.device.reason;
 }
 
-// In half of a second's frames: chance shows one in a million a frame.
+// A finding counts from half of a second's frames on: chance makes one frame in a million show it.
 void StatusReporter::judge_second() {
   judge_cost();
   const bool is_contradicted = second_.faults > 0 && second_.faults >= second_.frames;
@@ -206,7 +206,8 @@ void StatusReporter::judge_second() {
   second_ = {};
 }
 
-// Frames that come as fast as they last are too much for the threads that share them.
+// Frames of a live source come as fast as they last; where they take longer than that to compute,
+// on all threads together, splid falls behind.
 void StatusReporter::judge_cost() {
   stream_.cost_reason.clear();
   if (second_.computed_ms > second_.lasted_ms * threads_) {
@@ -237,7 +238,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
   } else if (stream_.last_frame == FrameStatus::not_run) {
     status_.state = DaemonState::starting;
   } else if (is_disturbed_frame()) {
-    // What the driver said of it goes before.
+    // The driver's own words, where it has said any, go before this sentence.
     status_.state = DaemonState::degraded;
     if (stream_.device.reason.empty()) {
       status_.reason =

@@ -20,7 +20,7 @@ struct StreamHealth {
   double ring_fill_ratio = 0;                     // highest since the last call
   std::string sync_fault;                         // a sentence; empty: none
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
-  std::vector<std::string> notices = {};          // likewise: sentences on other things
+  std::vector<std::string> notices = {};          // sentences since the last call, in order
   std::string recording_fault = {};               // a sentence; empty: none
   // A configuration that was not taken over: a sentence that holds until the next one; empty: none.
   std::string configuration_fault = {};
@@ -39,8 +39,8 @@ struct StatusOptions {
 StatusOptions status_options(const Config& config);
 
 // Publishes `version` once and `status` once a second, on every change of state or reason, and for
-// each thing that the driver reports of its instrument or that is noticed elsewhere; what is over
-// is repeated for a second, what lasts is added to the reason as long as it lasts.
+// each report of the driver on its instrument and each notice from elsewhere. An event that is over
+// is repeated for a second; a condition is part of the reason as long as it lasts.
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
@@ -77,7 +77,7 @@ class StatusReporter {
   [[nodiscard]] bool effort_is_lowered() const {
     return !stream_.last_effort.empty() && stream_.last_effort != configured_effort_;
   }
-  // As last judged.
+  // The status as it was last judged.
   [[nodiscard]] const StatusMessage& status() const { return status_; }
 
  private:

@@ -40,7 +40,7 @@ void add_file(ControlReply& reply, const std::string& file) {
   if (!file.empty()) reply.more.emplace_back("file", json_string(file));
 }
 
-// A folder of its own for a recording that is read twice and gone.
+// Keeps a recording that is read twice and then removed in a folder of its own.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -153,7 +153,7 @@ ControlReply ControlActions::upload_pattern(const std::stop_token& stop) {
   return reply;
 }
 
-// Whatever comes of it, measuring goes on as it was.
+// Whether the calibration succeeds or fails, measuring goes on as it was.
 ControlReply ControlActions::calibrate(const CalibrateRequest& request,
                                        const std::stop_token& stop) {
   const bool measured = measuring_.pause("calibrating; it measures again afterwards", stop);
@@ -170,7 +170,7 @@ ControlReply ControlActions::calibrate(const CalibrateRequest& request,
   }
 }
 
-// Why it does not, as the end of a sentence; empty where all is well.
+// Why measuring does not go on, as the end of a sentence; empty where it does.
 std::string ControlActions::go_on(bool measured, const std::stop_token& stop) {
   try {
     if (stop.stop_requested()) return "";

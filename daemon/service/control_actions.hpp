@@ -13,17 +13,18 @@ namespace splid {
 
 // What the daemon does when it is asked; docs/reference/control.md has the replies.
 //
-// Threads: status() any, at once; perform() one. Errors: both throw Error, which is the reply; its
-// fault is that of the command of the same name.
+// Threads: status() may be called from any thread and returns at once; perform() is called from one
+// thread. Errors: both throw Error, which becomes the reply; its fault is the one that the command
+// of the same name has.
 class ControlActions {
  public:
-  // All outlive this.
+  // config, measuring and publisher outlive the actions.
   ControlActions(const Config& config, Measuring& measuring, const Publisher& publisher)
       : config_(config), measuring_(measuring), publisher_(publisher) {}
 
-  // doing: the action that runs; empty: none.
+  // doing: names the action that runs; empty where none runs.
   ControlReply status(const std::string& doing);
-  // Not status.
+  // Does what is asked; any request but `status`.
   ControlReply perform(const ControlRequest& request, const std::stop_token& stop);
 
  private:

@@ -48,7 +48,7 @@ StreamSummary Measuring::run(std::unique_ptr<TagSource> source, const std::stop_
   return summary;
 }
 
-// What start() waits for: from here on there is a stream.
+// From here on there is a stream, which is what start() waits for.
 void Measuring::prepare(std::unique_ptr<TagSource> source) {
   auto stream = std::make_unique<Stream>(stream_options(config_), std::move(source), host_clock());
   output_.begin();
@@ -84,7 +84,7 @@ StreamSummary Measuring::measure(const std::stop_token& stop) {
   return summary;
 }
 
-// False where the daemon is to end instead.
+// Returns false where the daemon is to end before it measures again.
 bool Measuring::wait_until_wanted(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   spdlog::info("the source is closed: {}", reason_);

@@ -17,37 +17,41 @@
 
 namespace splid {
 
-// One stream after the other from the configured source, to the same subscribers: in between the
-// source is closed, and another program may use the instrument. Frames are numbered, and everything
-// is counted, as if there were one stream.
+// Measures one stream after the other from the configured source, to the same output. Between two
+// streams the source is closed, and another program may use the instrument.
 //
-// Threads: run() on one; the rest on any others, one at a time, while run() runs or before it.
+// Threads: run() is called on one thread, the other functions on any other threads, one at a time,
+// while run() runs or before it.
 class Measuring {
  public:
-  // All outlive this. may_record: as config.record says.
+  // config, output and device outlive this. may_record: tags are kept as config.record says; false:
+  // never.
   Measuring(const Config& config, Output& output, DeviceMonitor& device, bool may_record);
 
-  // Measures from `source`, and from others of its kind as start() and pause() have it, until a
-  // stream ends by itself or fails, or a stop is requested. Returns what the last one came to.
-  // Errors: Error of start-up; those of the observer.
+  // Measures from `source` and, after a pause() and a start(), from the configured source opened
+  // anew, until a stream ends by itself or fails or a stop is requested. Returns what came of the
+  // last stream. Errors: Error where the first stream cannot start; what the output's observer
+  // throws.
   StreamSummary run(std::unique_ptr<TagSource> source, const std::stop_token& stop);
 
-  // Opens the source and measures; false where it does already. Errors: what keeps it from
-  // measuring; it goes on waiting then, and says why. Error(Fault::usage) after a stop request.
+  // Opens the source and measures; returns false where that is so already. Errors: what keeps the
+  // source from opening, after which the status goes on to say so; Error(Fault::usage) after a stop
+  // request.
   bool start(const std::stop_token& stop);
-  // Publishes what has come and closes the source, which takes 500 ms at most; false where that is
-  // so already. reason: what status says meanwhile, never empty. Errors: Error(Fault::usage) after
-  // a stop request.
+  // Publishes what has come and closes the source, which takes 500 ms at most; returns false where
+  // the source was closed already. reason: what the status says meanwhile, never empty. Errors:
+  // Error(Fault::usage) after a stop request.
   bool pause(const std::string& reason, const std::stop_token& stop);
 
   // Frames from now on are estimated as this configuration says: see Stream::reload and
   // Output::reload.
   void reload(std::shared_ptr<const Config> next);
 
-  // Records what is measured from now on, in this stream and the next; false where it does already.
+  // Records what is measured from now on, in this stream and the next; returns false where a
+  // recording runs already.
   // Errors: Error(Fault::usage) where the configuration has no folder.
   bool record();
-  // Ends it; false where nothing was to be recorded. Waits for the disk.
+  // Ends the recording; returns false where there was none. Waits for the disk.
   bool end_recording();
   // The file that is being written, or was written last; empty: none.
   [[nodiscard]] std::string recording_file() const;
@@ -77,12 +81,12 @@ class Measuring {
   bool wanted_ = true;
   bool over_ = false;   // run() has returned
   std::string reason_;  // why it is not to measure
-  // The reason that status gives while the source is closed; empty: it is open.
+  // The reason that the status gives while the source is closed; empty while the source is open.
   std::string waits_for_;
   std::exception_ptr failure_;  // of the last attempt to measure again
   std::shared_ptr<const Config> reloaded_;
   std::unique_ptr<Stream> stream_;  // null: there is none
-  bool pausing_ = false;            // pause() ended the stream
+  bool pausing_ = false;            // pause() has asked the stream to end
   bool to_record_;
   std::unique_ptr<RecordingTap> recording_;
   std::string recording_file_;  // of a recording that has ended

@@ -10,13 +10,13 @@ namespace splid {
 
 class Refusals;
 
-// The publisher that the options ask for, at the configured endpoints. Where another program has
-// one of them and frames are printed too, one that is bound nowhere, and a warning in the log.
+// The publisher that the options ask for, at the configured endpoints. Where another program has an
+// endpoint and frames are printed too, the publisher is bound nowhere and the log has a warning.
 //
 // authenticator: null where nobody needs keys. refusals: hears who is let go. Both outlive the
 // publisher.
-// Errors: as Publisher; of an endpoint that is taken, it says which splid publishes there, if one
-// answers within a second, and how to go on.
+// Errors: as the Publisher's constructor. The error of an endpoint that is taken says which splid
+// publishes there, if a splid answers within a second, and how to go on.
 std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOptions& options,
                                           Authenticator* authenticator, Refusals& refusals);
 

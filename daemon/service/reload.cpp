@@ -16,7 +16,8 @@ bool has_both(const std::string& one, const std::string& other) {
   return !one.empty() && !other.empty();
 }
 
-// A list that is new, or is taken away, is a socket of another kind.
+// A socket either asks a list or does not: with a new list, or a list that is taken away, it would
+// be a socket of another kind.
 bool is_live(std::string_view pointer, const Config& after, const Config& started) {
   if (pointer == "/security/allow_list") {
     return has_both(started.security.allow_list, after.security.allow_list);

@@ -13,8 +13,8 @@ struct ConfigChanges {
   std::vector<std::string> restart;  // take a restart
 };
 
-// started: the configuration that the daemon was started with, which has the sockets that ask a
-// list or do not.
+// started: the configuration that the daemon was started with, which decided which sockets ask an
+// allow_list.
 //
 // Live are scene, estimator, pulse, detector and frame.min_seen_fraction: what the estimation and
 // the judgement of a frame take; and an allow_list, while the daemon was started with one and still

@@ -42,7 +42,8 @@ void Reloader::reload() {
     std::string sentence =
         "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what);
     spdlog::info("{}", sentence);
-    // First what was refused before is over: a status may go out between the two.
+    // The earlier refusal ends before the notice is given, since a status may go out between the
+    // two.
     refuse(since_start.restart.empty() ? "" : "takes a restart: " + joined(since_start.restart));
     device_.notice(sentence);
   } catch (const std::bad_alloc&) {
@@ -53,7 +54,7 @@ void Reloader::reload() {
   notifier_.reloaded();
 }
 
-// What of the file is not in use, and why; nothing: all of it is.
+// Tells which part of the file is not in use, and why; an empty sentence says that all of it is.
 void Reloader::refuse(const std::string& sentence) {
   if (!sentence.empty()) spdlog::warn("{}", sentence);
   device_.set_configuration_fault(sentence);

@@ -13,17 +13,18 @@
 namespace splid {
 
 // Reads the configuration anew on SIGHUP and says, in the log and in the status, what came of it.
-// That it was refused, or takes a restart, stays in the status until the next one.
+// A refusal, or the need of a restart, stays in the status until the next reload.
 //
-// Threads: made and destroyed on one; reloads on the signals'. Errors: none.
+// Threads: made and destroyed on one thread; reloads on the thread of the signals. Errors: none.
 class Reloader {
  public:
-  // Takes over what can change while frames flow; is_new: the configuration says something new of
-  // it. Returns what else is new, a sentence or nothing. Errors: Error where it is refused; nothing
-  // has changed then.
+  // Takes over what can change while frames flow. is_new: the configuration differs in that from
+  // the one in use. Returns a sentence on what else was taken over, or nothing. Errors: Error where
+  // the configuration is refused; nothing has changed then.
   using Apply = std::function<std::string(const std::shared_ptr<const Config>&, bool is_new)>;
 
-  // original, device, signals: outlive this. signals: whose hangup is taken; null: none is.
+  // original, device and signals outlive this. signals: whose hangup means a reload; null: there is
+  // none.
   Reloader(const Config& original, DeviceMonitor& device, StopSignals* signals, Apply apply);
   ~Reloader();
   Reloader(const Reloader&) = delete;

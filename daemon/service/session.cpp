@@ -44,7 +44,7 @@ std::string where(const Publisher& publisher, const Authenticator* authenticator
   return local.empty() ? text : text + " and, for this machine, at " + local;
 }
 
-// Null where nobody is to be told any.
+// Null where the configuration asks for no metrics.
 std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
                                       DeviceMonitor& device, const Publisher& publisher,
                                       Refusals& refusals) {
@@ -73,7 +73,8 @@ std::string reload_allow_lists(Authenticator& authenticator, const Config& next)
   return all;
 }
 
-// Null where nobody can ask. An endpoint that nobody named is one that the daemon can do without.
+// Null where there is no control endpoint. The daemon can do without an endpoint that the
+// configuration does not name.
 std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions,
                                             Authenticator* authenticator, Refusals& refusals) {
   const std::string endpoint = control_endpoint(config.control);
@@ -99,7 +100,7 @@ std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions
   }
 }
 
-// What the log may not have a line for each of.
+// Sums of what is too frequent for a line in the log each time.
 void say_who_came(const Refusals& refusals, const Publisher& publisher) {
   if (refusals.kept_out() > 0) {
     spdlog::info("{} connections refused", grouped(refusals.kept_out()));

@@ -17,16 +17,16 @@ struct SessionOptions {
   bool publish = true;  // false: binds no endpoint
   // Where another program has the endpoint, frames are printed alone; see open_publisher().
   bool may_only_print = false;
-  // Messages kept for a subscriber that does not read: some seconds of them.
+  // How many messages are kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
   bool is_service = false;           // records and can be controlled, as the configuration says
-  StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; null: none does
+  StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; may be null
 };
 
-// Runs the source through the pipeline to the subscribers, says in the log what it does and at the
-// end what came of it, and the RMSE against an encoder where there is one; returns the exit code.
-// A control request may end a stream and begin another; see Measuring.
+// Measures from the source to the subscribers, and returns the exit code. The log says what is done
+// and at the end what came of it, with the RMSE against an encoder where there is one. A control
+// request may end a stream and begin another; see Measuring.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
 // frame could lock although syncs came.

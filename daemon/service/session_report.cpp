@@ -11,7 +11,8 @@
 namespace splid {
 namespace {
 
-// Syncs a frame from which on they are plentiful: a frame locks from three that agree.
+// From so many syncs in a frame on there are plenty of them: a frame locks from three syncs that
+// agree.
 constexpr std::uint64_t plentiful_syncs = 16;
 
 }  // namespace

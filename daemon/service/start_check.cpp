@@ -33,7 +33,7 @@ constexpr std::string_view systemd_credentials = "/run/credentials/";
   throw Error(fault, config.file + ": " + pointer + ": " + what);
 }
 
-// What `look` throws, as a mistake of the configuration.
+// Calls `look`, and throws what it throws as a mistake of the configuration.
 template <class Look>
 void refuse_errors(const Config& config, const std::string& pointer, const Look& look) {
   try {
@@ -54,7 +54,7 @@ void check_memory(const Config& config) {
                 needed_mib, machine_mib));
 }
 
-// Files as every start finds them.
+// Looks for the files that every start reads.
 void check_files(const Config& config) {
   if (const auto fault = config.source->start_fault()) {
     refuse(config, "/source" + fault->pointer, fault->what);

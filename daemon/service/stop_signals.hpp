@@ -8,8 +8,8 @@
 
 namespace splid {
 
-// Turns SIGINT and SIGTERM into a stop request. A second one ends the process at once, for when the
-// first is not enough.
+// Turns SIGINT and SIGTERM into a stop request. A second signal ends the process at once, for
+// people to whom the first was not enough.
 //
 // Threads: made before any other thread starts, so that all inherit the blocked signals. Also
 // ignores SIGPIPE: a reader of standard output that leaves is an error of the write.
@@ -24,7 +24,8 @@ class StopSignals {
 
   [[nodiscard]] std::stop_token token() const { return stop_.get_token(); }
   void request_stop() { stop_.request_stop(); }
-  // On the signals' thread; null: nothing. A call that is running has ended when this returns.
+  // action: what SIGHUP calls on the signals' thread; null: nothing. A call that is running has
+  // ended when this returns.
   void on_hangup(std::function<void()> action);
 
  private:

@@ -9,26 +9,27 @@ namespace splid {
 // Lowers the estimator's effort where it is slower than the frames come, before a tag is dropped,
 // and raises it again when there is time.
 //
-// Down a step as soon as a frame found no free slot: the estimator is then two frames behind. Up a
-// step after 20 frames without that (a second), or after twice as many each time that going up was
-// too early, at most 1280 (a minute), so that a load at the edge does not make every other frame
-// coarse.
+// The effort goes down a step as soon as a frame found no free unit: the estimator is then two
+// frames behind. It goes up a step after 20 frames that found a free unit (a second). Each time
+// that going up was too early, twice as many frames are waited for, at most 1280 (a minute), so
+// that a load at the edge does not make every other frame coarse.
 //
 // Threads: one. Errors: none.
 class EffortGovernor {
  public:
-  // configured: never exceeded. enabled: false keeps it (a replay waits instead).
+  // configured: the effort that is never exceeded. enabled: false keeps that effort for every
+  // frame, as for a replay, which waits instead.
   EffortGovernor(Effort configured, bool enabled)
       : configured_(configured), effort_(configured), enabled_(enabled) {}
 
-  // What is never exceeded from now on.
+  // Sets the effort that is never exceeded from now on.
   void configure(Effort configured) {
     if (configured == configured_) return;
     configured_ = effort_ = configured;
     calm_frames_ = 0;
   }
 
-  // had_to_wait: the frame about to be estimated found no free slot at first. What it is worth.
+  // The effort of the next frame. had_to_wait: the frame found no free unit at first.
   Effort next(bool had_to_wait) {
     if (!enabled_) return configured_;
     if (had_to_wait) {
@@ -57,7 +58,7 @@ class EffortGovernor {
   Effort configured_;
   Effort effort_;
   bool enabled_;
-  bool raised_ = false;  // and not had to fall since
+  bool raised_ = false;  // the effort went up, and has not fallen since
   int calm_frames_ = 0;
   int patience_frames_ = least_patience_frames;
 };

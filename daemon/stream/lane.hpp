@@ -13,8 +13,8 @@
 
 namespace splid {
 
-// Slots a lane: one that the framer fills while the estimator works on the other. The ring behind
-// holds what comes in longer pauses, at a third of the memory.
+// Units in a lane: the framer fills one while the estimator works on the other. What comes during
+// longer pauses of the estimator waits in the ring, at a third of the memory.
 inline constexpr std::size_t lane_depth = 2;
 
 // What is estimated as one, with what each stage adds on its way: a frame, and where an instrument
@@ -29,12 +29,12 @@ struct EstimationUnit {
   double compute_ms = 0;             // estimator
 };
 
-// The way of every N-th frame: a ring of preallocated slots that three threads pass through in
-// turn. The framer fills one, the estimator works on it, the publisher reads and frees it. Each
-// stage owns one index and reads that of the stage before; no lock, no allocation, no copy.
+// The way of every N-th frame: a ring of preallocated units that three threads pass through in
+// turn. The framer fills a unit, the estimator works on it, the publisher reads and frees it. Each
+// stage owns one index and reads the index of the stage before; no lock, no allocation, no copy.
 //
-// Threads: as each function says. Errors: none. Timeouts: none of these calls waits; the two wakes
-// are for those that do.
+// Threads: as each function says. Errors: none. Timeouts: no call waits; the wake is for an
+// estimator that has nothing to do.
 class Lane {
  public:
   Lane(const FrameCapacity& capacity, std::size_t depth) {
@@ -43,29 +43,29 @@ class Lane {
     }
   }
 
-  // Framer: the slot to fill next, null when all are in use.
+  // Framer: the unit to fill next, null when all are in use.
   EstimationUnit* free_unit() {
     const std::uint64_t at = filled_.load(std::memory_order_relaxed);
     if (at - released_.load(std::memory_order_acquire) == slots_.size()) return nullptr;
     return slot(at);
   }
   void fill() { advance(filled_); }
-  // Framer: no frame comes after those filled.
+  // Framer: no frame comes after those that were filled.
   void close() { closed_.store(true, std::memory_order_release); }
 
-  // Estimator: the slot to work on next, null when there is none.
+  // Estimator: the unit to work on next, null when there is none.
   EstimationUnit* filled_unit() { return behind(estimated_, filled_); }
   void estimated() { advance(estimated_); }
 
-  // Publisher: the slot to publish next, null when there is none.
+  // Publisher: the unit to publish next, null when there is none.
   EstimationUnit* estimated_unit() { return behind(released_, estimated_); }
   void release() { advance(released_); }
 
-  // Any: closed, and the stage whose index this is has nothing left to do.
+  // Any thread: the lane is closed, and the named stage has nothing left to do in it.
   [[nodiscard]] bool estimator_done() const { return done(estimated_); }
   [[nodiscard]] bool publisher_done() const { return done(released_); }
 
-  Wake estimator_wake;  // a slot was filled, or the lane closed
+  Wake estimator_wake;  // a unit was filled, or the lane closed
 
  private:
   // Design note: 64 is written out, as in TagRing.
@@ -81,7 +81,7 @@ class Lane {
   static void advance(Index& index) {
     index.store(index.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
-  // closed_ is read first: what was filled before it was set is then seen too.
+  // closed_ is read first, so that every unit that was filled before the lane was closed is seen.
   [[nodiscard]] bool done(const Index& own) const {
     return closed_.load(std::memory_order_acquire) &&
            own.load(std::memory_order_relaxed) == filled_.load(std::memory_order_acquire);

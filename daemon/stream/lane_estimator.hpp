@@ -17,7 +17,7 @@ struct EstimatorInUse {
 // A lane's estimator, and the way by which a reload hands in another: the estimation thread takes
 // it between two frames by exchanging pointers, and leaves the old one to be freed elsewhere.
 //
-// Threads: in_use() and take_next() belong to the estimation thread, hand_in() to one other.
+// Threads: in_use() and take_next() belong to the estimation thread, hand_in() to one other thread.
 class LaneEstimator {
  public:
   explicit LaneEstimator(EstimatorInUse made)
@@ -31,7 +31,7 @@ class LaneEstimator {
 
   EstimatorInUse& in_use() { return *in_use_; }
 
-  // Does not allocate. True where there was one.
+  // Takes the estimator that was handed in; returns false where there is none. Does not allocate.
   bool take_next() {
     if (next_.load(std::memory_order_relaxed) == nullptr || retired_.load() != nullptr)
       return false;
@@ -42,7 +42,8 @@ class LaneEstimator {
 
   void hand_in(EstimatorInUse made) {
     delete next_.exchange(new EstimatorInUse(std::move(made)));
-    // The place must be free for the one that the new one retires.
+    // The estimation thread puts the estimator that it stops using into retired_, which must be
+    // free when it takes the next one.
     delete retired_.exchange(nullptr);
   }
 
