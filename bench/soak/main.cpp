@@ -8,6 +8,8 @@
 //
 // Exit code 1 where a promise is broken.
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
@@ -21,7 +23,7 @@
 #include <zmq.hpp>
 
 #include "bench/soak/faulty_source.hpp"
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
@@ -244,8 +246,8 @@ void judge_memory(Verdict& verdict, const Memory& memory) {
   }
   const double growth_mib = memory.end_mib() - memory.start_mib();
   verdict.expect(growth_mib <= allowed_growth_mib,
-                 format("memory at the start %.2f MiB, at the end %.2f: %+.2f", memory.start_mib(),
-                        memory.end_mib(), growth_mib));
+                 fmt::format("memory at the start {:.2f} MiB, at the end {:.2f}: {:+.2f}",
+                             memory.start_mib(), memory.end_mib(), growth_mib));
 }
 
 int report(const StreamSummary& summary, const Injected& injected, const Reader& reader,

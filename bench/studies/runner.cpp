@@ -1,5 +1,7 @@
 #include "bench/studies/runner.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -10,7 +12,6 @@
 #include <thread>
 
 #include "bench/studies/trial.hpp"
-#include "daemon/base/format.hpp"
 
 namespace splid::studies {
 namespace {
@@ -25,17 +26,18 @@ double work_of(const Job& job) {
 
 std::string in_words(const Cell& cell) {
   return std::string(info(cell.study).name) + " " + splid::to_string(cell.mode) +
-         format(" %g ms, S %g, b %g/ns, v %s", cell.length_ms, cell.signal_per_pulse,
-                cell.background_per_ns,
-                cell.velocity_mps ? format("%g m/s", *cell.velocity_mps).c_str() : "any");
+         fmt::format(
+             " {:g} ms, S {:g}, b {:g}/ns, v {}", cell.length_ms, cell.signal_per_pulse,
+             cell.background_per_ns,
+             cell.velocity_mps ? fmt::format("{:g} m/s", *cell.velocity_mps).c_str() : "any");
 }
 
 std::string in_words(const Result& result) {
   const Score& s = result.score;
   const Bound& bound = result.expectation.bound;
-  return format(
-      "delay %.2f, velocity %.2f of the bound, %d wrong, %d of them ok, %d ambiguous, "
-      "%d none, of %d; %.2f ms a frame",
+  return fmt::format(
+      "delay {:.2f}, velocity {:.2f} of the bound, {} wrong, {} of them ok, {} ambiguous, "
+      "{} none, of {}; {:.2f} ms a frame",
       s.rmse[delay] / bound.delay_ns, s.rmse[velocity] / bound.velocity_mps, s.wrong, s.wrong_ok,
       s.ambiguous, s.no_value, s.trials, s.p50_ms);
 }
@@ -62,7 +64,8 @@ class TimeLeft {
       seconds += left_[i] * (done_[i] > 0 ? took_s_[i] / done_[i] : rate);
     }
     seconds = std::max(0.0, seconds) / threads;  // rounding may leave less than nothing
-    return seconds < 90 ? format("%.0f s left", seconds) : format("%.0f min left", seconds / 60);
+    return seconds < 90 ? fmt::format("{:.0f} s left", seconds)
+                        : fmt::format("{:.0f} min left", seconds / 60);
   }
 
  private:
@@ -119,8 +122,8 @@ void check_ratio(const Result& result, const char* what, double ratio,
   const double allowed = limit * (1 + 4 * result.score.relative_error());
   if (ratio <= allowed) return;
   faults.push_back(in_words(result.job.cell) +
-                   format(": RMSE of %s is %.3f of the bound; %d frames allow %.3f", what, ratio,
-                          result.score.right(), allowed));
+                   fmt::format(": RMSE of {} is {:.3f} of the bound; {} frames allow {:.3f}", what,
+                               ratio, result.score.right(), allowed));
 }
 
 }  // namespace
@@ -156,12 +159,14 @@ void check_odds(const Result& result, std::vector<std::string>& faults) {
   const Score& s = result.score;
   if (!s.has_odds()) return;
   if (s.ok() > 0 && wilson_95(s.wrong_ok, s.ok()).low > EstimatorOptions().range_risk) {
-    faults.push_back(in_words(result.job.cell) +
-                     format(": %d wrong peaks among %d frames that are ok", s.wrong_ok, s.ok()));
+    faults.push_back(
+        in_words(result.job.cell) +
+        fmt::format(": {} wrong peaks among {} frames that are ok", s.wrong_ok, s.ok()));
   }
   if (is_easy(result.expectation) && s.ambiguous > 0) {
-    faults.push_back(in_words(result.job.cell) +
-                     format(": %d frames ambiguous where the photons leave no doubt", s.ambiguous));
+    faults.push_back(
+        in_words(result.job.cell) +
+        fmt::format(": {} frames ambiguous where the photons leave no doubt", s.ambiguous));
   }
 }
 
@@ -173,7 +178,7 @@ std::vector<std::string> faults_of_search(const Results& results) {
     check_odds(result, faults);
     if (is_easy(result.expectation) && s.right() < s.trials) {
       faults.push_back(in_words(result.job.cell) +
-                       format(": %d wrong peaks and %d without a value", s.wrong, s.no_value) +
+                       fmt::format(": {} wrong peaks and {} without a value", s.wrong, s.no_value) +
                        " where the photons leave no doubt");
     }
     if (!photons_decide(result.expectation) || s.right() == 0) continue;

@@ -1,10 +1,11 @@
+#include <fmt/core.h>
+
 #include <cmath>
 #include <functional>
 #include <set>
 #include <vector>
 
 #include "bench/studies/report.hpp"
-#include "daemon/base/format.hpp"
 
 namespace splid::studies {
 namespace {
@@ -71,12 +72,12 @@ struct Parameter {
 const std::vector<Parameter>& parameters() {
   static const std::vector<Parameter> all = {
       {"mode", [](const Cell& c) { return std::string(splid::to_string(c.mode)); }},
-      {"t_a, ms", [](const Cell& c) { return format("%g", c.length_ms); }},
-      {"S, counts/pulse", [](const Cell& c) { return format("%g", c.signal_per_pulse); }},
-      {"b, counts/ns", [](const Cell& c) { return format("%g", c.background_per_ns); }},
+      {"t_a, ms", [](const Cell& c) { return fmt::format("{:g}", c.length_ms); }},
+      {"S, counts/pulse", [](const Cell& c) { return fmt::format("{:g}", c.signal_per_pulse); }},
+      {"b, counts/ns", [](const Cell& c) { return fmt::format("{:g}", c.background_per_ns); }},
       {"v, m/s",
        [](const Cell& c) {
-         return c.velocity_mps ? format("%g", *c.velocity_mps) : std::string("any");
+         return c.velocity_mps ? fmt::format("{:g}", *c.velocity_mps) : std::string("any");
        }},
       {"effort", [](const Cell& c) { return std::string(splid::to_string(c.effort)); }},
   };
@@ -106,28 +107,28 @@ double bound_of(const Result& row, std::size_t value) {
                     bound.background_per_ns}[value];
 }
 
-std::string percent(double share) { return format("%.3g", 100 * share); }
+std::string percent(double share) { return fmt::format("{:.3g}", 100 * share); }
 
 std::string wrong_text(const Score& s) {
   const Share share = wilson_95(s.wrong, s.trials);
-  return format("%d of %d (%s to %s %%)", s.wrong, s.trials, percent(share.low).c_str(),
-                percent(share.high).c_str());
+  return fmt::format("{} of {} ({} to {} %)", s.wrong, s.trials, percent(share.low),
+                     percent(share.high));
 }
 
 std::string ok_text(const Score& s) {
-  return s.has_odds() ? format("%d of %d | %d", s.wrong_ok, s.ok(), s.ambiguous)
+  return s.has_odds() ? fmt::format("{} of {} | {}", s.wrong_ok, s.ok(), s.ambiguous)
                       : std::string("– | –");
 }
 
 std::string ratio_text(const Result& row, std::size_t value) {
   if (row.score.right() < 2) return "–";
   const double ratio = row.score.rmse[value] / bound_of(row, value);
-  return format("%.3f ± %.3f", ratio, ratio * row.score.relative_error());
+  return fmt::format("{:.3f} ± {:.3f}", ratio, ratio * row.score.relative_error());
 }
 
 std::string inside_text(const Score& s, std::size_t value) {
   if (s.with_deviation == 0) return "–";
-  return format("%.0f, %.0f", 100 * s.inside_one[value], 100 * s.inside_two[value]);
+  return fmt::format("{:.0f}, {:.0f}", 100 * s.inside_one[value], 100 * s.inside_two[value]);
 }
 
 std::string row_text(const Result& row, const std::vector<const Parameter*>& varying) {
@@ -136,19 +137,20 @@ std::string row_text(const Result& row, const std::vector<const Parameter*>& var
   std::string floor = "–";
   if (photons_decide(e)) {
     const CountFloor counted = count_floor(e.bound);
-    floor = format("%.3f, %.3f", counted.delay, counted.velocity);
+    floor = fmt::format("{:.3f}, {:.3f}", counted.delay, counted.velocity);
   }
   std::string text = "|";
   for (const Parameter* one : varying) text += " " + one->text(row.job.cell) + " |";
-  text += format(" %.3g + %.3g | %.0f ± %.0f, %.0f | %.1g%s | %.3g ps, %.3g m/s | %s |",
-                 e.signal_photons, e.background_photons, e.gain_nats, e.gain_deviation_nats,
-                 e.threshold_nats, e.chance_lost, photons_decide(e) ? "" : " ✗",
-                 1e3 * e.bound.delay_ns, e.bound.velocity_mps, floor.c_str());
-  text += format(" %s | %s | %s | %d |", to_string(row.job.estimator), wrong_text(s).c_str(),
-                 ok_text(s).c_str(), s.no_value);
+  text += fmt::format(
+      " {:.3g} + {:.3g} | {:.0f} ± {:.0f}, {:.0f} | {:.1g}{} | {:.3g} ps, {:.3g} m/s | {} |",
+      e.signal_photons, e.background_photons, e.gain_nats, e.gain_deviation_nats, e.threshold_nats,
+      e.chance_lost, photons_decide(e) ? "" : " ✗", 1e3 * e.bound.delay_ns, e.bound.velocity_mps,
+      floor);
+  text += fmt::format(" {} | {} | {} | {} |", to_string(row.job.estimator), wrong_text(s),
+                      ok_text(s), s.no_value);
   for (std::size_t value = 0; value < values; ++value) text += " " + ratio_text(row, value) + " |";
   text += " " + inside_text(s, delay) + " | " + inside_text(s, velocity) + " |";
-  return text + format(" %.3g |\n", s.p50_ms);
+  return text + fmt::format(" {:.3g} |\n", s.p50_ms);
 }
 
 std::string study_section(const Rows& rows, const StudyInfo& study, const std::string& figures) {
@@ -235,15 +237,15 @@ std::string summary(const Results& results) {
       }
       if (sum.cells == 0) continue;
       const auto worst = [&](double ratio) {
-        return sum.decided > 0 ? format("%.3f", ratio) : std::string("–");
+        return sum.decided > 0 ? fmt::format("{:.3f}", ratio) : std::string("–");
       };
-      text += format("| %s | %s | %d | %d | %d | %s | %s | %d of %d | %d | %s |\n",
-                     std::string(study.name).c_str(), to_string(estimator), sum.cells, sum.decided,
-                     sum.in_reach, worst(sum.worst_delay).c_str(),
-                     worst(sum.worst_velocity).c_str(), sum.wrong, sum.frames, sum.none,
-                     sum.ok + sum.ambiguous > 0
-                         ? format("%d of %d | %d", sum.wrong_ok, sum.ok, sum.ambiguous).c_str()
-                         : "– | –");
+      text += fmt::format(
+          "| {} | {} | {} | {} | {} | {} | {} | {} of {} | {} | {} |\n", study.name,
+          to_string(estimator), sum.cells, sum.decided, sum.in_reach, worst(sum.worst_delay),
+          worst(sum.worst_velocity), sum.wrong, sum.frames, sum.none,
+          sum.ok + sum.ambiguous > 0
+              ? fmt::format("{} of {} | {}", sum.wrong_ok, sum.ok, sum.ambiguous).c_str()
+              : "– | –");
     }
   }
   return text + "\n";

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -8,7 +9,6 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
@@ -53,7 +53,8 @@ PatternCalibration calibrate_shown(const Config& config, const CalibrationPlan& 
                                    const std::stop_token& stop) {
   Progress progress(host_clock());
   const auto show = [&](const char* doing, double seconds) {
-    if (progress.due()) progress.show(plan.recording + ": " + doing + format(", %.1f s", seconds));
+    if (progress.due())
+      progress.show(plan.recording + ": " + doing + fmt::format(", {:.1f} s", seconds));
   };
   return calibrate_recording(config, plan.recording, plan, show, stop);
 }

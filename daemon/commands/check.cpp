@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "config/config.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/read_file.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/load_config.hpp"
 #include "daemon/recording/recording_report.hpp"

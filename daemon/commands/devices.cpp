@@ -1,8 +1,9 @@
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 
-#include "daemon/base/format.hpp"
 #include "daemon/commands/commands.hpp"
 #include "drivers/usb/usb_listing.hpp"
 
@@ -16,7 +17,8 @@ int list_devices(bool all) {
   int shown = 0;
   for (const UsbListing& each : list_usb_devices(all)) {
     const UsbDeviceInfo& info = each.info;
-    const std::string speed = info.speed_mbit_s > 0 ? format("%d Mbit/s", info.speed_mbit_s) : "-";
+    const std::string speed =
+        info.speed_mbit_s > 0 ? fmt::format("{} Mbit/s", info.speed_mbit_s) : "-";
     if (shown++ == 0) std::printf("bus:dev id         speed         driver  serial\n");
     std::printf("%03d:%03d %s  %-12s  %-6s  %s%s\n", info.bus, info.address,
                 to_string(info.id).c_str(), speed.c_str(), or_dash(each.driver),

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -9,7 +11,6 @@
 #include <vector>
 
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/line_writer.hpp"
 #include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
@@ -48,10 +49,10 @@ bool is_among(const std::vector<std::string>& topics, const std::string& topic) 
 }
 
 // "   12.034 m ± 0.6 mm": a value with its standard deviation in a smaller unit.
-std::string column(const char* pattern, const std::optional<double>& value, double factor,
-                   int width) {
-  if (!value) return format("%*s", width, "-");
-  return format(pattern, *value * factor);
+std::string column(fmt::format_string<double> pattern, const std::optional<double>& value,
+                   double factor, int width) {
+  if (!value) return fmt::format("{:>{}}", "-", width);
+  return fmt::format(pattern, *value * factor);
 }
 
 constexpr const char* heading =
@@ -59,21 +60,22 @@ constexpr const char* heading =
     "status";
 
 std::string frame_line(const FrameMessage& frame, const std::optional<FrameError>& error) {
-  std::string line = format("%14.3f", frame.timestamp_s) + "  " +
-                     column("%12.5f", frame.distance_m, 1, 12) + " " +
-                     column("%6.2f", frame.std_distance_m, 1e3, 6) + " " +
-                     column("%14.4f", frame.velocity_mps, 1, 14) + " " +
-                     column("%7.2f", frame.std_velocity_mps, 1e2, 7) + " " +
-                     column("%9.3g", frame.signal_per_pulse, 1, 9) + " " +
-                     column("%8.4g", frame.background_per_s, 1, 8) + " " +
-                     format("%8s", frame.photons ? std::to_string(*frame.photons).c_str() : "-") +
-                     "  " + to_string(frame.status);
+  std::string line =
+      fmt::format("{:>14.3f}", frame.timestamp_s) + "  " +
+      column("{:>12.5f}", frame.distance_m, 1, 12) + " " +
+      column("{:>6.2f}", frame.std_distance_m, 1e3, 6) + " " +
+      column("{:>14.4f}", frame.velocity_mps, 1, 14) + " " +
+      column("{:>7.2f}", frame.std_velocity_mps, 1e2, 7) + " " +
+      column("{:>9.3g}", frame.signal_per_pulse, 1, 9) + " " +
+      column("{:>8.4g}", frame.background_per_s, 1, 8) + " " +
+      fmt::format("{:>8}", frame.photons ? std::to_string(*frame.photons).c_str() : "-") + "  " +
+      to_string(frame.status);
   if (frame.status == FrameStatus::ambiguous && frame.mode != Mode::ambiguous) {
-    line += "  range odds" + column("%+6.1f nats", frame.range_odds_nats, 1, 0);
+    line += "  range odds" + column("{:>+6.1f} nats", frame.range_odds_nats, 1, 0);
   }
   if (error) {
-    line += format("  error %+8.3f mm %+8.3f cm/s%s", error->distance_m * 1e3,
-                   error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");
+    line += fmt::format("  error {:>+8.3f} mm {:>+8.3f} cm/s{}", error->distance_m * 1e3,
+                        error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");
   }
   return line;
 }
@@ -159,7 +161,7 @@ class Listening {
   void check_timeout() {
     const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
     if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
-    throw Error(Fault::device, format("nothing came for %g s: ", options_.timeout_s) +
+    throw Error(Fault::device, fmt::format("nothing came for {:g} s: ", options_.timeout_s) +
                                    connection(subscriber_.state()));
   }
 

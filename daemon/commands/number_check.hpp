@@ -1,11 +1,11 @@
 #pragma once
 
+#include <fmt/core.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <string>
-
-#include "daemon/base/format.hpp"
 
 namespace splid {
 
@@ -19,8 +19,8 @@ inline CLI::Validator number_between(double min, double max) {
             const double value = std::strtod(text.c_str(), &end);
             const bool is_number = !text.empty() && *end == '\0';
             if (is_number && value >= min && value <= max) return std::string();
-            return format("\"%.40s\" must be a number from %g to %g, without a unit", text.c_str(),
-                          min, max);
+            return fmt::format("\"{:.40}\" must be a number from {:g} to {:g}, without a unit",
+                               text, min, max);
           },
           "NUMBER"};
 }
@@ -31,7 +31,7 @@ inline CLI::Validator number_above_zero() {
             const double value = std::strtod(text.c_str(), &end);
             const bool is_number = !text.empty() && *end == '\0';
             if (is_number && value > 0 && std::isfinite(value)) return std::string();
-            return format("\"%.40s\" must be a number above 0, without a unit", text.c_str());
+            return fmt::format("\"{:.40}\" must be a number above 0, without a unit", text);
           },
           "NUMBER"};
 }
@@ -42,7 +42,7 @@ inline CLI::Validator whole_number() {
             const bool is_whole = !text.empty() && text.size() < 20 &&
                                   text.find_first_not_of("0123456789") == std::string::npos;
             if (is_whole) return std::string();
-            return format("\"%.40s\" must be a whole number", text.c_str());
+            return fmt::format("\"{:.40}\" must be a whole number", text);
           },
           "NUMBER"};
 }

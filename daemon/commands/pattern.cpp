@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/format.hpp"
 #include "daemon/base/read_file.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"

@@ -1,5 +1,6 @@
 #include "daemon/study/tradeoff/tradeoff.hpp"
 
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -14,7 +15,6 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/line_writer.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
@@ -48,7 +48,7 @@ struct TradeoffCommand {
 std::string progress_text(const std::string& doing, double done_s, std::optional<double> left_s) {
   if (!left_s) return doing;
   const double share = done_s / std::max(1e-9, done_s + *left_s);
-  return doing + format("; %.0f %%, %.0f s left", 100 * share, *left_s);
+  return doing + fmt::format("; {:.0f} %, {:.0f} s left", 100 * share, *left_s);
 }
 
 // Measures, and prints what is measured as soon as it is known: the table's lines, or with --json
@@ -73,10 +73,11 @@ class TradeoffRun {
     try {
       measure_tradeoff(config_, origin_, plan, {}, events, signals.token());
     } catch (const std::bad_alloc&) {
-      throw Error(Fault::device,
-                  format("not enough memory for %zu frames of %g ms: lower --frames, --lengths or "
-                         "/pipeline/ring_capacity_tags",
-                         plan.frames, plan.lengths_ms.back()));
+      throw Error(
+          Fault::device,
+          fmt::format("not enough memory for {} frames of {:g} ms: lower --frames, --lengths or "
+                      "/pipeline/ring_capacity_tags",
+                      plan.frames, plan.lengths_ms.back()));
     }
     progress_.clear();
     print_objects();

@@ -1,5 +1,6 @@
 #include "drivers/awg/upload.hpp"
 
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -9,9 +10,9 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/load_config.hpp"
 #include "daemon/commands/log_level.hpp"
@@ -44,7 +45,7 @@ Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
   return upload(
       config.awg, config.pattern,
       [&](const char* what, double part) {
-        if (line.due()) line.show(format("%s, %.0f %%", what, 100 * part));
+        if (line.due()) line.show(fmt::format("{}, {:.0f} %", what, 100 * part));
       },
       stop);
 }

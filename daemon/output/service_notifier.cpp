@@ -2,7 +2,7 @@
 
 #include <systemd/sd-daemon.h>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 
 namespace splid {
 namespace {

@@ -1,10 +1,11 @@
 #include "daemon/output/status_reporter.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <utility>
 
-#include "daemon/base/format.hpp"
 #include "daemon/output/frame_message.hpp"
 
 namespace splid {
@@ -190,14 +191,14 @@ void StatusReporter::judge_second() {
   stream_.frames_reason.clear();
   if (second_.misfits > 0 && 2 * second_.misfits >= second_.frames) {
     stream_.frames_reason = "the pulses' light is " +
-                            format("%.0f", 100 * second_.amplitude_misfit) +
+                            fmt::format("{:.0f}", 100 * second_.amplitude_misfit) +
                             " % (rms) off the pattern's amplitudes: calibrate the pattern";
   }
   if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
     stream_.frames_reason +=
         (stream_.frames_reason.empty() ? "" : "; ") +
-        format(
-            "%d of the last %d frames are ambiguous: their photons fit another "
+        fmt::format(
+            "{} of the last {} frames are ambiguous: their photons fit another "
             "range nearly as well (range_odds_nats); more light, longer frames or "
             "a pattern that fits itself less tell them apart (splid check says how "
             "many signal photons this one takes)",
@@ -211,8 +212,8 @@ void StatusReporter::judge_second() {
 void StatusReporter::judge_cost() {
   stream_.cost_reason.clear();
   if (second_.computed_ms > second_.lasted_ms * threads_) {
-    stream_.cost_reason = format(
-        "frames take %.3g times as long to compute as they last, on %.0f threads: lower "
+    stream_.cost_reason = fmt::format(
+        "frames take {:.3g} times as long to compute as they last, on {:.0f} threads: lower "
         "estimator.effort or scene.max_speed_mps, or raise pipeline.estimation_threads",
         second_.computed_ms / second_.lasted_ms, threads_);
   }

@@ -1,5 +1,7 @@
 #include "daemon/recording/record_source.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -9,9 +11,9 @@
 #include <span>
 #include <utility>
 
-#include "daemon/base/format.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/recording/recording_facts.hpp"
@@ -51,16 +53,16 @@ struct Extent {
 void check_enough(const SourceInfo& source, double seconds, double wanted_s,
                   const std::stop_token& stop) {
   if (!source.live || seconds >= wanted_s || stop.stop_requested()) return;
-  throw Error(Fault::device, format("%s sent %.3g s of tags in %.3g s; is it running?",
-                                    source.name.c_str(), seconds, wanted_s + patience_s));
+  throw Error(Fault::device, fmt::format("{} sent {:.3g} s of tags in {:.3g} s; is it running?",
+                                         source.name, seconds, wanted_s + patience_s));
 }
 
 void show(Progress& progress, const PtuWriter& recorder, double stream_s, double took_s) {
   const auto records = static_cast<double>(recorder.records());
-  progress.show(format("%s records, %.3g M/s, %.1f MB, %.1f s recorded, %s lost",
-                       grouped(recorder.records()).c_str(), records / 1e6 / std::max(took_s, 1e-3),
-                       static_cast<double>(recorder.bytes()) / 1e6, stream_s,
-                       grouped(recorder.lost_tags()).c_str()));
+  progress.show(fmt::format("{} records, {:.3g} M/s, {:.1f} MB, {:.1f} s recorded, {} lost",
+                            grouped(recorder.records()), records / 1e6 / std::max(took_s, 1e-3),
+                            static_cast<double>(recorder.bytes()) / 1e6, stream_s,
+                            grouped(recorder.lost_tags())));
 }
 
 }  // namespace
@@ -114,9 +116,9 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
 }
 
 std::string in_words(const RecordSummary& summary, const std::string& file) {
-  return format("%s records (%s bytes, %.6g s) in %s, %s tags lost",
-                grouped(summary.records).c_str(), grouped(summary.bytes).c_str(), summary.seconds,
-                file.c_str(), grouped(summary.lost_tags).c_str());
+  return fmt::format("{} records ({} bytes, {:.6g} s) in {}, {} tags lost",
+                     grouped(summary.records), grouped(summary.bytes), summary.seconds, file,
+                     grouped(summary.lost_tags));
 }
 
 }  // namespace splid

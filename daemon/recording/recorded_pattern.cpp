@@ -1,8 +1,9 @@
 #include "daemon/recording/recorded_pattern.hpp"
 
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
@@ -24,8 +25,8 @@ std::string other_pattern_than_recorded(const Config& config, const PtuHeader& h
     if (share >= least_share) return {};
     return file + ": was recorded with another pattern (" + describe_pattern(recorded) +
            ") than /pattern/file " + config.pattern_file + " (" + describe_pattern(config.pattern) +
-           format(
-               "); %.0f %% of the pulses agree. Name the pattern that was played: distances "
+           fmt::format(
+               "); {:.0f} % of the pulses agree. Name the pattern that was played: distances "
                "found with another one are wrong",
                100 * share);
   } catch (const Error& error) {

@@ -1,6 +1,7 @@
 #include "daemon/recording/recording_folder.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -15,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/base/format.hpp"
 #include "daemon/recording/encoder_log.hpp"
 #include "protocol/error.hpp"
 
@@ -55,9 +55,8 @@ std::string file_name(double unix_s, std::uint64_t number) {
   const auto seconds = static_cast<std::time_t>(std::floor(unix_s));
   std::tm utc{};
   gmtime_r(&seconds, &utc);
-  return format("splid-%04d%02d%02dT%02d%02d%02dZ-%06llu.ptu", utc.tm_year + 1900, utc.tm_mon + 1,
-                utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec,
-                static_cast<unsigned long long>(number));
+  return fmt::format("splid-{:04}{:02}{:02}T{:02}{:02}{:02}Z-{:06}.ptu", utc.tm_year + 1900,
+                     utc.tm_mon + 1, utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec, number);
 }
 
 std::uint64_t size_of(const std::string& path) {

@@ -1,8 +1,9 @@
 #include "daemon/recording/recording_report.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
-#include <cinttypes>
 #include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -11,7 +12,7 @@
 #include <string>
 
 #include "config/channel_name.hpp"
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
 #include "estimator/sync/sync_survey.hpp"
@@ -39,20 +40,21 @@ SyncChannel sync_channel(const PtuHeader& header) {
 }
 
 std::string count_line(const std::string& name, std::uint64_t count, double duration_s) {
-  std::string line = format("  %-14s %15s", name.c_str(), grouped(count).c_str());
-  if (duration_s > 0) line += format("  %12.6g /s", static_cast<double>(count) / duration_s);
+  std::string line = fmt::format("  {:14} {:>15}", name, grouped(count));
+  if (duration_s > 0)
+    line += fmt::format("  {:>12.6g} /s", static_cast<double>(count) / duration_s);
   return line + "\n";
 }
 
 std::string report_steps_back(const RecordingInfo& info) {
-  std::string text = format("  %-14s %15s  to a time before the tag in front, by %s ps at most",
-                            "steps back", grouped(info.steps_back).c_str(),
-                            grouped(static_cast<std::uint64_t>(info.longest_step_back_ps)).c_str());
+  std::string text = fmt::format(
+      "  {:14} {:>15}  to a time before the tag in front, by {} ps at most", "steps back",
+      grouped(info.steps_back), grouped(static_cast<std::uint64_t>(info.longest_step_back_ps)));
   if (info.far_steps_back > 0) {
-    text += format(
-        "; %s by more than the 1 us that is sorted: such tags are late, or the tagger's "
+    text += fmt::format(
+        "; {} by more than the 1 us that is sorted: such tags are late, or the tagger's "
         "clock was set",
-        grouped(info.far_steps_back).c_str());
+        grouped(info.far_steps_back));
   }
   return text + "\n";
 }
@@ -76,9 +78,9 @@ std::string report_counts(const RecordingInfo& info, double duration_s) {
 
 std::string report_times(const RecordingInfo& info, double duration_s) {
   if (!info.first_ps || !info.last_ps) return "  no tags\n";
-  return format("  first          %15" PRId64 " ps\n  last           %15" PRId64
-                " ps\n  duration       %15.9g s\n",
-                *info.first_ps, *info.last_ps, duration_s);
+  return fmt::format(
+      "  first          {:15} ps\n  last           {:15} ps\n  duration       {:>15.9g} s\n",
+      *info.first_ps, *info.last_ps, duration_s);
 }
 
 // With two digits of the deviation.
@@ -88,8 +90,8 @@ std::string report_sync_period(const std::optional<SyncLine::Period>& period,
   const double std_ps = period->std_period_ps;
   const double least_digits = std_ps > 0 ? 1 - std::floor(std::log10(std_ps)) : 9;
   const int digits = static_cast<int>(std::clamp(least_digits, 0.0, 9.0));
-  return format("  sync period    %15.*f ps +- %.*f ps%s\n", digits, period->period_ps, digits,
-                std_ps, of.c_str());
+  return fmt::format("  sync period    {:>15.{}f} ps +- {:.{}f} ps{}\n", period->period_ps, digits,
+                     std_ps, digits, of);
 }
 
 std::string report_own_facts(const PtuHeader& header) {
@@ -104,8 +106,8 @@ std::string report_own_facts(const PtuHeader& header) {
   for (const Loss& loss : header.losses) {
     known += static_cast<std::uint64_t>(std::max<std::int64_t>(loss.count, 0));
   }
-  return text + format("  losses         %15s, %s tags known\n",
-                       grouped(header.losses.size()).c_str(), grouped(known).c_str());
+  return text + fmt::format("  losses         {:>15}, {} tags known\n",
+                            grouped(header.losses.size()), grouped(known));
 }
 
 }  // namespace
@@ -123,9 +125,9 @@ std::string report_recording(const std::string& file) {
   });
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
-  std::string text =
-      format("%s: a PTU recording, T2, record type 0x%08" PRIx32 ", %.6g ps a tick\n", file.c_str(),
-             static_cast<std::uint32_t>(info.header.record_type), info.header.resolution_s * 1e12);
+  std::string text = fmt::format(
+      "{}: a PTU recording, T2, record type 0x{:08x}, {:.6g} ps a tick\n", file,
+      static_cast<std::uint32_t>(info.header.record_type), info.header.resolution_s * 1e12);
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);

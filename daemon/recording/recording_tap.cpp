@@ -1,5 +1,6 @@
 #include "daemon/recording/recording_tap.hpp"
 
+#include <fmt/core.h>
 #include <pthread.h>
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include <chrono>
 #include <utility>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 
 namespace splid {
 namespace {
@@ -142,8 +143,8 @@ std::string RecordingTap::file() const {
 std::string RecordingTap::summary() {
   finish();
   if (thread_.joinable()) thread_.join();
-  return format("%s recordings; %s tags lost to the disk", grouped(recorder_.files()).c_str(),
-                grouped(recorder_.lost_tags() + dropping_.dropped_tags()).c_str());
+  return fmt::format("{} recordings; {} tags lost to the disk", grouped(recorder_.files()),
+                     grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
 }
 
 }  // namespace splid

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "protocol/error.hpp"
 #include "protocol/saturated.hpp"

@@ -1,8 +1,9 @@
 #include "daemon/security/allow_list.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
-#include "daemon/base/format.hpp"
 #include "daemon/security/curve_key.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
@@ -52,7 +53,7 @@ AllowList AllowList::parse(std::string_view text, const std::string& file) {
     if (line.empty() || line.starts_with('#')) continue;
     const Entry entry = split(line);
     const auto refuse = [&](const std::string& what) {
-      throw Error(Fault::usage, format("%s:%zu: %s", file.c_str(), number, what.c_str()));
+      throw Error(Fault::usage, fmt::format("{}:{}: {}", file, number, what));
     };
     if (const char* fault = fault_of(entry)) refuse(fault);
     const auto [place, is_new] = list.names_.emplace(entry.key, entry.name);

@@ -1,6 +1,7 @@
 #include "daemon/security/guarded_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,7 +14,6 @@
 #include <utility>
 
 #include "config/hidden_keys.hpp"
-#include "daemon/base/format.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -69,13 +69,14 @@ class OpenFile {
 
 bool is_ours(const struct stat& facts) { return facts.st_uid == ::geteuid() || facts.st_uid == 0; }
 
-std::string octal(mode_t mode) { return format("%04o", mode & 07777U); }
+std::string octal(mode_t mode) { return fmt::format("{:04o}", mode & 07777U); }
 
 void check_owner(const std::string& place, const struct stat& facts) {
   if (is_ours(facts)) return;
-  refuse(place, format("belongs to user %u, who could put another key there; chown it to root or "
-                       "to user %u, who runs splid",
-                       facts.st_uid, ::geteuid()));
+  refuse(place,
+         fmt::format("belongs to user {}, who could put another key there; chown it to root or "
+                     "to user {}, who runs splid",
+                     facts.st_uid, ::geteuid()));
 }
 
 struct stat facts_of(const std::string& place) {

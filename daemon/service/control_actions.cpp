@@ -1,5 +1,6 @@
 #include "daemon/service/control_actions.hpp"
 
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <cerrno>
@@ -13,7 +14,6 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/recording/record_source.hpp"
 #include "daemon/service/upload_report.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -145,7 +145,7 @@ ControlReply ControlActions::upload_pattern(const std::stop_token& stop) {
   const Uploaded uploaded = upload(
       config_.awg, config_.pattern,
       [this](const char* what, double part) {
-        show_progress(format("%s, %.0f %%", what, 100 * part));
+        show_progress(fmt::format("{}, {:.0f} %", what, 100 * part));
       },
       stop);
   ControlReply reply = done(ControlCommand::upload, in_words(uploaded));
@@ -190,17 +190,19 @@ ControlReply ControlActions::calibrate_from_source(const CalibrateRequest& reque
   const ScratchFolder scratch;
   const std::unique_ptr<TagSource> source = open_source(config_);
   CalibrationPlan plan;
-  plan.recording = format("%g s of ", request.seconds) + source->info().name;
+  plan.recording = fmt::format("{:g} s of ", request.seconds) + source->info().name;
   plan.goal = {request.time_ps, request.amplitude_percent / 100};
   plan.distance_m = request.distance_m;
   RecordLimit limit;
   limit.seconds = request.seconds;
-  limit.progress = [this](double seconds) { show_progress(format("%.1f s taken", seconds)); };
+  limit.progress = [this](double seconds) {
+    show_progress(fmt::format("{:.1f} s taken", seconds));
+  };
   record_source(config_, *source, scratch.file(), true, host_clock(), stop, limit);
   const PatternCalibration calibrated = calibrate_recording(
       config_, scratch.file(), plan,
       [this](const char* what, double seconds) {
-        show_progress(std::string(what) + format(", %.1f s", seconds));
+        show_progress(std::string(what) + fmt::format(", {:.1f} s", seconds));
       },
       stop);
   ControlReply reply =

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
-#include "daemon/base/format.hpp"
 #include "daemon/base/line_writer.hpp"
 #include "daemon/base/progress.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/output/publisher.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/service/control/control_endpoint.hpp"

@@ -1,10 +1,11 @@
 #include "daemon/service/session_report.hpp"
 
+#include <fmt/core.h>
 #include <spdlog/spdlog.h>
 
 #include <cstddef>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/output/frame_message.hpp"
 #include "protocol/error.hpp"
 
@@ -19,9 +20,9 @@ constexpr std::uint64_t plentiful_syncs = 16;
 
 std::string in_words(const FrameMessage& message) {
   std::string text =
-      format("frame %s, %s", grouped(message.sequence).c_str(), to_string(message.status));
-  if (message.distance_m) text += format(", %.4f m", *message.distance_m);
-  if (message.velocity_mps) text += format(", %+.3f m/s", *message.velocity_mps);
+      fmt::format("frame {}, {}", grouped(message.sequence), to_string(message.status));
+  if (message.distance_m) text += fmt::format(", {:.4f} m", *message.distance_m);
+  if (message.velocity_mps) text += fmt::format(", {:+.3f} m/s", *message.velocity_mps);
   return text;
 }
 

@@ -1,6 +1,7 @@
 #include "daemon/service/start_check.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/core.h>
 #include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -13,7 +14,6 @@
 #include <memory>
 #include <string_view>
 
-#include "daemon/base/format.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/memory.hpp"
@@ -49,9 +49,10 @@ void check_memory(const Config& config) {
   const double needed_mib = memory_needed_mib(config);
   if (needed_mib < machine_mib) return;
   refuse(config, "/pipeline",
-         format("takes about %.0f MiB, and this machine has %.0f; lower ring_capacity_tags or "
-                "estimation_threads, or make frames shorter",
-                needed_mib, machine_mib));
+         fmt::format(
+             "takes about {:.0f} MiB, and this machine has {:.0f}; lower ring_capacity_tags or "
+             "estimation_threads, or make frames shorter",
+             needed_mib, machine_mib));
 }
 
 // Looks for the files that every start reads.

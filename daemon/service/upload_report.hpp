@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "drivers/awg/upload.hpp"
 
 namespace splid {

@@ -1,8 +1,9 @@
 #include "daemon/stream/frame_plan.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "protocol/error.hpp"
 
@@ -44,13 +45,12 @@ void check_frame_fits(double length_ms, const Pattern& pattern, std::size_t ring
   const double longest_ms =
       std::floor(static_cast<double>(ring_capacity) * tagger_period_ps(pattern) / ps_per_ms * 1e3) /
       1e3;
-  char text[400];
-  std::snprintf(text, sizeof text,
-                "/frame/length_ms: %g ms is %zu pattern periods, each with a sync, and the ring "
-                "holds %zu tags: shorten it to %g ms or less, or raise "
-                "/pipeline/ring_capacity_tags to %zu or more",
-                length_ms, syncs, ring_capacity, longest_ms, syncs);
-  throw Error(Fault::usage, text);
+  throw Error(
+      Fault::usage,
+      fmt::format("/frame/length_ms: {:g} ms is {} pattern periods, each with a sync, and the ring "
+                  "holds {} tags: shorten it to {:g} ms or less, or raise "
+                  "/pipeline/ring_capacity_tags to {} or more",
+                  length_ms, syncs, ring_capacity, longest_ms, syncs));
 }
 
 }  // namespace splid

@@ -1,12 +1,12 @@
 #include "daemon/study/svg_chart.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
-
-#include "daemon/base/format.hpp"
 
 namespace splid {
 namespace {
@@ -52,14 +52,15 @@ std::string escaped(const std::string& text) {
 
 std::string text_at(double x, double y, const char* kind, const char* anchor,
                     const std::string& text) {
-  return format("<text x=\"%.1f\" y=\"%.1f\" class=\"%s\" text-anchor=\"%s\">", x, y, kind,
-                anchor) +
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"{}\" text-anchor=\"{}\">", x, y, kind,
+                     anchor) +
          escaped(text) + "</text>\n";
 }
 
 std::string line_between(double x1, double y1, double x2, double y2,
                          const std::string& attributes) {
-  return format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" ", x1, y1, x2, y2) +
+  return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" ", x1, y1, x2,
+                     y2) +
          attributes + "/>\n";
 }
 
@@ -175,7 +176,9 @@ Scale scale_of(const ChartPanel& panel, const ChartAxis& axis, double ChartPoint
 }
 
 // "0.5", "20", "2e+06".
-std::string tick_text(double value) { return format("%g", std::abs(value) < 1e-12 ? 0 : value); }
+std::string tick_text(double value) {
+  return fmt::format("{:g}", std::abs(value) < 1e-12 ? 0 : value);
+}
 
 std::string marker_at(const ChartSeries& series, double x, double y) {
   const double r = series.marker_size * marker_radius;
@@ -185,20 +188,20 @@ std::string marker_at(const ChartSeries& series, double x, double y) {
     case Marker::none:
       return {};
     case Marker::circle:
-      return format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" ", x, y, r) + paint;
+      return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" ", x, y, r) + paint;
     case Marker::square:
-      return format("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" ", x - 0.9 * r,
-                    y - 0.9 * r, 1.8 * r, 1.8 * r) +
+      return fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" ",
+                         x - 0.9 * r, y - 0.9 * r, 1.8 * r, 1.8 * r) +
              paint;
     case Marker::triangle:
-      return format("<polygon points=\"%.1f,%.1f %.1f,%.1f %.1f,%.1f\" ", x, y - 1.2 * r,
-                    x + 1.1 * r, y + 0.8 * r, x - 1.1 * r, y + 0.8 * r) +
+      return fmt::format("<polygon points=\"{:.1f},{:.1f} {:.1f},{:.1f} {:.1f},{:.1f}\" ", x,
+                         y - 1.2 * r, x + 1.1 * r, y + 0.8 * r, x - 1.1 * r, y + 0.8 * r) +
              paint;
     case Marker::diamond:
       break;
   }
-  return format("<polygon points=\"%.1f,%.1f %.1f,%.1f %.1f,%.1f %.1f,%.1f\" ", x, y - 1.25 * r,
-                x + 1.25 * r, y, x, y + 1.25 * r, x - 1.25 * r, y) +
+  return fmt::format("<polygon points=\"{:.1f},{:.1f} {:.1f},{:.1f} {:.1f},{:.1f} {:.1f},{:.1f}\" ",
+                     x, y - 1.25 * r, x + 1.25 * r, y, x, y + 1.25 * r, x - 1.25 * r, y) +
          paint;
 }
 
@@ -262,11 +265,12 @@ class PanelWriter {
       out_ += line_between(left, y_at(tick), width - right, y_at(tick), "class=\"grid\"");
       out_ += text_at(left - 7, y_at(tick) + 4, "tick", "end", tick_text(tick));
     }
-    out_ += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>\n",
-                   left, top_, width - left - right, panel_.height);
+    out_ += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" class=\"frame\"/>\n",
+        left, top_, width - left - right, panel_.height);
     out_ += text_at((left + width - right) / 2, bottom + 34, "text", "middle", panel_.x.title);
     const double y = top_ + panel_.height / 2;
-    out_ += format("<g transform=\"rotate(-90 22 %.1f)\">", y) +
+    out_ += fmt::format("<g transform=\"rotate(-90 22 {:.1f})\">", y) +
             text_at(22, y, "text", "middle", panel_.y.title) + "</g>\n";
   }
 
@@ -276,7 +280,7 @@ class PanelWriter {
     const ChartPoint* before = nullptr;
     for (const ChartPoint& point : series.points) {
       if (!shows(point)) continue;
-      places += format("%.1f,%.1f ", x_at(point.x), y_at(point.y));
+      places += fmt::format("{:.1f},{:.1f} ", x_at(point.x), y_at(point.y));
       if (before != nullptr) take_line(*before, point);
       before = &point;
     }
@@ -337,8 +341,8 @@ class PanelWriter {
   void place_callout(const ChartPoint& point) {
     const double x = x_at(point.x);
     const double y = y_at(point.y);
-    out_ += format(
-        "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" fill=\"none\" stroke=\"#222\" "
+    out_ += fmt::format(
+        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"none\" stroke=\"#222\" "
         "stroke-width=\"1.5\"/>\n",
         x, y, callout_radius);
     const double half = static_cast<double>(point.callout.size()) * callout_character_width / 2;
@@ -467,12 +471,13 @@ std::string to_svg(const Chart& chart) {
     body += PanelWriter(panel, y + panel_head - 10).write();
     y += panel_head + panel.height + panel_foot;
   }
-  return format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" "
+  return fmt::format(
+             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0f} {:.0f}\" "
              "font-family=\"sans-serif\">\n",
              width, y) +
-         style + format("<rect width=\"%.0f\" height=\"%.0f\" fill=\"#fff\"/>\n", width, y) + body +
-         "</svg>\n";
+         style +
+         fmt::format("<rect width=\"{:.0f}\" height=\"{:.0f}\" fill=\"#fff\"/>\n", width, y) +
+         body + "</svg>\n";
 }
 
 }  // namespace splid

@@ -1,8 +1,10 @@
 #include "daemon/study/truth_score.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 
 namespace splid {
 namespace {
@@ -19,8 +21,8 @@ bool is_beyond(double error, const std::optional<double>& sigma) {
 
 std::string limit_sentence(const char* what, const std::optional<double>& value, double limit,
                            const char* unit) {
-  return format("%s RMSE is %.4g %s, more than the %.4g %s allowed", what, value.value_or(0), unit,
-                limit, unit);
+  return fmt::format("{} RMSE is {:.4g} {}, more than the {:.4g} {} allowed", what,
+                     value.value_or(0), unit, limit, unit);
 }
 
 }  // namespace
@@ -90,14 +92,15 @@ std::optional<double> FrameScore::velocity_rmse_cmps() const {
 }
 
 std::string FrameScore::summary() const {
-  std::string text = format(
-      "%s frames, %s lost, %s valid, %s compared with %s, %s wrong peaks (more than %g %s off)",
-      grouped(frames_).c_str(), grouped(lost_).c_str(), grouped(valid_).c_str(),
-      grouped(compared_).c_str(), against_.c_str(), grouped(wrong_).c_str(),
-      wrong_peak_m_.value_or(wrong_peak_sigmas), wrong_peak_m_ ? "m" : "sigma");
+  std::string text = fmt::format(
+      "{} frames, {} lost, {} valid, {} compared with {}, {} wrong peaks (more than {:g} {} off)",
+      grouped(frames_), grouped(lost_), grouped(valid_), grouped(compared_), against_,
+      grouped(wrong_), wrong_peak_m_.value_or(wrong_peak_sigmas), wrong_peak_m_ ? "m" : "sigma");
   if (unsure_ > 0) text += "; " + grouped(unsure_) + " not sure of their range (ambiguous)";
-  if (const auto rmse_mm = distance_rmse_mm()) text += format("; distance RMSE %.3f mm", *rmse_mm);
-  if (const auto rmse = velocity_rmse_cmps()) text += format(", velocity RMSE %.3f cm/s", *rmse);
+  if (const auto rmse_mm = distance_rmse_mm())
+    text += fmt::format("; distance RMSE {:.3f} mm", *rmse_mm);
+  if (const auto rmse = velocity_rmse_cmps())
+    text += fmt::format(", velocity RMSE {:.3f} cm/s", *rmse);
   return text;
 }
 
@@ -107,8 +110,8 @@ std::optional<std::string> FrameScore::broken(const TruthLimits& limits) const {
   if (lost_ > 0) return grouped(lost_) + " frames are missing from the sequence";
   if (wrong_ > 0) return grouped(wrong_) + " frames are on a wrong peak";
   if ((valid_ - unsure_) * 10 < frames_ * 9) {
-    return format("only %s of %s frames are valid and sure of their range",
-                  grouped(valid_ - unsure_).c_str(), grouped(frames_).c_str());
+    return fmt::format("only {} of {} frames are valid and sure of their range",
+                       grouped(valid_ - unsure_), grouped(frames_));
   }
   const auto rmse_mm = distance_rmse_mm();
   if (limits.max_distance_rmse_mm && !(rmse_mm <= *limits.max_distance_rmse_mm)) {

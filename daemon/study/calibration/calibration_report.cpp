@@ -1,5 +1,7 @@
 #include "daemon/study/calibration/calibration_report.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -7,7 +9,7 @@
 #include <numbers>
 #include <vector>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -21,9 +23,9 @@ constexpr double per_ns = 1 / ns_per_ps;  // a density, of one per ps
 // Of a pattern whose times hold the way to the target.
 std::string describe_wrap(const Pattern& pattern) {
   const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
-  return format(
+  return fmt::format(
       "distances will be relative to this target, which itself reads 0 or, as the noise has it, "
-      "just below %.6g m, where they wrap; --distance-m D gives it a place\n",
+      "just below {:.6g} m, where they wrap; --distance-m D gives it a place\n",
       range_m);
 }
 
@@ -35,9 +37,9 @@ std::string describe_range(const PatternCalibration& calibrated, double length_m
     return hardest.empty() ? "" : hardest + "\n";
   }
   const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
-  return format(
-      "ranges %.6g m apart cannot be told apart (pulses as even as these, and the light of a frame "
-      "of %g ms): mode ambiguous, each frame says so\n",
+  return fmt::format(
+      "ranges {:.6g} m apart cannot be told apart (pulses as even as these, and the light of a "
+      "frame of {:g} ms): mode ambiguous, each frame says so\n",
       range_m, length_ms);
 }
 
@@ -45,10 +47,10 @@ std::string describe_rest(const RestReport& rest) {
   if (rest.frames < 3) {
     return grouped(rest.frames) + " frames are too few to see whether the target was at rest";
   }
-  std::string text = format("target at rest: %+.2g +- %.2g ps/s over %.3g s", rest.drift_ps_per_s,
-                            rest.std_drift_ps_per_s, rest.seconds);
+  std::string text = fmt::format("target at rest: {:+.2g} +- {:.2g} ps/s over {:.3g} s",
+                                 rest.drift_ps_per_s, rest.std_drift_ps_per_s, rest.seconds);
   if (rest.drifts()) text += " (it drifts, by less than the times are known for)";
-  if (rest.wanders()) text += format("; it wanders by %.2g ps rms", rest.wander_ps);
+  if (rest.wanders()) text += fmt::format("; it wanders by {:.2g} ps rms", rest.wander_ps);
   return text;
 }
 
@@ -92,11 +94,12 @@ ChartSeries line_of(const PulseShape& shape, const std::string& label, const std
 std::string calibration_table(const Pattern& pattern) {
   const PatternSegment& segment = pattern.segments.front();
   const CalibrationFacts& facts = *pattern.calibration;
-  std::string text =
-      format("%5s  %14s  %7s  %9s  %7s\n", "pulse", "time ps", "+-", "amplitude", "+-");
+  std::string text = fmt::format("{:>5}  {:>14}  {:>7}  {:>9}  {:>7}\n", "pulse", "time ps", "+-",
+                                 "amplitude", "+-");
   for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-    text += format("%5zu  %14.2f  %7.2f  %9.4f  %7.4f\n", p, segment.pulse_times_ps[p],
-                   facts.std_pulse_times_ps[p], segment.amplitudes[p], facts.std_amplitudes[p]);
+    text +=
+        fmt::format("{:5}  {:>14.2f}  {:>7.2f}  {:>9.4f}  {:>7.4f}\n", p, segment.pulse_times_ps[p],
+                    facts.std_pulse_times_ps[p], segment.amplitudes[p], facts.std_amplitudes[p]);
   }
   return text;
 }
@@ -108,12 +111,13 @@ std::string calibration_summary(const PatternCalibration& calibrated,
   const auto last = static_cast<double>(shape.density.size() - 1);
   std::string text = pattern_file + ": " + describe_pattern(calibrated.pattern) + "\n";
   text += grouped(static_cast<std::uint64_t>(found.signal_photons)) + " signal photons of " +
-          grouped(found.photons) + format(" in %.4g s; ", found.seconds) +
+          grouped(found.photons) + fmt::format(" in {:.4g} s; ", found.seconds) +
           describe_rest(calibrated.rest) + "\n";
-  text += format("calibrated period %.9f +- %.2g ps\n", found.period_ps, found.std_period_ps);
-  text += format(
-      "pulse: %.4g ps wide (gaussian of the same peak), table from %.4g to %.4g ps in "
-      "steps of %.3g ps%s\n",
+  text +=
+      fmt::format("calibrated period {:.9f} +- {:.2g} ps\n", found.period_ps, found.std_period_ps);
+  text += fmt::format(
+      "pulse: {:.4g} ps wide (gaussian of the same peak), table from {:.4g} to {:.4g} ps in "
+      "steps of {:.3g} ps{}\n",
       found.width_ps, shape.first_ps, shape.first_ps + last * shape.step_ps, shape.step_ps,
       found.settled ? ""
                     : "; it did not settle: pulses may be closer than the table "
@@ -139,12 +143,13 @@ Chart calibration_chart(const PatternCalibration& calibrated, const CalibrationP
   const std::vector<ChartSeries> series = {
       photons_of(stack, found.signal_photons, range),
       line_of(*shape, "calibrated shape", "#c0392b", LineStyle::solid, range),
-      line_of(*gaussian, format("gaussian of %g ps", sigma_ps), "#777", LineStyle::dashed, range)};
+      line_of(*gaussian, fmt::format("gaussian of {:g} ps", sigma_ps), "#777", LineStyle::dashed,
+              range)};
   const double peak = 1 / (found.width_ps * ns_per_ps * std::sqrt(2 * std::numbers::pi));
   // Down to a tenth of what one photon in a step would be.
   const double least = 0.1 * per_ns / (found.signal_photons * stack.step_ps);
   Chart chart{"The pulse of " + plan.recording,
-              format("%zu pulses, ", found.pulses.size()) +
+              fmt::format("{} pulses, ", found.pulses.size()) +
                   grouped(static_cast<std::uint64_t>(found.signal_photons)) + " signal photons",
               {}};
   const ChartAxis offset{"after the pulse's time, ps", false, range};

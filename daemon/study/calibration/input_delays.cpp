@@ -1,9 +1,9 @@
 #include "daemon/study/calibration/input_delays.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include "daemon/base/format.hpp"
 
 namespace splid {
 namespace {
@@ -27,13 +27,14 @@ std::string describe_input_delays(const std::vector<InputDelay>& inputs, double 
   if (!are_apart(inputs, width_ps)) return {};
   std::string text, delays;
   for (const InputDelay& input : inputs) {
-    delays +=
-        (delays.empty() ? "" : ", ") + format("%.1f", input.configured_ps + input.shift.shift_ps);
+    delays += (delays.empty() ? "" : ", ") +
+              fmt::format("{:.1f}", input.configured_ps + input.shift.shift_ps);
     if (!is_apart(input, width_ps)) continue;
-    text += "input " + input.input +
-            format(" has the pulses of input %s %.1f +- %.1f ps %s (alike to %.2g ps rms); ",
-                   inputs.front().input.c_str(), std::abs(input.shift.shift_ps), input.shift.std_ps,
-                   input.shift.shift_ps > 0 ? "later" : "earlier", input.shift.rms_ps);
+    text +=
+        "input " + input.input +
+        fmt::format(" has the pulses of input {} {:.1f} +- {:.1f} ps {} (alike to {:.2g} ps rms); ",
+                    inputs.front().input, std::abs(input.shift.shift_ps), input.shift.std_ps,
+                    input.shift.shift_ps > 0 ? "later" : "earlier", input.shift.rms_ps);
   }
   return text + "so the pattern holds each pulse once for every input: write \"delays_ps\": [" +
          delays + "] into channels of the configuration and calibrate again\n";

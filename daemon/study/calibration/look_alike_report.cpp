@@ -1,9 +1,11 @@
 #include "daemon/study/calibration/look_alike_report.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -48,13 +50,14 @@ std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape,
   const auto delay = hardest_delay(pattern, shape, light);
   if (!delay) return {};
   const double needed = photons_to_tell(*delay);
-  std::string text = format("hardest to tell from the right delay: %.6g ns (%.5g m) away, ",
-                            delay->shift_ps * ns_per_ps, delay->shift_ps * m_per_ps) +
-                     photons_in_words(needed);
+  std::string text =
+      fmt::format("hardest to tell from the right delay: {:.6g} ns ({:.5g} m) away, ",
+                  delay->shift_ps * ns_per_ps, delay->shift_ps * m_per_ps) +
+      photons_in_words(needed);
   if (facts == nullptr || !(facts->seconds > 0)) return text;
   const double there = facts->signal_photons / facts->seconds * length_ms * 1e-3;
-  text += format("; frames of %g ms had ", length_ms) + grouped(static_cast<std::uint64_t>(there)) +
-          " when it was calibrated";
+  text += fmt::format("; frames of {:g} ms had ", length_ms) +
+          grouped(static_cast<std::uint64_t>(there)) + " when it was calibrated";
   if (there >= needed) return text;
   return text +
          ": too few, so that ranges may be wrong by as much; give more light, longer frames, or "

@@ -1,11 +1,13 @@
 #include "daemon/study/calibration/pattern_calibration.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/stream/channel_map.hpp"
 #include "daemon/stream/frame.hpp"
 #include "daemon/stream/frame_plan.hpp"
@@ -95,15 +97,16 @@ std::string why_nothing_folds(const Seen& seen) {
 }
 
 std::string velocity(double ps_per_s, double std_ps_per_s) {
-  return format("v = %+.4g +- %.2g mm/s", ps_per_s * m_per_ps * mm_per_m,
-                std_ps_per_s * m_per_ps * mm_per_m);
+  return fmt::format("v = {:+.4g} +- {:.2g} mm/s", ps_per_s * m_per_ps * mm_per_m,
+                     std_ps_per_s * m_per_ps * mm_per_m);
 }
 
 void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
   const auto motion = track.motion();
   if (!motion) return;
   refuse(plan, "the target moves: its delay goes over " +
-                   format("%.3g ns", motion->moved_ps / 1e3) + ", a line through all of it has " +
+                   fmt::format("{:.3g} ns", motion->moved_ps / 1e3) +
+                   ", a line through all of it has " +
                    velocity(motion->drift_ps_per_s, motion->std_drift_ps_per_s) +
                    ", and all pulses are smeared as far; record a target at rest");
 }
@@ -111,34 +114,38 @@ void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
 void check_photons(const CalibrationPlan& plan, const Calibration& found) {
   const double factor = photons_wanted(found, plan.goal);
   if (factor <= 1) return;
-  refuse(plan,
-         "too few photons: " + grouped(static_cast<std::uint64_t>(found.signal_photons)) +
-             format(" of signal know the worst pulse to %.3g times what is asked for, %g ps "
-                    "and %g %% of a pulse; it needs ",
-                    std::sqrt(factor), plan.goal.std_time_ps, 100 * plan.goal.std_amplitude) +
-             grouped(static_cast<std::uint64_t>(std::ceil(found.signal_photons * (factor - 1)))) +
-             format(" more signal photons, %.3g s more at this rate; or ask for less with "
-                    "--time-ps and --amplitude-percent",
-                    found.seconds * (factor - 1)));
+  refuse(
+      plan,
+      "too few photons: " + grouped(static_cast<std::uint64_t>(found.signal_photons)) +
+          fmt::format(" of signal know the worst pulse to {:.3g} times what is asked for, {:g} ps "
+                      "and {:g} % of a pulse; it needs ",
+                      std::sqrt(factor), plan.goal.std_time_ps, 100 * plan.goal.std_amplitude) +
+          grouped(static_cast<std::uint64_t>(std::ceil(found.signal_photons * (factor - 1)))) +
+          fmt::format(" more signal photons, {:.3g} s more at this rate; or ask for less with "
+                      "--time-ps and --amplitude-percent",
+                      found.seconds * (factor - 1)));
 }
 
 // Design note: what is significant need not matter. A target that the photons show to have moved
 // by less than the times are to be known for is let through, and the report says it.
 void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
-  const std::string allowed = format(" where %g ps are allowed (--time-ps)", plan.goal.std_time_ps);
+  const std::string allowed =
+      fmt::format(" where {:g} ps are allowed (--time-ps)", plan.goal.std_time_ps);
   if (rest.drifts() && std::abs(rest.drift_ps()) > plan.goal.std_time_ps) {
-    refuse(plan, "the target moves, " + velocity(rest.drift_ps_per_s, rest.std_drift_ps_per_s) +
-                     format(": %.3g ps of delay in %.3g s,", rest.drift_ps(), rest.seconds) +
-                     allowed +
-                     "; record a target at rest, or for a shorter time if it is the "
-                     "electronics that drift");
+    refuse(plan,
+           "the target moves, " + velocity(rest.drift_ps_per_s, rest.std_drift_ps_per_s) +
+               fmt::format(": {:.3g} ps of delay in {:.3g} s,", rest.drift_ps(), rest.seconds) +
+               allowed +
+               "; record a target at rest, or for a shorter time if it is the "
+               "electronics that drift");
   }
   if (rest.wanders() && rest.wander_ps > plan.goal.std_time_ps) {
-    refuse(plan, "the target moves to and fro: its delay wanders by " +
-                     format("%.3g ps rms (%.3g mm, %.3g deviations more than the photons' noise),",
-                            rest.wander_ps, rest.wander_ps * m_per_ps * mm_per_m,
-                            rest.wander_deviations) +
-                     allowed + "; record a target at rest");
+    refuse(plan,
+           "the target moves to and fro: its delay wanders by " +
+               fmt::format(
+                   "{:.3g} ps rms ({:.3g} mm, {:.3g} deviations more than the photons' noise),",
+                   rest.wander_ps, rest.wander_ps * m_per_ps * mm_per_m, rest.wander_deviations) +
+               allowed + "; record a target at rest");
   }
 }
 
@@ -252,7 +259,7 @@ Calibration find_calibration(const CalibrationPlan& plan, const PhaseHistogram& 
   std::optional<Calibration> found = calibrate(fold, width_ps);
   if (found) return std::move(*found);
   refuse(plan, "no pulse stands out of the " + grouped(fold.photons()) + " photons folded on " +
-                   format("%.6g", fold.period().period_ps) +
+                   fmt::format("{:.6g}", fold.period().period_ps) +
                    " ps; record a target at rest, closer or for longer");
 }
 

@@ -1,12 +1,13 @@
 #include "daemon/study/tradeoff/tradeoff.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <span>
 #include <utility>
 
-#include "daemon/base/format.hpp"
 #include "daemon/base/time_left.hpp"
 #include "daemon/study/tradeoff/tradeoff_score.hpp"
 #include "estimator/frame_estimator.hpp"
@@ -108,7 +109,7 @@ class Teller {
 };
 
 std::string name_of(const TradeoffSetting& setting) {
-  return format("%s, frames of %g ms", setting_name(setting.estimator).c_str(), setting.length_ms);
+  return fmt::format("{}, frames of {:g} ms", setting_name(setting.estimator), setting.length_ms);
 }
 
 std::size_t most_photons(const std::vector<KeptFrame>& frames) {
@@ -152,7 +153,7 @@ class Trial {
 
   // Without settings where not even those frames come.
   LengthWork work(const Teller& teller) {
-    teller.tell(format("trying frames of %g ms", work_.length_ms));
+    teller.tell(fmt::format("trying frames of {:g} ms", work_.length_ms));
     make_frames();
     if (frames_.size() < 2) return work_;
     for (const TradeoffSetting& setting :
@@ -224,8 +225,9 @@ class LengthMeasurement {
     make_frames(work.length_ms);
     if (context_.stop.stop_requested()) return false;
     if (frames_.size() < fewest_frames) {
-      context_.events.warn(format("frames of %g ms are left out: only %zu of them could be had",
-                                  work.length_ms, frames_.size()));
+      context_.events.warn(
+          fmt::format("frames of {:g} ms are left out: only {} of them could be had",
+                      work.length_ms, frames_.size()));
       for (std::size_t k = 0; k < work.settings.size(); ++k) teller_.leave_out_part();
       return false;
     }
@@ -248,7 +250,7 @@ class LengthMeasurement {
     frames_ = collect_frames(
         context_.config, context_.origin, length_ms, count,
         [&](std::size_t n) {
-          teller_.tell(format("making frames of %g ms: %zu of %zu", length_ms, n, count),
+          teller_.tell(fmt::format("making frames of {:g} ms: {} of {}", length_ms, n, count),
                        static_cast<double>(n) / static_cast<double>(count));
         },
         context_.stop);
@@ -263,7 +265,7 @@ class LengthMeasurement {
       if (context_.stop.stop_requested()) break;
       measured.results.push_back(estimation.result(frame));
       const std::size_t n = measured.results.size();
-      teller_.tell(doing + format(": %zu of %zu", n, frames_.size()),
+      teller_.tell(doing + fmt::format(": {} of {}", n, frames_.size()),
                    static_cast<double>(n) / static_cast<double>(frames_.size()));
     }
     return measured;

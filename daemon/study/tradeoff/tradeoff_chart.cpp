@@ -1,5 +1,7 @@
 #include "daemon/study/tradeoff/tradeoff_chart.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -8,8 +10,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "daemon/base/format.hpp"
 
 namespace splid {
 namespace {
@@ -73,8 +73,8 @@ using Value = std::function<std::optional<double>(const TradeoffRow&)>;
 using Spread = std::function<std::optional<ChartRange>(double value, const TradeoffRow&)>;
 
 std::string chosen_name(const TradeoffSetting& setting) {
-  return format("chosen: %s, frames of %g ms", setting_name(setting.estimator).c_str(),
-                setting.length_ms);
+  return fmt::format("chosen: {}, frames of {:g} ms", setting_name(setting.estimator),
+                     setting.length_ms);
 }
 
 // chosen: the row to name, if any.
@@ -87,7 +87,7 @@ ChartPanel panel_of(const TradeoffReport& report, const std::string& title, Char
     if (!at) continue;
     ChartPoint point{row.p50_ms, *at};
     point.y_range = spread(*at, row);
-    point.label = format("%g ms", row.setting.length_ms);
+    point.label = fmt::format("{:g} ms", row.setting.length_ms);
     if (chosen == i) point.callout = chosen_name(row.setting);
     series_of(panel.series, row.setting).points.push_back(point);
   }

@@ -1,5 +1,7 @@
 #include "daemon/study/tradeoff/tradeoff_frames.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,8 +9,8 @@
 #include <memory>
 #include <utility>
 
-#include "daemon/base/format.hpp"
 #include "daemon/base/read_file.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/framer.hpp"
 #include "daemon/stream/framer_sink.hpp"
@@ -65,13 +67,13 @@ std::optional<std::string> length_fault(const Config& config, const FrameOrigin&
                                         double length_ms) {
   const double made_ms = whole_periods_ms(config.pattern, length_ms);
   if (std::abs(made_ms / length_ms - 1) > 0.1) {
-    return format("%g ms is no whole number of pattern periods (%g ms)", length_ms,
-                  pattern_period_ps(config.pattern) / ps_per_ms);
+    return fmt::format("{:g} ms is no whole number of pattern periods ({:g} ms)", length_ms,
+                       pattern_period_ps(config.pattern) / ps_per_ms);
   }
   if (origin.scene) {
     const double run_ms = longest_run_s(*origin.scene) * ms_per_s;
     if (run_ms < (1 + least_frames_of_a_run) * length_ms) {
-      return format("the target arrives within %.3g ms", run_ms / 0.9);
+      return fmt::format("the target arrives within {:.3g} ms", run_ms / 0.9);
     }
   }
   try {
@@ -223,7 +225,7 @@ std::vector<double> possible_lengths_ms(const Config& config, const FrameOrigin&
       continue;
     }
     reason = *fault;
-    warn(format("frames of %g ms are left out: ", asked) + reason);
+    warn(fmt::format("frames of {:g} ms are left out: ", asked) + reason);
   }
   if (possible_ms.empty()) throw Error(Fault::usage, "no frame length can be measured: " + reason);
   return possible_ms;

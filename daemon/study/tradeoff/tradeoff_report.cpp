@@ -1,11 +1,12 @@
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "daemon/base/format.hpp"
 #include "daemon/study/tradeoff/tradeoff_choice.hpp"
 #include "protocol/json_writer.hpp"
 
@@ -75,9 +76,9 @@ std::vector<Member> members_of(const TradeoffReport& report, std::size_t index) 
           {"within_budget", report.budget_ms ? (marks.budget ? "true" : "false") : ""}};
 }
 
-std::string column(const char* pattern, const std::optional<double>& value, double factor,
-                   int width) {
-  return value ? format(pattern, *value * factor) : format("%*s", width, "-");
+std::string column(fmt::format_string<double> pattern, const std::optional<double>& value,
+                   double factor, int width) {
+  return value ? fmt::format(pattern, *value * factor) : fmt::format("{:>{}}", "-", width);
 }
 
 constexpr const char* headings =
@@ -90,10 +91,10 @@ constexpr const char* headings =
 std::string describe_target(const simulator::TargetOptions& target) {
   switch (target.motion) {
     case simulator::MotionKind::linear:
-      return format("%g m, %+g m/s", target.distance_m, target.velocity_mps);
+      return fmt::format("{:g} m, {:+g} m/s", target.distance_m, target.velocity_mps);
     case simulator::MotionKind::sinusoid:
-      return format("%g m \u00b1 %g m in %g s", target.distance_m, target.amplitude_m,
-                    target.period_s);
+      return fmt::format("{:g} m \u00b1 {:g} m in {:g} s", target.distance_m, target.amplitude_m,
+                         target.period_s);
     case simulator::MotionKind::points:
       break;
   }
@@ -135,14 +136,14 @@ std::optional<std::string> shortage(const TradeoffReport& report, double length_
   }
   if (most >= fewest_frames_to_choose) return std::nullopt;
   const std::string has =
-      format("at %g ms %zu of %zu frames could be compared and %zu are needed; ", length_ms, most,
-             frames, fewest_frames_to_choose);
+      fmt::format("at {:g} ms {} of {} frames could be compared and {} are needed; ", length_ms,
+                  most, frames, fewest_frames_to_choose);
   const std::size_t needed = frames_needed(report.reference, frames, most);
   if (report.reference == ErrorsAgainst::scene)
-    return has + format("--frames %zu has them", needed);
+    return has + fmt::format("--frames {} has them", needed);
   // Two more: the first, and what the start and the end cut off.
   const double needed_s = static_cast<double>(needed + 2) * length_ms / 1e3;
-  return has + format("a recording of %.2g s with --frames %zu has them", needed_s, needed);
+  return has + fmt::format("a recording of {:.2g} s with --frames {} has them", needed_s, needed);
 }
 
 }  // namespace
@@ -190,13 +191,13 @@ std::optional<std::size_t> chosen_row(const TradeoffReport& report) {
 std::string table_head(ErrorsAgainst reference) { return in_words(reference) + "\n" + headings; }
 
 std::string table_line(const TradeoffRow& row) {
-  return format("%7g  %-19s", row.setting.length_ms, setting_name(row.setting.estimator).c_str()) +
-         format("%7.3g  %7.3g", row.p50_ms, row.p99_ms) + "  " +
-         column("%7.3g", row.distance_rmse_m, 1e3, 7) +
-         column("%8.3f", row.distance_ratio(), 1, 8) + "   " +
-         column("%7.3g", row.velocity_rmse_mps, 1e2, 7) +
-         column("%8.3f", row.velocity_ratio(), 1, 8) +
-         format("%9zu%7zu%8zu", row.wrong_peaks, row.no_value, row.frames);
+  return fmt::format("{:>7g}  {:19}", row.setting.length_ms, setting_name(row.setting.estimator)) +
+         fmt::format("{:>7.3g}  {:>7.3g}", row.p50_ms, row.p99_ms) + "  " +
+         column("{:>7.3g}", row.distance_rmse_m, 1e3, 7) +
+         column("{:>8.3f}", row.distance_ratio(), 1, 8) + "   " +
+         column("{:>7.3g}", row.velocity_rmse_mps, 1e2, 7) +
+         column("{:>8.3f}", row.velocity_ratio(), 1, 8) +
+         fmt::format("{:9}{:7}{:8}", row.wrong_peaks, row.no_value, row.frames);
 }
 
 std::string knee_line(const TradeoffReport& report, double length_ms) {
@@ -204,7 +205,7 @@ std::string knee_line(const TradeoffReport& report, double length_ms) {
   const std::string said =
       knee ? "knee: " + setting_name(report.rows[*knee].setting.estimator)
            : "no knee: " + shortage(report, length_ms).value_or("not all is known of any setting");
-  return format("%7g  ", length_ms) + said;
+  return fmt::format("{:>7g}  ", length_ms) + said;
 }
 
 std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
@@ -233,11 +234,11 @@ std::string tradeoff_csv(const TradeoffReport& report) {
 std::string no_choice_reason(const TradeoffReport& report) {
   const double length_ms = nearest_length_ms(report);
   if (report.stopped_in_ms == length_ms && !report.budget_ms) {
-    return format("not all settings of %g ms are measured", length_ms);
+    return fmt::format("not all settings of {:g} ms are measured", length_ms);
   }
   if (const auto lacking = shortage(report, length_ms)) return *lacking;
   if (!report.budget_ms) return "the errors are no larger than the noise of their reference";
-  return format("no setting is done within %g ms in 99 of 100 frames", *report.budget_ms);
+  return fmt::format("no setting is done within {:g} ms in 99 of 100 frames", *report.budget_ms);
 }
 
 std::string tradeoff_advice(const TradeoffReport& report) {
@@ -246,21 +247,22 @@ std::string tradeoff_advice(const TradeoffReport& report) {
   const TradeoffRow& row = report.rows[*chosen];
   const std::string name = setting_name(row.setting.estimator);
   const std::string head =
-      report.budget_ms ? format("within %g ms a frame: %s, frames of %g ms, p99 %.3g ms\n",
-                                *report.budget_ms, name.c_str(), row.setting.length_ms, row.p99_ms)
-                       : format("the knee at %g ms: %s, %.3g ms a frame\n", row.setting.length_ms,
-                                name.c_str(), row.p50_ms);
+      report.budget_ms
+          ? fmt::format("within {:g} ms a frame: {}, frames of {:g} ms, p99 {:.3g} ms\n",
+                        *report.budget_ms, name, row.setting.length_ms, row.p99_ms)
+          : fmt::format("the knee at {:g} ms: {}, {:.3g} ms a frame\n", row.setting.length_ms, name,
+                        row.p50_ms);
   return head + configuration_lines(row.setting) + "\n";
 }
 
 std::string tradeoff_title(const Config& config, const FrameOrigin& origin) {
   const std::string pattern =
-      format("%s, %zu pulses in %g ns", to_string(config.pattern.mode),
-             pulses_per_period(config.pattern), pattern_period_ps(config.pattern) / 1000);
+      fmt::format("{}, {} pulses in {:g} ns", to_string(config.pattern.mode),
+                  pulses_per_period(config.pattern), pattern_period_ps(config.pattern) / 1000);
   if (!origin.scene) return origin.recording + ": " + pattern;
   return pattern +
-         format("; S %g, b %g /s; ", origin.scene->detection.signal_per_pulse,
-                origin.scene->background_per_s()) +
+         fmt::format("; S {:g}, b {:g} /s; ", origin.scene->detection.signal_per_pulse,
+                     origin.scene->background_per_s()) +
          describe_target(origin.scene->target);
 }
 

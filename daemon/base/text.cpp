@@ -1,9 +1,8 @@
-#include "daemon/base/format.hpp"
+#include "daemon/base/text.hpp"
+
+#include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdarg>
-#include <cstdio>
 #include <limits>
 
 #include "estimator/model/units.hpp"
@@ -24,15 +23,6 @@ double closest_spacing_ps(const PatternSegment& segment) {
 
 }  // namespace
 
-std::string format(const char* pattern, ...) {
-  std::array<char, 1024> text{};
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text.data(), text.size(), pattern, arguments);
-  va_end(arguments);
-  return text.data();
-}
-
 std::string grouped(std::uint64_t number) {
   std::string digits = std::to_string(number);
   for (auto place = static_cast<int>(digits.size()) - 3; place > 0; place -= 3) {
@@ -46,11 +36,11 @@ std::string describe_pattern(const Pattern& pattern) {
   for (const PatternSegment& segment : pattern.segments) {
     closest_ps = std::min(closest_ps, closest_spacing_ps(segment));
   }
-  return format("%s, %s pulses in %.10g ns, unambiguous to %.6g m, closest pulses %.6g ns apart",
-                to_string(pattern.mode), grouped(pulses_per_period(pattern)).c_str(),
-                pattern_period_ps(pattern) / ps_per_ns,
-                speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12,
-                closest_ps / ps_per_ns);
+  return fmt::format(
+      "{}, {} pulses in {:.10g} ns, unambiguous to {:.6g} m, closest pulses {:.6g} ns apart",
+      to_string(pattern.mode), grouped(pulses_per_period(pattern)),
+      pattern_period_ps(pattern) / ps_per_ns,
+      speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12, closest_ps / ps_per_ns);
 }
 
 }  // namespace splid

@@ -9,9 +9,6 @@ namespace splid {
 
 // Words and numbers for people; nothing here is read by a program.
 
-// As printf.
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
-
 // With thousands separated: 1,234,567.
 std::string grouped(std::uint64_t number);
 
