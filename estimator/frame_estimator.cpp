@@ -29,8 +29,8 @@ std::unique_ptr<PulseShape> make_shape(const Pattern& pattern, const PulseOption
   return make_tabulated(*pattern.pulse);
 }
 
-// g t_a, the drift of the delay over a frame of a target at this speed.
-double drift_of(double velocity_mps, double length_ns) {
+// g t_a: how far the delay travels over a frame of this length, for a target at this speed.
+double travel_of(double velocity_mps, double length_ns) {
   const double beta = velocity_mps / speed_of_light_mps;
   return 2 * beta / (1 + beta) * length_ns;
 }
@@ -54,13 +54,13 @@ struct FrameEstimator::Workspace {
   double unambiguous_ns;
   std::unique_ptr<PulseShape> shape;
   SceneOptions scene;
-  double max_drift_ns;  // over a frame of nominal length
+  double max_travel_ns;  // over a frame of nominal length
   double threshold_nats;
   double least_odds_nats;  // of a range that is taken to be known
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
-  std::unique_ptr<PaperMethod> paper;  // null: the search is asked
+  std::unique_ptr<paper::PaperMethod> by_paper;  // null: the search is asked
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons)
@@ -69,24 +69,25 @@ struct FrameEstimator::Workspace {
         unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
         shape(make_shape(pattern, pulse)),
         scene(scene_options),
-        max_drift_ns(moving() ? drift_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
+        max_travel_ns(moving() ? travel_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(
-            {train.circle_ns, drift_looked_at_ns(), shape->width_ns()}, options.false_alarm_rate)),
+            {train.circle_ns, travel_looked_at_ns(), shape->width_ns()}, options.false_alarm_rate)),
         least_odds_nats(odds_at_risk_nats(options.range_risk)),
-        frame(train, max_photons,
-              max_drift_ns / 2 + std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()))),
+        frame(
+            train, max_photons,
+            max_travel_ns / 2 + std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()))),
         search(train, *shape,
                {frame_length_ms * 1e6,
-                max_drift_ns,
+                max_travel_ns,
                 threshold_nats,
-                {told_apart_ns(), max_drift_ns, shape->width_ns()},
+                {told_apart_ns(), max_travel_ns, shape->width_ns()},
                 least_odds_nats,
                 options.effort,
                 mode != Mode::ambiguous},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()) {
     if (options.method == Method::paper) {
-      paper = std::make_unique<PaperMethod>(pattern, *shape, scene);
+      by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
   }
 
@@ -101,8 +102,8 @@ struct FrameEstimator::Workspace {
 
   // Fits are not held to the speeds that the search starts from: where a frame is so short that
   // these are within a few pulse widths, much of what is looked through lies beyond.
-  [[nodiscard]] double drift_looked_at_ns() const {
-    return moving() ? max_drift_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
+  [[nodiscard]] double travel_looked_at_ns() const {
+    return moving() ? max_travel_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
   std::optional<Fit> find(const FrameView& view, TargetTrack* track, Effort most);
@@ -117,7 +118,7 @@ struct FrameEstimator::Workspace {
 
 std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                    Effort most) {
-  if (paper) return find_as_paper(view);
+  if (by_paper) return find_as_paper(view);
   const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   std::optional<Fit> fit;
   if (track != nullptr) {
@@ -136,7 +137,7 @@ std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track,
   const double beta = track.velocity_mps / speed_of_light_mps;
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
   Fit fit = search.find_near(
-      frame, {delay_ns / frame.scale / (1 + beta), drift_of(track.velocity_mps, frame.length_ns)});
+      frame, {delay_ns / frame.scale / (1 + beta), travel_of(track.velocity_mps, frame.length_ns)});
   const double least =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, threshold_nats + 6);
   if (fit.gain_nats < least || !fit.has_covariance) return std::nullopt;
@@ -155,18 +156,18 @@ double FrameEstimator::Workspace::range_odds_nats(const Fit& fit, const TargetTr
 // deviations, the same threshold.
 std::optional<Fit> FrameEstimator::Workspace::find_as_paper(const FrameView& view) {
   search.find(frame);  // what else there is, for the odds
-  const PaperResult found = paper->estimate(view);
+  const paper::PaperResult found = by_paper->estimate(view);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
   const DelayLine line = {found.delay_ns / frame.scale / (1 + beta),
-                          drift_of(found.velocity_mps, frame.length_ns)};
+                          travel_of(found.velocity_mps, frame.length_ns)};
   return search.judge(frame, {line, found.signal_per_pulse, found.background_per_ns});
 }
 
 // The target is at rest unless the photons say otherwise at 3 standard deviations: 4.5 nats.
 Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   constexpr double nats_for_motion = 4.5;
-  const double off_ns = std::abs(moving_fit.parameters.line.drift_ns);
+  const double off_ns = std::abs(moving_fit.parameters.line.travel_ns);
   if (off_ns > 20 * shape->width_ns()) return moving_fit;
   const Fit fit = search.fit_at_rest(frame, moving_fit.parameters.line.delay_ns);
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
@@ -183,7 +184,7 @@ bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
 void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
                                      const SyncFit& sync) const {
   const FrameParameters& p = fit.parameters;
-  const double g = p.line.drift_ns / frame.length_ns;
+  const double g = p.line.travel_ns / frame.length_ns;
   const double beta = g / (2 - g);
   // tau = D (1 + beta); the clock of the pattern becomes the tagger's by `scale`.
   const double circle_ns = told_apart_ns();
@@ -204,11 +205,11 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   estimate.significance_nats = fit.gain_nats;
   estimate.stop = fit.stop;
   if (!fit.has_covariance) return;
-  // d beta / d drift = 2 / ((2 - g)^2 t_a).
-  const double per_drift = 2 / ((2 - g) * (2 - g) * frame.length_ns);
+  // d beta / d travel = 2 / ((2 - g)^2 t_a).
+  const double per_travel = 2 / ((2 - g) * (2 - g) * frame.length_ns);
   const auto& C = fit.covariance;
   const double a = 1 + beta;
-  const double c = delay_ns * per_drift;
+  const double c = delay_ns * per_travel;
   const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
   // The pattern's clock is known no better than the syncs tell: its phase is the delay's, its
   // period a velocity (by endpoints 4.2 cm/s with 10 ps of jitter in 50 ms, by regression 0.09).
@@ -217,7 +218,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   if (C(1, 1) > 0) {
     estimate.std_velocity_mps =
         speed_of_light_mps *
-        std::hypot(std::sqrt(C(1, 1)) * per_drift, sync.std_period_ps / sync.period_ps / 2);
+        std::hypot(std::sqrt(C(1, 1)) * per_travel, sync.std_period_ps / sync.period_ps / 2);
   }
   estimate.std_signal_per_pulse = std::sqrt(C(2, 2));
   estimate.std_background_per_ns = std::sqrt(C(3, 3));

@@ -6,7 +6,6 @@
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/options.hpp"
-#include "estimator/model/target_track.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fold/search_dispatch.hpp"
+#include "estimator/fold/vector_level.hpp"
 
 // The search's kernels by themselves, for an emulator that counts instructions.
 //

@@ -108,9 +108,9 @@ Expectation expect(const Cell& cell) {
   const Gain gain(cell, pulses, found.length_ns);
   found.gain_nats = gain.at(0).slope;
   found.gain_deviation_nats = std::sqrt(gain.at(0).curve);
-  const double max_drift_ns = 2 * max_speed_mps / speed_of_light_mps * found.length_ns;
+  const double max_travel_ns = 2 * max_speed_mps / speed_of_light_mps * found.length_ns;
   found.threshold_nats =
-      significance_threshold_nats({unambiguous_ns, max_drift_ns, pulse_sigma_ns}, 1e-3);
+      significance_threshold_nats({unambiguous_ns, max_travel_ns, pulse_sigma_ns}, 1e-3);
   found.bound = cramer_rao_bound(pattern, *make_gaussian(pulse_sigma_ns),
                                  {.length_ns = found.length_ns,
                                   .seen_ns = found.length_ns,

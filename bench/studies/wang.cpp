@@ -11,11 +11,11 @@ namespace splid::studies {
 namespace {
 
 // The photons that come while each segment plays.
-std::vector<TrainPhotons> trains_of(const Pattern& pattern, const FrameView& frame) {
-  std::vector<TrainPhotons> trains;
+std::vector<paper::TrainPhotons> trains_of(const Pattern& pattern, const FrameView& frame) {
+  std::vector<paper::TrainPhotons> trains;
   double begin_ns = 0;
   for (const PatternSegment& segment : pattern.segments) {
-    TrainPhotons train;
+    paper::TrainPhotons train;
     const auto repeats = static_cast<double>(segment.repeats);
     train.period_ns = segment.period_ps * ns_per_ps;
     train.start_ns = begin_ns;
@@ -25,7 +25,7 @@ std::vector<TrainPhotons> trains_of(const Pattern& pattern, const FrameView& fra
       const double time_ns = static_cast<double>(photon_ps - frame.start_ps) * ns_per_ps - begin_ns;
       if (time_ns < 0 || time_ns >= train.seen_ns) continue;
       train.time_ns.push_back(time_ns);
-      train.phase_ns.push_back(fold_on(time_ns, train.period_ns));
+      train.phase_ns.push_back(paper::fold_on(time_ns, train.period_ns));
     }
     train.counted = static_cast<double>(train.size());
     begin_ns += train.seen_ns;
@@ -38,13 +38,13 @@ std::vector<TrainPhotons> trains_of(const Pattern& pattern, const FrameView& fra
 
 Estimate estimate_by_wang(const Pattern& pattern, const PulseShape& shape, const FrameView& frame,
                           double max_speed_mps) {
-  const std::vector<TrainPhotons> trains = trains_of(pattern, frame);
+  const std::vector<paper::TrainPhotons> trains = trains_of(pattern, frame);
   const double share = 1 / static_cast<double>(trains.size());
   Estimate mean;
   std::vector<double> delays_ns;
-  for (const TrainPhotons& train : trains) {
-    const double velocity_mps = fourier_velocity_mps(train, shape.width_ns(), max_speed_mps);
-    const FoldedPeak peak = find_folded_peak(train, velocity_mps, shape);
+  for (const paper::TrainPhotons& train : trains) {
+    const double velocity_mps = paper::fourier_velocity_mps(train, shape.width_ns(), max_speed_mps);
+    const paper::FoldedPeak peak = paper::find_folded_peak(train, velocity_mps, shape);
     if (!peak.found) return {};
     delays_ns.push_back(peak.delay_ns);
     mean.velocity_mps += share * velocity_mps;
@@ -53,13 +53,13 @@ Estimate estimate_by_wang(const Pattern& pattern, const PulseShape& shape, const
   }
   // [P] Eq. 5: train k sees the delay that the target has moved to when it starts.
   const double beta = mean.velocity_mps / speed_of_light_mps;
-  std::vector<Remainder> remainders;
+  std::vector<paper::Remainder> remainders;
   for (std::size_t k = 0; k < trains.size(); ++k) {
     const double moved_ns = 2 * beta / (1 + beta) * trains[k].start_ns;
     remainders.push_back(
-        {fold_on(delays_ns[k] - moved_ns, trains[k].period_ns), trains[k].period_ns, 1});
+        {paper::fold_on(delays_ns[k] - moved_ns, trains[k].period_ns), trains[k].period_ns, 1});
   }
-  const CrtSolution turns = crt_wang(remainders, 1);
+  const paper::CrtSolution turns = paper::crt_wang(remainders, 1);
   if (!turns.found) return {};
   mean.has_values = true;
   mean.delay_start_ns = turns.value_ns * (1 + beta);

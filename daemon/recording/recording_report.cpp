@@ -84,8 +84,7 @@ std::string report_times(const RecordingInfo& info, double duration_s) {
 }
 
 // With two digits of the deviation.
-std::string report_sync_period(const std::optional<SyncLine::Period>& period,
-                               const std::string& of) {
+std::string report_sync_period(const std::optional<MeasuredPeriod>& period, const std::string& of) {
   if (!period) return "  sync period    none that fits" + of + "\n";
   const double std_ps = period->std_period_ps;
   const double least_digits = std_ps > 0 ? 1 - std::floor(std::log10(std_ps)) : 9;

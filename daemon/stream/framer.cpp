@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/sync/sync_period.hpp"
+#include "estimator/sync/period_from_gaps.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {

@@ -32,7 +32,7 @@ double settled_ps(const FoldModel& model) {
 }
 
 bool settle(FoldModel& model) {
-  climb(model);
+  fit_fold(model);
   for (int round = 0; round < most_rounds; ++round) {
     const std::vector<double> before_ps = model.times_ps;
     if (round < stacking_rounds) {
@@ -40,7 +40,7 @@ bool settle(FoldModel& model) {
     } else {
       improve_shape(model);
     }
-    climb(model);
+    fit_fold(model);
     centre(model);
     double moved_ps = 0;
     for (std::size_t p = 0; p < model.pulses(); ++p) {

@@ -131,7 +131,7 @@ double step(FoldModel& model) {
 
 }  // namespace
 
-double climb(FoldModel& model) {
+double fit_fold(FoldModel& model) {
   constexpr int most_steps = 8;
   const std::vector<double> before_ps = model.times_ps;
   for (int n = 0; n < most_steps; ++n) {

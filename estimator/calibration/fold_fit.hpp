@@ -11,7 +11,7 @@ namespace splid {
 
 // Climbs to the maximum by Fisher scoring, neighbours' tails and the background with it; returns
 // how far the times went, the furthest, ps. The counts and the background stay above zero.
-double climb(FoldModel& model);
+double fit_fold(FoldModel& model);
 
 // Inverse of the expected Fisher information at the model's values.
 Eigen::MatrixXd fold_covariance(FoldModel& model);

@@ -34,7 +34,7 @@ void PhaseHistogram::add(const FrameView& frame) {
   if (!frame.sync.locked) return;
   const FramePhase phase(frame);
   for (const std::int64_t photon_ps : frame.photons_ps) ++counts_[bin_of(phase.turn_of(photon_ps))];
-  line_.add(frame.sync);
+  period_.add(frame.sync);
   photons_ += frame.photons_ps.size();
   std::int64_t seen_ps = frame.end_ps - frame.start_ps;
   for (const Loss& loss : frame.losses) seen_ps -= loss.end_ps - loss.begin_ps;

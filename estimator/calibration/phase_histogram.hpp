@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/model/frame_view.hpp"
-#include "estimator/sync/sync_line.hpp"
+#include "estimator/sync/recording_period.hpp"
 
 namespace splid {
 
@@ -40,7 +40,7 @@ class PhaseHistogram {
   [[nodiscard]] const std::vector<std::uint32_t>& counts() const { return counts_; }
   [[nodiscard]] std::size_t bins() const { return counts_.size(); }
   [[nodiscard]] double bin_ps() const { return period().period_ps / static_cast<double>(bins()); }
-  [[nodiscard]] SyncLine::Period period() const { return line_.period(); }
+  [[nodiscard]] MeasuredPeriod period() const { return period_.period(); }
   [[nodiscard]] std::uint64_t photons() const { return photons_; }
   [[nodiscard]] double seconds() const { return seconds_; }  // seen, of locked frames
   // Of the phase of all photons together, from the syncs' jitter; ps.
@@ -53,7 +53,7 @@ class PhaseHistogram {
 
  private:
   std::vector<std::uint32_t> counts_;
-  SyncLine line_;
+  RecordingPeriod period_;
   std::uint64_t photons_ = 0;
   double seconds_ = 0;
   double phase_variance_ps2_ = 0;  // times photons squared

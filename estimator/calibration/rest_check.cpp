@@ -22,8 +22,8 @@ double deviations_of(double chi_square, double free) {
 
 }  // namespace
 
-bool RestReport::drifts() const {
-  return std::abs(drift_ps_per_s) > surely_deviations * std_drift_ps_per_s;
+bool RestReport::moves() const {
+  return std::abs(delay_rate_ps_per_s) > surely_deviations * std_delay_rate_ps_per_s;
 }
 
 bool RestReport::wanders() const { return wander_deviations > surely_deviations; }
@@ -84,8 +84,8 @@ RestReport RestCheck::report() const {
     tt += s.weight * (s.time_s - mean.t) * (s.time_s - mean.t);
     tx += s.weight * (s.time_s - mean.t) * (s.shift_ps - mean.x);
   }
-  report.drift_ps_per_s = tx / tt;
-  report.std_drift_ps_per_s = 1 / std::sqrt(tt);
+  report.delay_rate_ps_per_s = tx / tt;
+  report.std_delay_rate_ps_per_s = 1 / std::sqrt(tt);
   // Groups of 1, 4, 16, ... frames: a slow wander that no frame shows alone stands out of their
   // means.
   for (std::size_t length = 1; length == 1 || 4 * length <= shifts_.size(); length *= 4) {
@@ -93,7 +93,7 @@ RestReport RestCheck::report() const {
     for (std::size_t from = 0; from < shifts_.size(); from += length) {
       Sums group;
       for (std::size_t i = from; i < std::min(from + length, shifts_.size()); ++i) {
-        const double line_ps = mean.x + report.drift_ps_per_s * (shifts_[i].time_s - mean.t);
+        const double line_ps = mean.x + report.delay_rate_ps_per_s * (shifts_[i].time_s - mean.t);
         group.w += shifts_[i].weight;
         group.x += shifts_[i].weight * (shifts_[i].shift_ps - line_ps);
       }

@@ -14,21 +14,22 @@ namespace splid {
 // What the pulses of a calibrated recording did while it lasted.
 struct RestReport {
   std::size_t frames = 0;
-  double seconds = 0;         // from the first frame to the last
-  double drift_ps_per_s = 0;  // of the delay, along a straight line through all frames
-  double std_drift_ps_per_s = 0;
+  double seconds = 0;              // from the first frame to the last
+  double delay_rate_ps_per_s = 0;  // of the delay, along a straight line through all frames
+  double std_delay_rate_ps_per_s = 0;
   double wander_ps = 0;          // rms about that line, less what the photons' noise explains
   double wander_deviations = 0;  // how surely it is there: of the time scale that shows it best
 
-  [[nodiscard]] double drift_ps() const { return drift_ps_per_s * seconds; }
-  [[nodiscard]] bool drifts() const;   // by five deviations
+  [[nodiscard]] double travel_ps() const { return delay_rate_ps_per_s * seconds; }
+  [[nodiscard]] bool moves() const;    // by five deviations
   [[nodiscard]] bool wanders() const;  // by five deviations
 };
 
 // Whether a target was at rest in a recording, frame by frame: how far the frame's photons lie from
 // the calibration's pulses, by the score of its likelihood (one Newton step from no shift at all,
-// good to displacements of a pulse width; see TargetMotion for larger ones). Looks for a drift, and
-// at scales from a frame to a quarter of the recording for wander beyond the photons' noise.
+// good to displacements of a pulse width; see TargetMotion for larger ones). Looks for an even
+// motion, and at scales from a frame to a quarter of the recording for wander beyond the photons'
+// noise.
 //
 // Threads: one. Errors: none. Grows by 24 bytes a frame.
 class RestCheck {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
-#include "estimator/model/quadratic_spline.hpp"
+#include "estimator/model/pulse_shape.hpp"
 
 namespace splid {
 namespace {

@@ -26,9 +26,9 @@ class TargetMotion {
   void add(const FrameView& frame);
 
   struct Motion {
-    double moved_ps = 0;            // between the places furthest apart
-    double drift_ps_per_s = 0;      // of the straight line through all
-    double std_drift_ps_per_s = 0;  // by what is left about it
+    double moved_ps = 0;                 // between the places furthest apart
+    double delay_rate_ps_per_s = 0;      // of the straight line through all
+    double std_delay_rate_ps_per_s = 0;  // by what is left about it
   };
   // Absent where nothing moves by three bins of about a pulse width, or too few photons tell.
   [[nodiscard]] std::optional<Motion> motion() const;

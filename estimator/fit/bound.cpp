@@ -94,7 +94,7 @@ Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, 
 
 Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
                                    const Exposure& exposure, const FrameParameters& at) {
-  const double one_less_g = 1 - at.line.drift_ns / exposure.length_ns;
+  const double one_less_g = 1 - at.line.travel_ns / exposure.length_ns;
   const double stretch = exposure.scale / one_less_g;
   Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
   for (const PulseTrain::Stretch& part : train.stretches) {
@@ -102,15 +102,15 @@ Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& tr
         information_per_ns(shape, part.comb, stretch, at.signal_per_pulse, at.background_per_ns) *
         exposure.seen_ns;
     const Moments m = moments_of(train, part, exposure.length_ns);
-    // The drift moves a photon at position s of the frame by s; what it does to the rate and to the
+    // A travel moves a photon at position s of the frame by s; what it does to the rate and to the
     // pulse's width is 1e-6 of that and is left out.
     Eigen::Matrix<double, 4, 3> to = Eigen::Matrix<double, 4, 3>::Zero();
     to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = 1;
     J += m.share * (to * each * to.transpose());
-    J(drift_index, drift_index) += m.second * each(0, 0);
-    J(delay_index, drift_index) += m.first * each(0, 0);
-    J(drift_index, signal_index) += m.first * each(0, 1);
-    J(drift_index, background_index) += m.first * each(0, 2);
+    J(travel_index, travel_index) += m.second * each(0, 0);
+    J(delay_index, travel_index) += m.first * each(0, 0);
+    J(travel_index, signal_index) += m.first * each(0, 1);
+    J(travel_index, background_index) += m.first * each(0, 2);
   }
   J.triangularView<Eigen::StrictlyLower>() = J.transpose();
   return J;
@@ -139,26 +139,26 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
     scaled.col(index).setZero();
     scaled(index, index) = 1;
   };
-  if (!scene.moving) know(drift_index);
+  if (!scene.moving) know(travel_index);
   if (!(at.background_per_ns > 0)) know(background_index);
   const double infinite = std::numeric_limits<double>::infinity();
   const Eigen::LLT<Eigen::Matrix4d> cholesky(scaled);
   if (cholesky.info() != Eigen::Success) return {infinite, infinite, infinite, infinite, infinite};
   Eigen::Matrix4d C =
       unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
-  if (!scene.moving) C(drift_index, drift_index) = 0;
+  if (!scene.moving) C(travel_index, travel_index) = 0;
 
-  // tau = D (1 + beta) at mid-frame, less beta t_a at the start; d beta / d drift = 2 / ((2 - g)^2
+  // tau = D (1 + beta) at mid-frame, less beta t_a at the start; d beta / d travel = 2 / ((2 - g)^2
   // t_a).
-  const double per_drift = 2 / ((2 - g) * (2 - g) * scene.length_ns);
-  const auto deviation = [&](double by_delay, double by_drift) {
-    const Eigen::Vector2d by(by_delay, by_drift);
+  const double per_travel = 2 / ((2 - g) * (2 - g) * scene.length_ns);
+  const auto deviation = [&](double by_delay, double by_travel) {
+    const Eigen::Vector2d by(by_delay, by_travel);
     return std::sqrt(by.dot(C.topLeftCorner<2, 2>() * by));
   };
   Bound bound;
-  bound.delay_ns = deviation(1 + beta, at.line.delay_ns * per_drift);
-  bound.delay_start_ns = deviation(1 + beta, (at.line.delay_ns - scene.length_ns) * per_drift);
-  bound.velocity_mps = deviation(0, per_drift) * speed_of_light_mps;
+  bound.delay_ns = deviation(1 + beta, at.line.delay_ns * per_travel);
+  bound.delay_start_ns = deviation(1 + beta, (at.line.delay_ns - scene.length_ns) * per_travel);
+  bound.velocity_mps = deviation(0, per_travel) * speed_of_light_mps;
   bound.signal_per_pulse = std::sqrt(C(signal_index, signal_index));
   if (at.background_per_ns > 0) {
     bound.background_per_ns = std::sqrt(C(background_index, background_index));

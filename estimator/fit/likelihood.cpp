@@ -48,11 +48,11 @@ Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape
 void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine line) {
   const std::size_t count = near.entries();
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_}) scratch->resize(count);
-  const double stretch = exposure.scale / (1 - line.drift_ns / exposure.length_ns);
+  const double stretch = exposure.scale / (1 - line.travel_ns / exposure.length_ns);
   const double delay = line.delay_ns - near.line.delay_ns;
-  const double drift = line.drift_ns - near.line.drift_ns;
+  const double travel = line.travel_ns - near.line.travel_ns;
   for (std::size_t j = 0; j < count; ++j) {
-    offset_[j] = (near.residual_ns[j] - delay - drift * near.position[j]) * stretch;
+    offset_[j] = (near.residual_ns[j] - delay - travel * near.position[j]) * stretch;
   }
   shape_.evaluate({offset_.data(), count}, {h_, d1_, d2_});
   density_.resize(near.photons());
@@ -69,7 +69,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
                                      const FrameParameters& at, bool is_loaded) {
   if (!is_loaded) load(near, exposure, at.line);
   const double t_a = exposure.length_ns;
-  const double one_less_g = 1 - at.line.drift_ns / t_a;
+  const double one_less_g = 1 - at.line.travel_ns / t_a;
   const double stretch = exposure.scale / one_less_g;
   const double S = at.signal_per_pulse;
   const double b = at.background_per_ns;
@@ -77,10 +77,10 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
 
   LikelihoodPoint point;
   point.value = -S * exposure.amplitude * one_less_g - b * exposure.seen_ns;
-  point.gradient[drift_index] = S * exposure.amplitude / t_a;
+  point.gradient[travel_index] = S * exposure.amplitude / t_a;
   point.gradient[signal_index] = -exposure.amplitude * one_less_g;
   point.gradient[background_index] = -exposure.seen_ns;
-  point.hessian(drift_index, signal_index) = exposure.amplitude / t_a;
+  point.hessian(travel_index, signal_index) = exposure.amplitude / t_a;
   if (far > 0) {
     point.value += far * std::log(b);
     point.gradient[background_index] += far / b;
@@ -88,11 +88,11 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
   }
   LogSum logs;
   for (std::size_t k = 0; k < near.photons(); ++k) {
-    // Sums over the photon's pulses of a h and its derivatives by (delay, drift).
+    // Sums over the photon's pulses of a h and its derivatives by (delay, travel).
     double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
     for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
       const double a = near.amplitude[j];
-      // Offset o = x stretch(g): do/dD = -stretch; do/d drift = -stretch s + o / ((1-g) t_a).
+      // Offset o = x stretch(g): do/dD = -stretch; do/d travel = -stretch s + o / ((1-g) t_a).
       const double s = near.position[j];
       const double turn = 1 / (one_less_g * t_a);
       const double o1 = -stretch;
@@ -143,7 +143,7 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
 
   // l(f) = sum log(1 + f (r_k - 1)) + far log(1 - f) + const, r_k = signal's density over the flat
   // one: concave in f, so Newton between brackets finds its only maximum.
-  const double amplitude = exposure.amplitude * (1 - line.drift_ns / exposure.length_ns);
+  const double amplitude = exposure.amplitude * (1 - line.travel_ns / exposure.length_ns);
   const double ratio_scale = exposure.seen_ns / amplitude;
   double lo = 0, hi = 1;
   double f = about_fraction > 0 && about_fraction < 1 ? about_fraction

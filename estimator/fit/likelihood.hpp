@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "estimator/fold/folded_frame.hpp"
+#include "estimator/fold/near_set.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
 namespace splid {
@@ -17,7 +17,7 @@ struct FrameParameters {
 };
 
 // Order of parameters in gradients and matrices.
-enum ParameterIndex { delay_index, drift_index, signal_index, background_index };
+enum ParameterIndex { delay_index, travel_index, signal_index, background_index };
 
 // Value, gradient and Hessian of the log-likelihood. Units: nats per ns, ns, count a pulse, count a
 // ns, in the order of ParameterIndex.

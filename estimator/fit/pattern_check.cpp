@@ -175,7 +175,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   if (part.turns == 0) return;
   const double period_ns = train_.stretches[stretch].comb.period_ns;
   const double turns = (line.delay_ns + train_.stretches[stretch].begin_ns) / period_ns;
-  const double slope = line.drift_ns / (frame.length_ns * period_ns);
+  const double slope = line.travel_ns / (frame.length_ns * period_ns);
   for (std::size_t i = frame.group_begin(stretch); i < frame.group_end[stretch]; i += step) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / period_ns - turns - slope * frame.time_ns[i]);

@@ -12,7 +12,7 @@ constexpr std::size_t most_peaks = 64;
 // Climbs to one maximum end within a millionth of a width of each other.
 constexpr double same_peak_widths = 0.5;
 
-// Further off than this a delay is another range, as the studies count it; and a drift another
+// Further off than this a delay is another range, as the studies count it; and a travel another
 // velocity, whose line is as far off at the frame's ends.
 constexpr double same_range_widths = 5;
 
@@ -41,19 +41,19 @@ double log_add(double a, double b) {
 
 RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.reserve(most_peaks); }
 
-// Of delay and drift over the plane, in which no side is larger than all, and of the signal.
+// Of delay and travel over the plane, in which no side is larger than all, and of the signal.
 double RangeOdds::volume_nats(const Fit& fit) const {
   const auto& C = fit.covariance;
   const double signal = std::min(spread(C(2, 2)), fit.parameters.signal_per_pulse);
   double delay_variance = C(0, 0);
-  double drift_nats = 0;
-  if (C(1, 1) > 0 && volume_.max_drift_ns > 0) {
-    // For a given drift; what rounding may leave of it.
+  double travel_nats = 0;
+  if (C(1, 1) > 0 && volume_.max_travel_ns > 0) {
+    // For a given travel; what rounding may leave of it.
     delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
-    drift_nats = share_nats(fit.parameters.line.drift_ns, C(1, 1), volume_.max_drift_ns);
+    travel_nats = share_nats(fit.parameters.line.travel_ns, C(1, 1), volume_.max_travel_ns);
   }
   const double delay_share = std::min(1.0, spread(delay_variance) / volume_.period_ns);
-  return std::log(signal * delay_share) + drift_nats;
+  return std::log(signal * delay_share) + travel_nats;
 }
 
 double RangeOdds::apart_ns(DelayLine a, DelayLine b) const {
@@ -63,7 +63,7 @@ double RangeOdds::apart_ns(DelayLine a, DelayLine b) const {
 bool RangeOdds::is_same_range(DelayLine a, DelayLine b) const {
   const double width_ns = volume_.width_ns;
   return apart_ns(a, b) < same_range_widths * width_ns &&
-         std::abs(a.drift_ns - b.drift_ns) < 2 * same_range_widths * width_ns;
+         std::abs(a.travel_ns - b.travel_ns) < 2 * same_range_widths * width_ns;
 }
 
 void RangeOdds::add(const Fit& peak) {
@@ -77,7 +77,7 @@ void RangeOdds::keep(const Peak& peak) {
   const double near_ns = same_peak_widths * volume_.width_ns;
   for (Peak& other : peaks_) {
     if (apart_ns(peak.line, other.line) > near_ns ||
-        std::abs(peak.line.drift_ns - other.line.drift_ns) > near_ns) {
+        std::abs(peak.line.travel_ns - other.line.travel_ns) > near_ns) {
       continue;
     }
     if (peak.gain_nats > other.gain_nats) other = peak;

@@ -9,13 +9,13 @@
 namespace splid {
 
 // How sure a frame's range is: the log of the posterior mass of its best peak over that of
-// everything else in the plane of delay and drift, with all delays and drifts alike before the
+// everything else in the plane of delay and travel, with all delays and travels alike before the
 // frame is looked at. A frame with odds of x nats is wrong with a probability of about
 // 1 / (1 + e^x).
 //
-// A peak's mass is exp(gain) times its Laplace volume, sqrt(det 2 pi covariance) of delay and drift
-// over what is possible, and of the signal over the best peak's own; less of it where it is faster
-// than is possible. Against the best one stand
+// A peak's mass is exp(gain) times its Laplace volume, sqrt(det 2 pi covariance) of delay and
+// travel over what is possible, and of the signal over the best peak's own; less of it where it is
+// faster than is possible. Against the best one stand
 //  - the peaks that the search came by: other cells, and where the comb fits itself (nearly);
 //  - chance, all that it did not come by. Light that has nothing to do with a place gains nothing
 //    there on average: the likelihood ratio to no target has the mean 1 over the plane, whatever
@@ -28,7 +28,7 @@ namespace splid {
 // Threads: one an object. No allocation after construction.
 class RangeOdds {
  public:
-  // volume: all delays and drifts that are possible; its period is what delays are told apart by,
+  // volume: all delays and travels that are possible; its period is what delays are told apart by,
   // the unambiguous delay: in mode `ambiguous` the odds are those of the delay within it.
   explicit RangeOdds(const SearchVolume& volume);
 

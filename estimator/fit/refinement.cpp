@@ -17,7 +17,7 @@ struct Derivatives {
   Eigen::Matrix2d curvature;  // of -l with S and b following: positive where l is a hill
 };
 
-// The profile's derivatives by (delay, drift): S and b stay at their best as the line moves.
+// The profile's derivatives by (delay, travel): S and b stay at their best as the line moves.
 Derivatives profile_derivatives(const LikelihoodPoint& point, const FrameParameters& at) {
   Derivatives d;
   d.slope = point.gradient.head<2>();
@@ -94,9 +94,9 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
     fit = climb_within(exposure, start, moving, to_beat_nats);
     if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
-    // Ends of the line included: half the drift each.
+    // Ends of the line included: half the travel each.
     const double moved =
-        std::abs(line.delay_ns - start.delay_ns) + std::abs(line.drift_ns - start.drift_ns) / 2;
+        std::abs(line.delay_ns - start.delay_ns) + std::abs(line.travel_ns - start.travel_ns) / 2;
     if (moved <= margin_ns_) break;
     start = line;
   }
@@ -136,7 +136,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
     double gained = 0;
     for (int halving = 0; halving < 30; ++halving) {
       const DelayLine line = {best.parameters.line.delay_ns + step[0],
-                              best.parameters.line.drift_ns + step[1]};
+                              best.parameters.line.travel_ns + step[1]};
       next = likelihood_.profile(near_, exposure, line, best.signal_fraction);
       gained = next.gain_nats - best.gain_nats;
       if (gained > -gain_small || step.cwiseAbs().maxCoeff() < step_small) break;
@@ -151,7 +151,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
       break;
     }
     const double moved = std::abs(best.parameters.line.delay_ns - start.delay_ns) +
-                         std::abs(best.parameters.line.drift_ns - start.drift_ns) / 2;
+                         std::abs(best.parameters.line.travel_ns - start.travel_ns) / 2;
     if (moved > margin_ns_) break;  // collect anew
   }
   fit.parameters = best.parameters;
@@ -167,9 +167,9 @@ void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit)
   const Eigen::Vector4d unit(width_ns_, width_ns_, fit.parameters.signal_per_pulse, b_unit);
   Eigen::Matrix4d information = -(unit.asDiagonal() * point.hessian * unit.asDiagonal());
   if (!moving) {
-    information.row(drift_index).setZero();
-    information.col(drift_index).setZero();
-    information(drift_index, drift_index) = 1;
+    information.row(travel_index).setZero();
+    information.col(travel_index).setZero();
+    information(travel_index, travel_index) = 1;
   }
   if (no_background) {
     information.row(background_index).setZero();
@@ -180,7 +180,7 @@ void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit)
   if (cholesky.info() != Eigen::Success) return;
   fit.covariance =
       unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
-  if (!moving) fit.covariance(drift_index, drift_index) = 0;
+  if (!moving) fit.covariance(travel_index, travel_index) = 0;
   fit.has_covariance = fit.covariance.allFinite();
 }
 

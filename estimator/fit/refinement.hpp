@@ -13,14 +13,14 @@ namespace splid {
 struct Fit {
   FrameParameters parameters;
   double gain_nats = 0;  // over no target
-  // Inverse of the observed information at the maximum, order of ParameterIndex; the drift's row
+  // Inverse of the observed information at the maximum, order of ParameterIndex; the travel's row
   // and column are zero for a target at rest.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   bool has_covariance = false;  // false: the maximum is not a hill in all directions
   Stop stop = Stop::not_run;
 };
 
-// Climbs to the maximum of the likelihood near a line by Newton's method on (delay, drift), with
+// Climbs to the maximum of the likelihood near a line by Newton's method on (delay, travel), with
 // the best (S, b) at every step ([P] alternates L-BFGS on the two pairs; the maximum is the same).
 //
 // Threads: one an object. No allocation in climb() for frames within the sizes given.
@@ -29,7 +29,7 @@ class Refinement {
   // max_photons, and with them the entries of the widest overlap of pulse windows, set the memory.
   Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
-  // start: within about two pulse widths of the maximum. moving false keeps start's drift.
+  // start: within about two pulse widths of the maximum. moving false keeps start's travel.
   // to_beat_nats: a maximum that surely has less gain is left before it is reached; what is given
   // back then has less gain too, no covariance, and the stop reason `beaten`.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,

@@ -2,10 +2,12 @@
 
 #include <vector>
 
+#include "estimator/fold/search_kernels.hpp"
+
 namespace splid {
 
 // The vector widths that the loops in *_kernels.cpp are compiled for. All levels of a kernel give
-// the same bits; wider ones are faster.
+// the same bits; wider vectors are faster.
 enum class VectorLevel {
   generic,    // any processor of the architecture; on arm64 one number at a time
   x86_64_v3,  // AVX2
@@ -16,10 +18,15 @@ enum class VectorLevel {
 // "generic", "x86_64_v3", ...
 const char* vector_level_name(VectorLevel level);
 
-// Widest level that this processor runs and this build holds.
+// The widest level that this processor runs and this build holds. Threads: any.
 VectorLevel best_vector_level();
 
 // All levels that this processor runs, generic first.
 std::vector<VectorLevel> runnable_vector_levels();
+
+// The kernels of a level, which must be one that this processor runs, and those of the best level.
+// Threads: any.
+const SearchKernels& search_kernels(VectorLevel level);
+const SearchKernels& best_search_kernels();
 
 }  // namespace splid

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/sync/sync_clock.hpp"
+#include "estimator/sync/sync_fit.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {

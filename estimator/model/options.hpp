@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "estimator/sync/sync_clock.hpp"
+#include "estimator/sync/sync_fit.hpp"
 #include "protocol/options.hpp"
 
 namespace splid {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include "estimator/model/quadratic_spline.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {

@@ -43,4 +43,15 @@ std::unique_ptr<PulseShape> make_gaussian(double sigma_ns);
 // refinement needs are continuous. Normalised here. Errors: none for a valid table.
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table);
 
+// The three pieces of a quadratic B-spline that overlap at a place: what the coefficients before,
+// at and after the nearest knot weigh there. offset: from that knot, in steps, -1/2 to 1/2.
+struct SplineWeights {
+  double before, at, after;  // sum 1
+
+  explicit SplineWeights(double offset)
+      : before(0.5 * (0.5 - offset) * (0.5 - offset)),
+        at(0.75 - offset * offset),
+        after(0.5 * (0.5 + offset) * (0.5 + offset)) {}
+};
+
 }  // namespace splid

@@ -11,7 +11,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 using Pair = std::array<double, 2>;
@@ -152,4 +152,4 @@ AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& 
   return result;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -3,7 +3,7 @@
 #include "estimator/model/estimate.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 struct AlternationResult {
   PaperParameters parameters;
@@ -17,4 +17,4 @@ struct AlternationResult {
 // Frames without photons stop with not_run. Throws std::bad_alloc alone. Threads: as likelihood.
 AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start, bool moving);
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <numeric>
 
-namespace splid {
+namespace splid::paper {
 
 Cluster find_largest_cluster(const std::vector<double>& points_ns,
                              const std::vector<double>& weights, double period_ns,
@@ -51,4 +51,4 @@ void keep_largest_cluster(TrainPhotons& photons, double width_ns) {
   photons.time_ns.resize(kept);
 }
 
-}  // namespace splid
+}  // namespace splid::paper

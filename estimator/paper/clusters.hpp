@@ -4,7 +4,7 @@
 
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // Where on a circle of period_ns the most weight lies within width_ns.
 struct Cluster {
@@ -24,4 +24,4 @@ Cluster find_largest_cluster(const std::vector<double>& points_ns,
 // What the train counted stays: its background is that of the whole period.
 void keep_largest_cluster(TrainPhotons& photons, double width_ns);
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <vector>
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 bool usable(std::span<const Remainder> remainders) {
@@ -196,4 +196,4 @@ CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns) {
   return solution;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

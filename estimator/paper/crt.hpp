@@ -2,7 +2,7 @@
 
 #include <span>
 
-namespace splid {
+namespace splid::paper {
 
 // What one repetition period tells of a delay: the delay less some whole number of the period.
 struct Remainder {
@@ -41,4 +41,4 @@ CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limi
 // common multiple above 2^53 units. Threads: any.
 CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns);
 
-}  // namespace splid
+}  // namespace splid::paper

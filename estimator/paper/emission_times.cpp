@@ -6,7 +6,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 EmissionTimes::EmissionTimes(const Pattern& pattern)
     : period_ns_(pattern_period_ps(pattern) * ns_per_ps) {
@@ -60,4 +60,4 @@ void EmissionTimes::step(Cursor& at) const {
   at.turn += 1;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -5,7 +5,7 @@
 
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // The emission times e of [P] Eq. 1 over one pattern period, which repeats for ever: pulse trains
 // in turn, one for each segment of the pattern. All in ns of the pattern's own clock.
@@ -67,4 +67,4 @@ class EmissionTimes {
   double amplitude_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -6,7 +6,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 constexpr double most_bins = 0x1p18;
@@ -78,4 +78,4 @@ FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
   return peak;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -3,7 +3,7 @@
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // What censoring finds in the photons of one train, with their motion taken out.
 struct FoldedPeak {
@@ -22,4 +22,4 @@ struct FoldedPeak {
 FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
                             const PulseShape& shape);
 
-}  // namespace splid
+}  // namespace splid::paper

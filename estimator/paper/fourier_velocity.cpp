@@ -6,7 +6,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 constexpr double most_bins = 0x1p18;
@@ -14,7 +14,7 @@ constexpr double most_bins = 0x1p18;
 // experiment (1,000) reach as far with wider bins, in seconds.
 constexpr double most_steps = 2e4;
 
-// The power over all harmonics as a function of the drift rate g, f' = (1 - g) / period.
+// The power over all harmonics as a function of the rate g of the delay, f' = (1 - g) / period.
 class HarmonicPower {
  public:
   HarmonicPower(const TrainPhotons& photons, double bin_ns)
@@ -107,4 +107,4 @@ double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double
   return std::clamp(velocity_mps, -max_speed_mps, max_speed_mps);
 }
 
-}  // namespace splid
+}  // namespace splid::paper

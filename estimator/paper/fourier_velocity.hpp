@@ -2,7 +2,7 @@
 
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // The target's velocity from the observed repetition frequency f' of one pulse train:
 // v = c (f - f') / (f + f'), m/s, |v| <= max_speed_mps. 0 where there is nothing to go by.
@@ -27,4 +27,4 @@ namespace splid {
 // Source: [P] section on initialisation of periodic patterns.
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);
 
-}  // namespace splid
+}  // namespace splid::paper

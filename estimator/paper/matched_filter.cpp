@@ -11,7 +11,7 @@
 #include "estimator/model/units.hpp"
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 constexpr double most_candidates = 0x1p21;
@@ -59,7 +59,7 @@ MatchedFilter::MatchedFilter(const EmissionTimes& emission, const PulseShape& sh
   Eigen::FFT<double>().fwd(waves_, log_intensity(emission, shape, bins));
 }
 
-double MatchedFilter::delay_ns(const FrameTimes& frame) const {
+double MatchedFilter::delay_ns(const CorrectedTimes& frame) const {
   const std::size_t bins = waves_.size();
   const auto bins_per_ns = static_cast<double>(bins) / frame.period_ns;
   std::vector<double> photons(bins);
@@ -76,7 +76,7 @@ double MatchedFilter::delay_ns(const FrameTimes& frame) const {
   return static_cast<double>(best - score.begin()) / bins_per_ns;
 }
 
-Counting count_signal(const FrameTimes& frame, const EmissionTimes& emission, double width_ns,
+Counting count_signal(const CorrectedTimes& frame, const EmissionTimes& emission, double width_ns,
                       double delay_ns, double max_speed_mps) {
   constexpr double least_outside = 0.01;
   const double half_ns = 2 * width_ns + 2 * max_speed_mps / speed_of_light_mps * frame.length_ns;
@@ -98,4 +98,4 @@ Counting count_signal(const FrameTimes& frame, const EmissionTimes& emission, do
   return counting;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "estimator/model/pulse_shape.hpp"
+#include "estimator/paper/corrected_times.hpp"
 #include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/frame_times.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // Finds the delay with the largest sum_j log(b~ + S~ sum_p a_p h(T_j - tau - t_p)), S~ = 1 and
 // b~ = 1e-3 / ns ([P] Eq. 8): a target at rest. Candidates are a quarter to half of a pulse width
@@ -21,7 +21,7 @@ class MatchedFilter {
   MatchedFilter(const EmissionTimes& emission, const PulseShape& shape);
 
   // In [0, pattern period), in the pattern's clock.
-  [[nodiscard]] double delay_ns(const FrameTimes& frame) const;
+  [[nodiscard]] double delay_ns(const CorrectedTimes& frame) const;
 
  private:
   std::vector<std::complex<double>> waves_;  // spectrum of the filter
@@ -38,7 +38,7 @@ struct Counting {
   double signal_per_pulse = 0;   // of a pulse of amplitude 1; >= 0
   double background_per_ns = 0;  // of the pattern's clock; >= 0
 };
-Counting count_signal(const FrameTimes& frame, const EmissionTimes& emission, double width_ns,
+Counting count_signal(const CorrectedTimes& frame, const EmissionTimes& emission, double width_ns,
                       double delay_ns, double max_speed_mps);
 
-}  // namespace splid
+}  // namespace splid::paper

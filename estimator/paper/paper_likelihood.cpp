@@ -5,9 +5,9 @@
 #include "estimator/model/units.hpp"
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 
-PaperLikelihood::PaperLikelihood(const FrameTimes& frame, const EmissionTimes& emission,
+PaperLikelihood::PaperLikelihood(const CorrectedTimes& frame, const EmissionTimes& emission,
                                  const PulseShape& shape)
     : frame_(frame),
       emission_(emission),
@@ -86,4 +86,4 @@ PaperLikelihood::Point PaperLikelihood::evaluate(double signal_per_pulse,
   return point;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "estimator/model/pulse_shape.hpp"
+#include "estimator/paper/corrected_times.hpp"
 #include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/frame_times.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // What [P] estimates of a frame. The delay is in the pattern's clock, rates are in the tagger's.
 struct PaperParameters {
@@ -30,7 +30,8 @@ struct PaperParameters {
 // Threads: one an object. frame, emission and shape must outlive it.
 class PaperLikelihood {
  public:
-  PaperLikelihood(const FrameTimes& frame, const EmissionTimes& emission, const PulseShape& shape);
+  PaperLikelihood(const CorrectedTimes& frame, const EmissionTimes& emission,
+                  const PulseShape& shape);
 
   struct Point {
     double gain_nats = 0;
@@ -58,7 +59,7 @@ class PaperLikelihood {
   };
   void collect(double delay_ns, double beta);
 
-  const FrameTimes& frame_;
+  const CorrectedTimes& frame_;
   const EmissionTimes& emission_;
   const PulseShape& shape_;
   double photons_;
@@ -72,4 +73,4 @@ class PaperLikelihood {
   std::vector<std::size_t> first_;  // pairs of near photon k begin here
 };
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -5,11 +5,11 @@
 
 #include "estimator/model/units.hpp"
 #include "estimator/paper/alternation.hpp"
-#include "estimator/paper/frame_times.hpp"
+#include "estimator/paper/corrected_times.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene)
     : shape_(shape),
@@ -25,7 +25,7 @@ PaperResult PaperMethod::estimate(const FrameView& view) {
   if (!view.sync.locked || result.photons < least_photons) return result;
   const auto [first, last] = std::minmax_element(view.photons_ps.begin(), view.photons_ps.end());
   if (*first == *last) return result;
-  const FrameTimes frame(view, emission_.period_ns());
+  const CorrectedTimes frame(view, emission_.period_ns());
   if (!(frame.seen_ns > 0)) return result;
   const std::optional<PaperParameters> start = start_.find(frame);
   if (!start) return result;
@@ -50,4 +50,4 @@ PaperResult PaperMethod::estimate(const FrameView& view) {
   return result;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -10,7 +10,7 @@
 #include "estimator/paper/paper_start.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // What method `paper` found in a frame; all values are finite.
 struct PaperResult {
@@ -63,4 +63,4 @@ class PaperMethod {
   PaperStart start_;
 };
 
-}  // namespace splid
+}  // namespace splid::paper

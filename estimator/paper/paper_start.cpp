@@ -9,7 +9,7 @@
 #include "estimator/paper/folded_peak.hpp"
 #include "estimator/paper/fourier_velocity.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
                        const PulseShape& shape, double max_speed_mps)
@@ -57,7 +57,7 @@ PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
   return {period_ns, cluster.middle_ns, cluster.weight / turns};
 }
 
-TrainPhotons PaperStart::photons_of(const FrameTimes& frame, std::size_t index) const {
+TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t index) const {
   const EmissionTimes::Train& train = emission_.trains()[index];
   const Repetition& repetition = repetitions_[index];
   TrainPhotons photons;
@@ -83,7 +83,7 @@ TrainPhotons PaperStart::photons_of(const FrameTimes& frame, std::size_t index) 
   return photons;
 }
 
-TrainPhotons PaperStart::photons_of_subperiod(const FrameTimes& frame,
+TrainPhotons PaperStart::photons_of_subperiod(const CorrectedTimes& frame,
                                               const Repetition& subperiod) const {
   TrainPhotons photons;
   photons.period_ns = subperiod.period_ns;
@@ -135,7 +135,7 @@ std::optional<PaperParameters> PaperStart::from_trains(
   return mean;
 }
 
-PaperParameters PaperStart::by_matched_filter(const FrameTimes& frame) const {
+PaperParameters PaperStart::by_matched_filter(const CorrectedTimes& frame) const {
   PaperParameters start;
   start.delay_ns = filter_->delay_ns(frame);
   const Counting counting =
@@ -145,7 +145,7 @@ PaperParameters PaperStart::by_matched_filter(const FrameTimes& frame) const {
   return start;
 }
 
-std::optional<PaperParameters> PaperStart::find(const FrameTimes& frame) const {
+std::optional<PaperParameters> PaperStart::find(const CorrectedTimes& frame) const {
   std::optional<PaperParameters> start;
   if (filter_) {
     start = by_matched_filter(frame);
@@ -162,4 +162,4 @@ std::optional<PaperParameters> PaperStart::find(const FrameTimes& frame) const {
   return start;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "estimator/model/pulse_shape.hpp"
+#include "estimator/paper/corrected_times.hpp"
 #include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/frame_times.hpp"
 #include "estimator/paper/matched_filter.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/train_photons.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // [P]'s initialisers: where the refinement starts. Each takes a frame of its own modes and gives
 // none where the photons show no peak. max_speed_mps 0: a target at rest. Threads: any.
@@ -21,7 +21,7 @@ class PaperStart {
   PaperStart(const Pattern& pattern, const EmissionTimes& emission, const PulseShape& shape,
              double max_speed_mps);
 
-  [[nodiscard]] std::optional<PaperParameters> find(const FrameTimes& frame) const;
+  [[nodiscard]] std::optional<PaperParameters> find(const CorrectedTimes& frame) const;
 
  private:
   // The evenly spaced pulses of a train, as one pulse a period.
@@ -32,14 +32,14 @@ class PaperStart {
   };
   [[nodiscard]] Repetition repetition_of(const EmissionTimes::Train& train) const;
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
-  [[nodiscard]] TrainPhotons photons_of(const FrameTimes& frame, std::size_t index) const;
-  [[nodiscard]] TrainPhotons photons_of_subperiod(const FrameTimes& frame,
+  [[nodiscard]] TrainPhotons photons_of(const CorrectedTimes& frame, std::size_t index) const;
+  [[nodiscard]] TrainPhotons photons_of_subperiod(const CorrectedTimes& frame,
                                                   const Repetition& subperiod) const;
   // Fourier analysis and censoring of each train; their mean, and the delay that the robust Chinese
   // remainder theorem makes of their delays.
   [[nodiscard]] std::optional<PaperParameters> from_trains(
       const std::vector<TrainPhotons>& trains) const;
-  [[nodiscard]] PaperParameters by_matched_filter(const FrameTimes& frame) const;
+  [[nodiscard]] PaperParameters by_matched_filter(const CorrectedTimes& frame) const;
 
   const EmissionTimes& emission_;
   const PulseShape& shape_;
@@ -50,4 +50,4 @@ class PaperStart {
   std::vector<Repetition> repetitions_;  // of each train, or of each sub-period where interleaved
 };
 
-}  // namespace splid
+}  // namespace splid::paper

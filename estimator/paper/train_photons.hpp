@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace splid {
+namespace splid::paper {
 
 // Photons as one pulse train has them: folded on its period. A target that moves at
 // v = c g / (2 - g) with delay D = tau / (1 + v/c) at the train's start has its photons at
@@ -27,4 +27,4 @@ inline double fold_on(double value, double period) {
   return rest < period ? rest : 0.0;
 }
 
-}  // namespace splid
+}  // namespace splid::paper

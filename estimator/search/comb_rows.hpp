@@ -17,10 +17,10 @@ struct SearchGrid {
   std::uint32_t slices = 1;  // power of two; 1: the target does not move
   double bin_ns = 0;
 
-  // bin_ns: the widest wanted; max_drift_ns: largest |g t_a| over a frame, 0 for a target at rest;
+  // bin_ns: the widest wanted; max_travel_ns: largest |g t_a| over a frame, 0 for a target at rest;
   // multiple_of: what would be a good divisor of `bins`, kept where it costs no more than half as
   // many bins again.
-  static SearchGrid cover(double circle_ns, double bin_ns, double max_drift_ns,
+  static SearchGrid cover(double circle_ns, double bin_ns, double max_travel_ns,
                           std::uint32_t multiple_of = 1);
   [[nodiscard]] std::size_t cells() const { return std::size_t{bins} * slices; }
 };
@@ -41,8 +41,8 @@ class CombRows {
   // Bins in the circle of which this many, or a multiple, fit all periodic parts.
   [[nodiscard]] std::uint32_t fitting_bins() const;
 
-  // Takes a frame cut into slices, its photons moved back along lines of this drift.
-  void load(const FoldedFrame& frame, double drift_ns, std::uint32_t slices);
+  // Takes a frame cut into slices, its photons moved back along lines of this travel.
+  void load(const FoldedFrame& frame, double travel_ns, std::uint32_t slices);
 
   // The most photons that a cell can hold once filled, in one slice and in all together.
   [[nodiscard]] double most_in_slice(double bin_ns) const;

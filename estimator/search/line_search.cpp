@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "estimator/fold/search_dispatch.hpp"
+#include "estimator/fold/vector_level.hpp"
 
 namespace splid {
 namespace {
@@ -60,7 +60,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
     : train_(train), kernels_(search_kernels(level)), rows_(train, max_photons, kernels_) {
   for (const SearchGrid& grid : grids) {
     buffer_cells_ = std::max(buffer_cells_, grid.cells());
-    // The most lines that a drift limit can ask for.
+    // The most lines that a travel limit can ask for.
     const std::size_t most = grid.slices - 1;
     for (const std::size_t lines : {most, std::size_t{0}}) {
       const std::size_t width = block_bins(grid, lines) + most;
@@ -81,13 +81,13 @@ Count* LineSearch::buffer(std::size_t which) {
 }
 
 std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const SearchGrid& grid,
-                                            double max_drift_ns) {
+                                            double max_travel_ns) {
   constexpr double too_many = 65536;
   best_.clear();
   rows_.load(frame, 0, grid.slices);
   if (rows_.most_in_slice(grid.bin_ns) >= too_many) {
     rows_.fill(grid, buffer<std::uint32_t>(0), buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
-    search(buffer<std::uint32_t>(0), grid, max_drift_ns);
+    search(buffer<std::uint32_t>(0), grid, max_travel_ns);
     return best_;
   }
   auto* rows = buffer<std::uint16_t>(0);
@@ -100,19 +100,19 @@ std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const Sear
     }
   }
   if (most_in_line < too_many) {
-    search(rows, grid, max_drift_ns);
+    search(rows, grid, max_travel_ns);
   } else {
     auto* wide = buffer<std::uint32_t>(1);
     std::copy_n(rows, grid.cells(), wide);
-    search(wide, grid, max_drift_ns);
+    search(wide, grid, max_travel_ns);
   }
   return best_;
 }
 
 template <class Count>
-void LineSearch::search(const Count* rows, const SearchGrid& grid, double max_drift_ns) {
+void LineSearch::search(const Count* rows, const SearchGrid& grid, double max_travel_ns) {
   const auto most = static_cast<std::size_t>(
-      std::min<double>(grid.slices - 1, std::ceil(max_drift_ns / grid.bin_ns)));
+      std::min<double>(grid.slices - 1, std::ceil(max_travel_ns / grid.bin_ns)));
   const std::size_t step = block_bins(grid, most);
   for (const int sign : {1, -1}) {
     for (std::size_t bin = 0; bin < grid.bins; bin += step) {
@@ -121,7 +121,7 @@ void LineSearch::search(const Count* rows, const SearchGrid& grid, double max_dr
   }
 }
 
-// Adds the slices along all lines that drift 0, 1, ... most bins from the first slice to the last
+// Adds the slices along all lines that travel 0, 1, ... most bins from the first slice to the last
 // and start in the block's bins; for a negative sign the slices are taken in the other order.
 //
 // A line of j bins over 2n slices is one of floor(j/2) over the first n and one of floor(j/2) over
@@ -153,7 +153,7 @@ void LineSearch::search_block(const Count* rows, const SearchGrid& grid, std::si
     std::swap(in, out);
   }
   const auto largest = Kernels<Count>::largest(kernels_);
-  // Drift 0 is in both signs: look at it once.
+  // Travel 0 is in both signs: look at it once.
   for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {
     const Count* row = in + j * width;
     if (best_.size() < max_cells || largest(row, count) > best_.back().count) {
@@ -164,17 +164,17 @@ void LineSearch::search_block(const Count* rows, const SearchGrid& grid, std::si
 
 template <class Count>
 void LineSearch::keep_best(const Count* row, std::size_t count, const SearchGrid& grid,
-                           std::size_t first_bin, int drift_bins) {
+                           std::size_t first_bin, int travel_bins) {
   const double per_gap = grid.slices > 1 ? grid.slices / (grid.slices - 1.0) : 0.0;
   for (std::size_t d = 0; d < count; ++d) {
     const std::uint32_t least = best_.size() < max_cells ? 0 : best_.back().count;
     if (row[d] <= least) continue;
-    // The bin is where the line crosses the middle of its first slice (of the last, if the drift is
-    // negative); it is drift_bins further on in the last (first).
-    const double bin = static_cast<double>(first_bin + d) + 0.5 + std::abs(drift_bins) / 2.0;
+    // The bin is where the line crosses the middle of its first slice (of the last, if the travel
+    // is negative); it is travel_bins further on in the last (first).
+    const double bin = static_cast<double>(first_bin + d) + 0.5 + std::abs(travel_bins) / 2.0;
     const double delay_ns = bin * grid.bin_ns;
     const double turn = std::floor(delay_ns / train_.circle_ns);
-    keep({{delay_ns - turn * train_.circle_ns, drift_bins * per_gap * grid.bin_ns}, row[d]},
+    keep({{delay_ns - turn * train_.circle_ns, travel_bins * per_gap * grid.bin_ns}, row[d]},
          grid.bin_ns);
   }
 }
@@ -183,9 +183,9 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   const auto same_target = [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);
-    // A line through a target's photons at the wrong drift holds some of them in each of its bins:
-    // the target shows as a bow tie, as wide in delay as half the drift's error.
-    const double off = std::abs(cell.line.drift_ns - other.line.drift_ns);
+    // A line through a target's photons at the wrong travel holds some of them in each of its bins:
+    // the target shows as a bow tie, as wide in delay as half the travel's error.
+    const double off = std::abs(cell.line.travel_ns - other.line.travel_ns);
     return off < 16.2 * bin_ns && apart < 2.2 * bin_ns + off / 2;
   };
   for (const SearchCell& other : best_) {
@@ -199,10 +199,10 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   if (best_.size() > max_cells) best_.pop_back();
 }
 
-std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double drift_ns,
+std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double travel_ns,
                                                    const SearchGrid& grid) {
   auto* row = buffer<std::uint32_t>(0);
-  rows_.load(frame, drift_ns, 1);
+  rows_.load(frame, travel_ns, 1);
   rows_.fill(grid, row, buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
   delays_.clear();
   std::uint32_t least = 0;

@@ -17,14 +17,15 @@ struct SearchCell {
   std::uint32_t count = 0;
 };
 
-// A delay of a known drift: photons in its bin, and with those in the fuller of its two neighbours.
+// A delay of a known travel: photons in its bin, and with those in the fuller of its two
+// neighbours.
 struct DelayCell {
   double delay_ns = 0;
   std::uint32_t count = 0;
   std::uint32_t with_neighbour = 0;
 };
 
-// Searches all delays and all drifts up to a limit at once: the frame is cut into slices so short
+// Searches all delays and all travels up to a limit at once: the frame is cut into slices so short
 // that the fastest target moves one bin in each, every slice's photons are correlated with the
 // pulse train, and a Taylor tree adds the slices along all straight lines, log2(slices) passes of
 // plain additions (Taylor 1974, for pulsar de-dispersion).
@@ -40,26 +41,26 @@ class LineSearch {
              VectorLevel level = best_vector_level());
 
   // The best cells, most photons first, none in the bow tie that a better one's photons make. Lines
-  // with |drift| above max_drift_ns (and a bin) are left out. Valid until the next run.
+  // with |travel| above max_travel_ns (and a bin) are left out. Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
-                                  double max_drift_ns);
+                                  double max_travel_ns);
 
   static constexpr std::size_t max_delays = 4;
-  // The best delays for a known drift, in a grid of one slice: a look at all delays at once, for
+  // The best delays for a known travel, in a grid of one slice: a look at all delays at once, for
   // patterns whose combs partly fit themselves at other delays (interleaved ones fit by half). Most
   // photons first, at least four bins apart. Valid until the next call.
-  std::span<const DelayCell> best_delays(const FoldedFrame& frame, double drift_ns,
+  std::span<const DelayCell> best_delays(const FoldedFrame& frame, double travel_ns,
                                          const SearchGrid& grid);
 
  private:
   template <class Count>
-  void search(const Count* rows, const SearchGrid& grid, double max_drift_ns);
+  void search(const Count* rows, const SearchGrid& grid, double max_travel_ns);
   template <class Count>
   void search_block(const Count* rows, const SearchGrid& grid, std::size_t most,
                     std::size_t first_bin, int sign);
   template <class Count>
   void keep_best(const Count* row, std::size_t count, const SearchGrid& grid, std::size_t first_bin,
-                 int drift_bins);
+                 int travel_bins);
   void keep(const SearchCell& cell, double bin_ns);
   void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>

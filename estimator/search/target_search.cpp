@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "estimator/fold/search_dispatch.hpp"
+#include "estimator/fold/vector_level.hpp"
 
 namespace splid {
 namespace {
@@ -57,7 +57,7 @@ std::uint32_t fitting_bins(const PulseTrain& train) {
 }
 
 SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t level,
-                      double max_drift_ns) {
+                      double max_travel_ns) {
   // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse; but
   // pulses that overlap are one to the search.
   const double widest_ns = std::max(train.closest_ns / 2, level_widths[2] * width_ns);
@@ -66,7 +66,7 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t leve
   // Short frames have few cells however fine: then the finest cost nothing.
   double bin_ns = std::min(wanted_ns, level_widths[2] * width_ns);
   while (true) {
-    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_drift_ns, fitting);
+    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_travel_ns, fitting);
     const std::size_t most = bin_ns < wanted_ns ? cheap_cells : level_cells[level];
     if (grid.cells() <= most || bin_ns >= widest_ns) return grid;
     bin_ns = std::min(bin_ns < wanted_ns ? wanted_ns : widest_ns, bin_ns * 1.25);
@@ -81,8 +81,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       shape_(shape),
       threshold_nats_(scope.threshold_nats),
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
-      max_slope_(scope.max_drift_ns / scope.frame_length_ns),
-      moving_(scope.max_drift_ns > 0),
+      max_slope_(scope.max_travel_ns / scope.frame_length_ns),
+      moving_(scope.max_travel_ns > 0),
       levels_(make_levels(scope)),
       recheck_(SearchGrid::cover(
           train.circle_ns, std::max(3 * shape.width_ns(), train.circle_ns / most_recheck_bins), 0,
@@ -105,7 +105,7 @@ std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& sc
   const std::size_t first = moving_ ? 0 : std::size(level_widths) - 1;
   const std::size_t end = moving_ ? levels_of(scope.effort) : std::size(level_widths);
   for (std::size_t level = first; level < end; ++level) {
-    const SearchGrid grid = level_grid(train_, shape_.width_ns(), level, scope.max_drift_ns);
+    const SearchGrid grid = level_grid(train_, shape_.width_ns(), level, scope.max_travel_ns);
     if (!made.empty() && grid.cells() == made.back().grid.cells()) continue;
     const double reach_ns = std::max(1.5 * grid.bin_ns, least_reach_widths * shape_.width_ns());
     const double about_ns = 2 * reach_ns + 4 * shape_.width_ns();
@@ -240,7 +240,7 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 
 // A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
 // even one by all of them and not quite. Where the best cell was such a shoulder, the peak has the
-// same drift; a near copy's own copies may be better again. What is no better counts against the
+// same travel; a near copy's own copies may be better again. What is no better counts against the
 // best one's range.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best) {
@@ -248,7 +248,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   const DelayLine found = best.parameters.line;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true;
-  for (const DelayCell& cell : search_.best_delays(photons, found.drift_ns, recheck_)) {
+  for (const DelayCell& cell : search_.best_delays(photons, found.travel_ns, recheck_)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
@@ -257,7 +257,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
     } else {
-      odds_.add({found.delay_ns + apart, found.drift_ns}, gain);
+      odds_.add({found.delay_ns + apart, found.travel_ns}, gain);
     }
     is_first = false;
   }
@@ -273,7 +273,7 @@ void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
                              const Exposure& exposure, double shift_ns, DelayLine from, Fit& best) {
   if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
-  const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.drift_ns},
+  const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.travel_ns},
                            best.gain_nats - left_behind_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
@@ -300,10 +300,10 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 }
 
 // A target that is surely there shows at the delays where its comb fits itself in part, with its
-// own drift. recheck_delay() looks at all of those at once.
+// own travel. recheck_delay() looks at all of those at once.
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
   return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
-         std::abs(line.drift_ns - best.parameters.line.drift_ns) < 2.2 * grid.bin_ns;
+         std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;
 }
 
 Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {

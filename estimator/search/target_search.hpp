@@ -20,22 +20,23 @@ namespace splid {
 // What is looked for, and how hard.
 struct SearchScope {
   double frame_length_ns = 0;  // nominal
-  double max_drift_ns = 0;     // largest |g t_a| over such a frame; 0: the target is at rest
+  double max_travel_ns = 0;    // largest |g t_a| over such a frame; 0: the target is at rest
   double threshold_nats = 0;   // gain over no target that is significant
-  SearchVolume volume;         // delays told apart and drifts possible, for the odds
+  SearchVolume volume;         // delays told apart and travels possible, for the odds
   double least_odds_nats = 0;  // of a range that is known: what may be a rival is looked at
   Effort effort = Effort::balanced;
   bool near_copies = true;  // a comb that nearly fits itself at another delay is to be told apart
 };
 
-// Finds a frame's target: searches all delays and drifts, coarse at first and finer only where that
-// has shown nothing significant, zooms into the best cells and climbs to the best of their maxima.
+// Finds a frame's target: searches all delays and travels, coarse at first and finer only where
+// that has shown nothing significant, zooms into the best cells and climbs to the best of their
+// maxima.
 //
 // Threads: one an object. Errors: none. No allocation in the calls for frames of up to max_photons.
 class TargetSearch {
  public:
-  // A zoom reaches at least so many pulse widths in delay, and twice as far in drift: a comb's near
-  // copies, and what drift makes up for, are within.
+  // A zoom reaches at least so many pulse widths in delay, and twice as far in travel: a comb's
+  // near copies, and what travel makes up for, are within.
   static constexpr double least_reach_widths = 8;
 
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fold/search_dispatch.hpp"
+#include "estimator/fold/vector_level.hpp"
 
 namespace splid {
 namespace {
@@ -34,7 +34,7 @@ ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
 // Row r holds the entries of slice r by their distance from the line `about`, in steps.
 void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double per_bin) {
   std::fill(rows_.begin(), rows_.end(), 0);
-  const double slope = about.drift_ns - near.line.drift_ns;
+  const double slope = about.travel_ns - near.line.travel_ns;
   const double start = about.delay_ns - near.line.delay_ns + peak_offset_ns_ + first_ns;
   for (std::size_t j = 0; j < near.entries(); ++j) {
     const double s = near.position[j];
@@ -47,18 +47,18 @@ void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double pe
 
 ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
                          bool moving) {
-  // Half steps in drift: the ends of a line move by half of what its drift does.
+  // Half steps in travel: the ends of a line move by half of what its travel does.
   const int steps = std::min(max_steps, static_cast<int>(std::ceil(reach_ns / step_ns)));
-  const int drifts = moving ? steps : 0;
+  const int travels = moving ? steps : 0;
   fill(near, about, -margin * step_ns, 1 / step_ns);
   ZoomResult best = {about, 0, box_steps * step_ns};
   const int first = margin - steps - box_steps / 2;  // of the bins that boxes reach
   const int count = 2 * steps + box_steps;
-  for (int drift = -drifts; drift <= drifts; ++drift) {
+  for (int travel = -travels; travel <= travels; ++travel) {
     std::fill_n(counts_.begin(), count, 0);
     for (int slice = 0; slice < slices; ++slice) {
       const double s = (slice + 0.5) / slices - 0.5;
-      const int shift = static_cast<int>(std::lround(2 * drift * s));
+      const int shift = static_cast<int>(std::lround(2 * travel * s));
       kernels_.accumulate_32(counts_.data(),
                              rows_.data() + std::ptrdiff_t{slice} * bins + first + shift,
                              static_cast<std::size_t>(count));
@@ -71,7 +71,7 @@ ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, 
       // The box ends with bin first + k: its middle is box_steps / 2 before that bin's end.
       const int middle = first + k + 1 - box_steps / 2 - margin;
       best.count = in_box;
-      best.line = {about.delay_ns + middle * step_ns, about.drift_ns + 2 * drift * step_ns};
+      best.line = {about.delay_ns + middle * step_ns, about.travel_ns + 2 * travel * step_ns};
     }
   }
   return best;

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "estimator/fold/folded_frame.hpp"
+#include "estimator/fold/near_set.hpp"
 #include "estimator/fold/search_kernels.hpp"
 
 namespace splid {
@@ -18,7 +18,7 @@ struct ZoomResult {
 // Within a near set, finds the line with the most entries by ever finer steps, from a search cell
 // down to where the likelihood has a single hill (boxes of four pulse widths, moved by one).
 //
-// The set is cut into 32 slices with a histogram each; for every drift they are added along its
+// The set is cut into 32 slices with a histogram each; for every travel they are added along its
 // line, so that the cost does not grow with the photons but for one pass a stage.
 //
 // Threads: one an object (scratch). No allocation in find() after the constructor.
@@ -27,8 +27,8 @@ class Zoom {
   // width_ns: PulseShape::width_ns; peak_offset_ns: where in the pulse most photons are.
   Zoom(double width_ns, double peak_offset_ns);
 
-  // The line looked for is within `reach_ns` of near.line in delay and within 2 reach_ns in drift;
-  // moving false keeps the drift.
+  // The line looked for is within `reach_ns` of near.line in delay and within 2 reach_ns in travel;
+  // moving false keeps the travel.
   ZoomResult find(const NearSet& near, double reach_ns, bool moving);
 
  private:

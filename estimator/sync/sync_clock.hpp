@@ -5,51 +5,38 @@
 #include <span>
 #include <vector>
 
+#include "estimator/sync/sync_fit.hpp"
+
+// The room sync/ measures the clock that the pattern is played by, from the tags of the pattern's
+// syncs. Open this file first. Its parts:
+//   sync_fit.hpp           the result for one frame
+//   drift_regression.hpp   the period that a line through the syncs has: [P] Eq. 19
+//   sync_lock.hpp          which of the tags are syncs of one line, and about where that line is
+//   recording_period.hpp   one period for a whole recording, from the fits of its frames
+//   sync_survey.hpp        that period where nobody says what it should be
+//   period_from_gaps.hpp   a first guess of the period, for sync_survey and for error messages
+// The period is applied to the photons' times ([P] Eq. 20) in estimator/fold/drift_correction.hpp.
+
 namespace splid {
 
-// How the pattern period is measured in the tagger's clock.
-enum class DriftMethod {
-  regression,  // least-squares line through all syncs of a frame
-  endpoints,   // first and last sync, [P] Eq. 19 and 20
-  off,         // the calibrated period; the syncs give the phase alone
-};
-
-// The pattern's clock as seen by the tagger in one frame: period k starts at origin_ps + phase_ps +
-// k * period_ps, and where the clock's rate changes bend_ps (x^2 - bend_zero) later, x from -1 to 1
-// over the frame.
-struct SyncFit {
-  bool locked = false;         // false: too few syncs (< 3) or none that agree; only counts hold
-  std::int64_t origin_ps = 0;  // tagger's clock, near mid-frame, so that phase_ps stays small
-  double phase_ps = 0;         // of a pattern start near origin_ps, |phase_ps| <= period_ps
-  double period_ps = 0;        // in the tagger's clock
-  double std_phase_ps = 0;     // one standard deviation of phase_ps, at origin
-  double std_period_ps = 0;
-  double bend_ps = 0;        // 0 unless 4 of its standard deviations; 1 ppm/s in 50 ms is 312 ps
-  double bend_zero = 0;      // mean of x^2: 1/3 with syncs all over the frame
-  double drift_ppm = 0;      // (period_ps / calibrated - 1) * 1e6
-  double jitter_ps = 0;      // rms of the accepted syncs about the line
-  std::size_t count = 0;     // sync tags given
-  std::size_t missing = 0;   // periods that start in the frame and have no accepted sync; not
-                             // those so near its ends that jitter may put the sync outside
-  std::size_t spurious = 0;  // count less those accepted: outliers and doubles
-};
-
-// Fits the pattern's clock to the syncs of one frame after the other. Syncs are counted by time,
-// not by number, so missing, doubled and stray ones and instruments that send only the syncs beside
-// photons come out right.
+// Fits the pattern's clock to the syncs of one frame after the other. Syncs are counted by time and
+// not by number, so that missing, doubled and stray syncs do no harm, nor instruments that send
+// only the syncs beside photons.
 //
-// Threads: one. No allocation after construction for frames of up to max_syncs; more are thinned
-// evenly. Remembers the last period that it locked to, and nothing else.
+// Threads: one thread for each object. Errors: none; a fit that fails is not locked. No allocation
+// after construction for frames of up to max_syncs; of more syncs an even subset is used. Remembers
+// the last period that it locked to, and nothing else.
 class SyncClock {
  public:
-  // calibrated_period_ps > 0. max_drift_ppm: how far the measured period may be from it.
+  // calibrated_period_ps: > 0, the pattern period of the calibration, or the nominal one, in the
+  // tagger's clock. max_drift_ppm: how far the measured period may be from it.
   SyncClock(double calibrated_period_ps, DriftMethod method, std::size_t max_syncs,
             double max_drift_ppm = 500);
 
-  // syncs_ps: nearly sorted, in [begin_ps, end_ps). Source: [P] Eq. 19, 20.
+  // syncs_ps: nearly sorted, in [begin_ps, end_ps), which is the frame. Source: [P] Eq. 19.
   SyncFit fit(std::span<const std::int64_t> syncs_ps, std::int64_t begin_ps, std::int64_t end_ps);
 
-  // Best period known: of the last locked fit, or the calibrated one.
+  // The best period known: that of the last locked fit, or the calibrated one.
   [[nodiscard]] double period_ps() const { return period_ps_; }
   void reset() { period_ps_ = calibrated_period_ps_; }
 
@@ -58,8 +45,8 @@ class SyncClock {
   DriftMethod method_;
   double max_drift_ppm_;
   double period_ps_;
-  std::vector<double> position_;  // scratch: syncs relative to the origin
-  std::vector<double> residual_;  // scratch
+  std::vector<double> position_;  // scratch: the syncs' times from the origin, ps
+  std::vector<double> residual_;  // scratch: their distances from the line, ps
 };
 
 }  // namespace splid

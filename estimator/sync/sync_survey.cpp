@@ -4,23 +4,25 @@
 #include <cmath>
 #include <cstddef>
 
-#include "estimator/sync/sync_period.hpp"
+#include "estimator/sync/period_from_gaps.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
 
-// Design note: as long as the daemon's frames, in which an oscillator's rate is as good as
-// constant, and with as many syncs as SyncClock follows one by one; fast syncs need less of either.
-constexpr std::int64_t stretch_length_ps = 50'000'000'000;
+// Design note: a batch is as long as a frame of the daemon, in which an oscillator's rate is as
+// good as constant, and has at least as many syncs as SyncClock follows one by one. Fast syncs fill
+// a batch sooner.
+constexpr std::int64_t batch_length_ps = 50'000'000'000;
 constexpr std::size_t least_syncs = 64;
 constexpr std::size_t most_syncs = 16'384;
 
-// A clock that was set, or a pause, ends a stretch.
+// A clock that was set anew, or a pause, ends a batch.
 constexpr std::int64_t unsorted_within_ps = 1'000'000;
 constexpr std::int64_t longest_gap_ps = 10'000'000'000'000;
 
-// Of the gaps that nine of ten are below: what comes sooner after a sync is its double.
+// A sync that comes sooner after another than this part of a long gap is a double of it. A long gap
+// is one that nine of ten gaps are shorter than.
 constexpr double double_of_gap = 1.0 / 16;
 
 std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs_ps) {
@@ -39,8 +41,9 @@ std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs
   return kept;
 }
 
-// Whether the pattern's starts are farther from where the fit before has them than both fits, and
-// an oscillator that wanders by 0.1 ppm, could be.
+// Whether the generator began again between two fits: the pattern's starts are then farther from
+// where the fit before expects them than the errors of both fits, and an oscillator that wanders by
+// 0.1 ppm, explain.
 bool began_again(const SyncFit& before, const SyncFit& fit) {
   constexpr double wander = 1e-7;
   constexpr double deviations = 10;
@@ -54,7 +57,7 @@ bool began_again(const SyncFit& before, const SyncFit& fit) {
          deviations * std_ps + wander * std::abs(gap_ps) + 1;
 }
 
-// Doubles by the dozen hide the period from those who look at gaps alone.
+// Many doubles hide the period in the gaps, so they are taken out where the first try fails.
 std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps) {
   const auto found = find_sync_period_ps(syncs_ps);
   return found ? found : find_sync_period_ps(without_doubles(syncs_ps));
@@ -63,39 +66,39 @@ std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps)
 }  // namespace
 
 void SyncSurvey::take(std::int64_t sync_ps) {
-  if (!stretch_ps_.empty()) {
-    const std::int64_t step_ps = saturated_difference(sync_ps, stretch_ps_.back());
-    const std::int64_t length_ps = saturated_difference(sync_ps, stretch_ps_.front());
-    const bool is_long = length_ps >= stretch_length_ps && stretch_ps_.size() >= least_syncs;
+  if (!batch_ps_.empty()) {
+    const std::int64_t step_ps = saturated_difference(sync_ps, batch_ps_.back());
+    const std::int64_t length_ps = saturated_difference(sync_ps, batch_ps_.front());
+    const bool is_long = length_ps >= batch_length_ps && batch_ps_.size() >= least_syncs;
     const bool is_apart = step_ps < -unsorted_within_ps || step_ps > longest_gap_ps;
-    if (is_long || is_apart || stretch_ps_.size() == most_syncs) end_stretch();
+    if (is_long || is_apart || batch_ps_.size() == most_syncs) end_batch();
   }
-  stretch_ps_.push_back(sync_ps);
+  batch_ps_.push_back(sync_ps);
 }
 
-std::optional<SyncLine::Period> SyncSurvey::finish() {
-  end_stretch();
-  const SyncLine::Period period = line_.period();
+std::optional<MeasuredPeriod> SyncSurvey::finish() {
+  end_batch();
+  const MeasuredPeriod period = period_.period();
   if (!(period.period_ps > 0)) return std::nullopt;
   return period;
 }
 
-void SyncSurvey::end_stretch() {
+void SyncSurvey::end_batch() {
   if (!clock_) {
-    if (const auto period_ps = first_period_ps(stretch_ps_)) {
+    if (const auto period_ps = first_period_ps(batch_ps_)) {
       clock_.emplace(*period_ps, DriftMethod::regression, most_syncs);
     }
   }
-  if (clock_ && !stretch_ps_.empty()) {
-    const auto [first, last] = std::minmax_element(stretch_ps_.begin(), stretch_ps_.end());
-    const SyncFit fit = clock_->fit(stretch_ps_, *first, *last + 1);
+  if (clock_ && !batch_ps_.empty()) {
+    const auto [first, last] = std::minmax_element(batch_ps_.begin(), batch_ps_.end());
+    const SyncFit fit = clock_->fit(batch_ps_, *first, *last + 1);
     if (fit.locked) {
-      if (last_.locked && began_again(last_, fit)) line_.cut();
-      line_.add(fit);
+      if (last_.locked && began_again(last_, fit)) period_.cut();
+      period_.add(fit);
       last_ = fit;
     }
   }
-  stretch_ps_.clear();
+  batch_ps_.clear();
 }
 
 }  // namespace splid

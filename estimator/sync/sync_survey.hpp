@@ -4,31 +4,32 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/sync/recording_period.hpp"
 #include "estimator/sync/sync_clock.hpp"
-#include "estimator/sync/sync_line.hpp"
 
 namespace splid {
 
-// The period of a recording's syncs where nobody says what it should be: what find_sync_period_ps()
-// makes of the first of them is measured by the frames' own SyncClock, stretch by stretch, and
-// these by SyncLine. Doubled, missing and stray syncs come out right as they do there.
+// The period of a recording's syncs where nobody says what it should be. find_sync_period_ps()
+// guesses it from the first syncs; SyncClock then measures it batch by batch of syncs, as it does
+// frame by frame elsewhere, and RecordingPeriod joins the batches. Doubled, missing and stray syncs
+// do no harm, as in SyncClock.
 //
-// Threads: one. Errors: none. Allocates 40 bytes a stretch (50 ms, or 16,384 syncs).
+// Threads: one. Errors: none. Allocates 40 bytes for each batch (50 ms, or 16,384 syncs).
 class SyncSurvey {
  public:
   // In the stream's order.
   void take(std::int64_t sync_ps);
 
-  // After the last. Absent: no period fits.
-  std::optional<SyncLine::Period> finish();
+  // To be called once, after the last sync. Absent where no period fits.
+  std::optional<MeasuredPeriod> finish();
 
  private:
-  void end_stretch();
+  void end_batch();
 
-  std::vector<std::int64_t> stretch_ps_;
+  std::vector<std::int64_t> batch_ps_;
   std::optional<SyncClock> clock_;
-  SyncFit last_;  // of the last stretch that locked
-  SyncLine line_;
+  SyncFit last_;  // of the last batch that locked
+  RecordingPeriod period_;
 };
 
 }  // namespace splid

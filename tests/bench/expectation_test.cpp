@@ -78,7 +78,7 @@ TEST(CountFloor, IsWhatAStraightLineThroughKnownPhotonsReaches) {
   std::uniform_real_distribution<double> place(-0.5, 0.5);
   std::normal_distribution<double> jitter(0, pulse_sigma_ns);
   constexpr int frames = 100'000;
-  double delay = 0, drift = 0;
+  double delay = 0, travel = 0;
   for (int frame = 0; frame < frames; ++frame) {
     const int n = std::max(5, count(random));
     double u1 = 0, u2 = 0, r = 0, ru = 0;
@@ -90,13 +90,13 @@ TEST(CountFloor, IsWhatAStraightLineThroughKnownPhotonsReaches) {
       ru += error * u / n;
     }
     const double slope = (ru - r * u1) / (u2 - u1 * u1);
-    drift += slope * slope / frames;
+    travel += slope * slope / frames;
     delay += std::pow(r - slope * u1, 2) / frames;
   }
   const CountFloor floor = count_floor(e.bound);
   EXPECT_NEAR(floor.delay, std::sqrt(delay) / e.bound.delay_ns, 0.01);
-  const double drift_bound = std::sqrt(12.0) * e.bound.delay_ns;
-  EXPECT_NEAR(floor.velocity, std::sqrt(drift) / drift_bound, 0.015);
+  const double travel_bound = std::sqrt(12.0) * e.bound.delay_ns;
+  EXPECT_NEAR(floor.velocity, std::sqrt(travel) / travel_bound, 0.015);
   EXPECT_GT(floor.velocity, 1.04);
 }
 

@@ -47,9 +47,10 @@ std::string describe_rest(const RestReport& rest) {
   if (rest.frames < 3) {
     return grouped(rest.frames) + " frames are too few to see whether the target was at rest";
   }
-  std::string text = fmt::format("target at rest: {:+.2g} +- {:.2g} ps/s over {:.3g} s",
-                                 rest.drift_ps_per_s, rest.std_drift_ps_per_s, rest.seconds);
-  if (rest.drifts()) text += " (it drifts, by less than the times are known for)";
+  std::string text =
+      fmt::format("target at rest: {:+.2g} +- {:.2g} ps/s over {:.3g} s", rest.delay_rate_ps_per_s,
+                  rest.std_delay_rate_ps_per_s, rest.seconds);
+  if (rest.moves()) text += " (it moves, but by less than the times are known to)";
   if (rest.wanders()) text += fmt::format("; it wanders by {:.2g} ps rms", rest.wander_ps);
   return text;
 }

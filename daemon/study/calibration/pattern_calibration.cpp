@@ -107,7 +107,7 @@ void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
   refuse(plan, "the target moves: its delay goes over " +
                    fmt::format("{:.3g} ns", motion->moved_ps / 1e3) +
                    ", a line through all of it has " +
-                   velocity(motion->drift_ps_per_s, motion->std_drift_ps_per_s) +
+                   velocity(motion->delay_rate_ps_per_s, motion->std_delay_rate_ps_per_s) +
                    ", and all pulses are smeared as far; record a target at rest");
 }
 
@@ -131,10 +131,10 @@ void check_photons(const CalibrationPlan& plan, const Calibration& found) {
 void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
   const std::string allowed =
       fmt::format(" where {:g} ps are allowed (--time-ps)", plan.goal.std_time_ps);
-  if (rest.drifts() && std::abs(rest.drift_ps()) > plan.goal.std_time_ps) {
+  if (rest.moves() && std::abs(rest.travel_ps()) > plan.goal.std_time_ps) {
     refuse(plan,
-           "the target moves, " + velocity(rest.drift_ps_per_s, rest.std_drift_ps_per_s) +
-               fmt::format(": {:.3g} ps of delay in {:.3g} s,", rest.drift_ps(), rest.seconds) +
+           "the target moves, " + velocity(rest.delay_rate_ps_per_s, rest.std_delay_rate_ps_per_s) +
+               fmt::format(": {:.3g} ps of delay in {:.3g} s,", rest.travel_ps(), rest.seconds) +
                allowed +
                "; record a target at rest, or for a shorter time if it is the "
                "electronics that drift");

@@ -29,7 +29,7 @@ double seconds_between(const KeptFrame& from, const KeptFrame& to) {
 }
 
 // How far the delay moves in that time at that speed.
-double drift_ns(double velocity_mps, double time_s) {
+double travel_ns(double velocity_mps, double time_s) {
   return 2e9 * velocity_mps / speed_of_light_mps * time_s;
 }
 
@@ -61,7 +61,7 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
       return std::nullopt;
     }
     // Where its own speed takes it: what is left to wrap is small, however far it goes in a frame.
-    const double moves_ns = drift_ns(result.velocity_mps, time_s);
+    const double moves_ns = travel_ns(result.velocity_mps, time_s);
     double there_ns = result.delay_ns + moves_ns;
     if (i > 0) {
       there_ns = straight_ns[0] + wrapped(there_ns - straight_ns[0], frames[at], unit);
@@ -71,7 +71,7 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
     state.velocity_mps += weights[i] * result.velocity_mps;
   }
   const auto [low, high] = std::minmax_element(straight_ns.begin(), straight_ns.end());
-  // Delay and twice the frame's drift may each be as far off as on a right peak.
+  // Delay and twice the travel over the frame may each be as far off as on a right peak.
   if (*high - *low > 3 * unit.wrong_delay_ns()) return std::nullopt;
   return state;
 }

@@ -225,7 +225,7 @@ TEST(FoldFit, ClimbsToTheMaximumAndItsInformationIsTheCurvature) {
   made.length_ms = 20;
   const auto fold = fold_of(made, 1, 7);
   FoldModel model(*fold, {{480, 60000}, {830, 90000}}, 100);
-  climb(model);
+  fit_fold(model);
   const Eigen::MatrixXd inverse = fold_covariance(model).inverse();
   const auto value = [&](Eigen::Index i) -> double& {
     if (i < 2) return model.counts[static_cast<std::size_t>(i)];

@@ -57,21 +57,22 @@ TEST(RestCheck, ATargetAtRestIsAtRest) {
     const RestReport rest = report_of(watched);
     EXPECT_EQ(rest.frames, 128U);
     EXPECT_NEAR(rest.seconds, 0.254, 1e-6);
-    EXPECT_FALSE(rest.drifts());
+    EXPECT_FALSE(rest.moves());
     EXPECT_LT(rest.wander_deviations, 4);
     // 480 signal photons a frame: 4.6 ps.
-    EXPECT_NEAR(rest.std_drift_ps_per_s, 100 / std::sqrt(480.0 * 128) * std::sqrt(12) / 0.256, 0.4);
-    squares += std::pow(rest.drift_ps_per_s / rest.std_drift_ps_per_s, 2) / seeds;
+    EXPECT_NEAR(rest.std_delay_rate_ps_per_s, 100 / std::sqrt(480.0 * 128) * std::sqrt(12) / 0.256,
+                0.4);
+    squares += std::pow(rest.delay_rate_ps_per_s / rest.std_delay_rate_ps_per_s, 2) / seeds;
     EXPECT_FALSE(motion_of(watched));
   }
   EXPECT_NEAR(std::sqrt(squares), 1, 0.75);  // 8 values: 25 %, three deviations
 }
 
-TEST(RestCheck, ADriftIsMeasured) {
+TEST(RestCheck, AnEvenMotionIsMeasured) {
   const RestReport rest = report_of(watch([](double t) { return -80 * t; }, 3));
-  EXPECT_TRUE(rest.drifts());
-  EXPECT_NEAR(rest.drift_ps_per_s, -80, 4 * rest.std_drift_ps_per_s);
-  EXPECT_NEAR(rest.drift_ps(), -80 * rest.seconds, 4);
+  EXPECT_TRUE(rest.moves());
+  EXPECT_NEAR(rest.delay_rate_ps_per_s, -80, 4 * rest.std_delay_rate_ps_per_s);
+  EXPECT_NEAR(rest.travel_ps(), -80 * rest.seconds, 4);
 }
 
 // Fast and slow: one shows from frame to frame, the other in means over many.
@@ -81,7 +82,7 @@ TEST(RestCheck, ToAndFroIsWander) {
     const RestReport rest = report_of(watch(sway, 4));
     EXPECT_TRUE(rest.wanders()) << turns_per_s;
     EXPECT_NEAR(rest.wander_ps, 8 / std::sqrt(2.0), 1.2) << turns_per_s;
-    EXPECT_LT(std::abs(rest.drift_ps()), 5) << turns_per_s;
+    EXPECT_LT(std::abs(rest.travel_ps()), 5) << turns_per_s;
   }
 }
 
@@ -99,7 +100,7 @@ TEST(RestCheck, TooFewFramesSayNothing) {
   watched.resize(1);
   const RestReport rest = report_of(watched);
   EXPECT_EQ(rest.frames, 1U);
-  EXPECT_FALSE(rest.drifts() || rest.wanders());
+  EXPECT_FALSE(rest.moves() || rest.wanders());
 }
 
 // From a few pulse widths over the whole recording up to as many in a slice, and over the end of
@@ -108,8 +109,9 @@ TEST(TargetMotion, MeasuresMotionThatSmearsPulses) {
   for (const double ps_per_s : {2500.0, -40'000.0, 400'000.0, 3'000'000.0}) {
     const auto motion = motion_of(watch([&](double t) { return ps_per_s * t; }, 5));
     ASSERT_TRUE(motion) << ps_per_s;
-    EXPECT_NEAR(motion->drift_ps_per_s / ps_per_s, 1, 0.1) << ps_per_s;
-    EXPECT_NEAR(motion->drift_ps_per_s, ps_per_s, 5 * motion->std_drift_ps_per_s) << ps_per_s;
+    EXPECT_NEAR(motion->delay_rate_ps_per_s / ps_per_s, 1, 0.1) << ps_per_s;
+    EXPECT_NEAR(motion->delay_rate_ps_per_s, ps_per_s, 5 * motion->std_delay_rate_ps_per_s)
+        << ps_per_s;
     EXPECT_NEAR(motion->moved_ps, std::abs(ps_per_s) * 0.254,
                 0.1 * std::abs(ps_per_s) * 0.254 + 100);
   }

@@ -123,13 +123,13 @@ TEST(Likelihood, GradientAndHessianAgreeWithDifferences) {
     made.length_ms = 0.5;
     Scene scene(made);
     const FrameParameters at = {
-        {scene.truth.delay_ns + 0.3 * sigma_ns, scene.truth.drift_ns - 0.7 * sigma_ns},
+        {scene.truth.delay_ns + 0.3 * sigma_ns, scene.truth.travel_ns - 0.7 * sigma_ns},
         0.004,
         3e-4};
     const auto shifted = [&](int index, double by) {
       FrameParameters p = at;
       (index == 0   ? p.line.delay_ns
-       : index == 1 ? p.line.drift_ns
+       : index == 1 ? p.line.travel_ns
        : index == 2 ? p.signal_per_pulse
                     : p.background_per_ns) += by;
       return scene.likelihood.evaluate(scene.near, scene.exposure(), p);
@@ -155,13 +155,13 @@ TEST(Likelihood, FeelsTenNanometresASecond) {
   Scene scene(maker());
   const double per_mps = 2 / 299792458.0 * scene.folded.length_ns;
   FrameParameters at = {scene.truth, 0.01, 1.75e-4};
-  at.line.drift_ns = 0;
+  at.line.travel_ns = 0;
   scene.near.collect(scene.folded, comb_windows(scene.train, -2, 2), scene.train, at.line);
   const LikelihoodPoint point = scene.likelihood.evaluate(scene.near, scene.exposure(), at);
-  at.line.drift_ns = 1e-8 * per_mps;
+  at.line.travel_ns = 1e-8 * per_mps;
   const LikelihoodPoint moved = scene.likelihood.evaluate(scene.near, scene.exposure(), at);
-  const double change = point.hessian(drift_index, drift_index) * at.line.drift_ns;
-  EXPECT_NEAR((moved.gradient - point.gradient)[drift_index] / change, 1, 0.1);
+  const double change = point.hessian(travel_index, travel_index) * at.line.travel_ns;
+  EXPECT_NEAR((moved.gradient - point.gradient)[travel_index] / change, 1, 0.1);
 }
 
 TEST(Likelihood, ProfileIsTheMaximumOverSignalAndBackground) {

@@ -44,7 +44,7 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
     Scene scene(velocity);
     const Exposure exposure(scene.folded, scene.train);
     Refinement refinement(*scene.shape, scene.train, scene.folded.size());
-    const DelayLine start = {scene.truth.delay_ns + 0.15, scene.truth.drift_ns - 0.2};
+    const DelayLine start = {scene.truth.delay_ns + 0.15, scene.truth.travel_ns - 0.2};
     const Fit fit = refinement.climb(scene.folded, exposure, start, true);
 
     struct Problem {
@@ -73,13 +73,13 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
     nlopt_set_lower_bounds(optimiser, lower);
     nlopt_set_xtol_rel(optimiser, 1e-13);
     nlopt_set_maxeval(optimiser, 2000);
-    double x[] = {start.delay_ns * 10, start.drift_ns * 10, 4, 1.75};
+    double x[] = {start.delay_ns * 10, start.travel_ns * 10, 4, 1.75};
     double value = 0;
     ASSERT_GE(nlopt_optimize(optimiser, x, &value), -4);
     nlopt_destroy(optimiser);
 
     EXPECT_NEAR(fit.parameters.line.delay_ns, x[0] * 0.1, 1e-6);
-    EXPECT_NEAR(fit.parameters.line.drift_ns, x[1] * 0.1, 1e-6);
+    EXPECT_NEAR(fit.parameters.line.travel_ns, x[1] * 0.1, 1e-6);
     EXPECT_NEAR(fit.parameters.signal_per_pulse, x[2] * 1e-3, 1e-8);
     EXPECT_NEAR(fit.parameters.background_per_ns, x[3] * 1e-4, 1e-9);
     EXPECT_TRUE(fit.stop == Stop::step_small || fit.stop == Stop::gain_small);
@@ -105,13 +105,13 @@ TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
   }
 }
 
-TEST(Refinement, ATargetAtRestKeepsItsDrift) {
+TEST(Refinement, ATargetAtRestKeepsItsTravel) {
   Scene scene(0);
   const Exposure exposure(scene.folded, scene.train);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
-  EXPECT_EQ(fit.parameters.line.drift_ns, 0);
-  EXPECT_EQ(fit.covariance(drift_index, drift_index), 0);
+  EXPECT_EQ(fit.parameters.line.travel_ns, 0);
+  EXPECT_EQ(fit.covariance(travel_index, travel_index), 0);
   ASSERT_TRUE(fit.has_covariance);
   const double off = fit.parameters.line.delay_ns - scene.truth.delay_ns;
   EXPECT_LT(std::abs(off), 4 * std::sqrt(fit.covariance(0, 0)));

@@ -7,7 +7,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 AlternationResult climb_from(const test::PaperScene& scene, const PaperParameters& start,
@@ -75,4 +75,4 @@ TEST(Alternation, WithoutPhotonsItDoesNotRun) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

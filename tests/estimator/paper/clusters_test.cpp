@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 TEST(Clusters, FindsTheHeaviestStretchOfTheCircle) {
@@ -52,4 +52,4 @@ TEST(Clusters, KeepsThePhotonsOfTheLargestAlone) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

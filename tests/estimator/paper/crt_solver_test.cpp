@@ -13,7 +13,7 @@
 
 #include "estimator/paper/crt.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 using Ipopt::Index;
@@ -156,4 +156,4 @@ TEST(CrtMixedInteger, AgreesWithASolverOfMixedIntegerPrograms) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

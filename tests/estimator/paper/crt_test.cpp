@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 std::vector<Remainder> remainders_of(double value_ns, const std::vector<double>& moduli_ns,
@@ -212,4 +212,4 @@ TEST(Crt, RefusesWhatIsNoProblem) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

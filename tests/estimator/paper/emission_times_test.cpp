@@ -9,7 +9,7 @@
 
 #include "estimator/model/pattern_make.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 using Offsets = std::vector<std::pair<double, double>>;
@@ -80,4 +80,4 @@ TEST(EmissionTimes, KnowsPeriodAndMeanAmplitude) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

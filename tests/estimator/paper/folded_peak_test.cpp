@@ -6,7 +6,7 @@
 
 #include "tests/estimator/paper/train_maker.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 TEST(FoldedPeak, FindsDelaySignalAndBackgroundOfAMovingTarget) {
@@ -56,4 +56,4 @@ TEST(FoldedPeak, IsNotThereWithoutPhotonsOrRoomForThem) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

@@ -8,7 +8,7 @@
 
 #include "tests/estimator/paper/train_maker.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 // The power of sum_j exp(2 pi i h f' T_j) with each harmonic's share of a gaussian pulse, as
@@ -88,4 +88,4 @@ TEST(FourierVelocity, OfNothingIsZero) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

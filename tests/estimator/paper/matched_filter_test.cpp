@@ -7,7 +7,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 // [P] Eq. 8 as it is written: photons by pulses.
@@ -68,4 +68,4 @@ TEST(MatchedFilter, CountsHalvesWhereNothingIsOutside) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

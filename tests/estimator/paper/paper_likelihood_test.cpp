@@ -8,7 +8,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 // [P] Eq. 2 over every emission time whose light may matter, and Eq. 4 with its logarithm: plain
@@ -149,4 +149,4 @@ TEST(PaperLikelihood, ALossIsNotSeen) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

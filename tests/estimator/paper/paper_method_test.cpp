@@ -8,7 +8,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 const std::vector<double> subperiods_ps = {180000, 189000};
@@ -180,4 +180,4 @@ TEST(PaperMethod, PulsesThatFillThePeriodAreNotFound) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

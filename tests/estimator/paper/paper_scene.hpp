@@ -4,8 +4,8 @@
 
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/paper/corrected_times.hpp"
 #include "estimator/paper/emission_times.hpp"
-#include "estimator/paper/frame_times.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::test {
@@ -26,8 +26,8 @@ inline FrameMaker simulated_scene(const Pattern& pattern, double velocity_mps) {
 struct PaperScene {
   FrameMaker made;
   FrameMaker::Frame frame;
-  EmissionTimes emission;
-  FrameTimes times;
+  paper::EmissionTimes emission;
+  paper::CorrectedTimes times;
   std::unique_ptr<PulseShape> shape;
 
   PaperScene(const FrameMaker& made_in, std::uint64_t seed)

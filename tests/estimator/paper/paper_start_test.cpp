@@ -7,7 +7,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
 constexpr double velocities_mps[] = {0, 10, 77, -140};
@@ -156,4 +156,4 @@ TEST(PaperStart, TheStrongestPulseStandsForAnUnevenTrain) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

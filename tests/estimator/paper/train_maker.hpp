@@ -18,9 +18,9 @@ struct TrainMaker {
   double background_per_ns = 1e-3;
   double sigma_ns = 0.1;
 
-  [[nodiscard]] TrainPhotons make(std::uint64_t seed) const {
+  [[nodiscard]] paper::TrainPhotons make(std::uint64_t seed) const {
     std::mt19937_64 random(seed);
-    TrainPhotons photons;
+    paper::TrainPhotons photons;
     photons.period_ns = period_ns;
     photons.seen_ns = length_ns;
     photons.amplitude = length_ns / period_ns;
@@ -30,7 +30,7 @@ struct TrainMaker {
     std::normal_distribution<double> jitter(0, sigma_ns);
     const auto add = [&](double time_ns, double phase_ns) {
       photons.time_ns.push_back(time_ns);
-      photons.phase_ns.push_back(fold_on(phase_ns, period_ns));
+      photons.phase_ns.push_back(paper::fold_on(phase_ns, period_ns));
     };
     for (int n = std::poisson_distribution<int>(signal)(random); n > 0; --n) {
       const double time_ns = when(random);

@@ -37,7 +37,7 @@ struct Folded {
 double apart(double a, double b, double period) { return std::abs(std::remainder(a - b, period)); }
 
 // The likelihood at every point of a grid of one pulse width: no tree, no bins.
-DelayLine brute_force(const Folded& folded, double max_drift_ns) {
+DelayLine brute_force(const Folded& folded, double max_travel_ns) {
   const auto shape = make_gaussian(0.1);
   Likelihood likelihood(*shape, folded.frame.size() * 2);
   NearSet near(folded.frame.size(), folded.frame.size() * 2);
@@ -45,13 +45,13 @@ DelayLine brute_force(const Folded& folded, double max_drift_ns) {
   const Exposure exposure(folded.frame, folded.train);
   DelayLine best;
   double most = -std::numeric_limits<double>::infinity();
-  for (double drift = -max_drift_ns; drift <= max_drift_ns; drift += 0.2) {
+  for (double travel = -max_travel_ns; travel <= max_travel_ns; travel += 0.2) {
     for (double delay = 0; delay < folded.train.circle_ns; delay += 0.1) {
-      near.collect(folded.frame, windows, folded.train, {delay, drift});
-      const double gain = likelihood.profile(near, exposure, {delay, drift}).gain_nats;
+      near.collect(folded.frame, windows, folded.train, {delay, travel});
+      const double gain = likelihood.profile(near, exposure, {delay, travel}).gain_nats;
       if (gain > most) {
         most = gain;
-        best = {delay, drift};
+        best = {delay, travel};
       }
     }
   }
@@ -71,7 +71,7 @@ TEST(LineSearch, FindsWhatBruteForceFinds) {
       const auto cells = search.run(folded.frame, grid, limit);
       ASSERT_FALSE(cells.empty());
       EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.train.circle_ns), 0.4);
-      EXPECT_NEAR(cells[0].line.drift_ns, expected.drift_ns, 0.8);
+      EXPECT_NEAR(cells[0].line.travel_ns, expected.travel_ns, 0.8);
       // And both are the target.
       EXPECT_LT(apart(expected.delay_ns, 2 * 7.3 / 0.299792458, folded.train.circle_ns), 0.3);
     }
@@ -105,7 +105,7 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
       for (std::size_t k = 0; k < cells.size(); ++k) {
         EXPECT_EQ(cells[k].count, expected[k].count);
         EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
-        EXPECT_EQ(cells[k].line.drift_ns, expected[k].line.drift_ns);
+        EXPECT_EQ(cells[k].line.travel_ns, expected[k].line.travel_ns);
       }
       const auto same = search.best_delays(folded.frame, 0.4, row);
       ASSERT_EQ(same.size(), delays.size());
@@ -139,7 +139,7 @@ TEST(LineSearch, CellsAreDistinctAndInOrder) {
     EXPECT_LE(cells[k].count, cells[k - 1].count);
     for (std::size_t m = 0; m < k; ++m) {
       const bool same = apart(cells[k].line.delay_ns, cells[m].line.delay_ns, 126) < 1.1 &&
-                        std::abs(cells[k].line.drift_ns - cells[m].line.drift_ns) < 1.1;
+                        std::abs(cells[k].line.travel_ns - cells[m].line.travel_ns) < 1.1;
       EXPECT_FALSE(same);
     }
   }

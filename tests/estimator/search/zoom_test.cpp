@@ -27,15 +27,15 @@ TEST(Zoom, EndsWithinAPulseOfTheTarget) {
     for (const double off : {-1.0, -0.3, 0.0, 0.8}) {
       const double reach = 1.5;
       near.collect(folded, comb_windows(train, -2 * reach - 0.4, 2 * reach + 0.4), train,
-                   {truth.delay_ns + off, truth.drift_ns - 1.7 * off});
+                   {truth.delay_ns + off, truth.travel_ns - 1.7 * off});
       const DelayLine line = Zoom(sigma_ns, 0).find(near, reach, true).line;
       EXPECT_NEAR(line.delay_ns, truth.delay_ns, 2.5 * sigma_ns) << off;
-      EXPECT_NEAR(line.drift_ns, truth.drift_ns, 6 * sigma_ns) << off;
+      EXPECT_NEAR(line.travel_ns, truth.travel_ns, 6 * sigma_ns) << off;
     }
   }
 }
 
-TEST(Zoom, AtRestKeepsTheDrift) {
+TEST(Zoom, AtRestKeepsTheTravel) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   const auto frame = made.make(4);
@@ -46,7 +46,7 @@ TEST(Zoom, AtRestKeepsTheDrift) {
   const double truth = 2 * made.distance_m / 0.299792458;
   near.collect(folded, comb_windows(train, -1, 1), train, {truth + 0.2, 0});
   const DelayLine line = Zoom(0.1, 0).find(near, 0.4, false).line;
-  EXPECT_EQ(line.drift_ns, 0);
+  EXPECT_EQ(line.travel_ns, 0);
   EXPECT_NEAR(line.delay_ns, truth, 0.2);
 }
 

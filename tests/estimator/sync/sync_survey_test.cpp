@@ -12,7 +12,7 @@ namespace {
 
 using test::SyncStream;
 
-std::optional<SyncLine::Period> survey_of(const std::vector<std::int64_t>& syncs_ps) {
+std::optional<MeasuredPeriod> survey_of(const std::vector<std::int64_t>& syncs_ps) {
   SyncSurvey survey;
   for (const std::int64_t sync_ps : syncs_ps) survey.take(sync_ps);
   return survey.finish();

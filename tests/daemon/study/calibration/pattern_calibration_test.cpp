@@ -109,7 +109,7 @@ TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
     EXPECT_EQ(pattern_from_json(to_json(found.pattern), "found"), found.pattern);
     EXPECT_EQ(validate(found.pattern), std::nullopt);
     EXPECT_FALSE(found.rest.wanders());
-    EXPECT_LT(std::abs(found.rest.drift_ps()), 3);
+    EXPECT_LT(std::abs(found.rest.travel_ps()), 3);
   }
 }
 
@@ -188,7 +188,7 @@ TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
   scene.target.motion = simulator::MotionKind::sinusoid;
   scene.target.amplitude_m = 0.002;
   scene.target.period_s = 0.25;
-  scene.target.phase_turns = 0.25;  // symmetric in time: no drift
+  scene.target.phase_turns = 0.25;  // symmetric in time: the delay ends where it began
   EXPECT_THAT(refusal_of(scene), HasSubstr("the target moves to and fro: its delay wanders by "));
 }
 

@@ -1,13 +1,13 @@
-#include "estimator/paper/frame_times.hpp"
+#include "estimator/paper/corrected_times.hpp"
 
 #include <cmath>
 #include <cstdint>
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::paper {
 
-FrameTimes::FrameTimes(const FrameView& view, double period) : period_ns(period) {
+CorrectedTimes::CorrectedTimes(const FrameView& view, double period) : period_ns(period) {
   scale = view.sync.period_ps * ns_per_ps / period_ns;
   const double to_ns = ns_per_ps / scale;
   // Integers up to the frame's start, doubles from there.
@@ -41,4 +41,4 @@ FrameTimes::FrameTimes(const FrameView& view, double period) : period_ns(period)
   add_seen(length_ns);
 }
 
-}  // namespace splid
+}  // namespace splid::paper

@@ -1,13 +1,13 @@
-#include "estimator/paper/frame_times.hpp"
+#include "estimator/paper/corrected_times.hpp"
 
 #include <gtest/gtest.h>
 
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::paper {
 namespace {
 
-TEST(FrameTimes, PhaseIsTheTimeSinceThePatternStart) {
+TEST(CorrectedTimes, PhaseIsTheTimeSinceThePatternStart) {
   test::FrameMaker::Frame frame;
   frame.start_ps = 340000000000000000;
   frame.end_ps = frame.start_ps + 10'000'000;
@@ -18,7 +18,7 @@ TEST(FrameTimes, PhaseIsTheTimeSinceThePatternStart) {
                 .origin_ps = frame.start_ps + 5'000'000,
                 .phase_ps = 405'000,
                 .period_ps = 1'001'000};
-  const FrameTimes times(frame.view(), 1000);
+  const CorrectedTimes times(frame.view(), 1000);
   EXPECT_NEAR(times.scale, 1.001, 1e-12);
   EXPECT_NEAR(times.length_ns, 10000 / 1.001, 1e-9);
   EXPECT_NEAR(times.start_phase_ns, 1000 - 400 / 1.001, 1e-9);
@@ -27,13 +27,13 @@ TEST(FrameTimes, PhaseIsTheTimeSinceThePatternStart) {
   EXPECT_NEAR(times.time_ns[2], 9999.999 / 1.001, 1e-9);
 }
 
-TEST(FrameTimes, LossesAreNotSeen) {
+TEST(CorrectedTimes, LossesAreNotSeen) {
   test::FrameMaker::Frame frame;
   frame.start_ps = 1000;
   frame.end_ps = 1'001'000;
   frame.losses = {{1000, 101'000, 5}, {501'000, 601'000, 5}, {901'000, 1'001'000, 5}};
   frame.sync = {.locked = true, .origin_ps = 1000, .period_ps = 100'000};
-  const FrameTimes times(frame.view(), 100);
+  const CorrectedTimes times(frame.view(), 100);
   ASSERT_EQ(times.seen.size(), 2U);
   EXPECT_NEAR(times.seen[0].begin_ns, 100, 1e-9);
   EXPECT_NEAR(times.seen[0].end_ns, 500, 1e-9);
@@ -43,4 +43,4 @@ TEST(FrameTimes, LossesAreNotSeen) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::paper

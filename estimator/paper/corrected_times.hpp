@@ -4,11 +4,11 @@
 
 #include "estimator/model/frame_view.hpp"
 
-namespace splid {
+namespace splid::paper {
 
 // A frame's photons in the pattern's own clock, as [P] counts time: from the frame's start. All
 // times are ns of the calibrated pattern; `scale` turns them into the tagger's.
-struct FrameTimes {
+struct CorrectedTimes {
   struct Span {
     double begin_ns, end_ns;  // from the frame's start
   };
@@ -22,7 +22,7 @@ struct FrameTimes {
   double scale = 1;              // measured over calibrated period
 
   // view must be locked to its syncs; period_ns: pattern_period_ps(), in ns.
-  FrameTimes(const FrameView& view, double period_ns);
+  CorrectedTimes(const FrameView& view, double period_ns);
 };
 
-}  // namespace splid
+}  // namespace splid::paper

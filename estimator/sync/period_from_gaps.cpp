@@ -1,4 +1,4 @@
-#include "estimator/sync/sync_period.hpp"
+#include "estimator/sync/period_from_gaps.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,22 +7,22 @@
 namespace splid {
 namespace {
 
-// Design note: 512 gaps say it as well as all of them (a stray sync spoils two), and fit the stack,
-// so that nothing is allocated while tags are flowing.
+// Design note: 512 gaps tell the period as well as all gaps would (a stray sync spoils two), and
+// they fit on the stack, so that nothing is allocated while tags are flowing.
 constexpr std::size_t most_gaps = 512;
 constexpr std::size_t least_gaps = 8;
 
-// The shortest gap may be this many periods, where an instrument sends few of the syncs.
+// The shortest gap may have this many periods, where an instrument sends only few of the syncs.
 constexpr int most_periods = 32;
 
 constexpr double nearly_all = 0.9;
-constexpr double least_countable = 0.5;  // of the gaps, or they say nothing
+constexpr double least_countable = 0.5;  // of the gaps; where fewer are, they tell no period
 
-// As in SyncClock: what a sync may be off by, for two syncs.
+// How far a gap may be from a whole number of periods: what sync_lock.cpp allows a single sync.
 double window_ps(double period_ps) { return std::min(period_ps / 16, 5000.0); }
 
-// The period of which gap_ps is so many, if nearly all gaps are multiples of it. Short gaps come
-// first, so that the period is known ever better as the gaps get longer.
+// The period that gap_ps has `periods` of, if nearly all gaps are multiples of that period. The
+// gaps come in ascending order, so that the period is known ever better as they get longer.
 std::optional<double> fitted(std::span<const double> ascending_gaps, double gap_ps, int periods) {
   double period_ps = gap_ps / periods;
   const double slack_ps = window_ps(period_ps);
@@ -67,7 +67,7 @@ std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps
   if (count < least_gaps) return std::nullopt;
   const std::span<const double> gaps = std::span<const double>(room).first(count);
   std::optional<double> best_ps;
-  // The shortest gaps may be strays' or doubles', so longer ones have their turn too.
+  // The shortest gaps may come from strays or doubles, so longer gaps have their turn too.
   for (const std::size_t part :
        {count, std::size_t{64}, std::size_t{16}, std::size_t{8}, std::size_t{4}, std::size_t{2}}) {
     for (int periods = 1; periods <= most_periods; ++periods) {

@@ -1,4 +1,4 @@
-#include "estimator/sync/sync_period.hpp"
+#include "estimator/sync/period_from_gaps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,13 +16,13 @@ void expect_period(const SyncStream& stream, double tolerance_ps) {
   EXPECT_NEAR(*found, stream.period_ps, tolerance_ps);
 }
 
-TEST(SyncPeriod, OfACleanStream) {
+TEST(PeriodFromGaps, OfACleanStream) {
   SyncStream stream;
   stream.period_ps = 3'770'000;
   expect_period(stream, 1);
 }
 
-TEST(SyncPeriod, WithJitter) {
+TEST(PeriodFromGaps, WithJitter) {
   for (const double jitter_ps : {0.0, 10.0, 100.0, 500.0}) {
     SyncStream stream;
     stream.period_ps = 3'770'000;
@@ -31,7 +31,7 @@ TEST(SyncPeriod, WithJitter) {
   }
 }
 
-TEST(SyncPeriod, WhereMostSyncsAreLeftOut) {
+TEST(PeriodFromGaps, WhereMostSyncsAreLeftOut) {
   for (const double missing : {0.3, 0.9, 0.98}) {
     for (std::uint64_t seed = 1; seed < 6; ++seed) {
       SyncStream stream;
@@ -44,7 +44,7 @@ TEST(SyncPeriod, WhereMostSyncsAreLeftOut) {
   }
 }
 
-TEST(SyncPeriod, WithStraysAndMissingOnes) {
+TEST(PeriodFromGaps, WithStraysAndMissingOnes) {
   SyncStream stream;
   stream.period_ps = 3'770'000;
   stream.missing = 0.2;
@@ -52,7 +52,7 @@ TEST(SyncPeriod, WithStraysAndMissingOnes) {
   expect_period(stream, 2);
 }
 
-TEST(SyncPeriod, NoneFitsRandomTags) {
+TEST(PeriodFromGaps, NoneFitsRandomTags) {
   for (std::uint64_t seed = 1; seed < 20; ++seed) {
     SyncStream stream;
     stream.missing = 1;
@@ -62,20 +62,20 @@ TEST(SyncPeriod, NoneFitsRandomTags) {
   }
 }
 
-TEST(SyncPeriod, TooFewSyncs) {
+TEST(PeriodFromGaps, TooFewSyncs) {
   EXPECT_FALSE(find_sync_period_ps({}));
   const std::vector<std::int64_t> few = {0, 100, 200, 300, 400, 500, 600, 700};
   EXPECT_FALSE(find_sync_period_ps(few));
 }
 
-TEST(SyncPeriod, EpochFarFromZero) {
+TEST(PeriodFromGaps, EpochFarFromZero) {
   SyncStream stream;
   stream.begin_ps = 340'000'000'000'000'000;
   stream.end_ps = stream.begin_ps + 10'000'000'000;
   expect_period(stream, 1);
 }
 
-TEST(SyncPeriod, OfARealTaggerThatKeepsSyncsNextToPhotons) {
+TEST(PeriodFromGaps, OfARealTaggerThatKeepsSyncsNextToPhotons) {
   const auto file = test::real_recording_path("qutag_sync_t2.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not here; set SPLID_DATA";
   std::vector<std::int64_t> syncs;

@@ -1,0 +1,201 @@
+#include "estimator/fold/near_set.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/fold/vector_level.hpp"
+
+namespace splid {
+namespace {
+
+// NearSet::gather(): what an evaluation of 16,384 entries costs, half a millisecond, is worth the
+// saving.
+constexpr std::size_t gathered_from = 16384;
+constexpr std::size_t gathered_rows = 32;
+constexpr std::size_t most_cells = gathered_from;
+constexpr std::size_t most_columns = most_cells / gathered_rows;
+constexpr double cells_a_width = 8;
+
+double columns_of(const CombWindow& window, double width_ns) {
+  return std::floor((window.last_ns() - window.first_ns()) * cells_a_width / width_ns) + 1;
+}
+
+// At most one, all of the same amplitude, so that photons differ in residual and time alone.
+bool each_photon_has_one_pulse(std::span<const CombWindow> windows) {
+  const double amplitude = windows.front().uniform_amplitude();
+  return amplitude > 0 &&
+         std::all_of(windows.begin(), windows.end(), [&](const CombWindow& window) {
+           return window.uniform_amplitude() == amplitude && window.max_overlap() <= 1;
+         });
+}
+
+// The nearest whole number: std::round is a call where the processor's own cannot be counted on.
+double whole(double x) {
+  constexpr double rounder = 0x1.8p52;
+  return (x + rounder) - rounder;
+}
+
+}  // namespace
+
+NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
+  residual_ns.reserve(max_entries);
+  position.reserve(max_entries);
+  amplitude.reserve(max_entries);
+  first.reserve(max_photons + 1);
+  weight.reserve(max_photons);
+  if (max_photons > gathered_from) cells_.reserve(most_cells);
+  phase_32_.reserve(max_photons);
+  picked_.reserve(max_photons);
+  picks_.reserve(256);
+}
+
+void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                      const PulseTrain& train, DelayLine about, double gather_width_ns) {
+  line = about;
+  residual_ns.clear();
+  position.clear();
+  amplitude.clear();
+  first.clear();
+  weight.clear();
+  const std::size_t likely_near = pick_groups(frame, windows, train);
+  const bool gathers =
+      gather_width_ns > 0 && likely_near >= gathered_from &&
+      columns_of(windows.front(), gather_width_ns) <= static_cast<double>(most_columns) &&
+      each_photon_has_one_pulse(windows);
+  if (gathers) {
+    const CombWindow& window = windows.front();
+    const Cells cells = {window.first_ns(), window.last_ns(), cells_a_width / gather_width_ns,
+                         static_cast<std::size_t>(columns_of(window, gather_width_ns)),
+                         gathered_rows / frame.length_ns};
+    cells_.assign(cells.columns * gathered_rows, {});
+    visit_near(frame, windows, train,
+               [&](std::size_t photon, double phase_ns, std::span<const CombWindow::Pulse> pulses,
+                   const CombWindow&) {
+                 if (!pulses.empty()) {
+                   add_to_cell(frame, photon, phase_ns - pulses.front().time_ns, cells);
+                 }
+               });
+    take_cells(window.uniform_amplitude());
+  } else {
+    visit_near(
+        frame, windows, train,
+        [&](std::size_t photon, double phase_ns, std::span<const CombWindow::Pulse> pulses,
+            const CombWindow& window) { add_photon(frame, photon, phase_ns, pulses, window); });
+    near_photons = static_cast<double>(first.size());
+    weight.assign(first.size(), 1.0);
+  }
+  far_photons = frame.size() - static_cast<std::size_t>(near_photons);
+  first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
+}
+
+// Notes which photons of each stretch may be near the line, and says how many may be in all.
+std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                                 const PulseTrain& train) {
+  const SearchKernels& kernels = best_search_kernels();
+  const double slope = line.travel_ns / frame.length_ns;
+  phase_32_.resize(frame.size());
+  picked_.resize(frame.size());
+  picks_.clear();
+  std::size_t sum = 0;
+  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+    const std::size_t begin = frame.group_begin(s);
+    const std::size_t count = frame.group_end[s] - begin;
+    const double period_ns = train.stretches[s].comb.period_ns;
+    const double to_32 = 0x1p32 / period_ns;
+    kernels.line_phases(phase_32_.data() + begin, frame.phase_32.data() + begin,
+                        frame.time_ns.data() + begin,
+                        std::remainder(line.delay_ns, period_ns) * to_32, slope * to_32, count);
+    picks_.push_back(kernels.pick(picked_.data() + begin, phase_32_.data() + begin,
+                                  windows[s].flags(), windows[s].shift(), count));
+    sum += picks_.back();
+  }
+  return sum;
+}
+
+template <class Add>
+void NearSet::visit_near(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                         const PulseTrain& train, const Add& add) const {
+  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+    visit_group(frame, s, windows[s], train.stretches[s], add);
+  }
+  if (!train.single()) visit_between(frame, windows, train, add);
+}
+
+template <class Add>
+void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const CombWindow& window,
+                          const PulseTrain::Stretch& stretch, const Add& add) const {
+  const std::size_t begin = frame.group_begin(group);
+  const double period_ns = stretch.comb.period_ns;
+  const double slope = line.travel_ns / frame.length_ns;
+  const double to_32 = 0x1p32 / period_ns;
+  const double turns_per_ns = 1 / period_ns;
+  // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
+  for (std::size_t n = 0; n < picks_[group]; ++n) {
+    const std::size_t i = begin + picked_[begin + n];
+    const std::uint32_t phase_32 = phase_32_[i];
+    const double coarse = phase_32 / to_32;
+    const double phase =
+        frame.phase_ns[i] - stretch.begin_ns - line.delay_ns - slope * frame.time_ns[i];
+    const double apart = phase - coarse;
+    add(i, coarse + (apart - period_ns * whole(apart * turns_per_ns)), window.candidates(phase_32),
+        window);
+  }
+}
+
+// The line says when these photons left, and so in which stretch.
+template <class Add>
+void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                            const PulseTrain& train, const Add& add) const {
+  const double slope = line.travel_ns / frame.length_ns;
+  for (std::size_t i = frame.group_begin(train.stretches.size()); i < frame.size(); ++i) {
+    double left = frame.phase_ns[i] - line.delay_ns - slope * frame.time_ns[i];
+    left -= train.period_ns * std::floor(left / train.period_ns);
+    const std::size_t s = train.stretch_at(left);
+    const PulseTrain::Stretch& stretch = train.stretches[s];
+    double turns = (left - stretch.begin_ns) / stretch.comb.period_ns;
+    turns -= std::floor(turns);
+    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
+    add(i, turns * stretch.comb.period_ns, windows[s].candidates(phase_32), windows[s]);
+  }
+}
+
+void NearSet::add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
+                         std::span<const CombWindow::Pulse> pulses, const CombWindow& window) {
+  const std::size_t before = residual_ns.size();
+  for (const CombWindow::Pulse& pulse : pulses) {
+    const double residual = phase_ns - pulse.time_ns;
+    if (residual < window.first_ns() || residual > window.last_ns()) continue;
+    residual_ns.push_back(residual);
+    position.push_back(frame.time_ns[photon] / frame.length_ns);
+    amplitude.push_back(pulse.amplitude);
+  }
+  if (residual_ns.size() > before) first.push_back(static_cast<std::uint32_t>(before));
+}
+
+void NearSet::add_to_cell(const FoldedFrame& frame, std::size_t photon, double residual,
+                          const Cells& cells) {
+  if (residual < cells.first_ns || residual > cells.last_ns) return;
+  const double time_ns = frame.time_ns[photon];
+  const double row =
+      std::clamp(time_ns * cells.rows_per_ns + 0.5 * gathered_rows, 0.0, gathered_rows - 1.0);
+  const auto column = static_cast<std::size_t>((residual - cells.first_ns) * cells.per_ns);
+  Cell& cell = cells_[static_cast<std::size_t>(row) * cells.columns + column];
+  cell.weight += 1;
+  cell.residual += residual;
+  cell.position += time_ns * cells.rows_per_ns;
+}
+
+void NearSet::take_cells(double amplitude_of_all) {
+  near_photons = 0;
+  for (const Cell& cell : cells_) {
+    if (cell.weight == 0) continue;
+    first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
+    residual_ns.push_back(cell.residual / cell.weight);
+    position.push_back(cell.position / (cell.weight * gathered_rows));
+    amplitude.push_back(amplitude_of_all);
+    weight.push_back(cell.weight);
+    near_photons += cell.weight;
+  }
+}
+
+}  // namespace splid

@@ -1,0 +1,247 @@
+#include "estimator/sync/sync_lock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splid::sync {
+namespace {
+
+// Design note: while the line is still unknown, a sync may be off its place by a 16th of the
+// period, and by 5 ns at most. 5 ns is ten times the jitter of a bad sync input. Of syncs at random
+// an eighth fit a window of +-T/16, which is far from the 60 % that are asked for.
+constexpr double window_of_period = 1.0 / 16;
+constexpr double widest_window_ps = 5000;
+constexpr double min_agreeing = 0.6;  // of the syncs, doubles aside
+
+constexpr std::size_t first_walk = 64;  // syncs that are followed one by one
+constexpr std::size_t growth = 8;       // each later step takes so many times more syncs
+constexpr std::size_t early_seeds = 8;
+
+constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median absolute deviation
+constexpr std::size_t mad_sample = 1024;  // the median's standard error is then 4 %
+
+double first_window_ps(double period_ps) {
+  return std::min(period_ps * window_of_period, widest_window_ps);
+}
+
+// How far from a line a sync may be: window_ps at period number `centre`, and slope_ps more for
+// each period further away.
+struct Gate {
+  double window_ps = 0;
+  double slope_ps = 0;
+  double centre = 0;
+};
+
+// Follows the syncs from a seed on, one by one. How many periods a step has is counted with a
+// period that is known the better the longer the way: at first to within the ratio `drift`, later
+// to within twice the window over the way.
+class Walk {
+ public:
+  Walk(double seed_ps, double period_ps, double drift)
+      : first_ps_(seed_ps),
+        last_ps_(seed_ps),
+        given_ps_(period_ps),
+        drift_(drift),
+        known_(drift),
+        period_ps_(period_ps),
+        window_ps_(first_window_ps(period_ps)) {}
+
+  void take(double x_ps) {
+    const double step_ps = x_ps - last_ps_;
+    const double steps = round_quickly(step_ps / period_ps_);
+    const double off_ps = std::abs(step_ps - steps * period_ps_);
+    const double slack_ps = window_ps_ + std::abs(step_ps) * known_;
+    if (slack_ps > period_ps_ / 4) {
+      // The gap is too long to say how many periods it has: the walk begins again behind the gap,
+      // and keeps the period that it has found so far.
+      first_ps_ = last_ps_ = x_ps;
+      steps_ = 0;
+    } else if (off_ps > slack_ps) {
+      if (off_ps > period_ps_ * window_of_period) ++astray_;
+    } else if (steps > 0) {
+      advance(x_ps, steps);
+    }
+  }
+
+  [[nodiscard]] bool agrees() const {
+    return accepted_ + 1 >= least_syncs &&
+           static_cast<double>(accepted_) >=
+               min_agreeing * static_cast<double>(accepted_ + astray_);
+  }
+  [[nodiscard]] Line line() const { return {first_ps_, period_ps_}; }
+
+ private:
+  void advance(double x_ps, double steps) {
+    ++accepted_;
+    last_ps_ = x_ps;
+    steps_ += steps;
+    const double way_ps = last_ps_ - first_ps_;
+    known_ = std::min(known_, 2 * window_ps_ / way_ps);
+    period_ps_ = std::clamp(way_ps / steps_, given_ps_ * (1 - drift_), given_ps_ * (1 + drift_));
+  }
+
+  double first_ps_, last_ps_;
+  double given_ps_, drift_;
+  double known_;  // the period is known to within this ratio
+  double period_ps_;
+  double window_ps_;
+  double steps_ = 0;
+  std::size_t accepted_ = 0;  // syncs beside the seed
+  std::size_t astray_ = 0;
+};
+
+// Collects the syncs on a line as points. Of several syncs in one period the nearest stays, and the
+// others count as doubles.
+class Gatherer {
+ public:
+  Gatherer(const Line& line, const Gate& gate, std::vector<double>& residuals)
+      : line_(line),
+        gate_(gate),
+        per_ps_(1 / line.period_ps),
+        near_ps_(line.period_ps * window_of_period),
+        residuals_(residuals.data()) {}
+
+  void take(double x_ps) {
+    const double from_phase_ps = x_ps - line_.phase_ps;
+    const double k = round_quickly(from_phase_ps * per_ps_);
+    const double residual_ps = from_phase_ps - k * line_.period_ps;
+    const double off_ps = std::abs(residual_ps);
+    if (off_ps > gate_.window_ps + std::abs(k - gate_.centre) * gate_.slope_ps) {
+      if (off_ps < near_ps_) ++near_;
+      return;
+    }
+    if (any_ && k == pending_.k) {
+      ++near_;
+      if (off_ps < std::abs(pending_.residual_ps)) pending_.residual_ps = residual_ps;
+      return;
+    }
+    flush();
+    any_ = true;
+    pending_ = {k, residual_ps};
+  }
+
+  Lock finish() {
+    flush();
+    const double sigma = sigma_ps();
+    return {{line_, sums_, first_, pending_}, near_, sigma};
+  }
+
+ private:
+  void flush() {
+    if (!any_) return;
+    if (count_ == 0) first_ = pending_;
+    residuals_[count_++] = pending_.residual_ps;
+    sums_.add(pending_);
+  }
+
+  // From the median absolute residual about the mean, of an evenly thinned sample.
+  double sigma_ps() {
+    if (count_ < least_syncs) return 0;
+    const std::size_t stride = (count_ + mad_sample - 1) / mad_sample;
+    const double mean_ps = sums_.r / sums_.n;
+    std::size_t sample = 0;
+    for (std::size_t i = 0; i < count_; i += stride) {
+      residuals_[sample++] = std::abs(residuals_[i] - mean_ps);
+    }
+    std::nth_element(residuals_, residuals_ + sample / 2, residuals_ + sample);
+    return std::max(sigma_per_mad * residuals_[sample / 2], least_sigma_ps);
+  }
+
+  Line line_;
+  Gate gate_;
+  double per_ps_;
+  double near_ps_;
+  double* residuals_;  // room for one value a sync
+  std::size_t count_ = 0;
+  bool any_ = false;
+  Point pending_, first_;
+  Sums sums_;
+  std::size_t near_ = 0;
+};
+
+Lock gather(std::span<const double> syncs, const Line& line, const Gate& gate,
+            std::vector<double>& scratch) {
+  Gatherer gatherer(line, gate, scratch);
+  for (const double x_ps : syncs) gatherer.take(x_ps);
+  return gatherer.finish();
+}
+
+// What the next pass may accept, by how well this pass knows its line.
+Gate next_gate(const Lock& pass) {
+  const Sums& s = pass.accepted.sums;
+  const double slope = s.sxx() > 0 ? pass.sigma_ps / std::sqrt(s.sxx()) : 0;
+  return {outlier_sigmas * pass.sigma_ps, outlier_sigmas * slope, s.k / s.n};
+}
+
+bool agrees(const Lock& pass, std::size_t syncs) {
+  const double accepted = pass.accepted.sums.n;
+  const double others = static_cast<double>(syncs - pass.near);
+  return accepted >= least_syncs && accepted >= min_agreeing * others;
+}
+
+// Extends the line of a walk over ever more syncs until it goes through all of them; nothing where
+// at some step too few of the syncs lie on it.
+std::optional<Lock> grow(std::span<const double> syncs, std::size_t seed, Line line,
+                         std::vector<double>& scratch) {
+  Gate gate{first_window_ps(line.period_ps), 0, 0};
+  std::size_t count = std::min(first_walk, syncs.size() - seed);
+  while (true) {
+    const auto part = syncs.subspan(seed, count);
+    line = line.at_origin();
+    const Lock pass = gather(part, line, gate, scratch);
+    if (!agrees(pass, part.size())) return std::nullopt;
+    line = regressed(line, pass.accepted.sums);
+    gate = next_gate(pass);
+    if (seed + count == syncs.size()) break;
+    count = std::min(count * growth, syncs.size() - seed);
+  }
+  // All syncs, also those before the seed; then once more, now that the line has settled and its
+  // outliers are known.
+  for (int round = 0; round < 2; ++round) {
+    line = line.at_origin();
+    const Lock pass = gather(syncs, line, gate, scratch);
+    if (!agrees(pass, syncs.size())) return std::nullopt;
+    if (round == 1) return pass;
+    line = regressed(line, pass.accepted.sums);
+    gate = {outlier_sigmas * pass.sigma_ps, 0, 0};
+  }
+  return std::nullopt;
+}
+
+std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
+                              double drift, std::vector<double>& scratch) {
+  Walk walk(syncs[seed], period_ps, drift);
+  const std::size_t end = std::min(syncs.size(), seed + first_walk);
+  for (std::size_t i = seed + 1; i < end; ++i) walk.take(syncs[i]);
+  if (!walk.agrees()) return std::nullopt;
+  return grow(syncs, seed, walk.line(), scratch);
+}
+
+// A sync so close behind another is a reflection of it, or the cable rings. Where every sync has
+// such a double, the doubles are as regular as the true syncs, and late.
+bool is_double(std::span<const double> syncs, std::size_t i, double period_ps) {
+  return i > 0 && syncs[i] - syncs[i - 1] < period_ps * window_of_period;
+}
+
+}  // namespace
+
+// Tries several seeds near the beginning, as the first sync may be a stray, and two further on.
+// Doubles are seeds only where no other seed leads anywhere.
+std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
+                         std::vector<double>& scratch) {
+  const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
+  for (const bool doubles : {false, true}) {
+    for (std::size_t i = 1; i <= early; ++i) {
+      const std::size_t seed = i % early;
+      if (is_double(syncs, seed, period_ps) != doubles) continue;
+      if (const auto found = lock_from(syncs, seed, period_ps, drift, scratch)) return found;
+    }
+  }
+  for (const std::size_t seed : {syncs.size() / 4, syncs.size() / 2}) {
+    if (seed < early) continue;
+    if (const auto found = lock_from(syncs, seed, period_ps, drift, scratch)) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace splid::sync

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimator/sync/drift_regression.hpp"
+
+// Which of a frame's sync tags are syncs of one regular line, when the period is known only about:
+// strays, doubles, gaps and jitter are sorted out here, before the period is measured.
+namespace splid::sync {
+
+inline constexpr std::size_t least_syncs = 3;  // that a line is taken from
+
+// What one pass over the syncs accepted.
+struct Lock {
+  Accepted accepted;
+  std::size_t near = 0;  // not accepted, but doubles, or within a 16th of the period of the line
+  double sigma_ps = 0;   // robust standard deviation of the accepted syncs about their mean
+};
+
+// The line through the syncs whose period is within the ratio `drift` of period_ps, or nothing
+// where less than 60 % of the syncs lie on such a line.
+//
+// syncs: at least least_syncs times in ps from the fit's origin, nearly sorted. scratch: room for
+// as many values as there are syncs. Threads: any, with a scratch each. Allocates nothing.
+std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
+                         std::vector<double>& scratch);
+
+}  // namespace splid::sync
