@@ -6,7 +6,7 @@
 
 namespace splid {
 
-// Closes what the kernel numbered.
+// Owns a file descriptor and closes it.
 class FileDescriptor {
  public:
   FileDescriptor() = default;

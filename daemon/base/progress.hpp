@@ -7,8 +7,8 @@
 
 namespace splid {
 
-// One line on standard error that is written over again and again; nothing where standard error is
-// no terminal.
+// One line on standard error that each show() overwrites. Where standard error is no terminal,
+// nothing is shown.
 //
 // Threads: one. Errors: none.
 class Progress {
@@ -18,7 +18,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // True at most five times a second, so that the text is made only when it will be seen.
+  // True at most five times a second: make the text only then.
   [[nodiscard]] bool due();
   void show(const std::string& text);
   void clear();

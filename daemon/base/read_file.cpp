@@ -42,7 +42,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// errno of what failed; 0: nothing.
+// Returns the errno of a failure, 0 for success.
 int write_text(const std::string& file, const std::string& text) {
   errno = 0;
   std::ofstream out(file, std::ios::binary);
@@ -52,13 +52,13 @@ int write_text(const std::string& file, const std::string& text) {
   return errno != 0 ? errno : EIO;
 }
 
-// Where a file is put, links followed; absent: it is written where it is. A device, such as
-// /dev/stdout, has no place that another file could be put into, and a folder that nobody may write
-// to has none either.
+// The place that a finished file can be renamed to, with links followed. Absent where the file has
+// to be written directly: a device such as /dev/stdout cannot be replaced by another file, and
+// neither can a file in a folder that this process may not write to.
 std::optional<fs::path> replaceable(const std::string& file, const fs::file_status& before) {
   std::error_code failure;
   const bool is_there = fs::exists(before);
-  // That a file is not there yet is an error code, too, but no failure.
+  // For a file that does not exist yet, `failure` is set too, although nothing has failed.
   if (is_there ? !fs::is_regular_file(before) : fs::is_symlink(file, failure)) return std::nullopt;
   failure.clear();
   fs::path place = is_there ? fs::canonical(file, failure) : fs::path(file);
@@ -67,7 +67,7 @@ std::optional<fs::path> replaceable(const std::string& file, const fs::file_stat
   return place;
 }
 
-// errno of what failed; 0: nothing.
+// Returns the errno of a failure, 0 for success.
 int write_and_replace(const fs::path& place, const std::string& text,
                       const fs::file_status& before) {
   const std::string beside = place.string() + "." + std::to_string(::getpid()) + ".part";
@@ -81,8 +81,8 @@ int write_and_replace(const fs::path& place, const std::string& text,
 
 }  // namespace
 
-// Design note: beside it first, and then in its place, so that a full disk or a kill leaves what
-// was there.
+// Design note: the text is written into another file beside `file`, which is then renamed to
+// `file`. So a full disk or a kill leaves the old file unchanged.
 void write_file(const std::string& file, const std::string& text) {
   std::error_code failure;
   const fs::file_status before = fs::status(file, failure);

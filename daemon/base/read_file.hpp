@@ -5,25 +5,25 @@
 
 namespace splid {
 
-// A whole file that a person named.
-// Errors: Error(Fault::usage) with the file and the errno text where it cannot be read.
+// Reads a whole file that a person named.
+// Errors: Error(Fault::usage) with the file and the errno text where the file cannot be read.
 std::string read_file(const std::string& file);
 
-// Its first bytes, at most count; likewise.
+// Reads the first bytes of such a file, at most `count`. Errors: as read_file().
 std::string read_start(const std::string& file, std::size_t count);
 
-// Writes a whole file, over one that is there, which stays as it was where that fails.
+// Writes a whole file. An existing file is replaced, and stays unchanged where writing fails.
 // Errors: Error(Fault::device) with the file and the errno text.
 void write_file(const std::string& file, const std::string& text);
 
-// Before a command does what it cannot take back, such as having a generator play, for a result
-// that would then have nowhere to go. Errors: Error(Fault::usage) where `file` is there and `force`
-// is not given, for a command's --force; Error(Fault::device) where its folder is not there, or it
-// cannot be written.
+// Checks that a result can be written to `file`, before a command does something that it cannot
+// take back, such as having a generator play. force: the command's --force. Errors:
+// Error(Fault::usage) where `file` exists and `force` is false; Error(Fault::device) where its
+// folder does not exist or the file cannot be written.
 void check_may_write(const std::string& file, bool force);
 
-// Before minutes of work whose result would have nowhere to go. Nothing for an empty name.
-// Errors: Error(Fault::device) where the file's folder does not exist.
+// Checks that the folder of `file` exists, before minutes of work for a result in that file. Does
+// nothing for an empty name. Errors: Error(Fault::device) where the folder does not exist.
 void check_folder_of(const std::string& file);
 
 }  // namespace splid

@@ -5,25 +5,29 @@
 
 namespace splid {
 
-// How long a work of several parts, done one after the other, still takes: what each was expected
-// to take from a trial of it, corrected by what those that are done took.
+// Reckons how long a work of several parts, done one after the other, still takes. A trial of each
+// part tells beforehand how long that part is expected to take; the times that the finished parts
+// really took correct the expectation of the parts to come.
 //
 // Threads: one. Errors: none.
 class TimeLeft {
  public:
-  // Before the first part begins, in the order in which they are done.
+  // Adds a part that is expected to take so long. To be called for all parts, in the order in which
+  // they will be done, before the first part begins.
   void expect(double seconds) {
     expected_s_.push_back(seconds);
     all_expected_s_ += seconds;
   }
 
-  // The part that is being done took this long so far, and is this much done, 0 to 1; s.
+  // Seconds left, when the current part has taken took_s so far. part: how much of the current part
+  // is done, 0 to 1.
   [[nodiscard]] double left_s(double part, double took_s) const;
-  // It is done; or, with took_s 0, left out.
+  // The current part is finished and took took_s; 0: the part was left out.
   void finish(double took_s);
 
  private:
-  // What is done took over what it was expected to take; hardly that before much is done.
+  // The time that the finished parts took over the time expected of them; held near 1 while little
+  // is finished.
   [[nodiscard]] double factor() const;
 
   std::vector<double> expected_s_;

@@ -5,9 +5,10 @@
 
 namespace splid {
 
-// What wakes a thread from a poll of descriptors.
+// Wakes a thread that waits in a poll of descriptors: the thread polls get(), another thread calls
+// notify().
 //
-// Threads: notify() and clear() from any.
+// Threads: any for notify() and clear().
 class WakeDescriptor {
  public:
   WakeDescriptor() : descriptor_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}

@@ -38,7 +38,7 @@ struct CtlCommand {
   bool force = false;
 };
 
-// As the options say, or the daemon's own default.
+// The endpoint that the options name, or else the default.
 std::string endpoint_of(const CtlCommand& options) {
   std::string endpoint = options.endpoint;
   if (endpoint.empty()) {
@@ -64,7 +64,7 @@ std::optional<CurveClient> keys_of(const CtlCommand& options) {
                      asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
 }
 
-// The text of a reply's member; empty where there is none.
+// The text of a member of the reply; empty where the reply has no such member.
 std::string text_of(const ControlReply& reply, const char* name) {
   const auto value = nlohmann::json::parse(reply.find(name), nullptr, false);
   return value.is_string() ? value.get<std::string>() : "";
@@ -109,7 +109,8 @@ void print_status(const ControlReply& reply) {
   }
 }
 
-// The daemon does not know what the file is called here.
+// Puts the pattern file's name into a text of the daemon, which does not know that name and writes
+// PATTERN.json.
 std::string with_name(std::string text, const std::string& file) {
   constexpr std::string_view placeholder = "PATTERN.json";
   for (std::size_t at = 0; (at = text.find(placeholder, at)) != std::string::npos;) {

@@ -48,7 +48,7 @@ bool is_among(const std::vector<std::string>& topics, const std::string& topic) 
                      [&](const std::string& prefix) { return topic.rfind(prefix, 0) == 0; });
 }
 
-// "   12.034 m ± 0.6 mm": a value with its standard deviation in a smaller unit.
+// A value in a column of the given width; a dash where there is no value.
 std::string column(fmt::format_string<double> pattern, const std::optional<double>& value,
                    double factor, int width) {
   if (!value) return fmt::format("{:>{}}", "-", width);
@@ -108,7 +108,7 @@ class Listening {
   }
 
  private:
-  // Status says when the daemon stops, so it is heard whether it is to be shown or not.
+  // The topics asked for and the status, which is needed to notice that the daemon stops.
   static std::vector<std::string> subscriptions(const ListenCommand& options) {
     std::vector<std::string> topics = options.topics;
     if (!is_among(topics, topic_status)) topics.emplace_back(topic_status);
@@ -143,14 +143,15 @@ class Listening {
     if (options_.count != 0 && shown_ == options_.count) done_ = true;
   }
 
-  // A refusal is said once and tried again: whoever keeps the server may let this key in meanwhile.
+  // Reports each change of the connection once. After a refusal the subscriber goes on trying,
+  // since the server's allow-list may get this key meanwhile.
   void look_at_connection() {
     using State = HandshakeWatch::State;
     const State state = subscriber_.state();
     if (state == said_ || state == State::pending) return;
     const bool is_first = said_ == State::pending && state == State::connected;
     said_ = state;
-    if (is_first) return;  // as it should be
+    if (is_first) return;  // connecting at once is no news
     std::fprintf(stderr, "splid: %s\n", connection(state).c_str());
   }
 
@@ -179,7 +180,7 @@ class Listening {
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
-  std::uint64_t shown_ = 0;  // messages
+  std::uint64_t shown_ = 0;  // messages printed
   bool done_ = false;
 };
 

@@ -9,10 +9,10 @@
 
 namespace splid {
 
-// What an option's number must be, said with what was given; CLI11's own sentences have bounds of
-// 309 digits.
+// Checks of an option's number. Their errors say what was given and what is expected; CLI11's own
+// errors show bounds of 309 digits.
 
-// In [min, max].
+// A number in [min, max].
 inline CLI::Validator number_between(double min, double max) {
   return {[min, max](const std::string& text) {
             char* end = nullptr;
@@ -36,7 +36,7 @@ inline CLI::Validator number_above_zero() {
           "NUMBER"};
 }
 
-// A count: digits alone. CLI11 takes -1 for the largest number that there is.
+// A count: only digits. Without this check CLI11 would take -1 as the largest possible number.
 inline CLI::Validator whole_number() {
   return {[](const std::string& text) {
             const bool is_whole = !text.empty() && text.size() < 20 &&

@@ -123,7 +123,7 @@ void add_pattern(CLI::App& app, Action& action) {
   CLI::App* pattern = app.add_subcommand("pattern", "Make a pattern file");
   pattern->require_subcommand(1);
   const auto options = std::make_shared<PatternCommand>();
-  // Keeps the options for as long as the command that refers to them.
+  // The command refers to the options, so this callback keeps them alive as long as the command.
   pattern->parse_complete_callback([options] {});
   add_kinds(*pattern, *options, action);
 }

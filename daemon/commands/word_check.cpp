@@ -20,7 +20,7 @@ std::string suggested(std::string_view word, const std::vector<std::string>& nam
   return suggest_name(word, known);
 }
 
-// The command that the first words name. so_far: filled with its words.
+// The command that the first words name. so_far: these words are appended to it.
 const CLI::App* find_command(const CLI::App& app, int argc, char** argv, std::string& so_far) {
   const CLI::App* command = &app;
   for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
@@ -43,7 +43,7 @@ const CLI::App* find_command(const CLI::App& app, int argc, char** argv, std::st
   return command;
 }
 
-// Of the command, of those that it may go on with, and of those that it belongs to.
+// Adds the names of the options of a command and of all its subcommands.
 void add_options(const CLI::App& command, std::vector<std::string>& names) {
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -52,7 +52,7 @@ void add_options(const CLI::App& command, std::vector<std::string>& names) {
   for (const CLI::App* sub : command.get_subcommands(nullptr)) add_options(*sub, names);
 }
 
-// "--name" of "--name=value", "-n" of "-nvalue"; empty for a value, such as -5.
+// "--name" for "--name=value", "-n" for "-nvalue"; empty for a value such as -5.
 std::string option_name(std::string_view word) {
   if (word.size() < 2 || word[0] != '-') return {};
   if (word[1] == '-') return std::string(word.substr(0, word.find('=')));
@@ -75,7 +75,7 @@ void check_words(const CLI::App& app, int argc, char** argv) {
   }
   for (int i = 1; i < argc; ++i) {
     const std::string name = option_name(argv[i]);
-    if (name == "--") return;  // what follows is no option
+    if (name == "--") return;  // after "--" there are no options
     if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
     std::string sentence = "no option " + name;
     if (name.size() > 2) sentence.append(suggested(name, names));

@@ -6,11 +6,11 @@ class App;
 
 namespace splid {
 
-// Looks at the words of a command line before CLI11 does, which would call a mistyped command
-// "unexpected", and say of a mistyped option that another one is required.
+// Checks the words of a command line before CLI11 reads it. CLI11 would call a mistyped command
+// "unexpected", and after a mistyped option would complain that another option is missing.
 //
-// Errors: Error(Fault::usage) for a word that is no command where one must stand, and for an option
-// that the command does not have; each with the nearest that there is.
+// Errors: Error(Fault::usage) for an unknown command and for an option that the command does not
+// have, each with the nearest known name.
 void check_words(const CLI::App& app, int argc, char** argv);
 
 }  // namespace splid

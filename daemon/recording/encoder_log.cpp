@@ -19,7 +19,8 @@ EncoderLog::EncoderLog(const std::string& recording, std::unique_ptr<EncoderSour
   flush();
 }
 
-// A source that is not live gives batches for ever: as many as the markers ask for.
+// An encoder that is not live would give batches for ever, so it is read only as far as the markers
+// ask for.
 void EncoderLog::write(std::span<const Tag> tags) {
   for (const Tag& tag : tags) markers_ += (channels_.roles(tag) & role_marker) != 0 ? 1 : 0;
   while ((source_->live() || counts_ < markers_) && source_->next(batch_)) {

@@ -12,23 +12,25 @@
 
 namespace splid {
 
-// Where the counts of a recording are kept.
+// The file that keeps the encoder counts of a recording.
 inline std::string encoder_file_of(const std::string& recording) {
   return recording + ".encoder.csv";
 }
 
-// Keeps the encoder's counts beside a recording, as they came.
+// Writes the encoder's counts, unchanged, into a file beside a recording.
 //
-// Threads: one. Errors: Error(Fault::device) where the file cannot be written; those of the source.
+// Threads: one. Errors: Error(Fault::device) where the file cannot be written; those of the
+// encoder.
 class EncoderLog {
  public:
   // source: not null.
   EncoderLog(const std::string& recording, std::unique_ptr<EncoderSource> source,
              const ChannelMap& channels);
 
-  // Counts that came, or that go with these tags of the recording.
+  // Writes the counts that a live encoder has sent by now. From an encoder that is a file, writes
+  // as many counts as there are encoder markers among `tags`, the next tags of the recording.
   void write(std::span<const Tag> tags);
-  // Hands what was written to the system, so that a killed recorder keeps it.
+  // Hands the counts to the operating system, so that they survive a killed recorder.
   void flush();
 
  private:
@@ -37,8 +39,8 @@ class EncoderLog {
   std::unique_ptr<EncoderSource> source_;
   ChannelMap channels_;
   EncoderBatch batch_;
-  std::int64_t markers_ = 0;  // in the recording
-  std::int64_t counts_ = 0;   // written
+  std::int64_t markers_ = 0;  // encoder markers in the recording so far
+  std::int64_t counts_ = 0;   // counts written so far
 };
 
 }  // namespace splid

@@ -16,12 +16,13 @@
 namespace splid {
 namespace {
 
-// Bytes kept before they are written: large enough that a call costs little beside its copy, small
-// enough that memory does not count.
+// Bytes kept before they are written: so many that a system call costs little beside the copy of
+// the bytes, and so few that the memory does not matter.
 constexpr std::size_t block_bytes = 1 << 20;
 constexpr std::size_t block_tags = block_bytes / 4;
 
-// Time of a recording's first tag in it. Tags may still come that much earlier.
+// The time that a recording's first tag gets in the file. Later tags may be this much earlier than
+// the first tag.
 constexpr std::int64_t lead_ps = 1'000'000;
 
 constexpr std::uint64_t ptu_record_bytes = 4;
@@ -33,7 +34,7 @@ constexpr std::int64_t ps_per_ms = 1'000'000'000;
 PtuWriter::PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock, bool overwrite)
     : file_(std::move(file)), facts_(std::move(facts)), clock_(clock) {
   pending_.reserve(2 * block_bytes);
-  // Until the first tag says better.
+  // A guess until the first tag comes.
   clock_.anchor(0);
   facts_.created_unix_s = clock_.unix_s(0);
   facts_.guid.clear();
@@ -43,7 +44,8 @@ PtuWriter::PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock,
     begin_file(is_new);
   } catch (const Error&) {
     ::close(descriptor_);
-    // Nothing that could be read: a recorder that tries again would leave one each time.
+    // The file holds nothing that could be read, and a recorder that tries again would leave
+    // another such file each time.
     if (is_new) ::unlink(file_.c_str());
     throw;
   }
@@ -54,7 +56,7 @@ PtuWriter::~PtuWriter() {
   if (descriptor_ != -1) ::close(descriptor_);
 }
 
-// Whether the file was not there before.
+// Returns whether the file is new.
 bool PtuWriter::open(bool overwrite) {
   constexpr int how = O_WRONLY | O_CLOEXEC;
   descriptor_ = ::open(file_.c_str(), how | O_CREAT | O_EXCL, 0666);
@@ -68,7 +70,8 @@ bool PtuWriter::open(bool overwrite) {
   throw Error(Fault::device, file_ + ": cannot be made: " + std::strerror(errno));
 }
 
-// Neither waits for a pipe's other end nor writes over a disk.
+// Looks at the file's type before opening it, so that the recorder never waits for the other end of
+// a pipe and never writes over a disk.
 int PtuWriter::open_existing(int how) const {
   struct stat status {};
   if (::stat(file_.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISCHR(status.st_mode)) {
@@ -79,7 +82,7 @@ int PtuWriter::open_existing(int how) const {
   return ::open(file_.c_str(), how | O_CREAT, 0666);
 }
 
-// What was there stays as it was until there is room for the header.
+// A file that was there before stays unchanged until there is room for the header.
 void PtuWriter::begin_file(bool is_new) {
   struct stat before {};
   const bool is_kept = !is_new && ::fstat(descriptor_, &before) == 0 && S_ISREG(before.st_mode);
@@ -143,7 +146,7 @@ std::uint64_t PtuWriter::give_up() {
   try {
     write_header();
   } catch (const Error&) {
-    // The one before counts the records that were there then.
+    // The old header, which counts the records that were there then, stays valid.
   }
   ::close(std::exchange(descriptor_, -1));
   return lost;
@@ -158,8 +161,8 @@ void PtuWriter::begin(std::int64_t first_tag_ps) {
   write_header();
 }
 
-// The count follows the records that it counts: whoever ends the program between the two leaves one
-// that is too small, never one too large.
+// The records are written first and their count afterwards: a program that is killed between the
+// two leaves a count that is too small, never one that is too large.
 void PtuWriter::write_pending() {
   if (pending_.empty()) return;
   write_at(pending_, written_bytes_);
@@ -170,8 +173,9 @@ void PtuWriter::write_pending() {
   write_header_part(ptu_record_count_at(header_.size()), header_.size());
 }
 
-// Design note: only the bytes that have changed, which a killed program leaves whole or as they
-// were: the system copies a page at once, and looks for signals between two.
+// Design note: only the bytes that have changed are written. A killed program leaves them either
+// all old or all new, since the kernel copies a page at once and looks for signals only between
+// pages.
 void PtuWriter::write_header() {
   facts_.record_count = written_records();
   const std::vector<std::byte> next = make_ptu_header(facts_);
@@ -195,7 +199,8 @@ std::string PtuWriter::what_is_there(std::uint64_t bytes) const {
   return "after " + std::to_string(std::max(bytes, written_bytes_)) + " bytes; these can be read";
 }
 
-// offset: of the first byte; afterwards of the first that was not written, also where it throws.
+// offset: of the first byte to write; afterwards of the first byte that was not written, also where
+// this throws.
 void PtuWriter::write_at(std::span<const std::byte> bytes, std::uint64_t& offset) {
   while (!bytes.empty()) {
     const ssize_t count =

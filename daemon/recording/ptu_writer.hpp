@@ -13,43 +13,51 @@
 
 namespace splid {
 
+// The room daemon/recording keeps tags on the disk: as one file for `splid record`
+// (record_source.hpp), and while the daemon measures as one file after the other
+// (recording_tap.hpp, rotating_writer.hpp). Both write their files with this class, so read it
+// first.
+
 // Writes a PTU recording from a stream of tags. Any reader can read the file at any moment, also
-// after a kill -9: its header is there from the start and is written over in place when the first
-// tag tells the origin of device time, when losses change and at the end; its record count follows
-// each block of records, and never counts one that is not there.
+// after a kill -9. The header is there from the start and is written over in place when the first
+// tag tells the origin of device time, when losses change and at the end. The header's record count
+// is updated after each block of records and never counts a record that is not there.
 //
 // Threads: one. Errors: Error(Fault::usage) where the file exists and may not be overwritten, or is
-// none; Error(Fault::device) with the file, the bytes written and the errno text when it cannot be
-// written; what was written stays readable. A file that was there is as it was where the recording
-// cannot be begun for want of room, and is never removed.
+// a folder, a disk, a pipe or a socket; Error(Fault::device) with the file, the bytes written and
+// the errno text when writing fails, after which the part already written stays readable. Where the
+// disk has no room to begin the recording, a file that was there before stays unchanged; such a
+// file is never removed.
 class PtuWriter {
  public:
-  // facts: instrument, release, pattern and configuration; the rest is filled in here.
+  // facts: instrument, release, pattern and configuration; the writer fills in the rest.
   PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock, bool overwrite);
-  // Leaves the file as it was after the last flush where close() was not called.
+  // Where close() was not called, leaves the file as the last flush() left it.
   ~PtuWriter();
   PtuWriter(const PtuWriter&) = delete;
   PtuWriter& operator=(const PtuWriter&) = delete;
 
-  // Keeps them in memory until there is a block to write, or flush().
+  // Keeps the tags in memory until they fill a block or flush() is called.
   void write(std::span<const Tag> tags);
-  // Hands all but the last microsecond of tags to the system. To be called at least twice a second.
+  // Hands all tags but those of the last microsecond to the operating system. To be called at least
+  // twice a second.
   void flush();
-  // Writes what is left, and the header with its count and losses. Once, and nothing after it.
+  // Writes the tags that are left, and the header with the final count and the losses. To be called
+  // once, and nothing after it.
   void close();
-  // Instead of close() where writing failed: ends the file with what it has, says so in its header
-  // if the disk lets it, and returns how many tags given to write() are not in it and not among its
-  // losses. Errors: none.
+  // To be called instead of close() after writing failed: ends the file after the records that it
+  // has and updates its header, if the disk allows that. Returns how many of the tags given to
+  // write() are neither in the file nor among its losses. Errors: none.
   std::uint64_t give_up();
 
-  // In the file, or to be.
+  // Size of the file once everything pending is written.
   [[nodiscard]] std::uint64_t bytes() const { return pending_at_ + pending_.size(); }
   [[nodiscard]] std::uint64_t records() const { return encoder_.records(); }
-  // As the header has them.
+  // The losses that the header lists.
   [[nodiscard]] const std::vector<Loss>& losses() const { return facts_.losses; }
-  // In the file by now, overflows included.
+  // Records that are in the file by now, overflow records included.
   [[nodiscard]] std::uint64_t written_records() const;
-  // Tags that no record can hold: see PtuEncoder. Part of lost_tags().
+  // Tags that no record can hold (see PtuEncoder); lost_tags() includes them.
   [[nodiscard]] std::uint64_t rejected() const { return encoder_.rejected(); }
   [[nodiscard]] std::uint64_t lost_tags() const { return encoder_.losses().lost_tags(); }
 
@@ -61,7 +69,7 @@ class PtuWriter {
   void write_pending();
   void write_header();
   void write_header_part(std::size_t begin, std::size_t end);
-  // Of this file, for an error. bytes: written so far.
+  // How much of the file is there, for an error's sentence. bytes: written so far.
   [[nodiscard]] std::string what_is_there(std::uint64_t bytes) const;
   void write_at(std::span<const std::byte> bytes, std::uint64_t& offset);
 
@@ -72,9 +80,10 @@ class PtuWriter {
   PtuEncoder encoder_{0};
   bool begun_ = false;
   std::vector<std::byte> pending_;
-  std::vector<std::byte> header_;    // as it is in the file
-  std::uint64_t pending_at_ = 0;     // place in the file of the first byte in pending_
-  std::uint64_t written_bytes_ = 0;  // header included; past pending_at_ after a failed write alone
+  std::vector<std::byte> header_;  // the header's bytes as they are in the file
+  std::uint64_t pending_at_ = 0;   // offset in the file of the first byte in pending_
+  std::uint64_t written_bytes_ =
+      0;  // header included; beyond pending_at_ only after a failed write
 };
 
 }  // namespace splid

@@ -29,13 +29,14 @@ namespace {
 constexpr std::chrono::milliseconds idle{100};
 constexpr std::size_t tags_at_once = 65'536;
 
-// A killed recorder may lose half a second; a little less leaves time for the write.
+// A killed recorder may lose half a second of tags; flushing a little more often leaves time for
+// the write itself.
 constexpr std::int64_t flush_interval_ns = 400'000'000;
 
-// A source that still connects, or has buffered, may be that late.
+// A source that is still connecting, or that buffers its tags, may be this late.
 constexpr double patience_s = 5;
 
-// First and last time of a stream, for its length.
+// The first and the last time of a stream, which give its length.
 struct Extent {
   std::optional<std::int64_t> first_ps;
   std::int64_t last_ps = 0;
@@ -106,7 +107,7 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   }
   recorder.close();
   if (encoder) {
-    encoder->write({});  // what came meanwhile
+    encoder->write({});  // the counts that came meanwhile
     encoder->flush();
   }
   thread.join();

@@ -12,26 +12,26 @@
 namespace splid {
 
 struct RecordSummary {
-  std::uint64_t records = 0;    // of the file, overflows included
-  std::uint64_t lost_tags = 0;  // known count, those that no record can hold included
+  std::uint64_t records = 0;    // in the file, overflow records included
+  std::uint64_t lost_tags = 0;  // known count; includes tags that no record can hold
   std::uint64_t bytes = 0;
   double seconds = 0;  // of the tagger's clock, first tag to last
 };
 
-// For how much of a stream.
+// How much of a stream to record.
 struct RecordLimit {
-  double seconds = 0;  // of the tagger's clock; 0: to its end
-  // Hears a few times a second how many there are.
+  double seconds = 0;  // of the tagger's clock; 0: to the end of the stream
+  // Called a few times a second with the seconds recorded so far.
   std::function<void(double seconds)> progress = [](double) {};
 };
 
-// From a source straight into a PTU recording, until the stream ends or a stop is requested; what
-// the ring then holds is written too. The counts of an encoder, where there is one, go beside it.
-// Shows its progress on a terminal.
+// Records a source's tags into one PTU file, until the stream ends, the limit is reached or a stop
+// is requested; the tags that the ring then holds are written too. The counts of a configured
+// encoder go into a file beside the recording. Shows its progress on a terminal.
 //
-// Threads: made and run on one; the source gets its own. Errors: those of the source, after the
-// recording was closed, and of the recorder; Error(Fault::device)
-// where a live source sends less than limit.seconds in that time and 5 s more.
+// Threads: the caller's; the source gets a thread of its own. Errors: those of the source, thrown
+// after the recording was closed; those of PtuWriter; Error(Fault::device) where a live source
+// takes more than limit.seconds and 5 s to send limit.seconds of tags.
 RecordSummary record_source(const Config& config, TagSource& source, const std::string& file,
                             bool overwrite, const Clock& clock, const std::stop_token& stop,
                             const RecordLimit& limit = {});

@@ -31,12 +31,12 @@ constexpr std::size_t least_digits = 6;
 struct Kept {
   std::uint64_t number = 0;
   std::string path;
-  std::uint64_t bytes = 0;  // with its counts
+  std::uint64_t bytes = 0;  // of the recording and its encoder counts
 };
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// Absent where `name` is not one that file_name() makes.
+// The number in a recording's name; absent where file_name() does not make such names.
 std::optional<std::uint64_t> number_of(std::string_view name) {
   if (name.size() < shape.size() + least_digits + ending.size()) return std::nullopt;
   for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -65,7 +65,8 @@ std::uint64_t size_of(const std::string& path) {
   return absent ? 0 : bytes;
 }
 
-// Oldest first. By number, not by name: the host's UTC may have been set back.
+// Sorted from the oldest to the newest: by number and not by name, since the host's UTC may have
+// been set back.
 std::vector<Kept> recordings_in(const std::string& folder) {
   std::vector<Kept> kept;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
@@ -85,8 +86,8 @@ RecordingFolder::~RecordingFolder() {
   if (lock_ != -1) ::close(lock_);
 }
 
-// The kernel lets go of it with the process, however that ends. A file system that has no such
-// locks is used without.
+// The kernel releases the lock when the process ends, however it ends. A file system that has no
+// such locks is used without a lock.
 void RecordingFolder::lock() {
   if (lock_ != -1) return;
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -121,7 +122,7 @@ std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
 std::uint64_t RecordingFolder::free_bytes() const {
   std::error_code absent;
   const fs::space_info space = fs::space(path_, absent);
-  // Whatever is wrong with the folder, making a file in it says so.
+  // Where the folder cannot be looked at, making a file in it will say what is wrong.
   return absent ? UINT64_MAX : space.available;
 }
 

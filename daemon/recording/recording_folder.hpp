@@ -6,26 +6,28 @@
 
 namespace splid {
 
-// The folder of a daemon's recordings: splid-20261121T201500Z-000001.ptu, UTC of the first tag and
-// a running number that goes on where the folder's files end. A folder belongs to one daemon at a
-// time, which removes old files in it: from the first next() on no other can use it.
+// The folder of a daemon's recordings. Their names are like splid-20261121T201500Z-000001.ptu: the
+// UTC time of the first tag, and a running number that goes on from the highest number in the
+// folder. Since a daemon removes old files, a folder belongs to one daemon at a time: from the
+// first next() on, no other daemon can use it.
 //
-// Threads: one. Errors: Error(Fault::device) naming the folder, and the file that stands in the
-// way, or that another daemon uses it.
+// Threads: one. Errors: Error(Fault::device), which names the folder and says which file stands in
+// the way or that another daemon uses the folder.
 class RecordingFolder {
  public:
-  // path: need not be there yet. max_bytes: of the recordings in it, with what is beside them.
+  // path: the folder need not exist yet. max_bytes: limit for all recordings in it together with
+  // their files of encoder counts.
   RecordingFolder(std::string path, std::uint64_t max_bytes)
       : path_(std::move(path)), max_bytes_(max_bytes) {}
   ~RecordingFolder();
   RecordingFolder(const RecordingFolder&) = delete;
   RecordingFolder& operator=(const RecordingFolder&) = delete;
 
-  // Where the next recording goes. Makes the folder, and removes its oldest recordings until
-  // file_bytes more are within the limit; files of other names are neither counted nor touched.
-  // Call it when no file is being written.
+  // The path for the next recording. Makes the folder, and removes the oldest recordings until
+  // file_bytes more are within the limit; files with other names are neither counted nor touched.
+  // To be called only while no recording is being written.
   std::string next(double unix_s, std::uint64_t file_bytes);
-  // Room on the disk for those who are not root.
+  // Free room on the folder's disk, as a user other than root has it.
   [[nodiscard]] std::uint64_t free_bytes() const;
 
  private:
@@ -33,8 +35,8 @@ class RecordingFolder {
 
   std::string path_;
   std::uint64_t max_bytes_;
-  std::uint64_t number_ = 0;  // the last one given
-  int lock_ = -1;             // the folder, open; -1: not yet
+  std::uint64_t number_ = 0;  // of the last path given
+  int lock_ = -1;             // descriptor of the locked folder; -1: not locked yet
 };
 
 }  // namespace splid

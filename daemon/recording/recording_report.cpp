@@ -20,11 +20,11 @@
 namespace splid {
 namespace {
 
-// Where a recording's syncs are: on the channel that its own configuration names, or else where PTU
-// has syncs.
+// Where a recording's syncs are: on the channel that the configuration in its header names, or else
+// in PTU's own sync records.
 struct SyncChannel {
   ChannelName channel{TagKind::sync, 0};
-  std::string of;  // in words, where it is no sync record; else empty
+  std::string of;  // the channel in words; empty for PTU's own sync records
 };
 
 SyncChannel sync_channel(const PtuHeader& header) {
@@ -83,7 +83,7 @@ std::string report_times(const RecordingInfo& info, double duration_s) {
       *info.first_ps, *info.last_ps, duration_s);
 }
 
-// With two digits of the deviation.
+// The period is printed with as many digits as show two digits of its standard deviation.
 std::string report_sync_period(const std::optional<MeasuredPeriod>& period, const std::string& of) {
   if (!period) return "  sync period    none that fits" + of + "\n";
   const double std_ps = period->std_period_ps;

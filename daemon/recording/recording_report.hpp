@@ -4,10 +4,11 @@
 
 namespace splid {
 
-// What a PTU recording holds, in lines for people: record type, counts by channel, times, rates,
-// the sync period found, splid's own facts. Reads the whole file.
+// What `splid check` prints of a PTU recording, in lines for people: its record type, its counts by
+// channel, times, rates, the sync period found in it, and splid's own facts in its header. Reads
+// the whole file.
 //
-// Errors: Error(Fault::data) with the file and the byte offset where it cannot be decoded.
+// Errors: Error(Fault::data) with the file and the byte offset where the file cannot be decoded.
 std::string report_recording(const std::string& file);
 
 }  // namespace splid

@@ -21,38 +21,41 @@
 
 namespace splid {
 
-// Encoder batches on their way from the thread that publishes to the one that records.
+// Encoder batches on their way from the thread that publishes to the thread that records.
 //
 // Threads: any; locks. Errors: none.
 class CountsQueue {
  public:
-  // Past 65,536 batches the newest are dropped, and the next one says overrun.
+  // When 65,536 batches wait, a new batch is dropped, and the next batch taken says overrun.
   void put(const EncoderBatch& batch);
-  // False where there is none.
+  // Takes the oldest batch. False where no batch waits.
   bool take(EncoderBatch& batch);
 
  private:
   std::mutex mutex_;
-  std::vector<EncoderBatch> batches_;  // under the mutex, from first_ on
-  std::size_t first_ = 0;              // likewise
-  bool overrun_ = false;               // likewise
+  // All three guarded by mutex_.
+  std::vector<EncoderBatch> batches_;  // those from index first_ on still wait
+  std::size_t first_ = 0;
+  bool overrun_ = false;
 };
 
-// Keeps what is measured from, on a thread of its own: the framer's thread copies its tags into a
-// ring, `recorder` takes them from there into files. Of a live source the framer never waits: when
-// the ring is full the newest tags are dropped, and a loss in the recording. Of another it does, so
-// that the recording of a replay is whole.
+// Records the tags that the daemon measures from. The framer's thread copies its tags into a ring;
+// the tap's own thread, `recorder`, takes them from the ring into files. With a live source the
+// framer never waits for the recorder: when the ring is full, the newest tags are dropped and
+// become a loss in the recording. With a source that can wait, such as a replay, the framer waits,
+// so that the recording is whole.
 //
-// What comes is in the hands of the system within half a second, so that a killed daemon loses no
-// more. It is not forced onto the disk: a machine that loses power loses what the system had not
+// Tags reach the operating system within half a second, so that a killed daemon loses no more than
+// that. They are not forced onto the disk: a machine that loses power loses what the system had not
 // written yet.
 //
 // Threads: take() and finish() the framer's; take_counts() the publisher's; fault() and file() any;
-// summary() once finish() was called. Errors: none; the disk's are in fault(). take() allocates
-// nothing and takes no lock.
+// summary() once finish() was called. Errors: none; faults of the disk are in fault(). take()
+// allocates nothing and takes no lock.
 class RecordingTap final : public TagTap {
  public:
-  // config, clock: outlive this. say: hears, on the recorder's thread, of what is lost and why.
+  // clock: outlives this. say: takes a sentence, on the recorder's thread, about what is lost and
+  // why.
   RecordingTap(const Config& config, const SourceInfo& source, const Clock& clock,
                std::function<void(const std::string&)> say);
   ~RecordingTap() override;
@@ -62,15 +65,17 @@ class RecordingTap final : public TagTap {
   void take(std::span<const Tag> tags) override;
   void finish() override;
 
-  // There is an encoder, whose counts go beside the files. Before the first tag.
+  // Says that there is an encoder, whose counts go into a file beside each recording. To be called
+  // before the first tag.
   void expect_counts() { has_counts_ = true; }
   void take_counts(const EncoderBatch& batch) { counts_.put(batch); }
 
-  // Why nothing is recorded, in a sentence; empty while all is well.
+  // Why nothing is recorded at present, in a sentence; empty while all is well.
   [[nodiscard]] std::string fault() const;
-  // The last file begun; empty: none yet.
+  // The file begun last; empty: no file yet.
   [[nodiscard]] std::string file() const;
-  // Waits until all is written.
+  // Waits until every tag is written; says in a sentence how many recordings there are and what is
+  // lost.
   [[nodiscard]] std::string summary();
 
  private:
@@ -80,19 +85,20 @@ class RecordingTap final : public TagTap {
 
   const Clock& clock_;
   std::function<void(const std::string&)> say_;
-  bool waits_;  // the source can
+  bool waits_;  // take() waits for room, since the source can wait
   bool has_counts_ = false;
   CountsQueue counts_;
   TagRing ring_;
   DroppingSink dropping_;
-  bool finished_ = false;          // framer only
-  std::vector<std::string> news_;  // recorder only: sentences not yet said
-  RotatingWriter recorder_;        // likewise, until it ended
-  std::int64_t flushed_ns_ = 0;    // likewise
-  std::uint64_t said_drops_ = 0;   // likewise
+  bool finished_ = false;  // the framer's thread only
+  // The recorder's thread only, until it has ended.
+  std::vector<std::string> news_;  // sentences not yet said
+  RotatingWriter recorder_;
+  std::int64_t flushed_ns_ = 0;
+  std::uint64_t said_drops_ = 0;
   mutable std::mutex mutex_;
-  std::string fault_;  // under the mutex
-  std::string file_;   // likewise
+  std::string fault_;  // guarded by mutex_
+  std::string file_;   // guarded by mutex_
   std::jthread thread_;
 };
 

@@ -29,7 +29,7 @@ Entry split(std::string_view line) {
   return {line.substr(0, end), trimmed(line.substr(end))};
 }
 
-// Null: nothing.
+// What is wrong with a line; null where nothing is.
 const char* fault_of(const Entry& entry) {
   if (!is_curve_key(entry.key)) {
     return "does not begin with a public key, 40 characters of Z85; write KEY name, or # before a "

@@ -21,37 +21,44 @@ class socket_t;
 
 namespace splid {
 
-// Decides who may connect to the sockets of one context: the server's end of CURVE and the ZAP
-// handler in one. Lets in who proves to have the secret of a key on the socket's allow-list, and
-// nobody else; says who the others were.
+// The room daemon/security decides who may connect: keys (curve_key.hpp), their files
+// (key_file.hpp, guarded_file.hpp), the list of those who may connect (allow_list.hpp), and the
+// check of each connection's key, which is in this class. Read this header first.
+
+// Checks the key of everybody who connects to the sockets of one ZeroMQ context. It is the server's
+// end of CURVE and the ZAP handler in one. It lets in those who prove that they have the secret key
+// of a public key on the socket's allow-list, and nobody else, and reports those it refused.
 //
-// Threads: all calls from any; protect() on the socket's. A thread of its own decides
-// on a connection before anything of it reaches a socket, so no socket waits for it; it takes a
-// lock that no stage on the way of a tag takes. Errors: the constructor throws Error(Fault::device)
-// where CURVE is not to be had.
+// Threads: all calls from any thread, but protect() from the socket's. The authenticator's own
+// thread decides on a connection before any message of it reaches a socket, so no socket waits for
+// the decision; it takes a lock that no stage on the way of a tag takes. Errors: the constructor
+// throws Error(Fault::device) where this machine's libzmq has no CURVE.
 class Authenticator {
  public:
-  // own: the server's keys. refusals: hears of those whose key is not listed, on the thread above;
-  // outlives this.
+  // own: the server's keys. refusals: told, on the authenticator's thread, of each peer whose key
+  // is not listed; outlives this.
   Authenticator(CurveKeyPair own, Refusals& refusals);
   ~Authenticator();
   Authenticator(const Authenticator&) = delete;
   Authenticator& operator=(const Authenticator&) = delete;
 
-  // For the sockets that it protects, which are to be closed before it ends.
+  // The context to make protected sockets in. They have to be closed before the authenticator ends.
   zmq::context_t& context();
   [[nodiscard]] const std::string& public_key() const { return own_.public_key; }
 
-  // Who may connect to the sockets of a domain from now on; by default nobody. Connections that are
-  // open stay so: libzmq asks once, at their beginning.
+  // Sets the list of those who may connect to the sockets of a domain from now on; before the first
+  // call nobody may. Open connections stay open: libzmq asks about a connection only once, when it
+  // begins.
   void allow(const std::string& domain, AllowList list);
   [[nodiscard]] AllowList allowed(const std::string& domain) const;
 
-  // Before it binds; what it bound before stays open to all. Its peers' messages carry the name
-  // that the allow-list gives them as "User-Id".
+  // Makes a socket check the keys of its peers. To be called before the socket binds: an endpoint
+  // that it bound before stays open to everybody. Messages of a peer then carry the peer's name on
+  // the allow-list as "User-Id".
   void protect(zmq::socket_t& socket, const std::string& domain);
-  // Who is asked about in a domain now, where a gate stands between the peers and the socket, so
-  // that all have the gate's address. Null: nobody tells.
+  // Where a gate stands between the peers and the socket, every connection comes from the gate's
+  // address. judged_peer tells then which peer's key is being checked at present, for the reports
+  // of refusals. Null: no gate stands there.
   void name_peers(const std::string& domain, std::function<std::string()> judged_peer);
 
  private:

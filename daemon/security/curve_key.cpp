@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view z85_characters =
     "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.-:+=^!/*?&<>()[]{}@%$#";
 
-constexpr std::size_t characters_a_group = 5;  // for four bytes
+constexpr std::size_t characters_a_group = 5;  // stand for four bytes
 
 bool fits_four_bytes(std::string_view group) {
   std::uint64_t value = 0;
@@ -26,7 +26,7 @@ bool fits_four_bytes(std::string_view group) {
   return value <= 0xffff'ffff;
 }
 
-using KeyText = std::array<char, curve_key_characters + 1>;  // with its NUL
+using KeyText = std::array<char, curve_key_characters + 1>;  // with its final NUL
 
 [[noreturn]] void throw_no_curve() {
   throw Error(Fault::device,

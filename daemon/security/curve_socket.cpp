@@ -7,12 +7,13 @@
 namespace splid {
 namespace {
 
-// zmq.h of libzmq 4.3 names it among its drafts only; the library takes it in any case. Without it
-// libzmq lets everybody in who has the server's public key while no ZAP handler is bound.
+// zmq.h of libzmq 4.3 names this option only among its drafts, but the library takes it in any
+// case. Without the option, libzmq lets in everybody who has the server's public key while no ZAP
+// handler is bound.
 constexpr int zap_enforce_domain = 93;
 
-// A greeting takes three round trips. Who does not finish it holds a file for that long, by
-// libzmq's default 30 s.
+// A handshake takes three round trips. A peer that does not finish it holds a file descriptor for
+// this long; libzmq's default is 30 s.
 constexpr int handshake_ms = 5000;
 
 [[noreturn]] void throw_no_curve(const zmq::error_t& error) {

@@ -10,18 +10,18 @@ class socket_t;
 
 namespace splid {
 
-// Who a client is, and which server it takes for the right one.
+// The keys of a client, and the key of the server that it wants to talk to.
 struct CurveClient {
   CurveKeyPair own;
-  std::string server_key;  // the server's public one
+  std::string server_key;  // the server's public key
 };
 
-// What `socket` connects to from here on has to be the server with that key.
-// Errors of both: Error(Fault::device) where the machine's libzmq has no CURVE.
+// From now on `socket` connects only to a server that has the secret key of client.server_key.
+// Errors of both functions: Error(Fault::device) where this machine's libzmq has no CURVE.
 void use_as_curve_client(zmq::socket_t& socket, const CurveClient& client);
 
-// What `socket` binds from here on speaks CURVE and asks the context's ZAP handler about everybody;
-// without one, nobody gets in. What it has bound before stays as it is.
+// Endpoints that `socket` binds from now on speak CURVE and ask the context's ZAP handler about
+// each peer; without a handler nobody gets in. Endpoints bound before stay as they are.
 void use_as_curve_server(zmq::socket_t& socket, const std::string& secret_key,
                          const std::string& zap_domain);
 

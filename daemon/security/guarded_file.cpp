@@ -22,7 +22,8 @@ namespace {
 constexpr mode_t writable_by_others = S_IWGRP | S_IWOTH;
 constexpr mode_t open_to_others = S_IRWXG | S_IRWXO;
 
-// Keys for thousands; whoever names a disk or a device by mistake is told so.
+// Enough for thousands of keys; a larger file is a disk or a device named by mistake, and is
+// refused.
 constexpr std::size_t max_bytes = 1 << 20;
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
@@ -33,12 +34,13 @@ constexpr std::size_t max_bytes = 1 << 20;
   refuse(file, "cannot be read: " + std::generic_category().message(errno));
 }
 
-// An open file: what is looked at is what is read, whatever its name comes to mean meanwhile.
+// An open file: its owner and mode are those of the bytes that are read, even if another file gets
+// its name meanwhile.
 class OpenFile {
  public:
   explicit OpenFile(std::string name)
       : name_(std::move(name)),
-        // Without waiting for the other end of a pipe.
+        // O_NONBLOCK: does not wait for the other end of a pipe.
         file_(::open(name_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
     if (file_ < 0) refuse_by_errno(name_);
     if (::fstat(file_, &facts_) != 0) refuse_by_errno(name_);
@@ -85,7 +87,7 @@ struct stat facts_of(const std::string& place) {
   return facts;
 }
 
-// Of a folder on the way to `file`.
+// Checks the owner and the mode of a folder on the way to `file`.
 void check_folder(const std::string& folder, const std::string& file) {
   const struct stat facts = facts_of(folder);
   check_owner(folder, facts);
@@ -95,8 +97,9 @@ void check_folder(const std::string& folder, const std::string& file) {
                      octal(facts.st_mode) + "); chmod go-w " + folder);
 }
 
-// Goes from the root to the file, as the kernel does: what a folder that others may write leads to
-// is theirs to say, however well it is guarded itself.
+// Walks from the root to the file as the kernel does, and checks each folder and link on the way:
+// whoever may write to a folder on the way decides which file is found there, however well the file
+// itself is guarded.
 class Way {
  public:
   explicit Way(const std::string& file) : file_(file) {
@@ -137,10 +140,10 @@ class Way {
     put_ahead(target);
   }
 
-  static constexpr int most_links = 40;  // as the kernel's
+  static constexpr int most_links = 40;  // the kernel's limit
   std::string file_;
-  std::filesystem::path at_ = "/";           // without links
-  std::deque<std::filesystem::path> ahead_;  // names
+  std::filesystem::path at_ = "/";           // the folder reached so far, links resolved
+  std::deque<std::filesystem::path> ahead_;  // the names that are left of the path
   int links_ = 0;
 };
 

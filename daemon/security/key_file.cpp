@@ -24,7 +24,7 @@ namespace {
 constexpr mode_t for_all = 0644;
 constexpr mode_t for_owner = 0600;
 
-// The value of `name = "value"`, alone in its line.
+// The value in a line `name = "value"`.
 std::optional<std::string> value_of(std::string_view text, std::string_view name) {
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
@@ -76,7 +76,7 @@ bool is_name(const std::string& name) {
          });
 }
 
-// A file that was not there before; gone again unless kept.
+// A new file, which is removed again unless it is marked as kept.
 class NewFile {
  public:
   NewFile(std::string path, mode_t mode, const std::string& text) : path_(std::move(path)) {

@@ -13,21 +13,22 @@
 
 namespace splid {
 
-// Why somebody is not let in, or let go.
+// Why a peer is not let in, or is disconnected.
 enum class Refusal : std::uint8_t {
   not_listed,      // the key is not on the allow-list
-  no_key,          // it asks without CURVE, or with it where there is none
-  broken_off,      // a handshake for another server's key, a repeated one, one that has no end
-  other_protocol,  // it is no ZMTP 3
-  crowd,           // more connections than one peer, or all, may have
-  flood,           // it sent more than there is to say
+  no_key,          // the peer asks without CURVE where the socket has CURVE, or the reverse
+  broken_off,      // a handshake for another server's key, or a repeated or an endless handshake
+  other_protocol,  // the peer does not speak ZMTP 3
+  crowd,           // more connections than one peer, or all peers together, may have
+  flood,           // the peer sent more than a peer has to say
 };
 inline constexpr std::size_t refusal_reasons = 6;
 
 const char* to_string(Refusal reason);
 
-// Counts who was refused, and says it without letting them fill the log: within a minute each peer
-// once for a reason, five peers for each; of the others how many there were at the minute's end.
+// Counts refusals and reports them without filling the log. Within a minute and for each reason,
+// the first five peers get a sentence each, and each of them only one; at the minute's end one more
+// sentence says how many other refusals there were.
 //
 // Threads: any.
 class Refusals {
@@ -35,31 +36,32 @@ class Refusals {
   static constexpr std::size_t sentences_a_reason = 5;
   static constexpr std::int64_t minute_ns = 60'000'000'000;
 
-  // notice: takes a sentence, on the thread that calls. clock: outlives this.
+  // notice: takes a sentence, on the thread that calls add() or tick(). clock: outlives this.
   Refusals(std::function<void(const std::string&)> notice, const Clock& clock)
       : notice_(std::move(notice)), clock_(&clock) {}
 
-  // peer: who; sentence: about it.
+  // peer: the name that tells peers apart. sentence: what to report about the peer.
   void add(Refusal reason, const std::string& peer, const std::string& sentence);
-  // One that is not worth a sentence.
+  // Counts a refusal without a sentence.
   void add(Refusal reason) { ++counts_.at(static_cast<std::size_t>(reason)); }
-  // To be called once a second or so: ends the minute.
+  // To be called about once a second: ends the minutes that are over.
   void tick();
 
   [[nodiscard]] std::uint64_t count(Refusal reason) const {
     return counts_.at(static_cast<std::size_t>(reason));
   }
-  // Connections that did not come about, for want of a key or a handshake.
+  // Connections that never came about: the key or the handshake was not right.
   [[nodiscard]] std::uint64_t kept_out() const;
-  // Connections that were cut off, or not taken, since they were too many or sent too much.
+  // Connections that were cut off or not accepted, because there were too many or they sent too
+  // much.
   [[nodiscard]] std::uint64_t let_go() const;
 
  private:
   struct Minute {
     std::int64_t begin_ns = 0;
-    std::set<std::string> peers;  // of whom was said; none: no minute has begun
-    std::uint64_t unsaid = 0;
-    std::string last;  // of these
+    std::set<std::string> peers;  // that got a sentence; empty: no minute has begun
+    std::uint64_t unsaid = 0;     // refusals without a sentence
+    std::string last;             // the sentence of the last of these
   };
 
   std::function<void(const std::string&)> notice_;

@@ -9,20 +9,21 @@
 
 namespace splid {
 
-// The domains of publish.endpoint and control.endpoint, each with an allow-list of its own: who may
-// read results may not therefore stop the instrument.
+// The domains of publish.endpoint and control.endpoint. Each has an allow-list of its own, so that
+// somebody who may read results may not also stop the instrument.
 inline constexpr const char* publish_domain = "publish";
 inline constexpr const char* control_domain = "control";
 
-// What `security` asks for: reads the key and the allow-list. Null without a key.
-// notice: takes a sentence, if the list is empty. refusals: as Authenticator's. Errors:
-// Error(Fault::usage) of the files (key_file.hpp, allow_list.hpp).
+// Opens the authenticator that the configuration's `security` asks for, with the key and the
+// allow-list from their files. Null where no key is configured. notice: takes a sentence where the
+// list is empty. refusals: as Authenticator's. Errors: Error(Fault::usage) for the files
+// (key_file.hpp, allow_list.hpp).
 std::unique_ptr<Authenticator> open_authenticator(
     const SecurityOptions& options, const std::function<void(const std::string&)>& notice,
     Refusals& refusals);
 
-// Takes a domain's allow-list as it is in its file now; says in a sentence what is new, empty:
-// nothing. Errors: Error(Fault::usage), and the list is as before.
+// Reads a domain's allow-list again from its file. Returns a sentence about what has changed; empty
+// where nothing has. Errors: Error(Fault::usage), and the list stays as before.
 std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
                               const std::string& file);
 

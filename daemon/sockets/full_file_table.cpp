@@ -20,7 +20,7 @@ namespace {
 using Time = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds between_lines{10};
-// Where even the spare file is gone: so long nobody is let in.
+// How long nobody is accepted where even the reserved descriptor is gone.
 constexpr std::chrono::milliseconds pause{10};
 
 int open_spare() { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
@@ -37,7 +37,7 @@ class Door {
     if (spare_ == -1) spare_ = open_spare();
   }
 
-  // Takes the next connection and closes it.
+  // Accepts the next connection and closes it.
   void turn_away(int listener) {
     if (close_next(listener)) {
       say();
@@ -104,7 +104,7 @@ std::uint64_t turned_away_connections() { return door().count(); }
 
 }  // namespace splid
 
-// As the C library declares them: libraries that this program is linked to call these.
+// Declared as in the C library: the libraries linked to this program call these functions.
 extern "C" {
 
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name): the library's are reserved

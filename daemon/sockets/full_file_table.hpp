@@ -4,15 +4,16 @@
 
 namespace splid {
 
-// What becomes of connections while this process, or the system, has no file left to open (EMFILE,
-// ENFILE): each is taken with a file that is kept for that, and closed at once.
+// Deals with connections that come while this process, or the system, has no file descriptor left
+// (EMFILE, ENFILE): each is accepted with a descriptor kept in reserve, and closed at once.
 //
-// Design note: libzmq accepts connections on threads of its own and, where the table is full, tries
-// again at once for as long as somebody waits to be let in, which takes a whole core; on a Unix
-// socket it aborts the process. It cannot be told otherwise, so this program has an accept() of its
-// own, which the libraries that it is linked to call too: to them nobody waits any more.
+// Design note: libzmq accepts connections on threads of its own. With no descriptor left it tries
+// again at once, for as long as a peer waits to be accepted, and that takes a whole core; on a Unix
+// socket it aborts the process. libzmq has no option against this. So this program defines accept()
+// itself, and the libraries linked to it call that function: to them no peer seems to wait any
+// more.
 
-// At the program's start, while there is a file to keep.
+// Reserves the descriptor. To be called at the program's start, while there are descriptors left.
 void keep_spare_file();
 
 // Connections closed so far. Threads: any.

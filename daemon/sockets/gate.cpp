@@ -22,16 +22,16 @@ constexpr int accepted_a_turn = 16;
 constexpr std::int64_t ms_ns = 1'000'000;
 constexpr std::int64_t second_ns = 1'000 * ms_ns;
 
-// Without a file descriptor left there is no use in asking again at once.
+// How long the gate accepts nobody when no file descriptor is left.
 constexpr std::int64_t accept_pause_ns = 100 * ms_ns;
-// Who has not got through a handshake by then makes way for others.
+// A connection that has not finished its handshake within this time makes way for others.
 constexpr std::int64_t handshake_patience_ns = second_ns;
-// An answer about a key takes a millisecond.
+// How long to wait for the check of a key, which usually takes a millisecond.
 constexpr std::int64_t judge_patience_ns = second_ns;
-// To take what was sent before the socket behind ended.
+// How long a peer has to take what the socket behind sent before that socket closed the connection.
 constexpr std::int64_t goodbye_patience_ns = 5 * second_ns;
 
-// Of epoll: a connection's two sockets share its number.
+// Tokens for epoll; both sockets of a connection have the connection's number as their token.
 constexpr std::uint64_t listener_token = 0;
 constexpr std::uint64_t wake_token = ~std::uint64_t{0};
 
@@ -88,7 +88,8 @@ void Gate::run() {
   connections_.clear();
 }
 
-// end_ns: of the patience with those who still have something to take; 0: it goes on.
+// Whether the gate's thread may end. end_ns: when the patience with peers that still have something
+// to take is over; 0: the gate is not ending.
 bool Gate::is_done(std::int64_t end_ns) const {
   return end_ns != 0 && (connections_.empty() || clock_.steady_ns() >= end_ns);
 }
@@ -158,7 +159,7 @@ void Gate::admit(FileDescriptor outside) {
   connections_.emplace(id, std::move(connection));
 }
 
-// Refuses the peer where not.
+// Returns whether the peer may have one more connection; refuses the peer otherwise.
 bool Gate::has_room_for(const Peer& peer, KnownPeer& known) {
   const std::int64_t now_ns = clock_.steady_ns();
   const double since_s =
@@ -185,7 +186,8 @@ bool Gate::has_room_for(const Peer& peer, KnownPeer& known) {
   return true;
 }
 
-// Lets one go that had time for a handshake and made none. group: of these; null: of all.
+// Ends one connection that had time for a handshake and has not made it; returns whether there was
+// one. group: looks only at the connections of that group; null: at all connections.
 bool Gate::make_room(const std::string* group) {
   const std::int64_t before_ns = clock_.steady_ns() - handshake_patience_ns;
   for (const auto& [id, connection] : connections_) {
@@ -214,7 +216,8 @@ void Gate::serve(std::uint64_t id) {
   judge_next();
 }
 
-// False: it is over. What the socket behind has sent goes first, so that a peer hears why.
+// Passes bytes in both directions. False: the connection is over. Bytes from the socket behind go
+// first, so that a peer learns why its connection ends.
 bool Gate::pump(std::uint64_t id, GateConnection& connection) {
   const Result down = connection.down.pump(scratch_);
   const Result up = connection.up.pump(scratch_);
@@ -260,13 +263,15 @@ void Gate::say_why(const GateConnection& connection, Result up, Result down) {
   if (!is_let_in) say_handshake(connection, peer_left);
 }
 
-// Who floods again and again is kept out for some seconds.
+// A flood costs as much as several new connections, so that a peer that floods again and again is
+// kept out for some seconds.
 void Gate::charge_flood(const Peer& peer) {
   double& left = peers_[peer.group].new_connections;
   left = std::max(left - limits_.connections_a_flood, -limits_.new_connections_at_once);
 }
 
-// A handshake that came to nothing. Of a key that is not listed says who knows the key.
+// Reports a handshake that failed. A key that is not listed is reported by the authenticator, which
+// knows the key.
 void Gate::say_handshake(const GateConnection& connection, bool peer_left) {
   const std::string asked = connection.other_mechanism();
   if (ending_ || connection.is_turned_away()) return;
@@ -288,7 +293,8 @@ void Gate::refuse(Refusal reason, const Peer& peer, const std::string& why) {
   refusals_.add(reason, peer.group, "refused " + peer.name + " at " + name_ + ": " + why);
 }
 
-// One at a time, so that who is asked about a key knows whose it is.
+// Lets the next connection have its key checked. Only one connection at a time is let through to
+// the check, so that the authenticator knows which peer the key belongs to.
 void Gate::judge_next() {
   while (judged_ == 0 && !to_be_judged_.empty()) {
     const std::uint64_t id = to_be_judged_.front();
@@ -312,7 +318,9 @@ void Gate::end_judgement() {
   judged_peer_.clear();
 }
 
-// What time brings about.
+// Does what depends on the time: accepts connections again after a pause, gives up a check of a key
+// that gets no answer, and once a second ends connections whose peer does not take its last bytes
+// and forgets peers that have no connection.
 void Gate::look_after() {
   const std::int64_t now_ns = clock_.steady_ns();
   if (accept_again_ns_ != 0 && now_ns >= accept_again_ns_) {

@@ -20,21 +20,26 @@
 
 namespace splid {
 
-// Stands between an endpoint and the ZeroMQ socket behind it, and lets each peer through with as
-// much as it has to say and no more, since libzmq takes what it is sent into memory without a
-// bound. Bytes pass as they are, so CURVE is the two ends' own. Who sends more is let go at once,
-// counted and named with its address.
+// The room daemon/sockets guards the daemon's endpoints. A Gate accepts the connections of a
+// listening socket, and each connection passes through a GateConnection to the ZeroMQ socket behind
+// the gate. Read this header first, then gate_connection.hpp.
+
+// Stands between an endpoint and the ZeroMQ socket behind it, and limits how much each peer may
+// send (gate_limits.hpp), since libzmq takes everything that is sent to it into memory without a
+// bound. Bytes pass unchanged, so the CURVE encryption stays between the peer and the socket. A
+// peer that sends more than its limit is disconnected at once, counted, and reported with its
+// address.
 //
-// Threads: one of its own; all calls from any. Errors: none. Timeouts: the destructor lets what is
-// queued for peers out for up to `drain`.
+// Threads: one of its own; all calls from any thread. Errors: none. Timeouts: the destructor gives
+// peers up to `drain` to take what is queued for them.
 class Gate {
  public:
   static constexpr std::chrono::milliseconds drain{300};
 
   struct Behind {
-    const PrivateDoor& door;  // outlives this, as its socket need not
+    const PrivateDoor& door;  // outlives the gate; the socket behind it need not
     GateLimits limits;
-    bool curve = false;  // whether the socket speaks it
+    bool curve = false;  // whether the socket behind speaks CURVE
   };
 
   // refusals, clock: outlive this.
@@ -45,13 +50,14 @@ class Gate {
 
   [[nodiscard]] const std::string& endpoint() const { return listener_.endpoint(); }
 
-  // Whose key the socket is being asked about, which is one at a time; empty: nobody's.
+  // The peer whose key the socket behind is checking at present; empty: none. The gate lets only
+  // one peer at a time have its key checked.
   [[nodiscard]] std::string judged_peer() const;
 
  private:
   struct KnownPeer {
     PeerUse use;
-    double new_connections = 0;  // that it may make now
+    double new_connections = 0;  // how many more it may make at present
     std::int64_t since_ns = 0;
   };
   using Connections = std::map<std::uint64_t, std::unique_ptr<GateConnection>>;
@@ -88,15 +94,15 @@ class Gate {
   FileDescriptor epoll_;
   FileDescriptor wake_;
 
-  // The thread's.
+  // The members below belong to the gate's thread, up to mutex_.
   std::map<std::string, KnownPeer> peers_;  // by group
   Connections connections_;
   std::uint64_t next_id_ = 1;
-  std::deque<std::uint64_t> again_;  // have more to pass on
+  std::deque<std::uint64_t> again_;  // connections that have more to pass on
   std::deque<std::uint64_t> to_be_judged_;
-  std::uint64_t judged_ = 0;  // 0: none
+  std::uint64_t judged_ = 0;  // the connection whose key is being checked; 0: none
   std::int64_t judged_since_ns_ = 0;
-  std::int64_t accept_again_ns_ = 0;  // 0: it does; taken up
+  std::int64_t accept_again_ns_ = 0;  // when to accept connections again; 0: it accepts them now
   std::int64_t look_after_ns_ = 0;
   std::vector<std::byte> scratch_;
 

@@ -7,16 +7,19 @@
 namespace splid {
 namespace {
 
-// Of a greeting, with which the socket behind says the rest of its own. libzmq ends a connection
-// whose mechanism is another one before it has said its own, where it reads both at once: so the
-// peer's goes there only when the socket's has come, and the peer learns what is the matter.
+// The bytes of a peer's greeting after which the socket behind sends the rest of its own greeting.
+// Where libzmq reads a whole greeting with another mechanism at once, it ends the connection before
+// it has sent its own mechanism. So the rest of the peer's greeting is passed on only after the
+// socket's greeting has come, and the peer learns that the mechanisms differ.
 constexpr std::size_t version_bytes = 12;
 
-// READY of both; with CURVE HELLO and INITIATE, WELCOME and READY or ERROR.
+// Frames of the handshake in each direction. Without CURVE: READY. With CURVE: HELLO and INITIATE
+// from the peer, WELCOME and then READY or ERROR from the socket.
 constexpr std::size_t plain_handshake_frames = 1;
 constexpr std::size_t curve_handshake_frames = 2;
 
-// ERROR has a reason of three digits; READY, encrypted, takes more.
+// Tells ERROR from READY by its length: ERROR carries a reason of three digits, and the encrypted
+// READY is longer.
 constexpr std::uint64_t longest_error_body = 24;
 
 }  // namespace

@@ -12,16 +12,16 @@
 
 namespace splid {
 
-// A peer's connection and the one to the ZeroMQ socket that was made for it, with what passes
-// between them: all of it, as it is, until it is too much.
+// The connection of one peer, together with the connection to the ZeroMQ socket that the gate made
+// for that peer. Every byte passes between them unchanged, until the peer sends too much.
 //
 // Threads: the gate's.
 class GateConnection {
  public:
-  // What a peer did that its connection ends of.
+  // Why a peer's connection has to end.
   enum class Offence { none, other_protocol, long_frame, flood };
 
-  // curve: whether the socket speaks it.
+  // curve: whether the socket behind speaks CURVE.
   GateConnection(FileDescriptor outside, FileDescriptor inside, Peer peer, const GateLimits& limits,
                  PeerUse& use, bool curve, std::int64_t now_ns);
   GateConnection(const GateConnection&) = delete;
@@ -33,22 +33,23 @@ class GateConnection {
   [[nodiscard]] std::int64_t begin_ns() const { return begin_ns_; }
   [[nodiscard]] Offence offence() const { return offence_; }
 
-  Relay up;                          // from the peer
-  Relay down;                        // to the peer
-  std::int64_t ending_since_ns = 0;  // the socket behind has ended, the peer takes its time; 0: no
+  Relay up;                          // from the peer to the socket behind
+  Relay down;                        // from the socket behind to the peer
+  std::int64_t ending_since_ns = 0;  // when the socket behind closed its end; 0: it has not
 
-  // Held with what asks for a judgement on its key, until let_judge().
+  // The bytes that ask for a check of the peer's key are held back until let_judge().
   [[nodiscard]] bool waits_for_judgement() const { return up.is_held(); }
   void let_judge();
-  // Answered, one way or the other.
+  // The check of the key is done, whatever its result.
   [[nodiscard]] bool is_judged() const { return frames_down_ >= handshake_frames_; }
-  // Told that its key is refused.
+  // The peer was told that its key is refused.
   [[nodiscard]] bool is_turned_away() const { return is_turned_away_; }
-  // Has done its part of the handshake and has been let in.
+  // The handshake is done and the peer was let in.
   [[nodiscard]] bool is_admitted() const;
-  // Has said anything at all.
+  // The peer has sent at least one byte.
   [[nodiscard]] bool has_spoken() const { return has_spoken_; }
-  // The security that it asks for, where that is known and not the socket's; else empty.
+  // The security mechanism that the peer asks for, if that is known and is not the socket's;
+  // otherwise empty.
   [[nodiscard]] std::string other_mechanism() const;
 
  private:
@@ -62,11 +63,11 @@ class GateConnection {
   const GateLimits& limits_;
   TrafficAccount account_;
   const bool curve_;
-  const std::size_t handshake_frames_;  // each way
+  const std::size_t handshake_frames_;  // in each direction
   const std::int64_t begin_ns_;
   ZmtpFraming framing_up_;
   ZmtpFraming framing_down_;
-  std::vector<std::uint64_t> bodies_;  // of one piece
+  std::vector<std::uint64_t> bodies_;  // scratch: lengths of the frames in one piece of bytes
   std::size_t frames_up_ = 0;
   std::size_t frames_down_ = 0;
   Offence offence_ = Offence::none;

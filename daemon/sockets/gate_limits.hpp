@@ -5,46 +5,49 @@
 
 namespace splid {
 
-// How much may be sent.
+// An amount of traffic that a peer may send.
 struct Allowance {
-  std::int64_t frames = 0;  // of ZMTP
-  std::int64_t bytes = 0;   // with their headers
+  std::int64_t frames = 0;  // ZMTP frames
+  std::int64_t bytes = 0;   // of these frames, headers included
 };
 
 inline constexpr std::int64_t kib = 1024;
 
-// What a gate lets through to the ZeroMQ socket behind it.
+// How much a gate lets through to the ZeroMQ socket behind it.
 //
-// Design note: libzmq makes up to 2.4 KiB of two subscriptions of three bytes (a table of 256
-// pointers where two topics part, and a set a topic), and 32 times their length of long ones. So
-// what a peer may have sent bounds what it can take: 16,000 frames or 128 KiB are at most 20 and 4
-// MiB, with what its connections take by themselves less than 64 MiB. It is all given back when
-// they end.
+// Design note: libzmq takes up to 2.4 KiB of memory for two subscriptions of three bytes (a table
+// of 256 pointers at the place where two topics differ, and a set for each topic), and for long
+// topics 32 times their length. So the traffic that a peer may send bounds the memory that it can
+// take: 16,000 frames take at most 20 MiB and 128 KiB at most 4 MiB; together with what its
+// connections take by themselves a peer takes less than 64 MiB. The memory is free again when the
+// connections end.
 //
-// Whenever a connection ends, libzmq goes through the topics of all, on the thread that sends to
-// subscribers. With 32 KiB a connection and 300 of them at once, 500 floods kept that thread busy
-// for 40 s, and took 155 MiB; so a connection has 4 KiB, which is 80 topics over CURVE, and each
-// flood counts as 20 new connections.
+// Whenever a connection ends, libzmq goes through the topics of all connections, on the thread that
+// sends to subscribers. With 32 KiB for each connection and 300 connections at once, 500 floods
+// kept that thread busy for 40 s and took 155 MiB. So a connection has 4 KiB, which are 80 topics
+// over CURVE, and each flood counts as 20 new connections.
 struct GateLimits {
   std::size_t connections = 0;
   std::size_t connections_a_peer = 0;
   double new_connections_a_second = 0;  // of a peer, in the long run
-  double new_connections_at_once = 0;
-  double connections_a_flood = 0;  // new ones that a flood counts as
-  std::uint64_t frame_bytes = 0;   // the longest body
-  Allowance connection;            // outstanding
-  Allowance peer;                  // of all its connections together
-  // What each frame that goes to the peer gives back. To a subscriber go heartbeats and messages of
-  // a short part, the topic, and a long one; it answers a heartbeat or is answered, one for one,
-  // and a message neither. To a client of control go answers.
+  double new_connections_at_once = 0;   // of a peer, after a quiet time
+  double connections_a_flood = 0;       // how many new connections a flood counts as
+  std::uint64_t frame_bytes = 0;        // length of the longest allowed body
+  Allowance connection;                 // that one connection may have outstanding
+  Allowance peer;  // that all connections of a peer together may have outstanding
+  // How much each frame sent to the peer takes off the peer's outstanding traffic. A subscriber is
+  // sent heartbeats and messages. Each heartbeat is answered by one heartbeat, in either direction.
+  // A message has a short part, the topic, and a long part; it neither is an answer nor gets one,
+  // so its long part cancels what its short part took off. A control client is sent replies.
   Allowance back_for_short;
   Allowance back_for_long;
 };
 
-// Bytes of the longest short body: a topic under CURVE, which adds 33. JSON messages are longer.
+// Bytes of the longest body that counts as short: a topic with the 33 bytes that CURVE adds. JSON
+// messages are longer.
 inline constexpr std::uint64_t longest_short_body = 133;
 
-// CURVE's part of a frame's body.
+// Bytes that CURVE adds to a frame's body.
 inline constexpr std::uint64_t curve_bytes = 33;
 
 inline constexpr GateLimits subscriber_limits{

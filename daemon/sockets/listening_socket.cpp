@@ -27,7 +27,7 @@ constexpr int backlog = 128;
 constexpr std::string_view tcp = "tcp://";
 constexpr std::string_view ipc = "ipc://";
 
-// What a call of the kernel's said; bind_error() makes the sentence.
+// The error of a system call; bind_error() makes the sentence.
 [[noreturn]] void fail(int error = errno) {
   throw std::system_error(error, std::generic_category());
 }
@@ -79,7 +79,7 @@ in_addr ipv4_of(const std::string& host) {
 }
 
 std::uint16_t port_of(const std::string& text) {
-  std::uint16_t port = 0;  // the system's choice
+  std::uint16_t port = 0;  // 0: the system chooses
   std::from_chars(text.data(), text.data() + text.size(), port);
   return port;
 }
@@ -99,14 +99,15 @@ std::string place_of(int socket) {
   return std::string("tcp://") + text.data() + ":" + std::to_string(ntohs(place.sin_port));
 }
 
-// A socket's file that nobody listens at any more.
+// Whether a socket's file was left by a process that no longer listens.
 void make_way(const sockaddr_un& address, socklen_t size) {
   struct stat found {};
   if (::lstat(address.sun_path, &found) != 0) return;
   if (!S_ISSOCK(found.st_mode)) fail(EADDRINUSE);
   const FileDescriptor probe = new_socket(AF_UNIX);
   const int result = ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), size);
-  // With a full backlog it is EAGAIN; only a file that nobody has open is refused.
+  // Where a process listens and its backlog is full, connect() says EAGAIN. It says ECONNREFUSED
+  // only where no process has the socket open.
   if (result == 0 || errno != ECONNREFUSED) fail(EADDRINUSE);
   if (::unlink(address.sun_path) != 0) fail();
 }
@@ -167,7 +168,7 @@ void ListeningSocket::bind_ipc(const std::string& path) {
   sockaddr_un place{};
   place.sun_family = AF_UNIX;
   const bool has_file = !path.starts_with('@');
-  // The name of one without a file begins with a NUL, and has none at its end.
+  // An abstract name begins with a NUL and has no NUL at its end.
   std::memcpy(place.sun_path, path.data(), path.size());
   if (!has_file) place.sun_path[0] = '\0';
   const auto size =

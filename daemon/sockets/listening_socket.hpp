@@ -8,10 +8,11 @@
 
 namespace splid {
 
-// Another program has the endpoint.
+// The error where another program already listens at the endpoint.
 class EndpointTaken : public Error {
  public:
-  // place: the key, the endpoint and what the kernel said; advice: the rest of the sentence.
+  // place: the beginning of the sentence, with the key, the endpoint and the kernel's error;
+  // advice: the rest of the sentence.
   EndpointTaken(std::string endpoint, std::string place, const std::string& advice)
       : Error(Fault::device, place + advice),
         endpoint_(std::move(endpoint)),
@@ -24,22 +25,24 @@ class EndpointTaken : public Error {
   std::string place_;
 };
 
-// A socket that listens where an endpoint of the configuration says: tcp://HOST:PORT (HOST an IPv4
-// address, an IPv6 one in brackets, which takes IPv4 too, an interface's name, localhost or *, for
-// all of IPv4; PORT * for the system's choice) or ipc://PATH, whose file a dead process may have
-// left and whose mode is the process's umask's. PATH with @ before it has no file.
+// A socket that listens at a configured endpoint.
 //
-// Threads: one. Errors: the constructor throws Error naming the key: Fault::usage for an endpoint
-// that is none, Fault::device for one that cannot be bound now, as
-// EndpointTaken where another has it.
+// tcp://HOST:PORT: HOST is an IPv4 address, an IPv6 address in brackets (which accepts IPv4 too),
+// the name of an interface, localhost, or * for all IPv4 addresses. PORT * lets the system choose.
+// ipc://PATH: a Unix socket, whose file gets its mode from the process's umask. A file that a dead
+// process left there is replaced. A PATH that begins with @ is an abstract name, without a file.
+//
+// Threads: one. Errors: the constructor throws Error, which names the key: Fault::usage for a
+// malformed endpoint, Fault::device for an endpoint that cannot be bound at present, as
+// EndpointTaken where another program has it.
 class ListeningSocket {
  public:
-  // key: of the configuration, that names the endpoint.
+  // key: the configuration key that the endpoint comes from.
   ListeningSocket(const std::string& key, const std::string& endpoint)
       : ListeningSocket(key, endpoint, endpoint) {}
-  // given: what it is there, if not the endpoint.
+  // given: the key's value, where that is not the endpoint itself.
   ListeningSocket(const std::string& key, const std::string& endpoint, const std::string& given);
-  // One that listens already. endpoint: what to call it.
+  // Takes over a socket that listens already. endpoint: the name for it.
   ListeningSocket(int socket, std::string endpoint)
       : socket_(socket), endpoint_(std::move(endpoint)) {}
   ~ListeningSocket() { close(); }
@@ -50,9 +53,9 @@ class ListeningSocket {
 
   [[nodiscard]] int get() const { return socket_.get(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
-  // As bound: a wildcard port is resolved.
+  // The endpoint as bound, with the port that the system chose for *.
   [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-  // Takes no more connections; removes the file that it made.
+  // Stops listening and removes the socket's file, if this made one.
   void close();
 
  private:
@@ -61,7 +64,7 @@ class ListeningSocket {
 
   FileDescriptor socket_;
   std::string endpoint_;
-  std::string file_;  // made by this; empty: none
+  std::string file_;  // the socket's file, made by this; empty: none
 };
 
 }  // namespace splid

@@ -35,7 +35,8 @@ sockaddr_un address_of(const std::string& file) {
   return address;
 }
 
-// Where it may be for a moment. That of a service is removed with it, however it ends.
+// The folder that the socket's file is in for a moment. The service manager removes a service's
+// runtime directory when the service ends, however it ends.
 std::string folder_of_moment() {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"}) {
     const char* folder = std::getenv(variable);
@@ -46,7 +47,8 @@ std::string folder_of_moment() {
   return error ? "/tmp" : folder.string();
 }
 
-// A folder for its owner alone, until it goes out of scope, with the one socket in it.
+// A folder that only its owner may enter, with the socket's file in it. Both are removed when this
+// goes out of scope.
 class OwnFolder {
  public:
   OwnFolder() : folder_(folder_of_moment() + "/splid-XXXXXX") {
@@ -100,7 +102,8 @@ FileDescriptor PrivateDoor::connect() const {
   FileDescriptor socket = unix_socket();
   if (!socket.is_open()) return socket;
   {
-    // libzmq needs one more for its end, and would ask for it without a pause if it had none.
+    // libzmq needs one more descriptor for its end of the connection, and would try without a pause
+    // if there were none.
     const FileDescriptor spare(::fcntl(inode_.get(), F_DUPFD_CLOEXEC, 0));
     if (!spare.is_open()) return {};
   }

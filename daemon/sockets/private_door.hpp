@@ -8,17 +8,18 @@ class socket_t;
 
 namespace splid {
 
-// A way to a ZeroMQ socket of this process that nobody else can take: a Unix socket whose name is
-// removed, with the folder that only its owner could enter, before anybody is told of it. It is
-// found by its open inode alone.
+// An entrance to a ZeroMQ socket of this process that no other process can use. It is a Unix socket
+// in a folder that only its owner could enter; its file and the folder are removed at once. From
+// then on only this process can reach the socket, through the descriptor of its inode.
 //
-// Threads: the constructor on the socket's; connect() on any one.
+// Threads: the constructor on the socket's thread; connect() on any thread.
 class PrivateDoor {
  public:
-  // Binds `socket`, with the options that it has now. Errors: Error(Fault::device).
+  // Binds `socket`, which has to have all its options by now. Errors: Error(Fault::device).
   explicit PrivateDoor(zmq::socket_t& socket);
 
-  // A new connection that does not block; not open where it cannot be had now, errno says why.
+  // A new non-blocking connection to the socket. Where none can be had at present, the descriptor
+  // is not open and errno says why.
   [[nodiscard]] FileDescriptor connect() const;
 
  private:

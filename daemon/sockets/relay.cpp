@@ -10,7 +10,7 @@
 namespace splid {
 namespace {
 
-// Others have their turn after that.
+// Pieces passed on before other connections have their turn.
 constexpr int pieces_a_turn = 8;
 
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
@@ -46,7 +46,7 @@ Relay::Result Relay::flush() {
   return send(bytes);
 }
 
-// What the receiver does not take stays pending.
+// Sends bytes; those that the receiver does not take now become pending_.
 Relay::Result Relay::send(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(to_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);

@@ -8,32 +8,33 @@
 
 namespace splid {
 
-// Bytes on their way from one socket to another, in order. Takes more only when all that it took
-// has been sent on, so that it holds one piece at most and a receiver that waits makes the sender
+// Passes bytes from one socket to another, in order. It takes more bytes only after all bytes taken
+// before were sent on. So it holds one piece of bytes at most, and a slow receiver makes the sender
 // wait.
 //
-// Threads: one. Both sockets do not block and outlive this. Errors: none.
+// Threads: one. Both sockets are non-blocking and outlive this. Errors: none.
 class Relay {
  public:
   enum class Result {
-    idle,     // there is nothing to take now
-    more,     // there may be; others have their turn first
-    full,     // the receiver takes no more now, or it is held
-    ended,    // the sender has ended and all of it is sent on
+    idle,     // the sender has sent nothing more
+    more,     // the sender may have sent more, but other connections have their turn first
+    full,     // the receiver takes no more at present, or the relay is held
+    ended,    // the sender has closed its end, and all its bytes were sent on
     broken,   // the receiver is gone
-    refused,  // as `inspect` decided; the piece is not sent on
+    refused,  // `inspect` refused a piece, which was not sent on
   };
-  // Sees each piece before it is sent on; may call hold(). False: refused.
+  // Sees each piece of bytes before it is sent on, and may call hold(). False: the piece is
+  // refused.
   using Inspect = std::function<bool(std::span<const std::byte>)>;
 
   Relay(int from, int to, Inspect inspect) : from_(from), to_(to), inspect_(std::move(inspect)) {}
 
-  // scratch: the longest piece.
+  // Passes on what is there. scratch: room for a piece; its size is the longest piece.
   Result pump(std::span<std::byte> scratch);
 
-  // Takes that many bytes more and then waits for further notice.
+  // Limits how many more bytes the relay takes, until the next call of allow().
   void allow(std::size_t bytes) { allowed_ = bytes; }
-  // What was taken is kept until further notice.
+  // true: keeps the bytes taken so far and sends nothing on, until hold(false).
   void hold(bool held) { held_ = held; }
   [[nodiscard]] bool is_full() const { return held_ || !pending_.empty(); }
   [[nodiscard]] bool is_held() const { return held_; }

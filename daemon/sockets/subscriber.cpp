@@ -17,9 +17,10 @@ Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::strin
     : endpoint_(endpoint), socket_(std::make_unique<Socket>()) {
   zmq::socket_t& sub = socket_->sub;
   sub.set(zmq::sockopt::linger, 0);
-  // Tries to connect again ten times a second: a daemon that is just starting is not waited for.
+  // Tries to connect ten times a second, so that a daemon that is just starting is found at once.
   sub.set(zmq::sockopt::reconnect_ivl, 100);
-  // A replay at full speed sends thousands of messages a second: none is to be lost here.
+  // No limit: a replay at full speed sends thousands of messages a second, and none may be lost
+  // here.
   sub.set(zmq::sockopt::rcvhwm, 0);
   sub.set(zmq::sockopt::ipv6, endpoint.find('[') != std::string::npos);
   if (client) use_as_curve_client(sub, *client);
@@ -34,7 +35,8 @@ Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::strin
 
 Subscriber::~Subscriber() = default;
 
-// libzmq connects again after all that may pass by itself, which a refusal is not to it.
+// libzmq itself connects again after every failure that may be temporary; it does not count a
+// refusal of the key among these.
 void Subscriber::try_again() {
   constexpr std::int64_t between_ns = 1'000'000'000;
   using State = HandshakeWatch::State;
@@ -46,7 +48,7 @@ void Subscriber::try_again() {
   try {
     socket_->sub.disconnect(endpoint_);
   } catch (const zmq::error_t&) {
-    // It had given up on it.
+    // libzmq had already given up this endpoint.
   }
   socket_->sub.connect(endpoint_);
 }

@@ -11,11 +11,11 @@
 
 namespace splid {
 
-// The other end of a Publisher, for `listen`.
+// The client's end of a Publisher, for `splid listen`.
 //
 // Threads: one. Errors: the constructor throws Error(Fault::usage) for an endpoint that ZeroMQ
-// cannot read. Connecting itself never fails: it is tried again until somebody is there and, once a
-// second, until he lets this in.
+// cannot read. Connecting never fails: it is tried again until a daemon answers and, once a second,
+// until the daemon lets this subscriber in.
 class Subscriber {
  public:
   struct Message {
@@ -23,17 +23,18 @@ class Subscriber {
     std::string json;
   };
 
-  // client: its keys; absent: it has none.
+  // client: the subscriber's keys; absent: it has none.
   Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
              const std::optional<CurveClient>& client = std::nullopt);
   ~Subscriber();
   Subscriber(const Subscriber&) = delete;
   Subscriber& operator=(const Subscriber&) = delete;
 
-  // The next message; absent when none came within the time. Anything but two parts is passed over.
+  // The next message; absent when none came within the timeout. A message that has not two parts is
+  // passed over.
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
-  // How the connection stands.
+  // The state of the connection.
   HandshakeWatch::State state();
 
  private:

@@ -7,13 +7,14 @@
 
 namespace splid {
 
-// What all connections of a peer have outstanding.
+// The outstanding traffic of all connections of a peer, and how many connections it has.
 struct PeerUse {
   Allowance spent;
   std::size_t connections = 0;
 };
 
-// What one connection has sent and nothing was sent back for.
+// Keeps account of one connection's outstanding traffic: what the peer has sent, less what the
+// frames sent to the peer take off (GateLimits::back_for_short, back_for_long).
 //
 // Threads: the gate's. `peer` outlives this.
 class TrafficAccount {
@@ -51,7 +52,7 @@ class TrafficAccount {
 
   const GateLimits* limits_;
   PeerUse* peer_;
-  Allowance spent_;  // not below 0
+  Allowance spent_;  // outstanding, never below 0
 };
 
 }  // namespace splid

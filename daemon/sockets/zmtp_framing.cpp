@@ -16,7 +16,7 @@ constexpr std::size_t mechanism_bytes = 20;
 constexpr std::byte long_flag{2};
 constexpr std::byte known_flags{7};  // more, long, command
 
-// Whether as many bytes of a greeting as are there can be one's.
+// Whether the first bytes received can be the beginning of a greeting.
 bool may_be_greeting(std::span<const std::byte> begun) {
   if (begun[0] != signature_begin) return false;
   if (begun.size() > signature_end_at && begun[signature_end_at] != signature_end) return false;

@@ -9,15 +9,16 @@
 
 namespace splid {
 
-// Where the frames of one direction of a ZMTP 3 connection begin and how long they are (RFC 23,
-// 37/ZMTP). What they hold is not looked at: with CURVE it cannot be.
+// Finds where the ZMTP frames in one direction of a connection begin and how long they are (RFC 23,
+// RFC 37/ZMTP). It does not look into the frames, which with CURVE are encrypted.
 class ZmtpFraming {
  public:
-  // Adds the length of each frame's body, in bytes, as soon as its header is there. False where
-  // this is no ZMTP 3: then, and ever after.
+  // Takes the next bytes, and appends to `bodies` the length in bytes of each frame's body as soon
+  // as the frame's header is complete. Returns false, from then on, where the bytes are not ZMTP 3.
   bool take(std::span<const std::byte> bytes, std::vector<std::uint64_t>& bodies);
 
-  // The security that the greeting asks for, "NULL" or "CURVE"; empty before its end.
+  // The security mechanism in the greeting, "NULL" or "CURVE"; empty before the greeting is
+  // complete.
   [[nodiscard]] const std::string& mechanism() const { return mechanism_; }
 
   static constexpr std::size_t greeting_bytes = 64;
@@ -27,7 +28,7 @@ class ZmtpFraming {
   bool take_greeting(std::span<const std::byte>& bytes);
   bool take_header(std::span<const std::byte>& bytes, std::vector<std::uint64_t>& bodies);
 
-  std::array<std::byte, greeting_bytes> begun_{};  // the greeting, then each header
+  std::array<std::byte, greeting_bytes> begun_{};  // an incomplete greeting or frame header
   std::size_t begun_bytes_ = 0;
   std::uint64_t body_left_ = 0;
   std::string mechanism_;

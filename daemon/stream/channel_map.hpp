@@ -12,17 +12,17 @@
 
 namespace splid {
 
-// What the framer does with a tag: a sum of these. Zero for an event on a channel that the
-// configuration does not name. More than one for a marker tag whose bits hold several channels:
-// instruments put markers that come together into one record.
+// What the framer does with a tag: a sum of the roles below. It is 0 for an event on a channel that
+// the configuration does not name. A marker tag may have several roles, since instruments put
+// markers that come together into one record.
 using Roles = std::uint8_t;
 inline constexpr Roles role_photon = 1;
 inline constexpr Roles role_sync = 2;
 inline constexpr Roles role_marker = 4;   // of the encoder
-inline constexpr Roles role_control = 8;  // no event: heartbeat, loss, missed, clock_break
+inline constexpr Roles role_control = 8;  // not an event: heartbeat, loss, missed, clock_break
 
-// From a tag's kind and value to its roles, by table: the configuration's names become numbers
-// once, at start.
+// Finds a tag's roles from its kind and value in a table, which is made once from the configured
+// channel names.
 class ChannelMap {
  public:
   // Errors: Error(Fault::usage) naming the JSON pointer, the value and the bound where
@@ -31,16 +31,16 @@ class ChannelMap {
 
   // Threads: any; the map is constant.
   [[nodiscard]] Roles roles(const Tag& tag) const {
-    // Design note: inputs -128 to 126 have their places (some taggers number falling edges
-    // negatively); all beyond share the last column, which no name can mean.
+    // Design note: inputs -128 to 126 have a column each (some taggers number falling edges
+    // negatively). All other inputs share the last column, which no channel name means.
     const auto column = std::min(
         static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input), columns - 1);
     return table_[(static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column];
   }
 
-  // Whether any photon input's tags come late by a delay of its own.
+  // Whether a delay is configured for any photon input.
   [[nodiscard]] bool has_delays() const { return has_delays_; }
-  // The tag, without its input's delay.
+  // The tag with its input's delay subtracted from its time.
   [[nodiscard]] Tag undelayed(Tag tag) const {
     if (tag.kind != TagKind::photon) return tag;
     const auto column = std::min(

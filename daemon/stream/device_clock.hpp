@@ -9,11 +9,11 @@
 
 namespace splid {
 
-// UTC of times in the tagger's clock. Where the source does not know it, a live source's first tag
-// is as old as the host's clock says when it comes, and from then on the host's clock is followed:
-// a tagger that is off by 10 ppm would be off by 26 s after a month. Anything else, a recording
-// that names no date, starts at 1970, so that a replay repeats itself and never looks at the host's
-// clock.
+// Converts times in the tagger's clock to UTC. Where a live source does not know the UTC, its first
+// tag gets the host's UTC at its arrival, and from then on the conversion follows the host's clock:
+// a tagger's clock that is off by 10 ppm would be off by 26 s after a month. A recording that names
+// no date starts at 1970; the host's clock is never used for it, so that a replay gives the same
+// times each time.
 //
 // Threads: one at a time. Errors: none.
 class DeviceClock {
@@ -24,19 +24,20 @@ class DeviceClock {
         follows_host_(info.live && !info.start_unix_s.has_value()),
         start_unix_s_(info.start_unix_s.value_or(0)) {}
 
-  // A tag of time_ps has just come; to be called with the first, and after the clock was set back.
+  // A tag with time_ps has just come. To be called with the first tag, and with the first tag after
+  // the tagger's clock was set anew.
   void anchor(std::int64_t time_ps) {
     if (!follows_host_) return;
     start_unix_s_ = start_of(time_ps);
     second_.reset();
   }
 
-  // The stream has come to time_ps, or went past it a moment ago.
+  // The stream has just come to time_ps or a little beyond. To be called often.
   //
-  // Design note: what comes late says less than what comes at once, so the least late of a second
-  // counts. It moves the clock by 100 ppm at most, which no frame's length shows. A clock that is
-  // ahead of the host by more than tags can be early, or behind by more than the ring holds, was
-  // set, one of the two: it is taken as it is.
+  // Design note: tags come with varying delays, so of each second only the tag with the least delay
+  // counts. It moves the conversion by 100 ppm at most, which shows in no frame's length. If the
+  // conversion is ahead of the host by more than 0.5 s, or behind by more than the 10 s that a ring
+  // may hold, one of the two clocks was set, and the conversion takes over the host's UTC at once.
   void follow(std::int64_t time_ps) {
     if (!follows_host_) return;
     const std::int64_t now_ns = clock_->steady_ns();
@@ -50,7 +51,7 @@ class DeviceClock {
     second_.reset();
   }
 
-  // Seconds; a double holds a quarter of a microsecond of UTC.
+  // UTC in seconds since 1970; a double resolves a quarter of a microsecond of it.
   [[nodiscard]] double unix_s(std::int64_t time_ps) const {
     return start_unix_s_ + seconds(time_ps);
   }
@@ -62,13 +63,14 @@ class DeviceClock {
 
   struct Second {
     std::int64_t begin_ns;
-    double start_unix_s;  // by what came least late
+    double start_unix_s;  // by the tag with the least delay
   };
 
   [[nodiscard]] double start_of(std::int64_t time_ps) const {
     return clock_->unix_s() - seconds(time_ps);
   }
-  // Divided, not multiplied by 1e-12, which is no double: 50 ms are 0.05 s to the last digit.
+  // Divided by 1e12 and not multiplied by 1e-12, which no double holds exactly: so 50 ms are 0.05 s
+  // to the last digit.
   static double seconds(std::int64_t time_ps) { return static_cast<double>(time_ps) / 1e12; }
 
   const Clock* clock_;

@@ -11,20 +11,20 @@
 
 namespace splid {
 
-// An array that is allocated, and written once, when it is made, and never grows.
+// An array of fixed capacity. All its memory is allocated and written when it is made.
 template <class T>
 class FixedArray {
  public:
   explicit FixedArray(std::size_t capacity)
       : items_(std::make_unique<T[]>(capacity)), capacity_(capacity) {}
 
-  // False, and nothing added, when the array is full.
+  // Adds an item; returns false and adds nothing when the array is full.
   bool push(const T& item) {
     if (size_ == capacity_) return false;
     items_[size_++] = item;
     return true;
   }
-  // Room behind the last item, to be written and then taken in by grow().
+  // The free room behind the last item, to be written to and then added with grow().
   [[nodiscard]] std::span<T> room() { return {items_.get() + size_, capacity_ - size_}; }
   void grow(std::size_t count) { size_ += count; }
   void resize(std::size_t size) { size_ = size; }
@@ -48,7 +48,7 @@ class FixedArray {
   std::size_t capacity_;
 };
 
-// How much of each a frame can hold; see frame_capacity() in framer.hpp.
+// How many tags of each kind a frame can hold; see frame_capacity() in frame_plan.hpp.
 struct FrameCapacity {
   std::size_t photons = 1 << 20;
   std::size_t syncs = 1 << 16;
@@ -62,8 +62,8 @@ struct MarkerTag {
   std::int32_t bits = 0;  // all marker bits of the record; the input's number for an input
 };
 
-// One frame with its tags. All times in the tagger's clock. Filled by the Framer; what it holds may
-// be read from FrameSink::close() on until the frame is opened again.
+// One frame with its tags. All times are in the tagger's clock. The Framer fills it; it may be read
+// from FrameSink::close() on, until it is opened again.
 struct Frame {
   explicit Frame(const FrameCapacity& capacity)
       : photons_ps(capacity.photons),
@@ -72,22 +72,23 @@ struct Frame {
         losses(capacity.losses) {}
 
   std::uint64_t sequence = 0;           // counts frames from 0
-  std::int64_t start_ps = 0;            // a pattern start, where the syncs tell
-  std::int64_t end_ps = 0;              // the next frame's start, but after a jump of the clock
+  std::int64_t start_ps = 0;            // a pattern start, if there are syncs to tell
+  std::int64_t end_ps = 0;              // the next frame's start, unless the clock jumps between
   FixedArray<std::int64_t> photons_ps;  // in [start_ps, end_ps), nearly sorted
-  FixedArray<std::int64_t> syncs_ps;    // likewise
-  FixedArray<MarkerTag> markers;        // likewise
+  FixedArray<std::int64_t> syncs_ps;    // in [start_ps, end_ps), nearly sorted
+  FixedArray<MarkerTag> markers;        // in [start_ps, end_ps), nearly sorted
   FixedArray<Loss> losses;              // clipped to the frame, sorted, not overlapping
-  std::uint64_t lost_tags = 0;  // known count: of losses that ended here, late and surplus tags
-  std::uint64_t uncounted_losses = 0;  // that ended here and took nobody knows how many tags
+  std::uint64_t lost_tags = 0;  // tags of losses that ended in this frame, late and surplus tags
+  std::uint64_t uncounted_losses = 0;  // losses of unknown count that ended in this frame
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
   SyncFit sync;
-  std::int64_t arrival_ns = 0;  // of its last tag, as passed to Framer::push
+  std::int64_t arrival_ns = 0;  // of the last tag, as passed to Framer::push()
 
-  // Notes [begin_ps, end_ps), from start_ps on, as not seen; count as in Loss. Without room the
-  // last loss grows over what lies between, so that less counts as seen than was.
+  // Adds the loss [loss_begin_ps, loss_end_ps), without its part before start_ps; count: as in
+  // Loss. If there is no room for another loss, the last loss grows to cover this one and the time
+  // between, so that less time counts as seen than was seen.
   void add_loss(std::int64_t loss_begin_ps, std::int64_t loss_end_ps, std::int64_t count);
-  // Sorts the losses, clips them to the frame, joins those that touch, and fills seen_fraction.
+  // Sorts the losses, clips them to the frame, joins losses that touch, and fills seen_fraction.
   void settle_losses();
 
   // Valid as long as the frame is.
@@ -96,14 +97,14 @@ struct Frame {
   }
 };
 
-// Where the framer takes empty frames and leaves full ones: a pool, or a test's vector.
+// Gives the framer empty frames and takes the full ones: the lanes, or a test's vector.
 //
 // Threads: the framer's. Errors: none. Timeouts: open() may wait for a free frame.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
-  // A frame to fill; what it held is overwritten. Never called twice without close() between. One
-  // that is not closed when the stream ends is empty.
+  // A frame to fill; its old content is overwritten. Never called twice without close() between. A
+  // frame that is still open when the stream has ended is empty.
   virtual Frame& open() = 0;
   // The frame of the last open() is complete.
   virtual void close() = 0;

@@ -11,7 +11,7 @@ namespace splid {
 namespace {
 
 constexpr double ps_per_ms = 1e9;
-constexpr std::size_t more_syncs = 1024;  // strays and doubles of short frames
+constexpr std::size_t more_syncs = 1024;  // room for stray and doubled syncs of short frames
 
 double tagger_period_ps(const Pattern& pattern) {
   return pattern.calibrated_period_ps.value_or(pattern_period_ps(pattern));

@@ -16,15 +16,16 @@ constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
 constexpr std::size_t most_undelayed = 4096;
-constexpr std::size_t most_held = 4096;  // in 1 us; beyond, the frame closes at once
+constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
-// Design note: the end is placed when 99 % of the frame has passed, by the syncs so far. Their line
-// then has to hold for 1 % more only (0.2 ps of error with 10 ps of jitter and 13,000 syncs), and
-// the tags of the rest know where they belong as they come.
+// Design note: the frame's end is placed when 99 % of the frame has passed, by a line through its
+// syncs so far. The line then has to be extended by only 1 % of the frame (an error of 0.2 ps with
+// 10 ps of jitter and 13,000 syncs), and for each tag of the last 1 % it is known at once which
+// frame it belongs to.
 constexpr double end_fixed_at = 0.99;
 
-// Design note: times within 2^54 ps (5 h) of what 64 bits hold are taken for strays, so that ends
-// and gaps cannot overflow.
+// Design note: times within 2^54 ps (5 h) of the largest and smallest 64-bit numbers are taken for
+// stray time stamps, so that the arithmetic with ends and gaps cannot overflow.
 constexpr std::int64_t max_time_ps =
     std::numeric_limits<std::int64_t>::max() - (std::int64_t{1} << 54);
 
@@ -44,8 +45,8 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
   const double length_ps =
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
   max_gap_ps_ = std::max(second_ps, frames_without_tags * to_ps(length_ps));
-  // Where a frame is so short that its last per cent is less than the disorder, tags of the next
-  // frame could come before this one's end is known.
+  // In a very short frame the last per cent may be shorter than 1 us. Then tags of the next frame
+  // could come before the end of this frame is placed, so the allowed disorder is less too.
   disorder_ps_ = std::min(disorder_ps, to_ps(length_ps / 400));
 }
 
@@ -73,7 +74,7 @@ void Framer::push_in_time(std::span<const Tag> tags) {
   }
 }
 
-// The hot loop: photons of the open frame, and tags of no use.
+// The hot loop: stores the photons of the open frame, and skips tags on channels that are not used.
 const Tag* Framer::store_run(const Tag* tag, const Tag* last) {
   const std::span<std::int64_t> room = frame_->photons_ps.room();
   if (static_cast<std::size_t>(last - tag) > room.size()) last = tag + room.size();
@@ -94,7 +95,7 @@ const Tag* Framer::store_run(const Tag* tag, const Tag* last) {
   return tag;
 }
 
-// As store_run, once the frame has no more room for photons.
+// As store_run(), but for a frame that has no more room for photons: only counts them.
 const Tag* Framer::skip_run(const Tag* tag, const Tag* last) {
   const Tag* const first = tag;
   const std::uint64_t start = frame_->start_ps;
@@ -175,7 +176,8 @@ void Framer::take_control(const Tag& tag) {
   }
 }
 
-// A time that cannot be says nothing but that the loss, if one is open, ends about now.
+// Takes a control tag whose time is impossible. Its count is still good; if a loss is open, a
+// loss_end ends that loss at the last tag.
 void Framer::take_control_of_no_time(const Tag& tag) {
   if (tag.kind == TagKind::loss_end && loss_from_ps_) {
     end_loss(last_ps_, tag.value);
@@ -184,7 +186,7 @@ void Framer::take_control_of_no_time(const Tag& tag) {
   }
 }
 
-// The open frame and the open loss end with the clock that they were told in.
+// The tagger's clock was set anew: the open frame and the open loss end with the old clock.
 void Framer::break_clock() {
   settle_last_suspect();
   if (loss_from_ps_) lose_uncounted();
@@ -193,7 +195,7 @@ void Framer::break_clock() {
   ++totals_.resets;
 }
 
-// A tag far ahead is real if the next one is there too.
+// Decides on the suspect, a tag far ahead: it is real if the next tag is that far ahead too.
 void Framer::settle_suspect(std::int64_t next_ps) {
   if (!suspect_) return;
   const Tag tag = *suspect_;
@@ -209,27 +211,29 @@ void Framer::settle_suspect(std::int64_t next_ps) {
   }
 }
 
-// No tag comes after it to tell: it is real unless so far ahead that it would be a jump.
+// Decides on the suspect when no tag comes after it: it is real unless it is so far ahead that it
+// would make a jump.
 void Framer::settle_last_suspect() {
   if (!suspect_) return;
   const bool near = saturated_difference(suspect_->time_ps, last_ps_) <= max_gap_ps_;
   settle_suspect(near ? suspect_->time_ps : last_ps_);
 }
 
-// Whether a tag is before the open frame, also if that was begun only now, at a suspect.
+// Whether a tag is before the open frame. The tag first decides on the suspect, which may begin a
+// new frame; then the question is asked again for that frame.
 bool Framer::comes_late(std::int64_t time_ps) {
   if (is_early(time_ps)) return true;
   settle_suspect(time_ps);
   return is_early(time_ps);
 }
 
-// Whether a tag is before the open frame; it says nothing about a suspect then. Begins a frame at
-// it where none is open, or where it is the last of so many in a row.
+// Whether a tag is before the open frame; such a tag does not decide on the suspect. Where no frame
+// is open, and where 16 tags in a row were before the open frame, a new frame begins at this tag.
 bool Framer::is_early(std::int64_t time_ps) {
   if (frame_ == nullptr) begin_frame(time_ps, Ends::neither);
   if (time_ps >= frame_->start_ps) return false;
   if (ends_ == Ends::neither && saturated_difference(frame_->start_ps, time_ps) <= disorder_ps_) {
-    frame_->start_ps = time_ps;  // the stream's first tags, out of order
+    frame_->start_ps = time_ps;  // the first tags of the stream are out of order
     return false;
   }
   if (++backward_run_ < backward_tags) return true;
@@ -257,7 +261,7 @@ void Framer::jump_gap(std::int64_t time_ps) {
   begin_frame(time_ps, Ends::neither);
 }
 
-// The stream's time is time_ps: close what ended patience_ps before it.
+// The stream has come to time_ps: closes every frame that ended patience_ps before it or earlier.
 void Framer::reach(std::int64_t time_ps, std::int64_t patience_ps) {
   jump_gap(time_ps);
   while (time_ps >= limit_ps_) {
@@ -337,8 +341,9 @@ void Framer::move_start(std::int64_t start_ps) {
   limit_ps_ = start_ps + to_ps(end_fixed_at * static_cast<double>(nominal_ps_));
 }
 
-// The stream's first sync: the frame starts whole periods before it, at or before its first tag;
-// what lies between is not known to be seen.
+// Takes the first sync of the stream: the frame's start is placed a whole number of periods before
+// the sync, at or before the frame's first tag. The time between the start and that first tag is a
+// loss, since nobody knows whether the instrument was listening.
 void Framer::anchor(std::int64_t sync_ps) {
   const std::int64_t first_ps = std::min(frame_->start_ps, sync_ps);
   const double period_ps = clock_.period_ps();
@@ -346,7 +351,7 @@ void Framer::anchor(std::int64_t sync_ps) {
   ends_ = Ends::start;
   move_start(sync_ps - to_ps(before * period_ps));
   frame_->start_ps = std::min(frame_->start_ps, first_ps);
-  limit_ps_ = std::max(limit_ps_, reached_ps());  // what is in the frame stays in it
+  limit_ps_ = std::max(limit_ps_, reached_ps());  // tags already in the frame stay in it
   frame_->add_loss(frame_->start_ps, first_ps, 0);
 }
 
@@ -358,8 +363,9 @@ void Framer::fix_end() {
   ends_ = Ends::both;
 }
 
-// The pattern start that is the frame's periods after its own start, or so many more that what
-// already came is in it: a frame that began off the grid ends on it.
+// The frame's end from a fit of its syncs: the pattern start that lies the frame's number of
+// periods after its start, or the first later pattern start that keeps all tags already taken in
+// the frame. So a frame that did not begin at a pattern start still ends at one.
 std::int64_t Framer::end_by_grid(const SyncFit& grid) const {
   const auto index = [&](std::int64_t time_ps) {
     return (static_cast<double>(time_ps - grid.origin_ps) - grid.phase_ps) / grid.period_ps;
@@ -371,8 +377,10 @@ std::int64_t Framer::end_by_grid(const SyncFit& grid) const {
   return grid.origin_ps + to_ps(grid.phase_ps + end * grid.period_ps);
 }
 
-// Without a fit: the nominal end, or the pattern start near it that the last sync tells, if that
-// is no further away than the drift can explain; so frames with one sync or two stay on the grid.
+// The frame's end where its syncs cannot be fitted: the pattern start nearest to the nominal end,
+// counted from the last sync, if it is no further from the nominal end than 500 ppm of clock drift
+// can explain; otherwise the nominal end. So frames with one or two syncs still end at pattern
+// starts.
 std::int64_t Framer::end_by_last_sync() const {
   constexpr double max_drift = 500e-6;
   const std::int64_t taken_ps = std::max(limit_ps_, last_ps_ + disorder_ps_ + 1);
@@ -408,7 +416,7 @@ void Framer::close_frame() {
   sink_.close();
 }
 
-// Closes the frame before its time; what it did not reach is a loss.
+// Closes the frame before its end is reached; the time that the stream did not reach is a loss.
 void Framer::cut_short() {
   if (!held_.empty()) next_frame();
   if (ends_ != Ends::both) fix_end();
@@ -451,7 +459,7 @@ void Framer::end_loss(std::int64_t time_ps, std::int32_t count) {
   report(count);
 }
 
-// A count that the stream itself gives; -1: not known.
+// Counts the tags of a loss that the stream itself reports; -1: their number is not known.
 void Framer::report(std::int64_t count) {
   if (count < 0) lose_uncounted();
   if (count <= 0) return;
@@ -468,7 +476,8 @@ void Framer::lose_uncounted() {
   ++(frame_ != nullptr ? frame_->uncounted_losses : unplaced_uncounted_);
 }
 
-// The tags of three frames say enough; one frame without a lock may have begun in mid-stream.
+// Looks for the reason why frames do not lock, once three frames did not: a single frame may not
+// lock because it began in mid-stream.
 void Framer::diagnose() {
   constexpr int frames_enough = 3;
   constexpr std::size_t syncs_enough = 16;

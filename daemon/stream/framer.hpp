@@ -15,70 +15,84 @@
 
 namespace splid {
 
-// Where every tag went. Each event (photon, sync, marker) pushed is counted once:
+// The room daemon/stream leads from a source's tags to estimated frames: source_thread.hpp,
+// ring.hpp, framer.hpp, frame_dealer.hpp, lane.hpp, lane_estimator.hpp, and stream.hpp, which joins
+// them. Read this header first: it says where a frame begins and ends, and where a lost tag is
+// counted.
+
+// Where every tag went. Each event (photon, sync or marker) is counted once:
 //   events = photons + syncs + markers - shared + ignored + late + surplus
-// and every frame's lost_tags together, with unplaced: late + surplus + reported.
+// The lost_tags of all frames together, plus unplaced, are late + surplus + reported.
 struct FramerTotals {
   std::uint64_t events = 0;
   std::uint64_t photons = 0;   // in frames
   std::uint64_t syncs = 0;     // in frames
   std::uint64_t markers = 0;   // in frames
-  std::uint64_t shared = 0;    // uses of a tag beyond its first, for markers that came together
+  std::uint64_t shared = 0;    // further uses of a tag that holds several markers
   std::uint64_t ignored = 0;   // on channels that the configuration does not name
-  std::uint64_t late = 0;      // earlier than the open frame, or alone far ahead of it
+  std::uint64_t late = 0;      // earlier than the open frame, or a single tag far ahead of it
   std::uint64_t surplus = 0;   // more than a frame can hold
-  std::uint64_t reported = 0;  // missing as the stream itself says, known counts
-  std::uint64_t unplaced = 0;  // lost while no frame is open: the next frame's, if one comes
+  std::uint64_t reported = 0;  // lost, with a count that the stream itself gives
+  std::uint64_t unplaced = 0;  // lost while no frame is open; the next frame takes them over
   std::uint64_t frames = 0;
   std::uint64_t jumps = 0;      // gaps for which no frames were made
-  std::uint64_t resets = 0;     // times the clock was set anew
-  std::uint64_t uncounted = 0;  // losses of which nobody knows how many tags they took
+  std::uint64_t resets = 0;     // how often the tagger's clock was set anew
+  std::uint64_t uncounted = 0;  // losses of an unknown number of tags
 };
 
-// Cuts the stream of tags into frames: takes spans of tags in stream order, however cut, and emits
-// closed frames. A frame is a whole number of pattern periods, the number that comes nearest to
-// length_ms, in the tagger's clock; it starts and ends at pattern starts as the syncs tell them,
-// and where the one before ended. Without syncs it has its nominal length and is not locked.
+// Cuts the stream of tags into frames. It takes spans of tags in stream order, wherever the spans
+// are cut, and emits closed frames. A frame is a whole number of pattern periods in the tagger's
+// clock: the number that comes nearest to length_ms. It starts where the frame before it ended, and
+// ends at a pattern start that the syncs tell. Without syncs it has its nominal length and is not
+// locked.
 //
-//  - It closes as soon as any tag or heartbeat is 1 us past its end; tags out of order by up to
-//    that are in the frame they belong to. Later ones are counted (late) in the open frame.
-//  - An event more than 1 us ahead of the tag before it and past the frame waits for the next tag
-//    to be there too. So one stray time stamp far ahead costs that tag alone (late); two together
-//    cost the open frame's rest, until 16 earlier tags in a row set the clock back.
+//  - A frame closes as soon as any tag or heartbeat is 1 us past its end. So tags that are out of
+//    order by up to 1 us are in the frame that they belong to. Tags that come still later are
+//    counted as `late` in the frame that is open then.
+//  - An event past the frame's end that is more than 1 us ahead of the tag before it waits until
+//  the
+//    next tag is that far ahead too. So a single stray time stamp costs that tag alone (`late`).
+//    Two stray time stamps together cost the rest of the open frame, until 16 earlier tags in a row
+//    set the clock back.
 //  - A gap of more than max(1 s, 20 frames) makes no empty frames: the open frame is closed with
-//    the rest as a loss, and framing starts anew after it. A shorter one gives empty frames.
-//  - 16 tags in a row before the open frame, or a clock_break: the clock was set anew. The frame is
-//    closed likewise; the first 15 are late. A step back within the open frame is not seen.
-//  - A loss is clipped to the frames that it touches; its count goes to the one in which it ends.
-//    `missed` says no interval: it is taken as since the tag before. An end without a beginning
-//    reaches back to the loss before, or to the frame's start. A loss that is open when the clock
-//    is set anew ends there: its end may never come.
-//  - Photons beyond the frame's room are counted (surplus), and the rest of the frame is a loss.
-//  - Time in which an instrument says nothing although it should is a loss that nobody told of; see
-//    Silence.
+//  its
+//    rest as a loss, and framing starts anew after the gap. A shorter gap makes empty frames.
+//  - 16 tags in a row before the open frame's start, or a clock_break, mean that the tagger's clock
+//    was set anew. The open frame is closed with its rest as a loss; the first 15 of those tags are
+//    `late`. A step back that stays within the open frame is not noticed.
+//  - A loss is clipped to the frames that it touches; its count goes to the frame in which it ends.
+//  A
+//    `missed` tag has no interval: the loss is taken to reach back to the tag before it. A loss_end
+//    without its loss_begin reaches back to the end of the loss before it, or to the frame's start.
+//    A loss that is open when the clock is set anew ends there, since its end may never come.
+//  - Photons beyond the frame's room are counted (`surplus`), and the rest of the frame is a loss.
+//  - Time in which an instrument sends nothing although it should is a loss too, though no tag
+//  tells
+//    of it: see Silence.
 //
 // Threads: one. Errors: none; FrameSink::open() may wait. No allocation after construction.
 class Framer {
  public:
   Framer(const FramerOptions& options, const ChannelMap& channels, FrameSink& sink);
 
-  // arrival_ns: when the tags came, any steady clock; ends up in Frame::arrival_ns. Photons are
-  // taken without their input's delay; that may put them out of order by as much.
+  // arrival_ns: when the tags came, by any steady clock; it becomes Frame::arrival_ns. The delay of
+  // each photon's input is subtracted first, which may put photons out of order by that delay.
   void push(std::span<const Tag> tags, std::int64_t arrival_ns);
-  // End of the stream: the last frame, if it holds or lost anything, with what was not reached as a
-  // loss. Tags pushed afterwards start anew.
+  // The stream is over: emits the last frame, if it holds or lost any tag, with the time that the
+  // stream did not reach as a loss. Tags pushed afterwards begin a new stream.
   void finish();
 
   [[nodiscard]] const FramerTotals& totals() const { return totals_; }
-  // Set once three frames with 16 syncs or more did not lock before any frame did.
+  // Why no frame locks; set after three frames with 16 syncs or more did not lock and before any
+  // frame did.
   [[nodiscard]] const std::optional<SyncDiagnosis>& diagnosis() const { return diagnosis_; }
 
  private:
-  // What is known of the open frame's two ends.
+  // Which ends of the open frame are already placed on pattern starts.
   enum class Ends { neither, start, both };
 
   void push_in_time(std::span<const Tag> tags);
-  // Each returns the first tag that it did not take.
+  // Both return the first tag that they did not take.
   const Tag* store_run(const Tag* tag, const Tag* last);
   const Tag* skip_run(const Tag* tag, const Tag* last);
   void run_ended(std::size_t photons, std::size_t taken, const Tag* next);
@@ -120,27 +134,27 @@ class Framer {
   FrameSink& sink_;
   SyncClock clock_;
   Silence silence_;
-  std::int64_t max_gap_ps_;   // a longer one gives no empty frames
-  std::int64_t disorder_ps_;  // tags may be out of order by so much
+  std::int64_t max_gap_ps_;   // a longer gap makes no empty frames
+  std::int64_t disorder_ps_;  // how far tags may be out of order
 
-  Frame* frame_ = nullptr;  // the one being filled
-  Frame* spare_ = nullptr;  // opened but not used, at the end of a stream
+  Frame* frame_ = nullptr;  // the open frame
+  Frame* spare_ = nullptr;  // a frame opened but not used at the end of the stream before
   Ends ends_ = Ends::neither;
   double periods_ = 0;           // pattern periods in the frame
-  std::int64_t nominal_ps_ = 0;  // those, by the period best known
-  std::int64_t limit_ps_ = 0;    // times in [start, limit) need no decision; with both ends: end
-  std::int64_t last_ps_ = 0;     // time of the tag before
+  std::int64_t nominal_ps_ = 0;  // length of these periods, by the best known period
+  std::int64_t limit_ps_ = 0;    // times in [start, limit) are in the frame; once placed, its end
+  std::int64_t last_ps_ = 0;     // time of the last tag
   std::int64_t arrival_ns_ = 0;  // of the tags being pushed
   std::uint64_t sequence_ = 0;
 
-  std::optional<Tag> suspect_;  // far ahead of the tag before it
-  FixedArray<Tag> undelayed_;   // scratch, where inputs have delays
-  FixedArray<Tag> held_;        // of the next frame, while this one waits for disorderly tags
+  std::optional<Tag> suspect_;  // a tag far ahead of the tag before it, not yet believed
+  FixedArray<Tag> undelayed_;   // scratch: tags without their inputs' delays
+  FixedArray<Tag> held_;        // tags of the next frame, while the open frame waits for late tags
   int backward_run_ = 0;        // tags in a row that were earlier than the frame
   std::optional<std::int64_t> loss_from_ps_;     // a loss_begin without its end
-  std::int64_t loss_floor_ps_ = 0;               // where an end without beginning reaches back to
+  std::int64_t loss_floor_ps_ = 0;               // how far a loss_end alone reaches back
   std::optional<std::int64_t> surplus_from_ps_;  // first photon for which there was no room
-  std::uint64_t surplus_photons_ = 0;            // of this frame
+  std::uint64_t surplus_photons_ = 0;            // of the open frame
 
   FramerTotals totals_;
   std::uint64_t unplaced_uncounted_ = 0;  // uncounted losses while no frame is open

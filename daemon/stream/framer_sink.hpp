@@ -12,8 +12,8 @@
 
 namespace splid {
 
-// Frames a source's tags on the source's own thread, without ring: for work that has not to keep
-// up with an instrument.
+// Frames a source's tags on the source's own thread, without a ring, for work that need not keep up
+// with an instrument.
 //
 // Threads: the source's. Errors, timeouts: none.
 class FramerSink final : public TagSink {

@@ -9,17 +9,17 @@
 
 namespace splid {
 
-// Hears what a driver reports of its instrument, on the source's thread.
+// Called on the source's thread with what a driver reports of its instrument.
 using HearReport = std::function<void(const DeviceReport&)>;
 
-// Opens the configured source of tags. Its warnings and reports go to the log; its reports also to
-// `hear`, where there is one, for as long as the source lives.
-// Errors: Error as the driver's open() throws it.
+// Opens the configured source of tags. The source's warnings and reports go to the log. `hear`, if
+// there is one, gets the reports too, for as long as the source lives.
+// Errors: those of the driver's open().
 std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear = nullptr);
 
-// Opens the configured source of an encoder's counts; null where the configuration has none. Its
-// warnings go to the log. source: of the tags, whose scene may have the encoder; may be null.
-// Errors: Error as the driver's open_encoder() throws it.
+// Opens the configured source of an encoder's counts; null where no encoder is configured. The
+// source's warnings go to the log. source: the options of the source of tags, whose simulated scene
+// may have the encoder; may be null. Errors: those of the driver's open_encoder().
 std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& encoder,
                                             const SourceOptions* source);
 

@@ -17,8 +17,9 @@ using std::chrono::steady_clock;
 constexpr int looks_before_sleep = 128;
 constexpr nanoseconds longest_sleep = std::chrono::milliseconds(20);
 
-// Design note: of the DroppingSink; see there. 14 pairs on each side of a clock_break, each side's
-// pair of unknown count, the break itself and a loss begun again are 60 tags at most.
+// Design note: room for the losses of a DroppingSink. On each side of a clock_break there may be 14
+// pairs with a count and one pair without a count. With the clock_break itself and a loss_begin
+// that is sent again these are at most 62 tags.
 constexpr std::size_t kept_for_losses = 64;
 constexpr int most_pairs = 14;
 constexpr std::size_t scratch_tags = 8192;
@@ -47,8 +48,8 @@ void TagRing::Sleeper::sleep(nanoseconds at_most, Ready ready) {
   asleep.store(true);
   if (!ready() && wake.try_acquire_for(at_most)) return;
   if (asleep.exchange(false)) return;
-  // The other side took the flag down and is about to post; take that, or it would wake the next
-  // sleep.
+  // The other side has already taken the flag down and is about to post. That post has to be taken
+  // here, or it would end the next sleep at once.
   while (!wake.try_acquire_for(longest_sleep)) {
   }
 }
@@ -138,7 +139,8 @@ void TagRing::consume(std::size_t count) {
 bool TagRing::ended() const { return closed_.load() && written_.load() == consumer_at_; }
 
 std::size_t TagRing::fill() const {
-  const std::uint64_t read = read_.load();  // first: written_ only grows, so never below zero
+  const std::uint64_t read =
+      read_.load();  // read_ first: written_ only grows, so the difference is never negative
   return std::min<std::size_t>(written_.load() - read, capacity());
 }
 
@@ -199,7 +201,7 @@ void DroppingSink::drop(const Tag& tag) {
     break_stretch(tag.time_ps);
     return;
   }
-  if (tag.kind == TagKind::heartbeat) return;  // nothing is lost with it
+  if (tag.kind == TagKind::heartbeat) return;  // a dropped heartbeat is no loss
   if (!after_.any) {
     if (!before_.any) ++drops_;
     after_.any = true;
@@ -224,7 +226,7 @@ void DroppingSink::break_stretch(std::int64_t time_ps) {
     before_.count += after_.count;
     before_.unknown = before_.unknown || after_.unknown;
   }
-  before_.reopened = false;  // its interval ends with the clock that it was told in
+  before_.reopened = false;  // the source's open loss ends with the old clock
   after_ = {};
   broken_ = true;
   break_ps_ = time_ps;

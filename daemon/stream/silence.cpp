@@ -12,11 +12,11 @@ using Times = std::span<const std::int64_t>;
 constexpr std::size_t least_gaps = 8;
 constexpr std::size_t least_gaps_of_tail = 64;
 constexpr double one_period = 1.5;
-constexpr double short_gap = 32;    // periods; longer ones say nothing of syncs dropped one by one
+constexpr double short_gap = 32;    // periods; longer gaps are not from syncs dropped one by one
 constexpr double odds_nats = 20.7;  // 1e-9 a frame
 constexpr std::int64_t least_run_ps = 2'000'000;  // tags may be out of order by half of that
 
-// What the gaps between syncs look like.
+// Statistics of the gaps between syncs.
 struct Gaps {
   std::size_t count = 0;
   std::size_t of_one_period = 0;
@@ -45,10 +45,10 @@ std::int64_t run_ps(double length_ps) {
 
 double log_odds(std::size_t gaps) { return odds_nats + std::log(static_cast<double>(gaps)); }
 
-// Design note: light that flickers makes longer gaps than chance at an even rate (in a recording of
-// a quTAG 250 us, 90 times the mean), so the tail of the gaps themselves says what is usual: the
-// mean by which they exceed the longest in ten. The longest eighth of those is left out, since a
-// silence may be among them, and the rest counts twice.
+// Design note: flickering light makes longer gaps than chance at an even rate would (in a recording
+// of a quTAG 250 us, 90 times the mean). So the long gaps themselves tell what is usual: the mean
+// by which the longest tenth of the gaps exceeds all others. The longest eighth of that tenth is
+// left out, since a silence may be among them, and the mean is doubled.
 double run_by_tail_ps(Times syncs) {
   std::array<double, 1024> sample;
   const std::size_t gaps = syncs.size() - 1;
@@ -77,7 +77,7 @@ bool is_lost(const Frame& frame, std::int64_t time_ps) {
   });
 }
 
-// Goes through the runs without any tag in one frame.
+// Goes through the runs of one frame in which no tag came.
 class Search {
  public:
   Search(Frame& frame, bool is_regular, std::int64_t run_ps, double nats)
@@ -95,7 +95,7 @@ class Search {
   }
 
  private:
-  // Photons cut it into runs without these.
+  // Takes a run without syncs; the photons in it cut it into runs without photons.
   void without_syncs(std::int64_t begin_ps, std::int64_t end_ps) {
     sync_before_ps_ = begin_ps;
     sync_after_ps_ = end_ps;
@@ -109,7 +109,7 @@ class Search {
     if (end_ps - before_ps > run_ps_) without_photons(before_ps, end_ps);
   }
 
-  // Nor may a marker be in it.
+  // Takes a run without syncs and photons; the markers in it cut it into runs without any tag.
   void without_photons(std::int64_t begin_ps, std::int64_t end_ps) {
     for (const MarkerTag& marker : frame_.markers.view()) {
       if (marker.time_ps <= begin_ps || marker.time_ps >= end_ps) continue;
@@ -128,7 +128,8 @@ class Search {
     ++found_;
   }
 
-  // Of the longer side, and of the other where it is not much shorter than the run.
+  // Whether the run is surprising beside the tags on its longer side and, if the other side is at
+  // least a quarter as long as the run, beside the tags on that side too.
   [[nodiscard]] bool is_surprising(std::int64_t begin_ps, std::int64_t end_ps) const {
     const std::int64_t length_ps = end_ps - begin_ps;
     const std::int64_t left_ps = std::min(length_ps, begin_ps - frame_.start_ps);
@@ -140,7 +141,8 @@ class Search {
                                : right && (left || left_ps < enough_ps);
   }
 
-  // So many tags in side_ps, and none in length_ps. Syncs beside photons are counted once.
+  // Whether chance would not put so many tags into side_ps and none into length_ps. A sync and its
+  // photon count as one tag.
   [[nodiscard]] bool is_surprising(std::int64_t begin_ps, std::int64_t side_ps,
                                    std::int64_t length_ps) const {
     if (side_ps <= 0) return false;
@@ -153,9 +155,9 @@ class Search {
 
   Frame& frame_;
   bool is_regular_;
-  std::int64_t run_ps_;  // a shorter one is none
+  std::int64_t run_ps_;  // a shorter run is no silence
   double nats_;
-  std::int64_t sync_before_ps_ = 0;  // of the run being looked at; or the frame's ends
+  std::int64_t sync_before_ps_ = 0;  // the syncs around the run, or the frame's ends
   std::int64_t sync_after_ps_ = 0;
   std::size_t found_ = 0;
 };

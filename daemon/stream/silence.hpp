@@ -8,33 +8,36 @@
 
 namespace splid {
 
-// Finds the time in which the instrument said nothing although it should have: a run of missing
-// syncs without a photon or marker in it, longer than chance makes one in 10^9 frames. An
-// instrument that falls silent in mid-frame looks like that, and so the run is time that was not
-// seen. Two kinds of instruments differ:
+// Finds time in which the instrument sent nothing although it should have. Such a silence is a run
+// without syncs, photons and markers that is so long that chance makes one in 10^9 frames. An
+// instrument that stops in mid-frame leaves such a run, and so the run is time that was not seen.
+// Two kinds of instruments are judged differently:
 //
-//  - Those that send every sync, which half of the gaps between syncs being one period tells: a run
-//    is silence where it is longer than the gaps' mean times the logarithm of the odds, which is
-//    far longer than syncs dropped one by one explain, and where syncs come right up to it and
-//    right after it. Where photons go on without syncs, the sync's cable is off, and the time was
-//    seen.
-//  - Those that send only the syncs beside photons: a run is silence where it is longer than the
-//    tail of the gaps' own lengths explains, and so many tags came in as much time on either side
-//    of it as chance does not leave out in between, so that a scene that grows dark is none. A
-//    frame with fewer than 64 gaps does not tell.
+//  - Instruments that send every sync, which shows in that more than half of the gaps between syncs
+//    are one period long. A run is silence where two things hold. It is longer than the mean gap
+//    times the logarithm of the odds, which is far longer than syncs dropped one by one can
+//    explain. And syncs come right up to the run and right after it: where photons go on without
+//    syncs, only the sync's cable is off, and the time was seen.
+//  - Instruments that send only the syncs beside photons. A run is silence where two things hold.
+//  It
+//    is longer than the distribution of the gaps' own lengths explains. And on either side, in as
+//    much time as the run lasts, there are so many tags that chance would not leave out as many in
+//    the run; so a scene that grows dark is no silence. In a frame with fewer than 64 gaps no
+//    silence is looked for.
 //
-// A frame with fewer than 8 syncs is judged as the one before, if that had every sync: so a frame
-// in which nothing at all came was not seen.
+// A frame with fewer than 8 gaps is judged like the frame before it, if that frame had every sync.
+// So a frame in which no tag came at all counts as not seen.
 //
 // Threads: one. Errors: none. No allocation.
 class Silence {
  public:
-  // Adds what it finds, and no loss says yet, to the losses of a frame whose losses are settled,
-  // and settles them again. Returns how many runs it added. period_ps: of the pattern.
+  // Adds each silence that no loss covers yet to the losses of a frame whose losses are settled,
+  // and settles them again. Returns how many it added. period_ps: of the pattern.
   std::size_t mark(Frame& frame, double period_ps);
 
  private:
-  std::int64_t regular_run_ps_ = 0;  // of the last frame that had every sync; 0: none had
+  std::int64_t regular_run_ps_ =
+      0;  // shortest silence, from the last frame with every sync; 0: no such frame yet
 };
 
 }  // namespace splid

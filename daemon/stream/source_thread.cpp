@@ -7,7 +7,7 @@
 namespace splid {
 namespace {
 
-// Ends the stream also when the source fails: what it sent before still becomes frames.
+// Closes the ring also when the source fails, so that the tags that it sent before become frames.
 template <class Sink>
 void run_into(Sink&& sink, TagSource& source, const std::stop_token& stop) {
   try {
@@ -37,7 +37,8 @@ void SourceThread::join() {
 
 void SourceThread::run(TagSource& source, TagRing& ring, const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "source");
-  // Either the caller's request, or this object's end, where nobody reads the ring any more.
+  // Stops at the caller's request, and when this object is destroyed, since then nobody reads the
+  // ring any more.
   const std::stop_callback pass_on(stop, [this] { destroyed_.request_stop(); });
   const std::stop_token either = destroyed_.get_token();
   try {

@@ -11,10 +11,12 @@
 
 namespace splid {
 
-// Runs a source into a ring on a thread of its own and closes the ring when the stream ends, for
-// whatever reason. A live source drops the newest when the ring is full, any other waits.
+// Runs a source on a thread of its own: the source's tags go into a ring, which is closed when the
+// stream ends, for whatever reason. When the ring is full, a live source drops its newest tags and
+// any other source waits.
 //
-// Threads: the maker's. Errors: those of the source are kept for fault().
+// Threads: the thread that made it, for all calls but dropped_tags(). Errors: those of the source
+// are kept for fault().
 class SourceThread {
  public:
   // source, ring: outlive this. Starts at once. stop: ends the source.
@@ -24,9 +26,10 @@ class SourceThread {
   SourceThread& operator=(const SourceThread&) = delete;
 
   void join();
-  // After join(): what ended the stream, null where it ended by itself or by the stop request.
+  // After join(): the error that ended the stream; null where the stream ended by itself or by the
+  // stop request.
   [[nodiscard]] std::exception_ptr fault() const { return fault_; }
-  // Events that a live source had to drop because the ring was full; any thread.
+  // Events that a live source had to drop because the ring was full. Any thread may call it.
   [[nodiscard]] std::uint64_t dropped_tags() const {
     return dropping_ ? dropping_->dropped_tags() : 0;
   }
@@ -36,7 +39,7 @@ class SourceThread {
 
   std::stop_source destroyed_;
   std::unique_ptr<DroppingSink> dropping_;  // null where the source can wait
-  std::exception_ptr fault_;                // written before the thread ends
+  std::exception_ptr fault_;                // written by the thread before it ends
   std::thread thread_;
 };
 

@@ -6,9 +6,9 @@
 
 namespace splid {
 
-// Who hears of every tag that is framed, such as a recording.
+// Gets every tag that the framer takes; a recording is one.
 //
-// Threads: the framer's. Timeouts: take() may wait only where the source can, as a replay does; it
+// Threads: the framer's. Timeouts: take() may wait only if the source can wait, as a replay can; it
 // allocates nothing and takes no lock. Errors: none.
 class TagTap {
  public:
@@ -16,7 +16,7 @@ class TagTap {
 
   // The next tags of the stream, in its order.
   virtual void take(std::span<const Tag> tags) = 0;
-  // The stream is over, or the tap is taken away: no tag comes any more.
+  // The stream is over or the tap was removed from it: no more tags will come.
   virtual void finish() = 0;
 };
 

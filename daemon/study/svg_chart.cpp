@@ -20,7 +20,8 @@ constexpr double marker_radius = 4.5;
 constexpr double callout_radius = 9;
 constexpr double line_dots_apart = 6;
 
-// Of a 12-unit sans-serif: wide enough for the common ones, since a reader's font is not known.
+// The width of a character of a 12-unit sans-serif font. The reader's font is not known, so this is
+// wide enough for the common fonts.
 constexpr double character_width = 6.7;
 constexpr double callout_character_width = 8.2;  // bold
 constexpr double label_character_width = 6.4;
@@ -64,11 +65,11 @@ std::string line_between(double x1, double y1, double x2, double y2,
          attributes + "/>\n";
 }
 
-// Values beyond these have no place on an axis: what is made of them would overflow.
+// Values beyond these have no place on an axis, since arithmetic with them would overflow.
 constexpr double largest_magnitude = 1e200;
 constexpr double smallest_logarithmic = 1e-200;
 
-// 1, 2 or 5 times a power of ten, at least `raw`.
+// The smallest number that is 1, 2 or 5 times a power of ten and at least `raw`.
 double round_step(double raw) {
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -77,13 +78,13 @@ double round_step(double raw) {
   return 10 * power;
 }
 
-// count: above 0, as for decade_ticks().
+// count: above 0, here and for decade_ticks().
 std::vector<double> even_ticks(ChartRange range, int count) {
   const double step = round_step((range.high - range.low) / count);
   const double spare = step * 1e-6;
   std::vector<double> ticks;
   const double first = std::ceil((range.low - spare) / step);
-  // The step is at least the range over the count.
+  // A step is at least the range over the count, so there are no more than count + 1 ticks.
   for (int n = 0; n <= count; ++n) {
     const double tick = (first + n) * step;
     const bool ascends = ticks.empty() || tick > ticks.back();
@@ -115,7 +116,7 @@ bool has_place(double value, bool logarithmic) {
   return std::abs(value) <= largest_magnitude && (!logarithmic || value >= smallest_logarithmic);
 }
 
-// An axis can be drawn over it.
+// Whether an axis can be drawn over the range.
 bool is_axis(ChartRange range, bool logarithmic) {
   return has_place(range.low, logarithmic) && has_place(range.high, logarithmic) &&
          range.low < range.high;
@@ -288,7 +289,8 @@ class PanelWriter {
     out_ += "<polyline points=\"" + places + "\" fill=\"none\" " + stroke_of(series) + "/>\n";
   }
 
-  // Texts keep off a line: it is taken as a row of dots, as many as a text is high apart.
+  // Keeps texts off a line: the line is entered as a row of dots, closer together than a text is
+  // high.
   void take_line(const ChartPoint& from, const ChartPoint& to) {
     const double dx = x_at(to.x) - x_at(from.x);
     const double dy = y_at(to.y) - y_at(from.y);
@@ -337,7 +339,7 @@ class PanelWriter {
     }
   }
 
-  // As near to the marker as there is room, above it rather than below.
+  // Puts a callout as near to its marker as there is room, above the marker rather than below it.
   void place_callout(const ChartPoint& point) {
     const double x = x_at(point.x);
     const double y = y_at(point.y);
@@ -368,7 +370,7 @@ class PanelWriter {
     }
   }
 
-  // An end that is no number is taken for that of the axis.
+  // The range cut to the axis; an end that is NaN becomes the axis' end.
   static ChartRange clipped(ChartRange range, const Scale& scale) {
     const auto [low, high] = scale.range;
     return {std::isnan(range.low) ? low : std::clamp(range.low, low, high),
@@ -381,7 +383,8 @@ class PanelWriter {
     }
   }
 
-  // Above or below the marker, where nothing else is; not where the same text stands already.
+  // Puts a label above or below its marker where there is room; leaves it out where the same text
+  // already stands close by.
   void place_label(const ChartPoint& point) {
     constexpr double same_place = 30;
     for (const Label& other : labels_) {
@@ -391,7 +394,7 @@ class PanelWriter {
     const double half = static_cast<double>(point.label.size()) * label_character_width / 2;
     const double x = x_at(point.x);
     const double y = y_at(point.y);
-    // Diagonally, since error bars go the straight ways.
+    // Labels are placed diagonally, since error bars go straight up, down and sideways.
     const double aside = half + 4;
     for (const auto& [dx, dy] : {std::pair{aside, -11.0},
                                  {aside, 11.0},
@@ -419,7 +422,7 @@ class PanelWriter {
   std::vector<Label> labels_;
 };
 
-// The legend's rows from `y` on; moves y below them.
+// The legend's rows, from `y` downwards; moves `y` below them.
 std::string legend(const Chart& chart, double& y) {
   constexpr double sample = 26;
   constexpr double row = 19;

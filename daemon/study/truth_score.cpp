@@ -9,8 +9,8 @@
 namespace splid {
 namespace {
 
-// Design note: noise passes ten sigma once in 1e23 frames; the nearest wrong peak of a pattern
-// whose pulses are 9 ns apart is 1.3 m away, thousands of sigma.
+// Design note: noise exceeds ten sigma once in 1e23 frames. The nearest wrong peak of a pattern
+// whose pulses are 9 ns apart is 1.3 m away, which is thousands of sigma.
 constexpr double wrong_peak_sigmas = 10;
 
 constexpr double ps_per_ms = 1e9;
@@ -36,8 +36,8 @@ std::optional<FrameError> FrameScore::take(const FrameMessage& message,
   last_sequence_ = message.sequence;
   if (!message.valid() || !message.distance_m || !message.velocity_mps) return std::nullopt;
   ++valid_;
-  // Its range may be another's, and it says so; where the whole pattern is ambiguous every frame
-  // is.
+  // An ambiguous frame says itself that its range may be wrong, so it is not compared. In mode
+  // ambiguous every frame has this status, and then the frames are compared.
   if (message.status == FrameStatus::ambiguous && message.mode != Mode::ambiguous) {
     ++unsure_;
     return std::nullopt;

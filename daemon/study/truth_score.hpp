@@ -12,30 +12,32 @@ namespace splid {
 
 struct FrameError {
   double distance_m = 0;    // measured less true, at mid-frame
-  double velocity_mps = 0;  // likewise
-  bool wrong_peak = false;  // see FrameScore; not noise
+  double velocity_mps = 0;  // measured less true, at mid-frame
+  bool wrong_peak = false;  // too large for noise; see FrameScore
 };
 
-// What a measurement must keep to.
+// The largest errors that a measurement may have.
 struct TruthLimits {
   std::optional<double> max_distance_rmse_mm;
   std::optional<double> max_velocity_rmse_cmps;
   [[nodiscard]] bool any() const { return max_distance_rmse_mm || max_velocity_rmse_cmps; }
 };
 
-// Compares frames with where the target was. Frames that are not valid, those that are ambiguous by
-// their range odds, and those of which nobody knows where it was, are counted and not compared;
-// those on a wrong peak are counted and left out of the RMSE.
+// Compares frames with the target's true state. Frames that are not valid, frames that are
+// ambiguous by their range odds, and frames for which the true state is not known are counted but
+// not compared. Frames on a wrong peak are counted and left out of the RMSE.
 //
 // Threads: one. Errors: none.
 class FrameScore {
  public:
-  // against: who says where the target was, such as "the truth". wrong_peak_m: a distance that is
-  // further off is on a wrong peak; absent: one that is more than ten standard deviations off.
+  // against: where the true state comes from, such as "the truth". wrong_peak_m: a frame whose
+  // distance is further off than this is on a wrong peak; absent: a frame whose distance is off by
+  // more than ten of its standard deviations is.
   FrameScore(std::string against, std::optional<double> wrong_peak_m)
       : against_(std::move(against)), wrong_peak_m_(wrong_peak_m) {}
 
-  // state: of the target at mid-frame, where known. Null where there is nothing to compare.
+  // state: the true one at mid-frame, where known. Returns the frame's errors, or nothing where
+  // there is nothing to compare.
   std::optional<FrameError> take(const FrameMessage& message,
                                  const std::optional<SceneTruth::State>& state);
 
@@ -44,14 +46,15 @@ class FrameScore {
   [[nodiscard]] std::uint64_t valid() const { return valid_; }
   [[nodiscard]] std::uint64_t compared() const { return compared_; }
   [[nodiscard]] std::uint64_t wrong_peaks() const { return wrong_; }
-  // Of the frames compared that are on no wrong peak; absent where there are none.
+  // RMSE of the compared frames that are on no wrong peak; absent where there are none.
   [[nodiscard]] std::optional<double> distance_rmse_mm() const;
   [[nodiscard]] std::optional<double> velocity_rmse_cmps() const;
 
   [[nodiscard]] std::string summary() const;
 
-  // Null where all limits hold; otherwise the first that does not, in a sentence. Besides the RMSE
-  // it wants at least one frame compared, none lost, none on a wrong peak and nine of ten valid.
+  // Absent where the measurement keeps to the limits; otherwise a sentence about the first limit
+  // that is broken. With any limit given, at least one frame has to be compared, none may be lost
+  // or on a wrong peak, and nine of ten have to be valid.
   [[nodiscard]] std::optional<std::string> broken(const TruthLimits& limits) const;
 
  private:
@@ -71,7 +74,7 @@ class FrameScore {
   double velocity_squares_ = 0;
 };
 
-// Compares frames of a simulated scene with where its target really was.
+// Compares frames of a simulated scene with the scene's own truth.
 class TruthScore : public FrameScore {
  public:
   explicit TruthScore(SceneTruth truth)
@@ -83,8 +86,9 @@ class TruthScore : public FrameScore {
   SceneTruth truth_;
 };
 
-// Compares frames with the encoder's reference in them. A wrong peak is half a metre off or more:
-// an encoder whose zero is some millimetres wrong is ten standard deviations off.
+// Compares frames with the encoder's reference that they carry. A frame is on a wrong peak if it is
+// off by more than half a metre. Ten standard deviations would not do here: they are less than the
+// few millimetres by which an encoder's zero may be wrong.
 class EncoderScore : public FrameScore {
  public:
   EncoderScore() : FrameScore("the encoder", 0.5) {}

@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds patience{2000};
 constexpr milliseconds between_questions{500};
-constexpr milliseconds slice{100};  // after which a stop request is looked at
+constexpr milliseconds slice{100};  // how often a stop request is looked for
 
 }  // namespace
 
@@ -63,8 +63,8 @@ void ControlClient::fail_silent() const {
   throw Error(Fault::device, in_words(state, endpoint_, keys_ ? &*keys_ : nullptr));
 }
 
-// Status is asked beside the request, again and again: a daemon that answers that is alive, however
-// long the request takes.
+// While a request is under way, the daemon is asked for its status again and again. A daemon that
+// answers is alive, however long the request takes.
 ControlReply ControlClient::ask(const ControlRequest& request, const Progress& progress,
                                 const std::stop_token& stop) {
   const std::string wanted = to_string(request.command);

@@ -11,14 +11,14 @@
 
 namespace splid {
 
-// The other end of a ControlServer, for `ctl`.
+// The client's end of a ControlServer, for `splid ctl`.
 //
-// Threads: one. Errors: the constructor throws Error(Fault::device) where no socket is there or it
-// is not this user's; ask() likewise where nobody answers. Timeouts: ask() gives up after 2 s
-// without a sign of the daemon, which answers status whatever else it does.
+// Threads: one. Errors: the constructor throws Error(Fault::device) where there is no socket or
+// this user may not use it; ask() throws Error(Fault::device) where no daemon answers. Timeouts:
+// ask() gives up after 2 s without a sign of the daemon, which answers status requests at any time.
 class ControlClient {
  public:
-  // Hears what the daemon says of itself while the answer is awaited, once a second.
+  // Called once a second, while the reply is awaited, with the daemon's status.
   using Progress = std::function<void(const ControlReply& status)>;
 
   // endpoint: ipc:///PATH, or tcp:// with the keys of both sides.
@@ -27,8 +27,9 @@ class ControlClient {
   ControlClient(const ControlClient&) = delete;
   ControlClient& operator=(const ControlClient&) = delete;
 
-  // The reply, also a refusal. Errors: Error(Fault::usage) after a stop request: what was asked for
-  // goes on; Error(Fault::data) where what answers is no splid.
+  // Returns the reply, which may be a refusal. Errors: Error(Fault::usage) after a stop request,
+  // while the daemon goes on with what it was asked for; Error(Fault::data) where the program that
+  // answers is not splid.
   ControlReply ask(const ControlRequest& request, const Progress& progress,
                    const std::stop_token& stop);
 

@@ -15,7 +15,8 @@ constexpr std::string_view ipc = "ipc://";
 constexpr const char* of_service = "/run/splid/control.sock";
 constexpr const char* of_root = "/run/splid-control.sock";
 
-// Empty where the variable is not set, or names no absolute folder.
+// The folder that an environment variable names; empty where the variable is not set or names no
+// absolute path.
 std::string in_folder(const char* variable, const std::string& name) {
   const char* folder = std::getenv(variable);
   if (folder == nullptr || folder[0] != '/') return {};

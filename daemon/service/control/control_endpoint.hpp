@@ -6,14 +6,15 @@
 
 namespace splid {
 
-// Where the daemon listens for control: the configured endpoint; for "auto" ipc:// and
-// $RUNTIME_DIRECTORY/control.sock (a service), $XDG_RUNTIME_DIR/splid-control.sock (somebody's own)
-// or, for root without either, /run/splid-control.sock. Empty: nowhere.
+// The endpoint at which the daemon listens for control requests; empty: none. It is the configured
+// endpoint or, for "auto", ipc:// with the first of these files whose variable is set:
+// $RUNTIME_DIRECTORY/control.sock (for a service), $XDG_RUNTIME_DIR/splid-control.sock (for a
+// user), or /run/splid-control.sock (for root without these variables).
 std::string control_endpoint(const ControlOptions& options);
 
-// Where splid ctl asks when nobody says where: the first of $XDG_RUNTIME_DIR/splid-control.sock,
-// /run/splid/control.sock (the service's) and /run/splid-control.sock that is there; the service's
-// where none is.
+// The endpoint that `splid ctl` asks when its command line names none: the first of
+// $XDG_RUNTIME_DIR/splid-control.sock, /run/splid/control.sock (the service's) and
+// /run/splid-control.sock that exists; where none exists, the service's.
 std::string default_control_endpoint();
 
 // The file of an ipc:// endpoint.

@@ -18,7 +18,7 @@ constexpr const char* place = "request";
 constexpr std::array<const char*, 7> command_names = {
     "status", "start", "stop", "record_start", "record_stop", "upload", "calibrate"};
 
-// In the order of the exit codes, from 2.
+// Names of the faults, in the order of their exit codes from 2 on.
 constexpr std::array<const char*, 3> fault_names = {"usage", "device", "data"};
 
 [[noreturn]] void refuse(const std::string& what) {
@@ -87,7 +87,8 @@ std::string to_json(const ControlRequest& request) {
   document["v"] = {1, 0};
   document["request"] = to_string(request.command);
   OptionWriter writer(document);
-  CalibrateRequest calibrate = request.calibrate;  // descriptions may change what they describe
+  CalibrateRequest calibrate =
+      request.calibrate;  // a copy, since describe() takes a mutable object
   if (request.command == ControlCommand::calibrate) calibrate.describe(writer);
   return document.dump();
 }

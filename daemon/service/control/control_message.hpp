@@ -21,34 +21,35 @@ struct CalibrateRequest {
   double seconds = 0;                // of the source's tags
   std::optional<double> distance_m;  // of the target, at rest; absent: distances will be relative
   double time_ps = 5;                // wanted standard deviation of each pulse's time
-  double amplitude_percent = 2;      // likewise of its amplitude, of the mean pulse
+  double amplitude_percent = 2;  // wanted standard deviation of each amplitude, of the mean pulse
   void describe(OptionVisitor& visitor);
 };
 
 struct ControlRequest {
   ControlCommand command = ControlCommand::status;
-  CalibrateRequest calibrate;  // where that is the command
+  CalibrateRequest calibrate;  // used where the command is calibrate
 };
 
-// Bytes of the longest request taken.
+// Bytes of the longest request that is accepted.
 inline constexpr std::size_t max_request_bytes = 4096;
 
-// Errors: Error(Fault::usage) in a sentence that names the member, its value and the bound, for
-// every text that is none: too long, no JSON, another schema or version, an unknown command or key
-// (with the nearest), a key given twice, a value out of its bounds.
+// Reads a request. Errors: Error(Fault::usage) with a sentence that names the member, its value and
+// the bound, for every text that is no request: too long, no JSON, another schema or version, an
+// unknown command or key (with the nearest known name), a key given twice, a value out of its
+// bounds.
 ControlRequest control_request_from_json(const std::string& text);
 
 std::string to_json(const ControlRequest& request);
 
 // What came of a request.
 struct ControlReply {
-  std::string request;         // to_string() of its command; empty where it could not be read
-  std::optional<Fault> fault;  // absent: it was done
-  std::string message;         // what was done, or why not: a sentence
-  // Members beyond these, each a name and a JSON value, in their order.
+  std::string request;         // the command's name; empty where the request could not be read
+  std::optional<Fault> fault;  // absent: the request was carried out
+  std::string message;         // a sentence: what was done, or why nothing was
+  // Further members in their order, each a name and a JSON value.
   std::vector<std::pair<std::string, std::string>> more = {};
 
-  // The JSON value of one of `more`; empty where there is none.
+  // The JSON value of the member of `more` with that name; empty where there is none.
   [[nodiscard]] std::string find(const std::string& name) const;
 };
 

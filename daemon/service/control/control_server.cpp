@@ -23,29 +23,29 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Design note: 10,000 requests a second keep the thread at a few percent of a core. One more is not
-// worth a frame; ZeroMQ lets the sender wait.
+// Design note: 10,000 requests a second take the thread a few percent of a core. More requests than
+// that would cost frames their time, so ZeroMQ lets their senders wait.
 constexpr int requests_at_once = 100;
 constexpr milliseconds pause_between{10};
 
 constexpr milliseconds linger{300};
-constexpr int requests_queued = 100;  // of each client
-constexpr int replies_queued = 100;   // likewise
+constexpr int requests_queued = 100;  // for each client
+constexpr int replies_queued = 100;   // for each client
 constexpr int handshake_ms = 5000;
-constexpr std::size_t max_parts = 3;  // identity, perhaps an empty one, the request
+constexpr std::size_t max_parts = 3;  // identity, perhaps an empty part, the request
 
-// From whom a request came: the parts before its JSON.
+// The sender of a request: the parts before its JSON.
 using Sender = std::vector<zmq::message_t>;
 
 struct Received {
   Sender sender;
   std::string text;
-  bool is_whole = false;  // of as many parts as a request has
+  bool is_whole = false;  // has as many parts as a request has to have
 };
 
 Received take_apart(std::vector<zmq::message_t> parts) {
   Received received;
-  // REQ puts an empty part before its request, and wants it before the reply.
+  // A REQ socket puts an empty part before its request, and wants one before the reply.
   const std::size_t before = parts.size() > 2 && parts[1].empty() ? 2 : 1;
   received.is_whole = parts.size() == before + 1;
   if (received.is_whole) received.text = parts.back().to_string();
@@ -81,21 +81,21 @@ struct ControlServer::Service {
   std::optional<PrivateDoor> door;
   std::optional<Gate> gate;  // lets the last reply out when the socket is closed
   ControlHandlers handlers;
-  Authenticator* authenticator;  // of TCP, and null otherwise
+  Authenticator* authenticator;  // for TCP; otherwise null
   zmq::context_t own_context{1};
   zmq::socket_t router{authenticator == nullptr ? own_context : authenticator->context(),
                        zmq::socket_type::router};
-  WakeDescriptor wake;  // a result is there, or the end
+  WakeDescriptor wake;  // wakes `control` when a result is there or the server ends
 
-  // `control` only.
-  Sender waiting;     // for the action that runs
-  std::string doing;  // its name; empty: none
+  // The thread `control` only.
+  Sender waiting;     // the sender of the action that is running
+  std::string doing;  // the name of that action; empty: none is running
 
   std::mutex mutex;
   std::condition_variable_any changed;
-  std::optional<ControlRequest> request;  // under the mutex: to be performed
-  std::optional<ControlReply> result;     // under the mutex: to be sent
-  bool ending = false;                    // under the mutex
+  std::optional<ControlRequest> request;  // guarded by the mutex: to be carried out
+  std::optional<ControlReply> result;     // guarded by the mutex: to be sent
+  bool ending = false;                    // guarded by the mutex
 
   std::thread server;
   std::jthread worker;
@@ -205,7 +205,7 @@ void ControlServer::Service::answer(Received received) {
   if (reply) send(std::move(received.sender), *reply);
 }
 
-// Absent where the reply comes later: the sender has then moved to those who wait.
+// The reply to a request; absent where it comes later, and then the sender has become `waiting`.
 std::optional<ControlReply> ControlServer::Service::take(const ControlRequest& asked,
                                                          Sender& sender) {
   if (asked.command == ControlCommand::status) return handlers.status(doing);
@@ -222,7 +222,7 @@ std::optional<ControlReply> ControlServer::Service::take(const ControlRequest& a
 }
 
 void ControlServer::Service::send(Sender sender, const ControlReply& reply) {
-  // A client that is gone, or does not read, gets none: ROUTER drops it, and never waits.
+  // For a client that is gone or does not read, ROUTER drops the reply; it never waits.
   try {
     for (zmq::message_t& part : sender) {
       router.send(part, zmq::send_flags::sndmore | zmq::send_flags::dontwait);

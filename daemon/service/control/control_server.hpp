@@ -12,37 +12,45 @@ namespace splid {
 class Authenticator;
 class Refusals;
 
-// Who does what is asked. Both may throw Error, which becomes the reply.
+// The functions that carry out requests. Both may throw Error, which becomes the reply.
 struct ControlHandlers {
-  // At once, on the thread that serves all clients. doing: the action that runs; empty: none.
+  // Answers a status request, at once, on the thread that serves all clients. doing: the name of
+  // the action that is running; empty: none.
   std::function<ControlReply(const std::string& doing)> status;
-  // Anything but status, one at a time, on a thread of its own; takes as long as it takes, but ends
-  // within 100 ms or so of a stop request.
+  // Carries out any other request, one at a time, on a thread of its own. It may take as long as it
+  // needs, but has to end within about 100 ms of a stop request.
   std::function<ControlReply(const ControlRequest&, const std::stop_token&)> perform;
 };
 
-// The ZeroMQ socket that control requests come to: ROUTER, on a Unix socket of 0600, or on TCP with
-// CURVE; one JSON part a request (after an empty one, or without), each answered by one
-// (docs/reference/control.md). While an action runs another is refused as busy, and status goes on.
+// The room daemon/service/control is the way for `splid ctl` into a running daemon: the messages
+// (control_message.hpp), the endpoint (control_endpoint.hpp), the server, which is in this header,
+// and the client (control_client.hpp). Read this header first.
+
+// The server for control requests: a ZeroMQ ROUTER socket, on a Unix socket with mode 0600 or on
+// TCP with CURVE. A request is one JSON part, perhaps after an empty part, and is answered by one
+// JSON part (docs/reference/control.md). While an action is running, another action is refused as
+// busy, and status requests are answered.
 //
-// Whatever comes in costs frames nothing: own threads, without TCP an own ZeroMQ context, requests
-// of at most 4 KiB, 100 of them each 10 ms; a client that does not read loses replies.
+// Requests never slow down frames: the server has threads of its own and, unless it is on TCP, a
+// ZeroMQ context of its own. It takes requests of at most 4 KiB, and at most 100 of them in 10 ms.
+// A client that does not read loses replies.
 //
-// Threads: made and destroyed on one; has `control`, which owns the socket, `gate`, and
-// `control-work`, which performs. Errors: the constructor's are UnixListener's;
-// Error(Fault::device) where a port cannot be bound. Timeouts: the destructor waits for the action
-// that runs, which it asks to stop, and up to 300 ms for its reply to go out.
+// Threads: made and destroyed on one thread. The server's own threads are `control`, which owns the
+// socket, `gate`, and `control-work`, which carries out actions. Errors: the constructor's are
+// UnixListener's; Error(Fault::device) where a port cannot be bound. Timeouts: the destructor asks
+// the running action to stop, waits for it, and gives its reply up to 300 ms to go out.
 class ControlServer {
  public:
-  // endpoint: ipc:///PATH, or tcp:// with an authenticator, which outlives this and asks the list
-  // of control_domain; null: ipc. refusals: hears who is let go; outlives this.
+  // endpoint: ipc:///PATH, or tcp:// with an authenticator. authenticator: checks keys against the
+  // allow-list of control_domain; null for ipc; outlives this. refusals: told of peers that are
+  // disconnected; outlives this.
   ControlServer(const std::string& endpoint, ControlHandlers handlers, Authenticator* authenticator,
                 Refusals& refusals);
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
 
-  // As bound: a wildcard port is resolved.
+  // The endpoint as bound, with the port that the system chose for *.
   [[nodiscard]] const std::string& endpoint() const;
 
  private:

@@ -45,7 +45,8 @@ bool somebody_listens(const std::string& file) {
   const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe == -1) return false;
   const int result = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  // With a full backlog it is EAGAIN; only a file that nobody has open is refused.
+  // Where a process listens and its backlog is full, connect() says EAGAIN. It says ECONNREFUSED
+  // only where no process has the socket open.
   const bool refused = result != 0 && errno == ECONNREFUSED;
   ::close(probe);
   return !refused;
@@ -95,8 +96,8 @@ void UnixListener::make_way() const {
 void UnixListener::listen() {
   socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (socket_ == -1) fail_by_errno(file_, "socket");
-  // The file takes the socket's mode when it is made: there is no moment at which it is open to
-  // all.
+  // The file gets the socket's mode when it is made, so there is no moment at which others can use
+  // it.
   if (::fchmod(socket_, 0600) != 0) fail_by_errno(file_, "fchmod");
   const sockaddr_un address = address_of(file_);
   if (::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {

@@ -4,16 +4,18 @@
 
 namespace splid {
 
-// A listening Unix socket whose file only its owner can use (0600), from the moment it is there.
-// A file that a dead daemon left is taken over, that of a living one never: PATH.lock, which stays,
-// is held for as long as this lives, and the kernel lets go of it however the process ends.
+// A listening Unix socket whose file only its owner can use (mode 0600) from the moment it exists.
+// The socket file of a dead daemon is replaced; that of a living daemon never is. To tell them
+// apart, a daemon holds a lock on PATH.lock for as long as this object lives; the kernel releases
+// the lock however the process ends. The file PATH.lock itself stays.
 //
-// Threads: one. Errors: the constructor throws Error(Fault::device) naming the file: where another
-// listens there, what is there is no socket, or it cannot be made.
+// Threads: one. Errors: the constructor throws Error(Fault::device), which names the file, where
+// another daemon listens there, where something other than a socket is there, and where the socket
+// cannot be made.
 //
-// Design note: libzmq, asked to bind, removes whatever socket is there, also a living daemon's, and
-// makes its own with the mode of the process's umask. It takes one that was made elsewhere
-// (ZMQ_USE_FD), and then removes nothing at the end either.
+// Design note: where libzmq binds a socket itself, it removes any socket file that is there, even a
+// living daemon's, and makes its own with the mode that the umask leaves. So libzmq is given a
+// socket made here (ZMQ_USE_FD), and then it does not remove the file at the end either.
 class UnixListener {
  public:
   explicit UnixListener(std::string file);
@@ -21,7 +23,7 @@ class UnixListener {
   UnixListener(const UnixListener&) = delete;
   UnixListener& operator=(const UnixListener&) = delete;
 
-  // The socket, which is the caller's to close from now on. Once.
+  // Gives the socket to the caller, who has to close it. To be called once.
   int release();
 
  private:

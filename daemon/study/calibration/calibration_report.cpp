@@ -18,9 +18,9 @@
 namespace splid {
 namespace {
 
-constexpr double per_ns = 1 / ns_per_ps;  // a density, of one per ps
+constexpr double per_ns = 1 / ns_per_ps;  // converts a density per ps
 
-// Of a pattern whose times hold the way to the target.
+// For a pattern whose pulse times contain the way to the target.
 std::string describe_wrap(const Pattern& pattern) {
   const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
   return fmt::format(
@@ -55,7 +55,7 @@ std::string describe_rest(const RestReport& rest) {
   return text;
 }
 
-// The stack as a density, each value with the noise of its photons.
+// The stacked photons as a density, each value with the noise of its photon count.
 ChartSeries photons_of(const StackedPhotons& stack, double all, ChartRange range) {
   ChartSeries series{"photons of all pulses, background removed",
                      "#1f5fa8",
@@ -147,7 +147,7 @@ Chart calibration_chart(const PatternCalibration& calibrated, const CalibrationP
       line_of(*gaussian, fmt::format("gaussian of {:g} ps", sigma_ps), "#777", LineStyle::dashed,
               range)};
   const double peak = 1 / (found.width_ps * ns_per_ps * std::sqrt(2 * std::numbers::pi));
-  // Down to a tenth of what one photon in a step would be.
+  // The logarithmic axis goes down to a tenth of the density of a single photon in a step.
   const double least = 0.1 * per_ns / (found.signal_photons * stack.step_ps);
   Chart chart{"The pulse of " + plan.recording,
               fmt::format("{} pulses, ", found.pulses.size()) +

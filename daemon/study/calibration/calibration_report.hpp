@@ -7,18 +7,18 @@
 
 namespace splid {
 
-// What a calibration found, for people. Threads: any. Errors: none.
+// The result of a calibration, for people. Threads: any. Errors: none.
 
-// Each pulse of the pattern with its standard deviations, a line each.
+// A table with a line for each pulse of the pattern: its values and their standard deviations.
 std::string calibration_table(const Pattern& pattern);
 
-// What was used, how the target kept still, and what to write into the configuration for it.
-// pattern_file: where the pattern is; length_ms: of a frame.
+// The photons that were used, how still the target was, and the configuration lines for the new
+// pattern. pattern_file: the file of the new pattern; length_ms: of a frame.
 std::string calibration_summary(const PatternCalibration& calibrated,
                                 const std::string& pattern_file, double length_ms);
 
-// All pulses laid upon each other with the shape through them, and a gaussian of sigma_ps beside
-// it; below once more with a logarithmic axis, where a tail shows.
+// A chart of all pulses laid upon each other, with the fitted shape and, for comparison, a gaussian
+// of sigma_ps; a second panel shows the same on a logarithmic axis, where a tail can be seen.
 Chart calibration_chart(const PatternCalibration& calibrated, const CalibrationPlan& plan,
                         double sigma_ps);
 

@@ -8,18 +8,20 @@
 
 namespace splid {
 
-// An input of a detector that is split over several, and what the first one's pulses say of it.
+// One of several inputs of a detector, and how much later its pulses come than those of the first
+// input.
 struct InputDelay {
   std::string input;
-  double configured_ps = 0;  // taken off its times already
-  InputShift shift;          // what is left: later than the first input
+  double configured_ps = 0;  // the configured delay, already subtracted from the input's times
+  InputShift shift;          // how much later it still is than the first input
 };
 
-// Whether any of them is late, or early, by more than chance and a twentieth of the pulse's width.
+// Whether any input is late or early by more than chance and by more than a twentieth of the
+// pulse's width.
 bool are_apart(const std::vector<InputDelay>& inputs, double width_ps);
 
-// By how much each input is off the first, and the configuration's line that mends it; empty where
-// none is apart.
+// How far each input is off the first input, and the configuration line that corrects it; empty
+// where are_apart() is false.
 std::string describe_input_delays(const std::vector<InputDelay>& inputs, double width_ps);
 
 }  // namespace splid

@@ -10,21 +10,23 @@
 
 namespace splid {
 
-// What is hard to tell in a pattern, for people. Threads: any. Errors: none.
+// Which delays of a pattern are hard to tell apart, for people. Threads: any. Errors: none.
 
-// The pulse that a pattern is measured with: its own where it has one and that is asked for.
+// The pulse shape that a pattern is measured with: the pattern's own, if it has a shape and `pulse`
+// asks for that; otherwise the shape in `pulse`.
 std::unique_ptr<PulseShape> shape_of(const Pattern& pattern, const PulseOptions& pulse);
 
-// The delay hardest to tell from the right one; absent where the pattern has none or says itself
-// that it cannot tell.
+// The delay that is hardest to tell from the right delay; absent where the pattern has no such
+// delay or has the mode ambiguous.
 std::optional<LookAlike> hardest_delay(const Pattern& pattern, const PulseShape& shape,
                                        const PatternLight& light = {});
 
-// That of a calibrated pattern: background and signal as its calibration had them.
+// The light of a calibrated pattern: its background and signal during the calibration.
 PatternLight light_of(const Pattern& pattern, double background_photons);
 
 // "hardest to tell from the right delay: 180 ns (26.98 m) away, 17 signal photons a frame tell it";
-// empty where there is none. Of a calibrated pattern also whether a frame of length_ms has as many.
+// empty where hardest_delay() is absent. For a calibrated pattern it also says whether a frame of
+// length_ms has that many photons.
 std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape, double length_ms);
 
 }  // namespace splid

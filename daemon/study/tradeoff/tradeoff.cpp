@@ -19,7 +19,8 @@ namespace {
 
 constexpr double m_per_ns_of_delay = speed_of_light_mps / 1e9 / 2;
 
-// Fewer tell nothing, and without a truth a frame needs two on either side.
+// Fewer frames tell nothing; and where no truth is known, each frame needs two frames on either
+// side.
 constexpr std::size_t fewest_frames = 5;
 
 std::optional<double> ratio(const std::optional<double>& rmse, const std::optional<double>& bound) {
@@ -27,7 +28,7 @@ std::optional<double> ratio(const std::optional<double>& rmse, const std::option
   return *rmse / *bound;
 }
 
-// Smallest of the values that at least this share of all does not exceed.
+// The smallest of the values that at least this share of all values does not exceed.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
@@ -35,24 +36,24 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
 }
 
-// Differences of a clock's readings have digits that mean nothing.
+// Rounds away the last digits of a difference of clock readings, which mean nothing.
 double to_microseconds(double time_ms) { return std::round(time_ms * 1e3) / 1e3; }
 
 struct Measured {
   TradeoffSetting setting;
-  std::vector<FrameResult> results;  // a frame each, but after a stop
+  std::vector<FrameResult> results;  // one for each frame; fewer after a stop request
 };
 
-// What there is to do for a length, and what a trial of it took of the thread's time, which other
-// work on the machine changes less than the wall's.
+// The work for a frame length, and how long it is expected to take by a trial. The times are of the
+// thread, which other work on the machine changes less than the wall clock's.
 struct LengthWork {
   double length_ms = 0;
-  double making_s = 0;  // all frames
+  double making_s = 0;  // to make all frames
   std::vector<TradeoffSetting> settings;
-  std::vector<double> setting_s;  // all frames, a setting each
+  std::vector<double> setting_s;  // for each setting, to estimate all frames
 };
 
-// What a measurement is told once and needs everywhere.
+// The arguments of a measurement, which all its parts need.
 struct Context {
   const Config& config;
   const FrameOrigin& origin;
@@ -65,13 +66,14 @@ struct Context {
   [[nodiscard]] double thread_s() const { return clocks.thread_ms() / 1e3; }
 };
 
-// Tells how far the work is.
+// Reports how far the work is.
 class Teller {
  public:
   explicit Teller(const Context& context)
       : context_(context), begin_s_(context.now_s()), thread_begin_s_(context.thread_s()) {}
 
-  // When the trials are over: the wall's time for the thread's is as in them.
+  // To be called when the trials are over. From the trials it takes how much longer the wall
+  // clock's time is than the thread's.
   void expect(const std::vector<LengthWork>& works) {
     const double thread_s = context_.thread_s() - thread_begin_s_;
     const double share = thread_s > 0 ? (context_.now_s() - begin_s_) / thread_s : 1;
@@ -87,7 +89,7 @@ class Teller {
   void tell(const std::string& doing) const {
     context_.events.progress(doing, context_.now_s() - begin_s_, std::nullopt);
   }
-  // part: of what is being done, 0 to 1.
+  // part: how much of the current part is done, 0 to 1.
   void tell(const std::string& doing, double part) const {
     const double now_s = context_.now_s();
     context_.events.progress(doing, now_s - begin_s_, left_.left_s(part, now_s - part_begin_s_));
@@ -118,7 +120,7 @@ std::size_t most_photons(const std::vector<KeptFrame>& frames) {
   return most;
 }
 
-// Estimates frames one after the other with a setting, tracked if that says so.
+// Estimates frames one after the other with a setting, which may ask for tracking.
 class Estimation {
  public:
   // Errors: those of FrameEstimator's constructor.
@@ -145,13 +147,13 @@ class Estimation {
   TargetTrack track_;
 };
 
-// Tries what is to be done for a length on a few frames.
+// Tries the work for a frame length on a few frames.
 class Trial {
  public:
   Trial(const Context& context, double length_ms)
       : context_(context), work_{length_ms, 0, {}, {}} {}
 
-  // Without settings where not even those frames come.
+  // Returns work without settings where not even the frames for the trial could be made.
   LengthWork work(const Teller& teller) {
     teller.tell(fmt::format("trying frames of {:g} ms", work_.length_ms));
     make_frames();
@@ -171,11 +173,12 @@ class Trial {
   }
 
  private:
-  static constexpr std::size_t tried = 2;  // frames, after the first
-  // One such frame tells enough.
+  static constexpr std::size_t tried = 2;  // frames tried after the first frame
+  // A frame that takes this long to estimate is enough for the trial.
   static constexpr double long_frame_s = 0.1;
 
-  // A scene has as many frames as are asked for. How many a recording has only reading it tells.
+  // A scene gives as many frames as are asked for; how many a recording has is known only after
+  // reading it.
   void make_frames() {
     const bool endless = context_.origin.scene.has_value();
     const double begin_s = context_.thread_s();
@@ -189,7 +192,7 @@ class Trial {
     if (frames_.size() < 2) return;
     const std::size_t made = frames_.size() - 1;
     count_ = endless ? context_.plan.frames : made;
-    // What comes before the first frame comes once, and what is between frames with each.
+    // The time before the first frame is needed once; the time between frames for each frame.
     work_.making_s = *first_s - begin_s + of_all(context_.thread_s() - *first_s, made);
     frames_.resize(std::min(frames_.size(), 1 + tried));
   }
@@ -198,7 +201,7 @@ class Trial {
     return seconds * static_cast<double>(count_) / static_cast<double>(frames);
   }
 
-  // The first frame warms the caches up, and counts only if it takes long.
+  // The first frame warms up the caches; its time counts only if it is long.
   [[nodiscard]] double setting_s(const TradeoffSetting& setting) const {
     Estimation estimation(context_, setting, most_photons(frames_));
     double begin_s = context_.thread_s();
@@ -212,7 +215,7 @@ class Trial {
 
   const Context& context_;
   LengthWork work_;
-  std::size_t count_ = 0;  // of frames to be measured
+  std::size_t count_ = 0;  // frames that will be measured
   std::vector<KeptFrame> frames_;
 };
 
@@ -220,7 +223,7 @@ class LengthMeasurement {
  public:
   LengthMeasurement(const Context& context, Teller& teller) : context_(context), teller_(teller) {}
 
-  // Tells each row as it is measured. False where there are too few frames.
+  // Reports each row when it is measured. Returns false where there are too few frames.
   bool measure(const LengthWork& work, std::vector<TradeoffRow>& rows) {
     make_frames(work.length_ms);
     if (context_.stop.stop_requested()) return false;
@@ -271,7 +274,7 @@ class LengthMeasurement {
     return measured;
   }
 
-  // Of the most thorough setting's results, which come first.
+  // best: the results of the most thorough setting, which is measured first.
   void take_yardstick(const std::vector<FrameResult>& best) {
     best_ = best;
     unit_ = make_yardstick(context_.config, context_.origin.truth, frames_, best_);
@@ -297,7 +300,8 @@ class LengthMeasurement {
     row.photons = row.frames > 0 ? photons / static_cast<double>(row.frames) : 0;
     row.p50_ms = to_microseconds(quantile(times_ms, 0.5));
     row.p99_ms = to_microseconds(quantile(times_ms, 0.99));
-    // Differences that are no larger than the noise of their reference are no errors of nothing.
+    // Where the differences are no larger than the noise of their reference, the error is not
+    // known; it is not 0.
     if (accuracy.delay_rmse_ns.value_or(0) > 0) {
       row.distance_rmse_m = m_per_ns_of_delay * *accuracy.delay_rmse_ns;
     }

@@ -14,26 +14,29 @@
 
 namespace splid {
 
-// One way of estimating frames.
+// The room daemon/study/tradeoff measures what each setting of the estimator costs in processor
+// time and gains in accuracy. Read this header first.
+
+// A setting: one way of estimating frames.
 struct TradeoffSetting {
   EstimatorOptions estimator;
   double length_ms = 0;  // of a frame
 };
 
-// What a setting costs and what it is worth, measured on the same frames as the others of its
-// length.
+// The cost and the accuracy of a setting, measured on the same frames as the other settings of its
+// frame length.
 struct TradeoffRow {
   TradeoffSetting setting;
-  std::size_t frames = 0;  // judged
-  double photons = 0;      // mean a frame
-  double p50_ms = 0;       // one core's time a frame
-  double p99_ms = 0;
-  std::size_t no_value = 0;     // frames: no target found, or its range not sure
-  std::size_t compared = 0;     // with the reference
-  std::size_t wrong_peaks = 0;  // of those
-  // Root mean square errors at mid-frame of frames on no wrong peak, and the bounds of Cramer and
-  // Rao. Absent where there is none: of velocity in a scene at rest, of all where no frame could be
-  // compared, and an error where too few could be to find it above the noise of their reference.
+  std::size_t frames = 0;       // judged
+  double photons = 0;           // mean number in a frame
+  double p50_ms = 0;            // one core's time for a frame: median
+  double p99_ms = 0;            // and 99 % quantile
+  std::size_t no_value = 0;     // frames in which no target was found or whose range is not sure
+  std::size_t compared = 0;     // frames compared with the reference
+  std::size_t wrong_peaks = 0;  // of the compared frames
+  // Root mean square errors at mid-frame, of the frames on no wrong peak, and the Cramer-Rao
+  // bounds. The velocity's are absent in a scene at rest. All are absent where no frame could be
+  // compared. An error is absent also where it cannot be told from the noise of its reference.
   std::optional<double> distance_rmse_m;
   std::optional<double> velocity_rmse_mps;
   std::optional<double> distance_bound_m;
@@ -45,46 +48,49 @@ struct TradeoffRow {
 
 struct TradeoffPlan {
   std::vector<double> lengths_ms;  // ascending
-  std::size_t frames = 200;        // a setting
-  bool paper = false;              // the method of the paper too, a hundred times as slow
+  std::size_t frames = 200;        // for each setting
+  bool paper = false;  // measure the method of the paper too, which is 100 times as slow
 };
 
-// What is told while it is measured, on the caller's thread.
+// The functions called during a measurement, on the caller's thread.
 struct TradeoffEvents {
-  // Once, before the first row: how many rows there will be and how long they will take.
+  // Called once, before the first row: how many rows there will be and how long they will take.
   std::function<void(std::size_t rows, double seconds)> reckoned;
-  // What is being done; done_s: since the first call; left_s: absent until reckoned. Called often.
+  // Called often. doing: what is being done; done_s: time since the first call; left_s: time left,
+  // absent before `reckoned` was called.
   std::function<void(const std::string& doing, double done_s, std::optional<double> left_s)>
       progress;
-  // A row, as soon as it is measured.
+  // Called for each row as soon as it is measured.
   std::function<void(const TradeoffRow&)> row;
-  // All rows of a length are measured; not after a stop.
+  // Called when all rows of a length are measured, but not after a stop request.
   std::function<void(double length_ms)> length_done;
   Warn warn;
 };
 
-// For people: "balanced, tracked".
+// The name of a setting for people: "balanced, tracked".
 std::string setting_name(const EstimatorOptions& options);
 
-// The settings of a length, in the order in which they are measured; the first is the most
-// thorough, which stands in for a truth that is not known. paper: its method too, last.
+// The settings of a length, in the order in which they are measured. The first setting is the most
+// thorough; its results stand in for a truth that is not known. paper: includes the method of the
+// paper, as the last setting.
 std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configured,
                                                 double length_ms, bool paper);
 
-// Time that a frame's estimation took, whatever else the machine does; ms.
+// A clock for the time that a frame's estimation takes, in ms, of which other work on the machine
+// is no part.
 using ThreadClock = double (*)();
 double thread_cpu_ms();
 
 struct TradeoffClocks {
-  ThreadClock thread_ms = thread_cpu_ms;  // of the rows
-  const Clock& wall = host_clock();       // of what is left
+  ThreadClock thread_ms = thread_cpu_ms;  // for the times in the rows
+  const Clock& wall = host_clock();       // for the time that is left
 };
 
-// Tries each setting on two frames of each length, to reckon how long it all takes, then measures
-// them one after the other: rows ascending in length and, within one, in the order of
-// settings_of_length(). After a stop request the rows measured so far, the last of them maybe of
-// fewer frames. A setting that the estimator refuses for the pattern is left out, with its reason
-// to `warn`; so is a length for which fewer than five frames come.
+// Tries each setting on two frames of each length to reckon how long everything will take, and then
+// measures the settings one after the other. The rows are in ascending order of length and, within
+// a length, in the order of settings_of_length(). After a stop request, returns the rows measured
+// so far, of which the last may be of fewer frames. A setting that the estimator refuses for the
+// pattern is left out, with a sentence to `warn`, and so is a length with fewer than five frames.
 //
 // Threads: the caller's. Errors: those of collect_frames(); Error(Fault::data) where no length has
 // five frames.

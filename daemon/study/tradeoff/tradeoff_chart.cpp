@@ -14,7 +14,7 @@
 namespace splid {
 namespace {
 
-// Colours that keep apart for the colour-blind (Okabe and Ito).
+// Colours that colour-blind readers can tell apart (Okabe and Ito).
 const char* color_of(Effort effort) {
   switch (effort) {
     case Effort::fast:
@@ -39,7 +39,8 @@ Marker marker_of(Effort effort) {
   return Marker::square;
 }
 
-// Those of settings that come to the same lie in each other, in the order in which they are drawn.
+// Markers of different sizes, so that markers at the same place can all be seen: they are drawn in
+// the order from the largest to the smallest.
 double marker_size_of(Effort effort) {
   switch (effort) {
     case Effort::fast:
@@ -77,7 +78,7 @@ std::string chosen_name(const TradeoffSetting& setting) {
                      setting.length_ms);
 }
 
-// chosen: the row to name, if any.
+// chosen: the row that gets its name written beside it, if any.
 ChartPanel panel_of(const TradeoffReport& report, const std::string& title, ChartAxis y,
                     const Value& value, const Spread& spread, std::optional<std::size_t> chosen) {
   ChartPanel panel{title, {"processor time a frame, ms", true}, std::move(y), {}};
@@ -94,7 +95,7 @@ ChartPanel panel_of(const TradeoffReport& report, const std::string& title, Char
   return panel;
 }
 
-// A root mean square of n errors is known to one part in sqrt(2 n).
+// The root mean square of n errors has a relative uncertainty of 1 / sqrt(2 n).
 std::optional<ChartRange> rms_spread(double value, const TradeoffRow& row) {
   const auto errors = static_cast<double>(row.compared - row.wrong_peaks);
   const double part = 1 / std::sqrt(2 * std::max(1.0, errors));
@@ -105,7 +106,8 @@ std::optional<ChartRange> no_spread(double /*value*/, const TradeoffRow& /*row*/
   return std::nullopt;
 }
 
-// The bound of each length that has errors: a level line from its fastest setting to its slowest.
+// Adds the bound of each length whose errors are known, as a level line from the length's fastest
+// setting to its slowest.
 void add_bounds(const TradeoffReport& report, ChartPanel& panel, const Value& rmse,
                 const Value& bound) {
   std::map<double, std::pair<double, ChartRange>> by_length;

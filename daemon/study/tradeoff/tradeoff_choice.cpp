@@ -11,9 +11,11 @@
 namespace splid {
 namespace {
 
-// Settings that find the same peak differ by nothing; two percent of RMSE are two percent of range.
+// RMSEs within this factor count as equal: settings that find the same peaks have the same RMSE,
+// and two percent more RMSE are only two percent more error of range.
 constexpr double alike_rmse = 1.02;
-// What a median of 200 times repeats to on a machine that does other things too.
+// Times within this factor count as equal: a median of 200 times repeats only to 10 % on a machine
+// that does other work too.
 constexpr double alike_time = 1.1;
 
 constexpr double none = std::numeric_limits<double>::infinity();
@@ -25,10 +27,10 @@ double lost_share(const TradeoffRow& row) {
 
 double distance(const TradeoffRow& row) { return row.distance_rmse_m.value_or(none); }
 
-// The same for every row of a scene at rest.
+// In a scene at rest no row has a velocity's RMSE, and all rows get the same value.
 double velocity(const TradeoffRow& row) { return row.velocity_rmse_mps.value_or(1); }
 
-// Smallest of `value` over the rows.
+// The smallest `value` of the rows in `among`.
 template <class Value>
 double least(std::span<const TradeoffRow> rows, const std::vector<std::size_t>& among,
              const Value& value) {
@@ -37,7 +39,7 @@ double least(std::span<const TradeoffRow> rows, const std::vector<std::size_t>& 
   return smallest;
 }
 
-// Leaves those for which `value` is at most the smallest times `factor`.
+// Removes from `among` the rows whose `value` is more than `factor` times the smallest.
 template <class Value>
 void keep_least(std::span<const TradeoffRow> rows, std::vector<std::size_t>& among, double factor,
                 const Value& value) {

@@ -27,7 +27,7 @@ constexpr double ps_per_ms = 1e9;
 constexpr double ms_per_s = 1e3;
 constexpr std::size_t max_photons = (std::size_t{256} << 20) / sizeof(std::int64_t);
 
-// Frames that a run must have room for, the first not counted.
+// The frames that a run must have room for besides its first frame.
 constexpr double least_frames_of_a_run = 3;
 
 std::string truth_file(const std::string& recording) {
@@ -48,7 +48,8 @@ FrameOrigin scene_origin(SimulatorOptions scene, std::string name, ChannelOption
   return {std::move(name), std::move(scene), {}, constants, std::move(channels)};
 }
 
-// How long a target that comes closer at a constant speed may be watched, with a tenth to spare.
+// How long a run may last: nine tenths of the time until a target that comes closer at a constant
+// speed arrives.
 double longest_run_s(const SimulatorOptions& scene) {
   const simulator::TargetOptions& target = scene.target;
   if (target.motion != simulator::MotionKind::linear || target.velocity_mps >= 0) {
@@ -57,7 +58,7 @@ double longest_run_s(const SimulatorOptions& scene) {
   return 0.9 * target.distance_m / -target.velocity_mps;
 }
 
-// Length of the frame that is made when this one is asked for.
+// The length that a frame gets when length_ms is asked for: a whole number of pattern periods.
 double whole_periods_ms(const Pattern& pattern, double length_ms) {
   const double period_ps = pattern_period_ps(pattern);
   return periods_per_frame(length_ms, period_ps) * period_ps / ps_per_ms;
@@ -97,7 +98,7 @@ class Collector final : public FrameSink {
         progress_(progress),
         enough_(enough) {}
 
-  // truth: of the run, null where there is none; outlives it.
+  // truth: of the run, which it outlives; null: not known.
   void start_run(const SceneTruth* truth) {
     truth_ = truth;
     first_ = true;
@@ -125,8 +126,9 @@ class Collector final : public FrameSink {
   }
 
  private:
-  // Design note: electronics between sync and detector delay a photon by d and so show the target
-  // as it was d / 2 before: 0.13 mm at 140 m/s and [P]'s 1855 ns, a fifth of the bound.
+  // Design note: electronics between sync and detector delay each photon by a time d, and so show
+  // the target as it was d / 2 earlier. At 140 m/s and [P]'s 1855 ns that is 0.13 mm, a fifth of
+  // the bound.
   static std::optional<TargetState> state_at(const SceneTruth& truth, std::int64_t time_ps) {
     const double half_ps = truth.electronic_delay_ns / ns_per_ps / 2;
     const auto state = truth.at(time_ps - std::llround(half_ps));
@@ -157,7 +159,7 @@ class Collector final : public FrameSink {
   std::vector<KeptFrame> kept_;
 };
 
-// One playing of the origin into the collector.
+// Plays a source once into the collector.
 void play(const Config& config, const FrameOrigin& origin, double length_ms, TagSource& source,
           Collector& collector, const std::stop_token& stop) {
   const ChannelMap channels(origin.channels);
@@ -244,7 +246,7 @@ std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& o
     play(config, origin, length_ms, *source, collector, enough.get_token());
     return std::move(collector.kept());
   }
-  // Two frames more: the first, and what the start and the end cut off.
+  // Two frames more: the first frame, and the parts of frames that the start and the end cut off.
   SimulatorOptions scene = *origin.scene;
   scene.seconds = std::min(longest_run_s(scene),
                            (static_cast<double>(count) + 2) * length_ms / ms_per_s + 0.01);

@@ -15,13 +15,13 @@
 
 namespace splid {
 
-// Where a target is at mid-frame.
+// The state of a target at mid-frame.
 struct TargetState {
   double delay_ns = 0;  // round trip, electronics included; not wrapped to the pattern's range
   double velocity_mps = 0;
 };
 
-// A frame that owns its tags, to be estimated again and again.
+// A frame that owns its tags, so that it can be estimated again and again.
 struct KeptFrame {
   std::int64_t start_ps = 0;  // tagger's clock
   std::int64_t end_ps = 0;
@@ -29,55 +29,56 @@ struct KeptFrame {
   std::vector<Loss> losses;
   SyncFit sync;
   double seen_fraction = 0;
-  bool first = false;                // of a run: to be estimated, but not to be judged
-  std::optional<TargetState> truth;  // absent where nobody knows
+  bool first = false;                // the first frame of a run: estimated, but not judged
+  std::optional<TargetState> truth;  // absent where the truth is not known
 
   [[nodiscard]] FrameView view() const { return {start_ps, end_ps, photons_ps, losses, sync}; }
   [[nodiscard]] double length_ns() const { return static_cast<double>(end_ps - start_ps) * 1e-3; }
   [[nodiscard]] std::int64_t middle_ps() const { return start_ps + (end_ps - start_ps) / 2; }
 };
 
-// What frames are made of: a simulated scene, or a recording.
+// Where frames come from: a simulated scene or a recording.
 struct FrameOrigin {
   std::string name;                       // for people: "the configured scene", or the file
-  std::optional<SimulatorOptions> scene;  // absent: the recording
+  std::optional<SimulatorOptions> scene;  // absent: frames come from the recording
   std::string recording;                  // PTU file
   std::optional<SceneTruth> truth;        // of the scene's constants or of the recording
   ChannelOptions channels;                // of the tags
 };
 
-// The recording if one is named; otherwise the configured simulator's scene, the recording of a
-// configured replay, or, for any other source, the default scene with the configured pattern and
-// pulse width. A recording's truth is taken from FILE.truth.json (as `simulate` names it) if that
-// is there.
+// The origin of the frames. It is `recording`, if that is not empty; otherwise the scene of a
+// configured simulator, the recording of a configured replay or, for any other source, the default
+// scene with the configured pattern and pulse width. The truth of a recording is read from
+// FILE.truth.json, as `splid simulate` names it, if that file exists.
 //
-// Errors: Error(Fault::data) where a truth file is there and cannot be read.
+// Errors: Error(Fault::data) where the truth file exists and cannot be read.
 FrameOrigin find_origin(const Config& config, const std::string& recording);
 
 using Warn = std::function<void(const std::string& sentence)>;
 
-// The frame lengths to measure, ascending, of those asked for (empty: a tenth, two fifths, one and
-// four times the configured one). Left out are those that this pattern cannot have to within a
-// tenth, whose syncs do not fit the ring, and that a target on its way to the lidar leaves no time
-// for; with a sentence to `warn` each.
+// The frame lengths to measure, ascending, from the lengths asked for (empty: 0.1, 0.4, 1 and 4
+// times the configured length). A length is left out, with a sentence to `warn`, where no whole
+// number of pattern periods comes within a tenth of it, where its syncs do not fit the ring, and
+// where a target that comes towards the lidar leaves no time for such frames.
 //
-// Errors: Error(Fault::usage) where none is left.
+// Errors: Error(Fault::usage) where no length is left.
 std::vector<double> possible_lengths_ms(const Config& config, const FrameOrigin& origin,
                                         std::vector<double> asked_ms, const Warn& warn);
 
-// Called now and then with the number of frames so far.
+// Called now and then with the number of frames collected so far.
 using CollectProgress = std::function<void(std::size_t frames)>;
 
-// `count` frames of about length_ms, cut by the framer as the daemon does, and the first frame of
-// each run before them. Left out are frames that did not lock, of which too little was seen
-// (frame.min_seen_fraction) or that the truth does not cover. Fewer come where a recording ends,
-// where the photons take more than 256 MiB, and after a stop request.
+// Collects `count` frames of about length_ms, cut by the framer as in the daemon, and in addition
+// the first frame of each run. It leaves out frames that did not lock, frames of which too little
+// was seen (frame.min_seen_fraction), and frames that the truth does not cover. It returns fewer
+// frames where a recording ends, where the photons take more than 256 MiB, and after a stop
+// request.
 //
-// A scene is played from its start; one whose target comes closer at a constant speed is played
-// again, with the next seed, before the target arrives.
+// A scene is played from its start. A scene whose target comes closer at a constant speed ends
+// before the target arrives, and is then played again with the next seed.
 //
 // Threads: the caller's. Errors: those of the source; Error(Fault::data) where a recording has
-// frames and none locks.
+// frames and no frame locks.
 std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& origin,
                                       double length_ms, std::size_t count,
                                       const CollectProgress& progress, const std::stop_token& stop);

@@ -15,8 +15,8 @@ namespace {
 
 struct Member {
   const char* name;
-  std::string json;  // empty: not known
-  // Without quotes: none of the texts holds any.
+  std::string json;  // empty: the value is not known
+  // The value without the quotes of JSON; no text in a row has a character that JSON escapes.
   [[nodiscard]] std::string plain() const {
     return json.size() > 1 && json.front() == '"' ? json.substr(1, json.size() - 2) : json;
   }
@@ -101,7 +101,7 @@ std::string describe_target(const simulator::TargetOptions& target) {
   return "a target between points";
 }
 
-// The measured length that is nearest to the configured one; 0 where nothing is measured.
+// The measured length that is nearest to the configured length; 0 where nothing is measured.
 double nearest_length_ms(const TradeoffReport& report) {
   double nearest_ms = 0;
   double apart = std::numeric_limits<double>::infinity();
@@ -114,9 +114,10 @@ double nearest_length_ms(const TradeoffReport& report) {
   return nearest_ms;
 }
 
-// How many frames to ask for, of which as large a share can be compared as of these.
+// How many frames to ask for, if the same share of them can be compared as of `frames`.
 std::size_t frames_needed(ErrorsAgainst reference, std::size_t frames, std::size_t compared) {
-  // Two at either end have too few neighbours, one of them the first, which is not judged anyway.
+  // The two frames at either end have too few neighbours. One of these four is the first frame,
+  // which is not judged anyway.
   const std::size_t edges = reference == ErrorsAgainst::neighbours ? 3 : 0;
   const bool tells = frames > edges && compared > 0;
   const double share =
@@ -141,7 +142,7 @@ std::optional<std::string> shortage(const TradeoffReport& report, double length_
   const std::size_t needed = frames_needed(report.reference, frames, most);
   if (report.reference == ErrorsAgainst::scene)
     return has + fmt::format("--frames {} has them", needed);
-  // Two more: the first, and what the start and the end cut off.
+  // Two frames more: the first frame, and the parts of frames that the start and the end cut off.
   const double needed_s = static_cast<double>(needed + 2) * length_ms / 1e3;
   return has + fmt::format("a recording of {:.2g} s with --frames {} has them", needed_s, needed);
 }

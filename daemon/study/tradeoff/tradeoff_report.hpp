@@ -10,54 +10,57 @@
 
 namespace splid {
 
-// A measured curve for people and programs.
+// The report of a measured tradeoff, for people and programs.
 
 // What the errors are measured against.
 enum class ErrorsAgainst { scene, truth_file, neighbours };
 
 ErrorsAgainst errors_against(const FrameOrigin& origin);
 
-// In a sentence, and in a few words.
+// The reference in a sentence, and in a few words.
 std::string in_words(ErrorsAgainst reference);
 std::string short_name(ErrorsAgainst reference);
 
 struct TradeoffReport {
   std::span<const TradeoffRow> rows;
   ErrorsAgainst reference = ErrorsAgainst::scene;
-  std::string title;            // of the plot: the scene in a few words
-  EstimatorOptions configured;  // decides between settings that cost the same
+  std::string title;            // of the chart: the scene in a few words
+  EstimatorOptions configured;  // preferred among settings that cost the same
   double configured_length_ms = 50;
-  std::optional<double> budget_ms;      // for one frame
-  std::optional<double> stopped_in_ms;  // length of frames whose settings are not all measured
+  std::optional<double> budget_ms;      // processor time for one frame
+  std::optional<double> stopped_in_ms;  // frame length whose settings are not all measured
 };
 
-// The knee of a length; absent too where not all of its settings are measured.
+// The knee of a length; absent where there is none and where not all settings of the length are
+// measured.
 std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms);
 
-// The row to take: what the budget allows if there is one, otherwise the knee of the measured
-// length that is nearest to the configured one.
+// The recommended row: with a budget, the row of find_within_budget(); without a budget, the knee
+// of the measured length that is nearest to the configured length.
 std::optional<std::size_t> chosen_row(const TradeoffReport& report);
 
-// The table, a piece at a time, each without its last line feed: what the errors are and the names
-// of the columns, a row, and what comes after the last row of a length.
+// The table piece by piece, each without its last line feed: its head, which says what the errors
+// are measured against and names the columns; a row; and the line after the last row of a length.
 std::string table_head(ErrorsAgainst reference);
 std::string table_line(const TradeoffRow& row);
 std::string knee_line(const TradeoffReport& report, double length_ms);
 
-// One JSON object, "schema" first; what is not known is left out.
+// A row as a JSON object, with "schema" as its first member; values that are not known are left
+// out.
 std::string tradeoff_json(const TradeoffReport& report, std::size_t row);
 
-// The same members as columns under a line of their names; what is not known is empty.
+// All rows as CSV: the same members as columns below a line of their names; values that are not
+// known are empty.
 std::string tradeoff_csv(const TradeoffReport& report);
 
-// Why there is no chosen row, where there is none.
+// Why chosen_row() recommends no row, in a sentence; only for a report where it recommends none.
 std::string no_choice_reason(const TradeoffReport& report);
 
-// Which setting to take, and its configuration lines; or why none.
+// The recommended setting with its configuration lines, or why none is recommended.
 std::string tradeoff_advice(const TradeoffReport& report);
 
-// "interleaved, 40 pulses in 3780 ns; S 0.00135 a pulse, b 175000 /s, target at 284.5 m" for a
-// scene, the file's name and the pattern for a recording.
+// For a scene "interleaved, 40 pulses in 3780 ns; S 0.00135 a pulse, b 175000 /s, target at 284.5
+// m"; for a recording the file's name and the pattern.
 std::string tradeoff_title(const Config& config, const FrameOrigin& origin);
 
 }  // namespace splid

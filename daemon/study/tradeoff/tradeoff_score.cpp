@@ -13,13 +13,14 @@
 namespace splid {
 namespace {
 
-// Two neighbours on either side, and how much of each a cubic takes.
+// The two neighbours on either side, and their weights in a cubic.
 constexpr std::array<std::ptrdiff_t, 4> neighbours = {-2, -1, 1, 2};
 constexpr std::array<double, 4> weights = {-1.0 / 6, 4.0 / 6, 4.0 / 6, -1.0 / 6};
 constexpr double neighbours_noise_share = 34.0 / 36;
 
 double wrapped(double difference_ns, const KeptFrame& frame, const Yardstick& unit) {
-  // The tagger's clock over the pattern's: at 1000 ppm a range passed five times is off by 19 ns.
+  // The scale is the tagger's clock over the pattern's: at 1000 ppm, a delay of five ranges would
+  // be off by 19 ns without it.
   const double scale = frame.sync.period_ps > 0 ? frame.sync.period_ps / unit.period_ps : 1;
   return std::remainder(difference_ns, unit.circle_ns * scale);
 }
@@ -28,7 +29,7 @@ double seconds_between(const KeptFrame& from, const KeptFrame& to) {
   return static_cast<double>(to.middle_ps() - from.middle_ps()) * 1e-12;
 }
 
-// How far the delay moves in that time at that speed.
+// How far the delay moves in time_s at this velocity.
 double travel_ns(double velocity_mps, double time_s) {
   return 2e9 * velocity_mps / speed_of_light_mps * time_s;
 }
@@ -60,7 +61,8 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
     if (!result.has_value || std::abs(steps - static_cast<double>(neighbours[i])) > 0.01) {
       return std::nullopt;
     }
-    // Where its own speed takes it: what is left to wrap is small, however far it goes in a frame.
+    // The neighbour's delay is moved to this frame's time by the neighbour's own velocity. What is
+    // left to wrap is then small, however far the target moves in a frame.
     const double moves_ns = travel_ns(result.velocity_mps, time_s);
     double there_ns = result.delay_ns + moves_ns;
     if (i > 0) {
@@ -71,12 +73,13 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
     state.velocity_mps += weights[i] * result.velocity_mps;
   }
   const auto [low, high] = std::minmax_element(straight_ns.begin(), straight_ns.end());
-  // Delay and twice the travel over the frame may each be as far off as on a right peak.
+  // The delay, and twice the travel over the frame, may each be as far off as they are on a right
+  // peak.
   if (*high - *low > 3 * unit.wrong_delay_ns()) return std::nullopt;
   return state;
 }
 
-// Sums of squares of the errors on no wrong peak.
+// Sums of the squared errors of frames on no wrong peak.
 struct Squares {
   double delay = 0;
   double velocity = 0;
@@ -112,7 +115,8 @@ Comparison compare(std::span<const KeptFrame> frames, std::span<const FrameResul
   return made;
 }
 
-// The mean square of a result's own errors: that of the differences, less the reference's.
+// The mean square of the results' own errors: the mean square of the differences less the
+// reference's share of it.
 double own_mean_square(double squares, std::size_t count, double reference_squares,
                        std::size_t reference_count, double noise_share) {
   const double difference = squares / static_cast<double>(count);
@@ -127,7 +131,8 @@ double own_mean_square(double squares, std::size_t count, double reference_squar
 FrameResult frame_result(const Estimate& estimate, double range_risk, double compute_ms) {
   const bool found =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
-  // Where all frames are ambiguous, by their pattern, the odds are those of the delay within it.
+  // With a pattern of mode ambiguous, where all frames are ambiguous, the odds are about the delay
+  // within the pattern's range.
   const bool sure = estimate.range_odds_nats >= odds_at_risk_nats(range_risk);
   return {compute_ms,
           found && sure && estimate.has_values,
