@@ -109,7 +109,7 @@ FrameContext frame_context(const Config& config) {
 }
 
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
-                                const FrameContext& context, const FrameTimes& times) {
+                                const FrameContext& context, const FrameTiming& times) {
   FrameMessage message;
   message.timestamp_s = times.mid_unix_s;
   message.sequence = frame.sequence;

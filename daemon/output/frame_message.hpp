@@ -23,7 +23,7 @@ struct FrameContext {
 FrameContext frame_context(const Config& config);
 
 // When things happened to a frame, and how hard it was looked at.
-struct FrameTimes {
+struct FrameTiming {
   double mid_unix_s = 0;   // UTC at mid-frame
   double compute_ms = 0;   // of its estimation
   double latency_ms = -1;  // arrival of its last tag to publication; negative: no tag
@@ -35,7 +35,7 @@ struct FrameTimes {
 // min_seen_fraction was seen, `saturated` where more than a tenth of the signal photons would fall
 // into the detector's dead time.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
-                                const FrameContext& context, const FrameTimes& times);
+                                const FrameContext& context, const FrameTiming& times);
 
 // "the photons contradict the pattern: ...", and what to do; empty for PatternFault::none.
 const char* in_words(PatternFault fault);
