@@ -8,7 +8,7 @@
 namespace splid {
 namespace {
 
-constexpr std::size_t max_pulses = 2'000;
+constexpr std::size_t max_compared_pulses = 2'000;
 constexpr double same_period = 1e-4;
 
 bool are_alike(double a, double b) { return std::abs(a - b) <= same_period * std::max(a, b); }
@@ -33,7 +33,7 @@ std::vector<double> differences_turns(const PatternSegment& a, const PatternSegm
 
 double share_of_segment(const PatternSegment& a, const PatternSegment& b, double window_ps) {
   const std::size_t most = std::max(a.pulse_times_ps.size(), b.pulse_times_ps.size());
-  if (most > max_pulses) return a.pulse_times_ps.size() == b.pulse_times_ps.size() ? 1 : 0;
+  if (most > max_compared_pulses) return a.pulse_times_ps.size() == b.pulse_times_ps.size() ? 1 : 0;
   const double window = window_ps / a.period_ps;
   const std::vector<double> shifts = differences_turns(a, b, window);
   std::size_t together = 0;

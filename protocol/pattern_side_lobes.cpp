@@ -6,7 +6,7 @@
 namespace splid {
 namespace {
 
-constexpr std::size_t max_pulses = 2'000;
+constexpr std::size_t max_side_lobe_pulses = 2'000;
 
 // Of each pulse to each other, around the circle, in (0, period), ascending.
 std::vector<double> differences_ps(const PatternSegment& segment) {
@@ -28,7 +28,7 @@ std::optional<SideLobe> highest_side_lobe(const Pattern& pattern, double window_
   if (pattern.segments.size() != 1) return std::nullopt;
   const PatternSegment& segment = pattern.segments.front();
   const std::size_t pulses = segment.pulse_times_ps.size();
-  if (pulses < 2 || pulses > max_pulses) return std::nullopt;
+  if (pulses < 2 || pulses > max_side_lobe_pulses) return std::nullopt;
   const std::vector<double> shifts_ps = differences_ps(segment);
   SideLobe highest;
   for (std::size_t begin = 0, end = 0; begin < shifts_ps.size(); ++begin) {

@@ -16,8 +16,6 @@ namespace {
 constexpr std::size_t preamble_bytes = 16;  // magic and version
 constexpr std::size_t name_bytes = 32;
 constexpr std::size_t entry_bytes = 48;  // name, index, type, 8 bytes of value or length
-constexpr std::string_view magic = "PQTTTR";
-constexpr std::string_view end_name = "Header_End";
 
 // Design note: vendors' headers are 4 to 100 KB. A header past this is a wrong length somewhere,
 // which would otherwise have the whole recording read into memory in search of its end.
@@ -246,8 +244,8 @@ void read_facts(PtuHeader& header) {
 }
 
 void check_magic(std::span<const std::byte> prefix) {
-  const std::string start = characters(prefix.first(std::min(prefix.size(), magic.size())));
-  if (start != magic.substr(0, start.size())) {
+  const std::string start = characters(prefix.first(std::min(prefix.size(), ptu_magic.size())));
+  if (start != ptu_magic.substr(0, start.size())) {
     fail(0, "not a PTU recording: it does not start with PQTTTR");
   }
 }
@@ -285,7 +283,7 @@ std::optional<PtuHeader> parse_ptu_header(std::span<const std::byte> prefix, boo
     Entries entries(prefix);
     PtuHeader header;
     while (auto tag = entries.next()) {
-      if (tag->name == end_name) {
+      if (tag->name == ptu_end_name) {
         header.header_bytes = entries.offset();
         read_facts(header);
         return header;

@@ -13,6 +13,9 @@
 
 namespace splid {
 
+inline constexpr std::string_view ptu_magic = "PQTTTR";         // a file's first bytes
+inline constexpr std::string_view ptu_end_name = "Header_End";  // the tag that ends a header
+
 // How the records of a T2 recording are laid out; the values are those of the header's
 // TTResultFormat_TTTRRecType.
 enum class PtuRecordType : std::uint32_t {

@@ -10,16 +10,14 @@
 namespace splid {
 namespace {
 
-constexpr std::string_view magic = "PQTTTR";
-constexpr std::string_view version = "1.0.00";
-constexpr std::string_view end_name = "Header_End";
+constexpr std::string_view ptu_version = "1.0.00";
 constexpr std::size_t origin_room_bytes = 24;  // 20 characters of a 64-bit number and a NUL
 
 class Writer {
  public:
   Writer() {
-    padded(magic, 8);
-    padded(version, 8);
+    padded(ptu_magic, 8);
+    padded(ptu_version, 8);
   }
 
   void integer(std::string_view name, std::int64_t value) {
@@ -34,7 +32,7 @@ class Writer {
   // Padded with NULs to a multiple of 8 bytes, at least one NUL and at least room_bytes in all.
   void string(std::string_view name, std::string_view value, std::size_t room_bytes = 0) {
     value = value.substr(0, value.find('\0'));
-    if (value.find(end_name) != std::string_view::npos) {
+    if (value.find(ptu_end_name) != std::string_view::npos) {
       throw Error(Fault::data, "PTU header: the text of " + std::string(name) +
                                    " holds the words Header_End, which readers take for the "
                                    "header's end; rename what they name");
@@ -44,7 +42,7 @@ class Writer {
     padded(value, bytes);
   }
   std::vector<std::byte> finish() {
-    entry(end_name, PtuTagType::empty, 0);
+    entry(ptu_end_name, PtuTagType::empty, 0);
     return std::move(bytes_);
   }
 

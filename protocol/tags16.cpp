@@ -9,12 +9,12 @@
 namespace splid {
 namespace {
 
-constexpr std::array<std::byte, 4> magic = {std::byte{'S'}, std::byte{'P'}, std::byte{'T'},
-                                            std::byte{'B'}};
-constexpr std::uint16_t version = 1;
+constexpr std::array<std::byte, 4> tags16_magic = {std::byte{'S'}, std::byte{'P'}, std::byte{'T'},
+                                                   std::byte{'B'}};
+constexpr std::uint16_t tags16_version = 1;
 
 // Blocks may overlap by as much as streams may be unsorted.
-constexpr std::int64_t disorder_ps = 1'000'000;
+constexpr std::int64_t max_disorder_ps = 1'000'000;
 
 // Design note: rule 1 has a block every 10 ms, so 10 s are a thousand times what a block covers or
 // skips. Of 20 bytes at random, taken for a header's times, one in 10^12 is as near as that.
@@ -49,12 +49,18 @@ std::int64_t time_at(const std::byte* bytes) {
 }
 
 bool is_magic(std::span<const std::byte> bytes) {
-  return std::equal(magic.begin(), magic.end(), bytes.begin());
+  return std::equal(tags16_magic.begin(), tags16_magic.end(), bytes.begin());
 }
 
 // How each header begins: magic, version, flags.
-constexpr std::array<std::byte, 8> beginning = {magic[0],           magic[1], magic[2], magic[3],
-                                                std::byte{version}, {},       {},       {}};
+constexpr std::array<std::byte, 8> beginning = {tags16_magic[0],
+                                                tags16_magic[1],
+                                                tags16_magic[2],
+                                                tags16_magic[3],
+                                                std::byte{tags16_version},
+                                                {},
+                                                {},
+                                                {}};
 
 bool agree(std::span<const std::byte> bytes) {
   const std::size_t count = std::min(bytes.size(), beginning.size());
@@ -217,7 +223,7 @@ bool Tags16Decoder::is_doubtful(const Header& header) const {
   if (!begun_ || fresh_) return false;
   const bool follows = !doubted_ && header.sequence == next_sequence_;
   const std::int64_t ahead_ps = saturated_difference(header.begin_ps, reached_ps_);
-  return ahead_ps > far_ps || (ahead_ps < -disorder_ps && !follows);
+  return ahead_ps > far_ps || (ahead_ps < -max_disorder_ps && !follows);
 }
 
 Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) const {
@@ -227,7 +233,7 @@ Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) c
     if (after.size() < header_bytes) return Verdict::more;
     const Header next(after.data());
     const std::int64_t gap_ps = saturated_difference(next.begin_ps, header.end_ps);
-    const bool goes_on = next.can_be() && gap_ps >= -disorder_ps && gap_ps <= far_ps;
+    const bool goes_on = next.can_be() && gap_ps >= -max_disorder_ps && gap_ps <= far_ps;
     return goes_on ? Verdict::credible : Verdict::none;
   }
   const std::size_t records = std::min<std::size_t>(header.count, probe_records);
@@ -244,7 +250,7 @@ Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) c
 // Leaves away the first held byte, and all up to the next that could begin a block.
 void Tags16Decoder::skip_to_magic() {
   const auto held_end = held_.begin() + held_bytes_;
-  const auto place = std::find(held_.begin() + 1, held_end, magic.front());
+  const auto place = std::find(held_.begin() + 1, held_end, tags16_magic.front());
   counts_.skipped_bytes += static_cast<std::uint64_t>(place - held_.begin());
   held_bytes_ = static_cast<std::size_t>(held_end - place);
   std::copy(place, held_end, held_.begin());
@@ -261,7 +267,7 @@ void Tags16Decoder::follow(std::uint32_t sequence) {
   if (begun_ && gap < (1U << 31U)) counts_.lost_blocks += gap;
   doubted_ = fresh_ = false;
   if (begun_) {
-    if (saturated_difference(reached_ps_, begin_ps_) > disorder_ps) {
+    if (saturated_difference(reached_ps_, begin_ps_) > max_disorder_ps) {
       wait({begin_ps_, 0, TagKind::clock_break, {}});
     } else if (!followed || begin_ps_ > reached_ps_) {
       wait({reached_ps_, 0, TagKind::loss_begin, {}});

@@ -11,7 +11,7 @@
 namespace splid::studies {
 namespace {
 
-constexpr double period_ps = 3'780'000;
+constexpr double even_period_ps = 3'780'000;
 constexpr std::array interleaved_periods_ps = {180'000.0, 189'000.0};
 // [P] Fig. 5: no small common multiple, which a CRT for whole numbers needs.
 constexpr std::array fig5_periods_ps = {99'900.0, 104'100.0};
@@ -191,9 +191,9 @@ std::string key(const Job& job) { return scene_key(job.cell) + "," + to_string(j
 Pattern pattern_of(const Cell& cell) {
   switch (cell.mode) {
     case Mode::baseline:
-      return make_periodic(Mode::baseline, period_ps);
+      return make_periodic(Mode::baseline, even_period_ps);
     case Mode::ambiguous:
-      return make_periodic(Mode::ambiguous, period_ps, 40);
+      return make_periodic(Mode::ambiguous, even_period_ps, 40);
     case Mode::mrr:
       if (cell.study == Study::fig5) return mrr(fig5_periods_ps, cell.length_ms);
       return mrr(interleaved_periods_ps, cell.length_ms);

@@ -37,13 +37,13 @@ std::vector<paper::TrainPhotons> trains_of(const Pattern& pattern, const FrameVi
 }  // namespace
 
 Estimate estimate_by_wang(const Pattern& pattern, const PulseShape& shape, const FrameView& frame,
-                          double max_speed_mps) {
+                          double max_mps) {
   const std::vector<paper::TrainPhotons> trains = trains_of(pattern, frame);
   const double share = 1 / static_cast<double>(trains.size());
   Estimate mean;
   std::vector<double> delays_ns;
   for (const paper::TrainPhotons& train : trains) {
-    const double velocity_mps = paper::fourier_velocity_mps(train, shape.width_ns(), max_speed_mps);
+    const double velocity_mps = paper::fourier_velocity_mps(train, shape.width_ns(), max_mps);
     const paper::FoldedPeak peak = paper::find_folded_peak(train, velocity_mps, shape);
     if (!peak.found) return {};
     delays_ns.push_back(peak.delay_ns);

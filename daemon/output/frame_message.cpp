@@ -7,9 +7,9 @@
 namespace splid {
 namespace {
 
-constexpr double ns_per_s = 1e9;
+constexpr double ns_in_a_second = 1e9;
 constexpr double ps_per_ms = 1e9;
-constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_per_s / 2;
+constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_in_a_second / 2;
 
 // Chance that a signal photon goes unseen because the detector is dead from an earlier one.
 //
@@ -72,10 +72,10 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
       estimate.has_values &&
       estimate.background_per_ns < no_background_deviations * estimate.std_background_per_ns;
   const double background_per_ns = is_none ? 0 : estimate.background_per_ns;
-  message.background_per_s = background_per_ns * ns_per_s;
+  message.background_per_s = background_per_ns * ns_in_a_second;
   message.background_per_period = background_per_ns * period_ps * ns_per_ps;
   if (estimate.has_values) {
-    message.std_background_per_s = estimate.std_background_per_ns * ns_per_s;
+    message.std_background_per_s = estimate.std_background_per_ns * ns_in_a_second;
   }
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }

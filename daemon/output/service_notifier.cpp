@@ -7,7 +7,7 @@
 namespace splid {
 namespace {
 
-constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr std::int64_t notice_interval_ns = 1'000'000'000;
 constexpr std::int64_t ns_per_us = 1000;
 
 }  // namespace
@@ -49,7 +49,7 @@ void ServiceNotifier::reloaded() { sd_notify(0, "READY=1"); }
 void ServiceNotifier::send_status(const StatusMessage& status) {
   const std::int64_t now_ns = clock_.steady_ns();
   const std::string said = std::string(to_string(status.state)) + status.reason;
-  if (said == told_ && now_ns - told_ns_ < ns_per_s) return;
+  if (said == told_ && now_ns - told_ns_ < notice_interval_ns) return;
   told_ = said;
   told_ns_ = now_ns;
   sd_notify(0, ("STATUS=" + in_words(status)).c_str());

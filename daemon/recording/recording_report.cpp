@@ -87,8 +87,8 @@ std::string report_times(const RecordingInfo& info, double duration_s) {
 std::string report_sync_period(const std::optional<MeasuredPeriod>& period, const std::string& of) {
   if (!period) return "  sync period    none that fits" + of + "\n";
   const double std_ps = period->std_period_ps;
-  const double least_digits = std_ps > 0 ? 1 - std::floor(std::log10(std_ps)) : 9;
-  const int digits = static_cast<int>(std::clamp(least_digits, 0.0, 9.0));
+  const double digits_needed = std_ps > 0 ? 1 - std::floor(std::log10(std_ps)) : 9;
+  const int digits = static_cast<int>(std::clamp(digits_needed, 0.0, 9.0));
   return fmt::format("  sync period    {:>15.{}f} ps +- {:.{}f} ps{}\n", period->period_ps, digits,
                      std_ps, digits, of);
 }

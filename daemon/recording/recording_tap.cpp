@@ -13,12 +13,12 @@
 namespace splid {
 namespace {
 
-constexpr std::chrono::milliseconds idle{100};
-constexpr std::size_t tags_at_once = 65'536;
+constexpr std::chrono::milliseconds tap_idle{100};
+constexpr std::size_t tap_tags_at_once = 65'536;
 constexpr std::size_t max_batches = 65'536;
 
 // A killed daemon may lose half a second; a little less leaves time for the write.
-constexpr std::int64_t flush_interval_ns = 400'000'000;
+constexpr std::int64_t tap_flush_interval_ns = 400'000'000;
 
 // The queue as a file's source of counts.
 class QueuedCounts final : public EncoderSource {
@@ -99,8 +99,8 @@ void RecordingTap::run() {
   pthread_setname_np(pthread_self(), "recorder");
   flushed_ns_ = clock_.steady_ns();
   while (!ring_.ended()) {
-    const std::span<const Tag> waiting = ring_.wait(idle, {});
-    const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
+    const std::span<const Tag> waiting = ring_.wait(tap_idle, {});
+    const auto tags = waiting.first(std::min(waiting.size(), tap_tags_at_once));
     recorder_.take(tags);
     ring_.consume(tags.size());
     look_around();
@@ -111,7 +111,7 @@ void RecordingTap::run() {
 
 void RecordingTap::look_around() {
   const std::int64_t now_ns = clock_.steady_ns();
-  if (now_ns - flushed_ns_ > flush_interval_ns) {
+  if (now_ns - flushed_ns_ > tap_flush_interval_ns) {
     recorder_.flush();
     flushed_ns_ = now_ns;
     const std::uint64_t drops = dropping_.drops();

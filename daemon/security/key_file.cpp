@@ -37,16 +37,16 @@ std::optional<std::string> value_of(std::string_view text, std::string_view name
   return std::nullopt;
 }
 
-[[noreturn]] void refuse(const std::string& file, const std::string& what) {
+[[noreturn]] void refuse_keys(const std::string& file, const std::string& what) {
   throw Error(Fault::usage, file + ": " + what);
 }
 
 std::string key_value(const std::string& text, const std::string& file, const char* name,
                       const char* made_by) {
   const auto key = value_of(text, name);
-  if (!key) refuse(file, std::string("has no line ") + name + " = \"...\"; " + made_by);
+  if (!key) refuse_keys(file, std::string("has no line ") + name + " = \"...\"; " + made_by);
   if (!is_curve_key(*key)) {
-    refuse(file, std::string("its ") + name + " is none: it has to be 40 characters of Z85");
+    refuse_keys(file, std::string("its ") + name + " is none: it has to be 40 characters of Z85");
   }
   return *key;
 }
@@ -83,9 +83,9 @@ class NewFile {
     const int how = O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC;
     const int file = ::open(path_.c_str(), how, for_owner);
     if (file < 0 && errno == EEXIST) {
-      refuse(path_,
-             "is there already, and a key is never written over; choose another name, or "
-             "move it away");
+      refuse_keys(path_,
+                  "is there already, and a key is never written over; choose another name, or "
+                  "move it away");
     }
     if (file < 0) fail();
     made_ = true;
@@ -142,7 +142,7 @@ CurveKeyPair parse_secret_key(const std::string& text, const std::string& file) 
   keys.public_key = public_key_of(keys.secret_key);
   const auto said = value_of(text, "public-key");
   if (said && *said != keys.public_key) {
-    refuse(file, "its public-key is not that of its secret-key; one of them was edited");
+    refuse_keys(file, "its public-key is not that of its secret-key; one of them was edited");
   }
   return keys;
 }

@@ -17,7 +17,7 @@
 namespace splid {
 namespace {
 
-constexpr int backlog = 128;
+constexpr int door_backlog = 128;
 
 [[noreturn]] void fail(const std::string& call) {
   throw Error(Fault::device,
@@ -83,7 +83,7 @@ PrivateDoor::PrivateDoor(zmq::socket_t& socket) {
   if (::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     fail("bind");
   }
-  if (::listen(listener.get(), backlog) != 0) fail("listen");
+  if (::listen(listener.get(), door_backlog) != 0) fail("listen");
   inode_ = FileDescriptor(::open(folder.file().c_str(), O_PATH | O_CLOEXEC));
   if (!inode_.is_open()) fail("open");
   try {

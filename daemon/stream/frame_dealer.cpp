@@ -7,7 +7,7 @@ namespace splid {
 namespace {
 
 // How long a wait for a slot lasts before it looks again.
-constexpr std::chrono::milliseconds idle{100};
+constexpr std::chrono::milliseconds dealer_idle{100};
 
 }  // namespace
 
@@ -20,7 +20,7 @@ FrameDealer::FrameDealer(const SourceInfo& source, Effort effort, const Clock& c
 Frame& FrameDealer::open() {
   while ((unit_ = lanes_[lane_]->free_unit()) == nullptr) {
     waited_ = true;
-    released_.wait_for(idle);
+    released_.wait_for(dealer_idle);
   }
   return unit_->frame;
 }

@@ -18,7 +18,7 @@ using std::chrono::milliseconds;
 constexpr std::size_t tags_at_once = 16'384;
 
 // How long an idle wait lasts before it looks at everything again.
-constexpr milliseconds idle{100};
+constexpr milliseconds framer_idle{100};
 
 constexpr std::array counts = {
     &FramerTotals::events,   &FramerTotals::photons,  &FramerTotals::syncs,  &FramerTotals::markers,
@@ -48,7 +48,7 @@ void FramerThread::run(const std::stop_token& stop, int patience_ms) {
   const std::stop_token to_the_end;
   while (!ring_.ended()) {
     change_tap();
-    const std::span<const Tag> waiting = ring_.wait(idle, to_the_end);
+    const std::span<const Tag> waiting = ring_.wait(framer_idle, to_the_end);
     const std::size_t fill = ring_.fill();
     if (fill > highest_fill_.load(std::memory_order_relaxed)) highest_fill_ = fill;
     const auto some = waiting.first(std::min(waiting.size(), tags_at_once));

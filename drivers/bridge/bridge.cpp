@@ -22,7 +22,7 @@ constexpr milliseconds slice{20};
 // Design note: a socket hands on some 200 KB at a time; more room would never be filled.
 constexpr std::size_t buffer_bytes = 1 << 18;
 
-const bool registered = register_source("bridge", std::make_unique<BridgeOptions>);
+const bool bridge_registered = register_source("bridge", std::make_unique<BridgeOptions>);
 
 void sleep(milliseconds time, TagSink& sink, const std::stop_token& stop) {
   const auto until = steady_clock::now() + time;

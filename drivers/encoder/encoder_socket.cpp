@@ -24,7 +24,7 @@ constexpr std::size_t buffer_bytes = 1 << 16;
 constexpr std::size_t longest_line_bytes = 1 << 20;
 
 // Batches that nobody took: an hour of 100 a second.
-constexpr std::size_t most_waiting = 360'000;
+constexpr std::size_t most_batches = 360'000;
 
 class EncoderSocket final : public EncoderSource {
  public:
@@ -91,7 +91,7 @@ class EncoderSocket final : public EncoderSource {
     if (batch->counts.empty() && !batch->overrun) return true;
     const std::lock_guard lock(mutex_);
     // What is dropped here shows in the index.
-    if (batches_.size() < most_waiting) batches_.push_back(std::move(*batch));
+    if (batches_.size() < most_batches) batches_.push_back(std::move(*batch));
     return true;
   }
 

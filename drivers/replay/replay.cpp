@@ -10,7 +10,7 @@ namespace splid {
 namespace {
 
 // 1 MiB of tags.
-constexpr std::size_t block_tags = 65'536;
+constexpr std::size_t claim_tags = 65'536;
 
 // Of real time: what a paced replay hands on at once.
 constexpr double slice_s = 5e-3;
@@ -21,7 +21,7 @@ std::int64_t slice_ps(double speed) {
   return static_cast<std::int64_t>(std::clamp(slice_s * speed * 1e12, 1e6, 1e15));
 }
 
-const bool registered = register_source("replay", std::make_unique<ReplayOptions>);
+const bool replay_registered = register_source("replay", std::make_unique<ReplayOptions>);
 
 }  // namespace
 
@@ -49,7 +49,7 @@ ReplaySource::ReplaySource(const ReplayOptions& options, const SourceContext& co
     : speed_(options.speed),
       reader_(options.recording, context.warn),
       losses_(reader_.header().losses),
-      block_(block_tags),
+      block_(claim_tags),
       reached_ps_(reader_.header().origin_ps) {}
 
 SourceInfo ReplaySource::info() const {
@@ -70,7 +70,7 @@ void ReplaySource::run(TagSink& sink, std::stop_token stop) {
 // Records are decoded straight into the sink's room. False once a stop was requested; so below.
 bool ReplaySource::run_directly(TagSink& sink, const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    const std::span<Tag> room = sink.claim(block_tags);
+    const std::span<Tag> room = sink.claim(claim_tags);
     if (room.empty()) return false;
     const std::size_t tags = reader_.read(room);
     if (tags > 0) reached_ps_ = std::max(reached_ps_, room[tags - 1].time_ps);

@@ -35,7 +35,7 @@ std::int64_t end_ps_of(const SimulatorOptions& options) {
   return last_ps - std::max<std::int64_t>(0, options.start_ps);
 }
 
-const bool registered = register_source("simulator", std::make_unique<SimulatorOptions>);
+const bool simulator_registered = register_source("simulator", std::make_unique<SimulatorOptions>);
 
 }  // namespace
 

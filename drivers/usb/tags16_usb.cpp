@@ -61,7 +61,8 @@ class Tags16Instrument final : public UsbInstrument {
   Tags16News news_;
 };
 
-const bool registered = register_source("tags16-usb", std::make_unique<Tags16UsbOptions>);
+const bool tags16_usb_registered =
+    register_source("tags16-usb", std::make_unique<Tags16UsbOptions>);
 
 }  // namespace
 

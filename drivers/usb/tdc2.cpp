@@ -7,7 +7,7 @@
 namespace splid {
 namespace {
 
-const bool registered = register_source("tdc2", std::make_unique<Tdc2Options>);
+const bool tdc2_registered = register_source("tdc2", std::make_unique<Tdc2Options>);
 
 }  // namespace
 

@@ -22,7 +22,7 @@ constexpr std::uint8_t boot = 2;
 constexpr milliseconds patience = Tdc2Instrument::patience;
 constexpr milliseconds short_patience{30};
 
-constexpr std::uint16_t config = tdc2_config::dummies;
+constexpr std::uint16_t idle_config = tdc2_config::dummies;
 
 constexpr milliseconds between_polls{50};
 constexpr int most_unanswered = 4;
@@ -95,7 +95,7 @@ void Tdc2Instrument::prepare(UsbDevice& device) {
     command(tdc2_command16(Tdc2Command::write_threshold, tdc2_threshold(input, threshold_mv)));
     command(tdc2_command16(Tdc2Command::write_threshold, tdc2_polarity(input, threshold_mv)));
   }
-  constexpr std::uint16_t reset = config | tdc2_config::counter_reset;
+  constexpr std::uint16_t reset = idle_config | tdc2_config::counter_reset;
   command(tdc2_command16(Tdc2Command::write_config, reset | tdc2_config::select_parameters));
   command(tdc2_command32(Tdc2Command::write_parameters, parameters));
   command(tdc2_command32(Tdc2Command::write_parameters, 0));  // its self-test stays off
@@ -142,7 +142,7 @@ std::uint32_t Tdc2Instrument::read_parameters(UsbDevice& device) {
 }
 
 void Tdc2Instrument::start(UsbDevice& device) {
-  constexpr std::uint16_t running = config | tdc2_config::collect | tdc2_config::lamp;
+  constexpr std::uint16_t running = idle_config | tdc2_config::collect | tdc2_config::lamp;
   send(device, tdc2_command16(Tdc2Command::write_config, running), patience);
   if (ask_surely(device, tdc2_command(Tdc2Command::start_stream), "to start") != 0) {
     throw UsbError(device.name() + ": it is busy and does not start; switch it off and on again",
@@ -157,9 +157,9 @@ void Tdc2Instrument::start(UsbDevice& device) {
 }
 
 void Tdc2Instrument::stop(UsbDevice& device) {
-  send(device, tdc2_command16(Tdc2Command::write_config, config), short_patience);
+  send(device, tdc2_command16(Tdc2Command::write_config, idle_config), short_patience);
   send(device, tdc2_command(Tdc2Command::stop_stream), short_patience);
-  send(device, tdc2_command16(Tdc2Command::write_config, config | tdc2_config::fifo_reset),
+  send(device, tdc2_command16(Tdc2Command::write_config, idle_config | tdc2_config::fifo_reset),
        short_patience);
 }
 

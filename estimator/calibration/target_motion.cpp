@@ -12,8 +12,8 @@ namespace splid {
 namespace {
 
 constexpr std::size_t most_slices = 64;
-constexpr std::size_t least_bins = 64;
-constexpr std::size_t most_bins = 1 << 17;
+constexpr std::size_t least_slice_bins = 64;
+constexpr std::size_t most_slice_bins = 1 << 17;
 constexpr double better_deviations = 6;
 constexpr double moving_bins = 3;
 
@@ -93,7 +93,7 @@ TargetMotion::Motion line_through(const std::vector<Point>& points, double bin_p
 
 TargetMotion::TargetMotion(double period_ps, double width_ps)
     : bins_(std::bit_ceil(std::clamp(static_cast<std::size_t>(std::min(period_ps / width_ps, 1e9)),
-                                     least_bins, most_bins))),
+                                     least_slice_bins, most_slice_bins))),
       bin_ps_(period_ps / static_cast<double>(bins_)) {}
 
 void TargetMotion::add(const FrameView& frame) {

@@ -9,7 +9,7 @@
 namespace splid::paper {
 namespace {
 
-constexpr double most_bins = 0x1p18;
+constexpr double most_photon_bins = 0x1p18;
 // Design note: at 30 km/s in a frame of 1 s the steps would be 2e9; 20 times those of [P]'s
 // experiment (1,000) reach as far with wider bins, in seconds.
 constexpr double most_steps = 2e4;
@@ -86,8 +86,8 @@ double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double
   const double span_ns = *last - *first;
   const double max_beta = max_speed_mps / speed_of_light_mps;
   const double max_rate = 2 * max_beta / (1 - max_beta);
-  const double bin_ns =
-      std::max({width_ns, photons.period_ns / most_bins, 2 * max_rate * span_ns / most_steps});
+  const double bin_ns = std::max(
+      {width_ns, photons.period_ns / most_photon_bins, 2 * max_rate * span_ns / most_steps});
   if (!(span_ns > 0) || bin_ns >= photons.period_ns / 4) return 0;
 
   HarmonicPower power(photons, bin_ns);

@@ -14,7 +14,7 @@ namespace {
 // good as constant, and has at least as many syncs as SyncClock follows one by one. Fast syncs fill
 // a batch sooner.
 constexpr std::int64_t batch_length_ps = 50'000'000'000;
-constexpr std::size_t least_syncs = 64;
+constexpr std::size_t least_stretch_syncs = 64;
 constexpr std::size_t most_syncs = 16'384;
 
 // A clock that was set anew, or a pause, ends a batch.
@@ -69,7 +69,7 @@ void SyncSurvey::take(std::int64_t sync_ps) {
   if (!batch_ps_.empty()) {
     const std::int64_t step_ps = saturated_difference(sync_ps, batch_ps_.back());
     const std::int64_t length_ps = saturated_difference(sync_ps, batch_ps_.front());
-    const bool is_long = length_ps >= batch_length_ps && batch_ps_.size() >= least_syncs;
+    const bool is_long = length_ps >= batch_length_ps && batch_ps_.size() >= least_stretch_syncs;
     const bool is_apart = step_ps < -unsorted_within_ps || step_ps > longest_gap_ps;
     if (is_long || is_apart || batch_ps_.size() == most_syncs) end_batch();
   }

@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string read(const std::string& file) {
+std::string read_text(const std::string& file) {
   std::ifstream in(SPLID_SOURCE_DIR "/" + file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -24,8 +24,9 @@ void expect_generated(const std::string& file, const std::string& text) {
   if (std::getenv("SPLID_UPDATE") != nullptr) {
     std::ofstream(SPLID_SOURCE_DIR "/" + file, std::ios::binary) << text;
   }
-  EXPECT_TRUE(read(file) == text) << file << " is not what the options say; write it anew with\n"
-                                  << "SPLID_UPDATE=1 ctest --preset release -R config.ConfigSchema";
+  EXPECT_TRUE(read_text(file) == text)
+      << file << " is not what the options say; write it anew with\n"
+      << "SPLID_UPDATE=1 ctest --preset release -R config.ConfigSchema";
 }
 
 TEST(ConfigSchema, DescribesTheFileItself) {
@@ -57,7 +58,7 @@ TEST(ConfigSchema, IsTheShippedOne) {
 TEST(ConfigSchema, IsWhatTheManualSays) {
   const std::string mark =
       "<!-- Generated from here on; see tests/config/config_schema_test.cpp -->\n";
-  const std::string manual = read("docs/reference/configuration.md");
+  const std::string manual = read_text("docs/reference/configuration.md");
   const std::size_t begin = manual.find(mark);
   ASSERT_NE(begin, std::string::npos);
   expect_generated("docs/reference/configuration.md",

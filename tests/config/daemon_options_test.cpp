@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string fault_of(const ChannelOptions& options) {
+std::string channel_fault(const ChannelOptions& options) {
   const auto fault = options.validate();
   return fault ? fault->pointer + ": " + fault->what : "";
 }
@@ -20,22 +20,23 @@ std::string fault_of_endpoint(const std::string& endpoint) {
   return fault ? fault->pointer + ": " + fault->what : "";
 }
 
-TEST(ChannelOptions, DefaultsAreValid) { EXPECT_EQ(fault_of(ChannelOptions{}), ""); }
+TEST(ChannelOptions, DefaultsAreValid) { EXPECT_EQ(channel_fault(ChannelOptions{}), ""); }
 
 TEST(ChannelOptions, ATagMayHaveOneMeaning) {
-  EXPECT_THAT(fault_of({.photon = {"1", "2"}, .sync = "2"}),
+  EXPECT_THAT(channel_fault({.photon = {"1", "2"}, .sync = "2"}),
               HasSubstr("/sync: \"2\" takes tags of \"2\", which is given at /photon/1"));
-  EXPECT_THAT(fault_of({.photon = {"1", "1"}}), HasSubstr("/photon/1"));
-  EXPECT_THAT(fault_of({.photon = {"1"}, .sync = "sync", .encoder = "1"}), HasSubstr("/encoder"));
-  EXPECT_THAT(fault_of({.sync = "marker:3", .encoder = "marker:1"}), HasSubstr("/encoder"));
-  EXPECT_EQ(fault_of({.sync = "marker:2", .encoder = "marker:1"}), "");
+  EXPECT_THAT(channel_fault({.photon = {"1", "1"}}), HasSubstr("/photon/1"));
+  EXPECT_THAT(channel_fault({.photon = {"1"}, .sync = "sync", .encoder = "1"}),
+              HasSubstr("/encoder"));
+  EXPECT_THAT(channel_fault({.sync = "marker:3", .encoder = "marker:1"}), HasSubstr("/encoder"));
+  EXPECT_EQ(channel_fault({.sync = "marker:2", .encoder = "marker:1"}), "");
 }
 
 TEST(ChannelOptions, EncoderMayBeAbsentAndTheOthersNot) {
-  EXPECT_EQ(fault_of({.sync = "marker:1", .encoder = ""}), "");
-  EXPECT_THAT(fault_of({.sync = ""}), HasSubstr("/sync: \"\" is no channel"));
-  EXPECT_THAT(fault_of({.photon = {}}), HasSubstr("/photon: [] names no input"));
-  EXPECT_THAT(fault_of({.photon = {"0", "laser"}}), HasSubstr("/photon/1: \"laser\""));
+  EXPECT_EQ(channel_fault({.sync = "marker:1", .encoder = ""}), "");
+  EXPECT_THAT(channel_fault({.sync = ""}), HasSubstr("/sync: \"\" is no channel"));
+  EXPECT_THAT(channel_fault({.photon = {}}), HasSubstr("/photon: [] names no input"));
+  EXPECT_THAT(channel_fault({.photon = {"0", "laser"}}), HasSubstr("/photon/1: \"laser\""));
 }
 
 TEST(PublishOptions, TakesLoopbackAndLocalSockets) {

@@ -23,7 +23,7 @@ EveryOption read(const std::string& text) {
   return options;
 }
 
-std::string error_of(const std::string& text) {
+std::string reader_error(const std::string& text) {
   return test::error_text([&] { read(text); });
 }
 
@@ -51,7 +51,8 @@ TEST(OptionReader, ReadsEveryKind) {
 TEST(OptionReader, RelativePathsStartAtTheFile) {
   EXPECT_EQ(read(R"({"recording": "../b.ptu"})").recording, "b.ptu");
   EXPECT_EQ(read(R"({"recording": "b.ptu"})").recording, "folder/b.ptu");
-  EXPECT_THAT(error_of(R"({"recording": ""})"), HasSubstr("/source/recording: \"\" names no file"));
+  EXPECT_THAT(reader_error(R"({"recording": ""})"),
+              HasSubstr("/source/recording: \"\" names no file"));
 }
 
 TEST(OptionReader, AChannelMayBeANumberAndAlone) {
@@ -59,32 +60,34 @@ TEST(OptionReader, AChannelMayBeANumberAndAlone) {
   EXPECT_THAT(read(R"({"photon": "sync"})").photon, ElementsAre("sync"));
   EXPECT_EQ(read(R"({"sync": 5})").sync, "5");
   EXPECT_EQ(read(R"({"sync": ""})").sync, "");
-  EXPECT_THAT(error_of(R"({"photon": [1, "two"]})"), HasSubstr("/source/photon/1: \"two\""));
-  EXPECT_THAT(error_of(R"({"sync": 1.0})"), HasSubstr("/source/sync: 1.0 is no channel"));
-  EXPECT_THAT(error_of(R"({"photon": true})"), HasSubstr("/source/photon: true is no channel"));
-  EXPECT_THAT(error_of(R"({"photon": ""})"), HasSubstr("/source/photon: \"\" is no channel"));
+  EXPECT_THAT(reader_error(R"({"photon": [1, "two"]})"), HasSubstr("/source/photon/1: \"two\""));
+  EXPECT_THAT(reader_error(R"({"sync": 1.0})"), HasSubstr("/source/sync: 1.0 is no channel"));
+  EXPECT_THAT(reader_error(R"({"photon": true})"), HasSubstr("/source/photon: true is no channel"));
+  EXPECT_THAT(reader_error(R"({"photon": ""})"), HasSubstr("/source/photon: \"\" is no channel"));
 }
 
 TEST(OptionReader, BoundsAreInclusiveAndNamed) {
   EXPECT_EQ(read(R"({"length_ms": 60000})").length_ms, 60000);
-  EXPECT_EQ(error_of(R"({"length_ms": 60001})"),
+  EXPECT_EQ(reader_error(R"({"length_ms": 60001})"),
             "folder/a.json: /source/length_ms: 60001 is above 60000, the most allowed");
-  EXPECT_EQ(error_of(R"({"length_ms": 0.25})"),
+  EXPECT_EQ(reader_error(R"({"length_ms": 0.25})"),
             "folder/a.json: /source/length_ms: 0.25 is below 0.5, the least allowed");
-  EXPECT_THAT(error_of(R"({"start_s": -1})"), HasSubstr("/source/start_s: -1 is below 0"));
+  EXPECT_THAT(reader_error(R"({"start_s": -1})"), HasSubstr("/source/start_s: -1 is below 0"));
   EXPECT_EQ(read(R"({"count": -3})").count, -3);
-  EXPECT_THAT(error_of(R"({"count": -4})"), HasSubstr("/source/count: -4 is below -3"));
-  EXPECT_THAT(error_of(R"({"count": 9})"), HasSubstr("/source/count: 9 is above 8"));
-  EXPECT_THAT(error_of(R"({"times_s": [1, 10]})"), HasSubstr("/source/times_s/1: 10 is above 9"));
-  EXPECT_THAT(error_of(R"({"target": {"distance_m": 101}})"),
+  EXPECT_THAT(reader_error(R"({"count": -4})"), HasSubstr("/source/count: -4 is below -3"));
+  EXPECT_THAT(reader_error(R"({"count": 9})"), HasSubstr("/source/count: 9 is above 8"));
+  EXPECT_THAT(reader_error(R"({"times_s": [1, 10]})"),
+              HasSubstr("/source/times_s/1: 10 is above 9"));
+  EXPECT_THAT(reader_error(R"({"target": {"distance_m": 101}})"),
               HasSubstr("/source/target/distance_m: 101 is above 100"));
 }
 
 TEST(OptionReader, AWholeNumberMayBeWrittenWithAnExponent) {
   EXPECT_EQ(read(R"({"count": 0.8e1})").count, 8);
-  EXPECT_THAT(error_of(R"({"count": 1.5})"), HasSubstr("/source/count: 1.5 is no whole number"));
-  EXPECT_THAT(error_of(R"({"count": 18446744073709551615})"), HasSubstr("is no whole number"));
-  EXPECT_THAT(error_of(R"({"count": "4"})"), HasSubstr("is no whole number"));
+  EXPECT_THAT(reader_error(R"({"count": 1.5})"),
+              HasSubstr("/source/count: 1.5 is no whole number"));
+  EXPECT_THAT(reader_error(R"({"count": 18446744073709551615})"), HasSubstr("is no whole number"));
+  EXPECT_THAT(reader_error(R"({"count": "4"})"), HasSubstr("is no whole number"));
 }
 
 TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
@@ -101,39 +104,44 @@ TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
 }
 
 TEST(OptionReader, WrongTypesAreNamed) {
-  EXPECT_THAT(error_of(R"({"length_ms": "50"})"), HasSubstr("/source/length_ms: \"50\" is no num"));
-  EXPECT_THAT(error_of(R"({"start_s": null})"), HasSubstr("/source/start_s: null is no number"));
-  EXPECT_THAT(error_of(R"({"live": 1})"), HasSubstr("/source/live: 1 is neither true nor false"));
-  EXPECT_THAT(error_of(R"({"name": 1})"), HasSubstr("/source/name: 1 is no text"));
-  EXPECT_THAT(error_of(R"({"times_s": 1})"), HasSubstr("/source/times_s: 1 is no array"));
-  EXPECT_THAT(error_of(R"({"target": 1})"), HasSubstr("/source/target: 1 is no object"));
-  EXPECT_THAT(error_of(R"({"targets": {}})"), HasSubstr("/source/targets: {} is no array"));
-  EXPECT_THAT(error_of("[]"), StartsWith("folder/a.json: /source: [] is no object"));
+  EXPECT_THAT(reader_error(R"({"length_ms": "50"})"),
+              HasSubstr("/source/length_ms: \"50\" is no num"));
+  EXPECT_THAT(reader_error(R"({"start_s": null})"),
+              HasSubstr("/source/start_s: null is no number"));
+  EXPECT_THAT(reader_error(R"({"live": 1})"),
+              HasSubstr("/source/live: 1 is neither true nor false"));
+  EXPECT_THAT(reader_error(R"({"name": 1})"), HasSubstr("/source/name: 1 is no text"));
+  EXPECT_THAT(reader_error(R"({"times_s": 1})"), HasSubstr("/source/times_s: 1 is no array"));
+  EXPECT_THAT(reader_error(R"({"target": 1})"), HasSubstr("/source/target: 1 is no object"));
+  EXPECT_THAT(reader_error(R"({"targets": {}})"), HasSubstr("/source/targets: {} is no array"));
+  EXPECT_THAT(reader_error("[]"), StartsWith("folder/a.json: /source: [] is no object"));
 }
 
 TEST(OptionReader, AChoiceNamesAllAndTheNearest) {
-  EXPECT_EQ(error_of(R"({"colour": "gren"})"),
+  EXPECT_EQ(reader_error(R"({"colour": "gren"})"),
             "folder/a.json: /source/colour: \"gren\" is none of red, green; did you mean green?");
-  EXPECT_EQ(error_of(R"({"colour": "xyzxyz"})"),
+  EXPECT_EQ(reader_error(R"({"colour": "xyzxyz"})"),
             "folder/a.json: /source/colour: \"xyzxyz\" is none of red, green");
-  EXPECT_THAT(error_of(R"({"colour": 1})"), HasSubstr("/source/colour: 1 is none of red, green"));
+  EXPECT_THAT(reader_error(R"({"colour": 1})"),
+              HasSubstr("/source/colour: 1 is none of red, green"));
 }
 
 TEST(OptionReader, UnknownKeysNameTheNearest) {
   EXPECT_EQ(
-      error_of(R"({"lenght_ms": 50})"),
+      reader_error(R"({"lenght_ms": 50})"),
       "folder/a.json: /source/lenght_ms: is no key that splid knows; did you mean length_ms?");
-  EXPECT_THAT(error_of(R"({"targets": [{"distance_m": 1}, {"distance_m": 1, "distanc_m": 2}]})"),
-              HasSubstr("/source/targets/1/distanc_m: is no key"));
+  EXPECT_THAT(
+      reader_error(R"({"targets": [{"distance_m": 1}, {"distance_m": 1, "distanc_m": 2}]})"),
+      HasSubstr("/source/targets/1/distanc_m: is no key"));
 }
 
 TEST(OptionReader, RequiredKeysHaveToBeThere) {
-  EXPECT_EQ(error_of(R"({"targets": [{}]})"),
+  EXPECT_EQ(reader_error(R"({"targets": [{}]})"),
             "folder/a.json: /source/targets/0/distance_m: is missing and has no default; add it");
 }
 
 TEST(OptionReader, ARequiredKeyWithASlipIsRecognised) {
-  EXPECT_THAT(error_of(R"({"targets": [{"distance_n": 1}]})"),
+  EXPECT_THAT(reader_error(R"({"targets": [{"distance_n": 1}]})"),
               HasSubstr("/source/targets/0/distance_m: is missing and has no default; "
                         "\"distance_n\" is no key that splid knows: did you mean distance_m?"));
 }

@@ -17,7 +17,7 @@ std::string written(EveryOption options) {
   return object.dump();
 }
 
-EveryOption read(const std::string& text) {
+EveryOption read_back(const std::string& text) {
   const auto json = nlohmann::json::parse(text);
   OptionReader reader(json, "a.json", "");
   EveryOption options;
@@ -51,8 +51,8 @@ TEST(OptionWriter, WritesDefaultsInTheOrderOfTheirDescriptions) {
 }
 
 TEST(OptionWriter, WhatItWritesReadsBackTheSame) {
-  EXPECT_EQ(read(written(all_given())), all_given());
-  EXPECT_EQ(read(written({})), EveryOption{});
+  EXPECT_EQ(read_back(written(all_given())), all_given());
+  EXPECT_EQ(read_back(written({})), EveryOption{});
 }
 
 }  // namespace

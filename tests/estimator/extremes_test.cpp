@@ -21,7 +21,7 @@
 namespace splid {
 namespace {
 
-constexpr double c_m_per_ns = 0.299792458;
+constexpr double light_m_per_ns = 0.299792458;
 
 struct Scene {
   test::FrameMaker made;
@@ -39,7 +39,7 @@ struct Extreme {
   std::function<void(Scene&)> set;
 };
 
-Scene paper_scene() {
+Scene long_scene() {
   Scene scene;
   scene.made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   scene.made.velocity_mps = 12.5;
@@ -183,7 +183,7 @@ const std::array<Extreme, 48> extremes = {{
        s.measured = 0;
      }},
     {"delay 0", [](Scene& s) { s.made.distance_m = 0; }},
-    {"delay of a pattern period", [](Scene& s) { s.made.distance_m = 3780 * c_m_per_ns / 2; }},
+    {"delay of a pattern period", [](Scene& s) { s.made.distance_m = 3780 * light_m_per_ns / 2; }},
     {"delay crossing 0 at -150 m/s",
      [](Scene& s) {
        s.made.distance_m = 0.01;
@@ -294,7 +294,7 @@ void write_row(const Extreme& extreme, const Scene& scene, const Sums& sums) {
 class Extremes : public testing::TestWithParam<Extreme> {};
 
 TEST_P(Extremes, RightWithinItsDeviationOrSaysWhyNot) {
-  Scene scene = paper_scene();
+  Scene scene = long_scene();
   GetParam().set(scene);
   const double period_ps = pattern_period_ps(scene.made.pattern);
   const double circle_ns = scene.made.pattern.unambiguous_delay_ps * 1e-3;
@@ -316,7 +316,7 @@ TEST_P(Extremes, RightWithinItsDeviationOrSaysWhyNot) {
       continue;
     }
     const double delay_off =
-        std::remainder(e.delay_ns - 2 * scene.made.distance_m / c_m_per_ns, circle_ns);
+        std::remainder(e.delay_ns - 2 * scene.made.distance_m / light_m_per_ns, circle_ns);
     ASSERT_GT(e.std_delay_ns, 0);
     ASSERT_GT(e.std_velocity_mps, 0);
     sums.add(delay_off / e.std_delay_ns,
@@ -345,7 +345,7 @@ INSTANTIATE_TEST_SUITE_P(All, Extremes, testing::ValuesIn(extremes),
                          });
 
 TEST(ExtremeFrames, NoneOneAndTwoPhotons) {
-  const Scene scene = paper_scene();
+  const Scene scene = long_scene();
   for (const std::size_t photons : {0, 1, 2}) {
     auto frame = scene.made.make(1);
     frame.photons_ps.resize(photons);
@@ -358,7 +358,7 @@ TEST(ExtremeFrames, NoneOneAndTwoPhotons) {
 }
 
 TEST(ExtremeFrames, AllPhotonsAtOneTime) {
-  const Scene scene = paper_scene();
+  const Scene scene = long_scene();
   for (const std::size_t photons : {3, 1000, 300000}) {
     auto frame = scene.made.make(1);
     frame.photons_ps.assign(photons, frame.start_ps + 12345678901);
@@ -368,7 +368,7 @@ TEST(ExtremeFrames, AllPhotonsAtOneTime) {
 }
 
 TEST(ExtremeFrames, PhotonsOutOfOrderChangeNothing) {
-  const Scene scene = paper_scene();
+  const Scene scene = long_scene();
   auto frame = scene.made.make(7);
   FrameEstimator estimator(scene.made.pattern, {}, {}, {}, 50, frame.photons_ps.size());
   const Estimate sorted = estimator.estimate(frame.view());

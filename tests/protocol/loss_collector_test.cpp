@@ -13,9 +13,9 @@ using testing::IsEmpty;
 
 constexpr std::int64_t ms = 1'000'000'000;
 
-Tag loss_begin(std::int64_t time_ps) { return {time_ps, 0, TagKind::loss_begin, {}}; }
-Tag loss_end(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::loss_end, {}}; }
-Tag missed(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::missed, {}}; }
+Tag begin_tag(std::int64_t time_ps) { return {time_ps, 0, TagKind::loss_begin, {}}; }
+Tag end_tag(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::loss_end, {}}; }
+Tag missed_tag(std::int64_t time_ps, int count) { return {time_ps, count, TagKind::missed, {}}; }
 
 TEST(JoinLosses, ClosesTheSmallestGapsFirst) {
   std::vector<Loss> losses = {{0, 10, 1}, {100, 110, 2}, {115, 120, 3}, {200, 210, 4}};
@@ -43,8 +43,8 @@ TEST(JoinLosses, EmptyStaysEmpty) {
 
 TEST(LossCollector, PairsBeginsAndEnds) {
   LossCollector collector;
-  for (const Tag& tag : {photon_tag(1, 1), loss_begin(10), photon_tag(12, 1), loss_begin(15),
-                         loss_end(20, 3), heartbeat_tag(25), loss_begin(30), loss_end(40, -1)}) {
+  for (const Tag& tag : {photon_tag(1, 1), begin_tag(10), photon_tag(12, 1), begin_tag(15),
+                         end_tag(20, 3), heartbeat_tag(25), begin_tag(30), end_tag(40, -1)}) {
     collector.take(tag);
   }
   EXPECT_THAT(collector.losses(100), ElementsAre(Loss{10, 20, 3}, Loss{30, 40, -1}));
@@ -53,25 +53,25 @@ TEST(LossCollector, PairsBeginsAndEnds) {
 
 TEST(LossCollector, AnEndAloneHasNoInterval) {
   LossCollector collector;
-  collector.take(loss_end(20, 3));
+  collector.take(end_tag(20, 3));
   EXPECT_THAT(collector.losses(100), ElementsAre(Loss{20, 20, 3}));
 }
 
 TEST(LossCollector, ALossStillOpenReachesToNow) {
   LossCollector collector;
-  collector.take(loss_begin(50));
+  collector.take(begin_tag(50));
   EXPECT_THAT(collector.losses(80), ElementsAre(Loss{50, 80, -1}));
   EXPECT_THAT(collector.losses(10), ElementsAre(Loss{50, 50, -1}));
-  collector.take(loss_end(90, 2));
+  collector.take(end_tag(90, 2));
   EXPECT_THAT(collector.losses(100), ElementsAre(Loss{50, 90, 2}));
 }
 
 TEST(LossCollector, MissedTagsWithinAMillisecondStandTogether) {
   LossCollector collector;
-  collector.take(missed(5, 2));
-  collector.take(missed(4 + ms, 3));
-  collector.take(missed(5 + ms, 4));
-  collector.take(missed(6 + ms, -1));
+  collector.take(missed_tag(5, 2));
+  collector.take(missed_tag(4 + ms, 3));
+  collector.take(missed_tag(5 + ms, 4));
+  collector.take(missed_tag(6 + ms, -1));
   EXPECT_THAT(collector.losses(0),
               ElementsAre(Loss{5, 5, 5}, Loss{5 + ms, 5 + ms, 4}, Loss{6 + ms, 6 + ms, -1}));
   EXPECT_EQ(collector.lost_tags(), 9U);

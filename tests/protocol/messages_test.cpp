@@ -70,7 +70,7 @@ const char* const minimal_json =
     R"({"schema":"splid.frame","v":[1,0],"timestamp":0,"sequence":0,"status":"not_run",)"
     R"("valid":false,"mode":"baseline","start_ps":"0","duration_ms":0})";
 
-std::string error_of(const std::string& json) {
+std::string message_error(const std::string& json) {
   try {
     (void)frame_from_json(json);
   } catch (const Error& error) {
@@ -176,26 +176,30 @@ TEST(FrameMessage, AReaderTakesMembersItDoesNotKnow) {
 }
 
 TEST(FrameMessage, ErrorsNameTheMember) {
-  EXPECT_THAT(error_of("{"), HasSubstr("not JSON"));
-  EXPECT_THAT(error_of("[]"), HasSubstr("not an object"));
-  EXPECT_THAT(error_of(replaced("splid.frame", "splid.status")),
+  EXPECT_THAT(message_error("{"), HasSubstr("not JSON"));
+  EXPECT_THAT(message_error("[]"), HasSubstr("not an object"));
+  EXPECT_THAT(message_error(replaced("splid.frame", "splid.status")),
               HasSubstr("/schema is splid.status"));
-  EXPECT_THAT(error_of(replaced("[1,0]", "[2,0]")), HasSubstr("/v is not [1,minor]"));
-  EXPECT_THAT(error_of(replaced("[1,0]", "1")), HasSubstr("/v is not [1,minor]"));
-  EXPECT_THAT(error_of(replaced(R"("duration_ms":49.99995,)", "")),
+  EXPECT_THAT(message_error(replaced("[1,0]", "[2,0]")), HasSubstr("/v is not [1,minor]"));
+  EXPECT_THAT(message_error(replaced("[1,0]", "1")), HasSubstr("/v is not [1,minor]"));
+  EXPECT_THAT(message_error(replaced(R"("duration_ms":49.99995,)", "")),
               HasSubstr("/duration_ms is missing"));
-  EXPECT_THAT(error_of(replaced(R"("340000000000000001")", "340000000000000001")),
+  EXPECT_THAT(message_error(replaced(R"("340000000000000001")", "340000000000000001")),
               HasSubstr("/start_ps is not a string"));
-  EXPECT_THAT(error_of(replaced("340000000000000001", "3.4e17")),
+  EXPECT_THAT(message_error(replaced("340000000000000001", "3.4e17")),
               HasSubstr("/start_ps is missing"));
-  EXPECT_THAT(error_of(replaced("278.0625", "true")), HasSubstr("/distance_m is not a number"));
-  EXPECT_THAT(error_of(replaced("9480", "-1")), HasSubstr("/photons is not a count"));
-  EXPECT_THAT(error_of(replaced(R"("missing":0,)", "")), HasSubstr("/sync/missing is missing"));
-  EXPECT_THAT(error_of(replaced("0.00062", "[]")), HasSubstr("/std/distance_m is not a number"));
-  EXPECT_THAT(error_of(replaced("-12.51", "\"\"")), HasSubstr("/reference/velocity_mps"));
-  EXPECT_THAT(error_of(replaced(R"("ok")", R"("fine")")),
+  EXPECT_THAT(message_error(replaced("278.0625", "true")),
+              HasSubstr("/distance_m is not a number"));
+  EXPECT_THAT(message_error(replaced("9480", "-1")), HasSubstr("/photons is not a count"));
+  EXPECT_THAT(message_error(replaced(R"("missing":0,)", "")),
+              HasSubstr("/sync/missing is missing"));
+  EXPECT_THAT(message_error(replaced("0.00062", "[]")),
+              HasSubstr("/std/distance_m is not a number"));
+  EXPECT_THAT(message_error(replaced("-12.51", "\"\"")), HasSubstr("/reference/velocity_mps"));
+  EXPECT_THAT(message_error(replaced(R"("ok")", R"("fine")")),
               HasSubstr("/status has the unknown value"));
-  EXPECT_THAT(error_of(replaced("interleaved", "woven")), HasSubstr("/mode has the unknown value"));
+  EXPECT_THAT(message_error(replaced("interleaved", "woven")),
+              HasSubstr("/mode has the unknown value"));
 }
 
 TEST(StatusMessage, Minimal) {

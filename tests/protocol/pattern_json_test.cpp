@@ -33,9 +33,9 @@ std::string with(const std::string& from, const std::string& to) {
   return json.replace(at, from.size(), to);
 }
 
-std::string good() { return with("0]", "0]"); }
+std::string good_json() { return with("0]", "0]"); }
 
-std::string error_of(const std::string& json) {
+std::string pattern_error(const std::string& json) {
   try {
     (void)pattern_from_json(json, "a.json");
   } catch (const Error& error) {
@@ -47,7 +47,7 @@ std::string error_of(const std::string& json) {
 }
 
 TEST(PatternJson, ReadsEveryMember) {
-  const Pattern pattern = pattern_from_json(good(), "a.json");
+  const Pattern pattern = pattern_from_json(good_json(), "a.json");
   Pattern expected;
   expected.mode = Mode::interleaved;
   expected.unambiguous_delay_ps = 1'000;
@@ -62,7 +62,7 @@ TEST(PatternJson, ReadsEveryMember) {
 }
 
 TEST(PatternJson, WritesWhatItReads) {
-  EXPECT_EQ(to_json(pattern_from_json(good(), "a.json")), good());
+  EXPECT_EQ(to_json(pattern_from_json(good_json(), "a.json")), good_json());
 }
 
 TEST(PatternJson, Minimal) {
@@ -101,13 +101,13 @@ TEST(PatternJson, RoundTripIsExact) {
 }
 
 TEST(PatternJson, UnknownMembersNameTheNearest) {
-  EXPECT_THAT(error_of(with("\"subperiods_ps\"", "\"subperiod_ps\"")),
+  EXPECT_THAT(pattern_error(with("\"subperiods_ps\"", "\"subperiod_ps\"")),
               HasSubstr("/subperiod_ps: unknown member; did you mean subperiods_ps?"));
-  EXPECT_THAT(error_of(with("\"repeats\"", "\"repeat\"")),
+  EXPECT_THAT(pattern_error(with("\"repeats\"", "\"repeat\"")),
               HasSubstr("/segments/0/repeat: unknown member; did you mean repeats?"));
-  EXPECT_THAT(error_of(with("\"density\"", "\"densities\"")),
+  EXPECT_THAT(pattern_error(with("\"density\"", "\"densities\"")),
               HasSubstr("/pulse/densities: unknown member; did you mean density?"));
-  EXPECT_THAT(error_of(with("\"interleaved\"", "\"interleave\"")),
+  EXPECT_THAT(pattern_error(with("\"interleaved\"", "\"interleave\"")),
               HasSubstr("/mode: interleave is no mode; did you mean interleaved?"));
 }
 
@@ -118,58 +118,61 @@ TEST(PatternJson, CalibrationsDistanceMayBeLeftOut) {
 }
 
 TEST(PatternJson, CalibrationsFaultsAreNamed) {
-  EXPECT_THAT(error_of(with("\"seconds\"", "\"second\"")),
+  EXPECT_THAT(pattern_error(with("\"seconds\"", "\"second\"")),
               HasSubstr("/calibration/second: unknown member; did you mean seconds?"));
-  EXPECT_THAT(error_of(with("9007199254740993", "-1")),
+  EXPECT_THAT(pattern_error(with("9007199254740993", "-1")),
               HasSubstr("/calibration/photons: -1; it must be at least 0"));
-  EXPECT_THAT(error_of(with("[0.5,0,1,2]", "[0.5,0,1]")),
+  EXPECT_THAT(pattern_error(with("[0.5,0,1,2]", "[0.5,0,1]")),
               HasSubstr("/calibration/std_pulse_times_ps: 3 values; there must be one a pulse, 4"));
   EXPECT_THAT(
-      error_of(with("[0,0.01,0,0]", "[0,-0.01,0,0]")),
+      pattern_error(with("[0,0.01,0,0]", "[0,-0.01,0,0]")),
       HasSubstr("/calibration/std_amplitudes: a value negative or not finite; all must be"));
-  EXPECT_THAT(error_of(with("[0,0.1,0.2]", "[]")),
+  EXPECT_THAT(pattern_error(with("[0,0.1,0.2]", "[]")),
               HasSubstr("/calibration/std_density: 0 values; there must be one a value of "
                         "/pulse/density, 3"));
 }
 
 TEST(PatternJson, OtherSchemasAndVersionsAreRefused) {
-  EXPECT_THAT(error_of(with("splid.pattern", "splid.config")),
+  EXPECT_THAT(pattern_error(with("splid.pattern", "splid.config")),
               HasSubstr("is a splid configuration, but a pattern file is expected"));
-  EXPECT_THAT(error_of(with("[1,0]", "[2,0]")),
+  EXPECT_THAT(pattern_error(with("[1,0]", "[2,0]")),
               HasSubstr("/v: [2,0]; this program reads version 1"));
-  EXPECT_THAT(error_of(with("[1,0]", "[1]")), HasSubstr("/v: [1]; it must be [major,minor]"));
-  EXPECT_THAT(error_of(with("[1,0]", "1")), HasSubstr("/v: 1; it must be an array"));
-  EXPECT_EQ(error_of(with("[1,0]", "[1,9]")), "no error");
+  EXPECT_THAT(pattern_error(with("[1,0]", "[1]")), HasSubstr("/v: [1]; it must be [major,minor]"));
+  EXPECT_THAT(pattern_error(with("[1,0]", "1")), HasSubstr("/v: 1; it must be an array"));
+  EXPECT_EQ(pattern_error(with("[1,0]", "[1,9]")), "no error");
 }
 
 TEST(PatternJson, WrongTypesAreNamed) {
-  EXPECT_THAT(error_of(with("250.125", "\"x\"")),
+  EXPECT_THAT(pattern_error(with("250.125", "\"x\"")),
               HasSubstr("/segments/0/pulse_times_ps/2: \"x\"; it must be a number"));
-  EXPECT_THAT(error_of(with("[500,250]", "500")),
+  EXPECT_THAT(pattern_error(with("[500,250]", "500")),
               HasSubstr("/subperiods_ps: 500; it must be an array"));
-  EXPECT_THAT(error_of(with("\"repeats\":0", "\"repeats\":0.5")),
+  EXPECT_THAT(pattern_error(with("\"repeats\":0", "\"repeats\":0.5")),
               HasSubstr("/segments/0/repeats: 0.5; it must be a whole number"));
-  EXPECT_THAT(error_of(with("\"repeats\":0", "\"repeats\":9223372036854775808")),
+  EXPECT_THAT(pattern_error(with("\"repeats\":0", "\"repeats\":9223372036854775808")),
               HasSubstr("it must be a whole number"));
-  EXPECT_THAT(error_of(with("\"interleaved\"", "3")), HasSubstr("/mode: 3; it must be a string"));
-  EXPECT_THAT(error_of(with("\"tabulated\"", "\"gaussian\"")), HasSubstr("/pulse/shape: gaussian"));
-  EXPECT_THAT(error_of("[]"), HasSubstr("it must be an object"));
-  EXPECT_THAT(error_of(with("\"mode\":\"interleaved\",", "")), HasSubstr("/mode: missing"));
+  EXPECT_THAT(pattern_error(with("\"interleaved\"", "3")),
+              HasSubstr("/mode: 3; it must be a string"));
+  EXPECT_THAT(pattern_error(with("\"tabulated\"", "\"gaussian\"")),
+              HasSubstr("/pulse/shape: gaussian"));
+  EXPECT_THAT(pattern_error("[]"), HasSubstr("it must be an object"));
+  EXPECT_THAT(pattern_error(with("\"mode\":\"interleaved\",", "")), HasSubstr("/mode: missing"));
 }
 
 TEST(PatternJson, BrokenBoundsAreNamed) {
-  EXPECT_THAT(error_of(with("250.125", "-1")), HasSubstr("/segments/0/pulse_times_ps/2: -1; "));
-  EXPECT_THAT(error_of(with("\"amplitudes\":[1,", "\"amplitudes\":[")),
+  EXPECT_THAT(pattern_error(with("250.125", "-1")),
+              HasSubstr("/segments/0/pulse_times_ps/2: -1; "));
+  EXPECT_THAT(pattern_error(with("\"amplitudes\":[1,", "\"amplitudes\":[")),
               HasSubstr("/segments/0/amplitudes: 3 amplitudes"));
 }
 
 TEST(PatternJson, WhatIsNoJsonNamesLineAndColumn) {
-  EXPECT_THAT(error_of("{\n  \"schema\" 1}"),
+  EXPECT_THAT(pattern_error("{\n  \"schema\" 1}"),
               AllOf(HasSubstr("not JSON"), HasSubstr("line 2, column 12")));
-  EXPECT_THAT(error_of(""), HasSubstr("not JSON"));
-  EXPECT_THAT(error_of(with("250.125", "NaN")), HasSubstr("not JSON"));
-  EXPECT_THAT(error_of(with("250.125", "1e999")), HasSubstr("too large for a double"));
-  EXPECT_THAT(error_of(std::string(100'000, '[')), HasSubstr("nested too deeply"));
+  EXPECT_THAT(pattern_error(""), HasSubstr("not JSON"));
+  EXPECT_THAT(pattern_error(with("250.125", "NaN")), HasSubstr("not JSON"));
+  EXPECT_THAT(pattern_error(with("250.125", "1e999")), HasSubstr("too large for a double"));
+  EXPECT_THAT(pattern_error(std::string(100'000, '[')), HasSubstr("nested too deeply"));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 namespace splid {
 namespace {
 
-Pattern good() {
+Pattern good_pattern() {
   Pattern pattern;
   pattern.mode = Mode::interleaved;
   pattern.unambiguous_delay_ps = 1'000;
@@ -36,7 +36,7 @@ struct BadPattern {
 class BadPatterns : public testing::TestWithParam<BadPattern> {};
 
 TEST_P(BadPatterns, AreNamed) {
-  Pattern pattern = good();
+  Pattern pattern = good_pattern();
   ASSERT_EQ(validate(pattern), std::nullopt);
   GetParam().spoil(pattern);
   EXPECT_EQ(validate(pattern).value_or("accepted"), GetParam().message);
@@ -148,7 +148,7 @@ TEST(PatternValidate, Mrr) {
 }
 
 TEST(PatternValidate, AStretchedSampleClockIsNoFault) {
-  Pattern pattern = good();
+  Pattern pattern = good_pattern();
   pattern.subperiods_ps = {500 * (1 + 5e-7), 250 * (1 - 5e-7)};
   EXPECT_EQ(validate(pattern), std::nullopt);
 }

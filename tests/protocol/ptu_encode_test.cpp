@@ -19,7 +19,7 @@ using test::record_bytes;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr std::int64_t wrap = 33'554'432;
+constexpr std::int64_t encoded_wrap = 33'554'432;
 constexpr std::int64_t us = 1'000'000;
 constexpr std::int64_t second = 1'000'000 * us;
 
@@ -38,7 +38,7 @@ std::vector<Tag> decoded(const std::vector<std::byte>& bytes, std::int64_t origi
 TEST(PtuEncode, BytesOfEachKind) {
   PtuEncoder encoder(0);
   EXPECT_EQ(encoded(encoder, {photon_tag(5, 1), photon_tag(6, 62), sync_tag(7), marker_tag(8, 1),
-                              marker_tag(33'554'431, 15), photon_tag(wrap, 2)}),
+                              marker_tag(33'554'431, 15), photon_tag(encoded_wrap, 2)}),
             record_bytes({0x02000005, 0x7C000006, 0x80000007, 0x82000008, 0x9FFFFFFF, 0xFE000001,
                           0x04000000}));
   EXPECT_EQ(encoder.records(), 7U);
@@ -54,8 +54,9 @@ TEST(PtuEncode, NothingGivesNothing) {
 
 TEST(PtuEncode, OverflowsCountAtMost127ARecord) {
   PtuEncoder encoder(0);
-  EXPECT_EQ(encoded(encoder, {photon_tag(127 * wrap, 1), photon_tag(255 * wrap + 3, 1)}),
-            record_bytes({0xFE00007F, 0x02000000, 0xFE00007F, 0xFE000001, 0x02000003}));
+  EXPECT_EQ(
+      encoded(encoder, {photon_tag(127 * encoded_wrap, 1), photon_tag(255 * encoded_wrap + 3, 1)}),
+      record_bytes({0xFE00007F, 0x02000000, 0xFE00007F, 0xFE000001, 0x02000003}));
 }
 
 TEST(PtuEncode, TagsAreToldFromOverflows) {
@@ -81,7 +82,8 @@ TEST(PtuEncode, GapsOfMinutes) {
 TEST(PtuEncode, CountsFromTheOrigin) {
   const std::int64_t origin_ps = 340'000'000'000'000'001;
   PtuEncoder encoder(origin_ps);
-  const std::vector<Tag> tags = {photon_tag(origin_ps, 1), photon_tag(origin_ps + 9 * wrap, 1)};
+  const std::vector<Tag> tags = {photon_tag(origin_ps, 1),
+                                 photon_tag(origin_ps + 9 * encoded_wrap, 1)};
   const auto bytes = encoded(encoder, tags);
   EXPECT_EQ(decoded(bytes, origin_ps), tags);
   EXPECT_EQ(decoded(bytes)[0].time_ps, 0);

@@ -12,7 +12,7 @@ namespace splid {
 namespace {
 
 constexpr double most_photons_said = 1e9;
-constexpr double m_per_ps = speed_of_light_mps * 1e-12 / 2;
+constexpr double m_per_ps_of_delay = speed_of_light_mps * 1e-12 / 2;
 
 std::string photons_in_words(double photons) {
   if (photons > most_photons_said) return "no number of signal photons tells it";
@@ -52,7 +52,7 @@ std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape,
   const double needed = photons_to_tell(*delay);
   std::string text =
       fmt::format("hardest to tell from the right delay: {:.6g} ns ({:.5g} m) away, ",
-                  delay->shift_ps * ns_per_ps, delay->shift_ps * m_per_ps) +
+                  delay->shift_ps * ns_per_ps, delay->shift_ps * m_per_ps_of_delay) +
       photons_in_words(needed);
   if (facts == nullptr || !(facts->seconds > 0)) return text;
   const double there = facts->signal_photons / facts->seconds * length_ms * 1e-3;

@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr std::int64_t second_ps = 1'000'000'000'000;
-constexpr std::int64_t epoch_ps = 340'000 * second_ps;
+constexpr std::int64_t writer_epoch_ps = 340'000 * second_ps;
 
 // Photons and syncs, 1 us apart.
 std::vector<Tag> steady_tags(std::int64_t begin_ps, std::int64_t count) {
@@ -86,7 +86,7 @@ TEST_F(RotatingWriterTest, AClockNearItsRangesEndIsRecordedToo) {
 
 TEST_F(RotatingWriterTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {
   config.record.max_file_s = 1;
-  std::vector<Tag> tags = steady_tags(epoch_ps, 2'500'000);
+  std::vector<Tag> tags = steady_tags(writer_epoch_ps, 2'500'000);
   std::swap(tags[1'000'000], tags[1'000'001]);  // disorder at the cut
   RotatingWriter recorder = recorder_in(folder.path("r"));
   feed(recorder, tags);
@@ -153,7 +153,7 @@ TEST_F(RotatingWriterTest, AFullDiskLosesACountedStretchAndIsTriedAgain) {
   const splid::test::SmallDisk disk(16);
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   disk.fill_but(6 << 20);
-  const std::vector<Tag> tags = steady_tags(epoch_ps, 4'000'000);
+  const std::vector<Tag> tags = steady_tags(writer_epoch_ps, 4'000'000);
   RotatingWriter recorder = recorder_in(disk.path("r"));
   feed(recorder, std::span(tags).first(2'000'000));  // 7.9 MiB
   EXPECT_THAT(recorder.fault(), HasSubstr("No space left on device"));

@@ -15,8 +15,8 @@ constexpr std::int64_t ms_ps = 1'000'000'000;
 constexpr std::int64_t second_ps = 1000 * ms_ps;
 
 // Frames of 50 ms of a tagger's clock that runs fast by `ppm`, each late by up to 40 ms.
-struct Stream {
-  explicit Stream(const SourceInfo& source) : device(source, host) { device.anchor(now_ps); }
+struct SyncTags {
+  explicit SyncTags(const SourceInfo& source) : device(source, host) { device.anchor(now_ps); }
 
   void run(double seconds) {
     for (std::int64_t frame = 0; frame < static_cast<std::int64_t>(seconds * 20); ++frame) {
@@ -41,7 +41,7 @@ const SourceInfo live{"live", true, {}};
 
 TEST(DeviceClock, FollowsTheHostsClockForADay) {
   for (const double ppm : {10.0, -90.0}) {
-    Stream stream(live);
+    SyncTags stream(live);
     stream.ppm = ppm;
     stream.run(86'400);
     EXPECT_NEAR(stream.error_s(), 0, 0.001) << ppm;
@@ -50,7 +50,7 @@ TEST(DeviceClock, FollowsTheHostsClockForADay) {
 }
 
 TEST(DeviceClock, WhatComesLateMovesItSlowly) {
-  Stream stream(live);
+  SyncTags stream(live);
   stream.host.advance_ms(8000);  // a ring that is full
   stream.run(60);
   EXPECT_NEAR(stream.error_s(), -8, 0.007);
@@ -59,7 +59,7 @@ TEST(DeviceClock, WhatComesLateMovesItSlowly) {
 }
 
 TEST(DeviceClock, AClockThatWasSetIsTakenAsItIs) {
-  Stream stream(live);
+  SyncTags stream(live);
   stream.now_ps += 337'000 * second_ps;
   stream.run(1.1);
   EXPECT_NEAR(stream.error_s(), 0, 1e-6);
@@ -71,12 +71,12 @@ TEST(DeviceClock, AClockThatWasSetIsTakenAsItIs) {
 TEST(DeviceClock, ARecordingsTimesAreItsOwn) {
   for (const SourceInfo& source :
        {SourceInfo{"replay", false, 1.6e9}, SourceInfo{"live that knows", true, 1.6e9}}) {
-    Stream stream(source);
+    SyncTags stream(source);
     stream.ppm = 10;
     stream.run(10);
     EXPECT_EQ(stream.device.unix_s(0), 1.6e9);
   }
-  Stream nowhen({"replay", false, {}});
+  SyncTags nowhen({"replay", false, {}});
   nowhen.run(10);
   EXPECT_EQ(nowhen.device.unix_s(50 * ms_ps), 0.05);
 }

@@ -7,8 +7,8 @@
 namespace splid {
 namespace {
 
-const AwgModel& m8195a = awg_models()[0];
-const AwgModel& m8190a = awg_models()[2];
+const AwgModel& small_awg = awg_models()[0];
+const AwgModel& m8190a_awg = awg_models()[2];
 
 // Two periods of eight; the second pulse runs over into the next period.
 WaveformPlan small_plan() {
@@ -25,21 +25,22 @@ TEST(WaveformSamples, BytePairsArePinned) {
   const std::string up = "\x7f", down = "\x81", on = "\x01", off = std::string(1, '\0');
   const std::string period =
       up + on + down + on + up + on + up + off + down + off + down + off + down + off + up + off;
-  EXPECT_EQ(waveform_samples(small_plan(), m8195a, true, 0, 16), period + period);
-  const std::string falling = waveform_samples(small_plan(), m8195a, false, 0, 8);
+  EXPECT_EQ(waveform_samples(small_plan(), small_awg, true, 0, 16), period + period);
+  const std::string falling = waveform_samples(small_plan(), small_awg, false, 0, 8);
   EXPECT_EQ(falling.substr(0, 4), down + on + up + on);
 }
 
 TEST(WaveformSamples, WordsArePinned) {
   // 8191 * 4 = 32764 = 0x7ffc, its negative 0x8004; the marker is bit 0.
-  EXPECT_EQ(waveform_samples(small_plan(), m8190a, true, 0, 4), "\xfd\x7f\x05\x80\xfd\x7f\xfc\x7f");
+  EXPECT_EQ(waveform_samples(small_plan(), m8190a_awg, true, 0, 4),
+            "\xfd\x7f\x05\x80\xfd\x7f\xfc\x7f");
 }
 
 TEST(WaveformSamples, PartsAreThoseOfTheWhole) {
-  const std::string whole = waveform_samples(small_plan(), m8195a, true, 0, 16);
+  const std::string whole = waveform_samples(small_plan(), small_awg, true, 0, 16);
   for (std::int64_t first = 0; first < 16; ++first) {
     for (std::int64_t count = 1; first + count <= 16; ++count) {
-      EXPECT_EQ(waveform_samples(small_plan(), m8195a, true, first, count),
+      EXPECT_EQ(waveform_samples(small_plan(), small_awg, true, first, count),
                 whole.substr(2 * first, 2 * count))
           << first << " " << count;
     }

@@ -14,14 +14,14 @@ std::vector<Tag> all(LossList list) {
   return tags;
 }
 
-Tag tag(std::int64_t time_ps, TagKind kind, int value = 0) { return {time_ps, value, kind, {}}; }
+Tag tag_at(std::int64_t time_ps, TagKind kind, int value = 0) { return {time_ps, value, kind, {}}; }
 
 TEST(LossList, TellsOfLossesInTheOrderOfTime) {
   const std::vector<Loss> losses = {{10, 20, 3}, {15, 15, 2}, {20, 30, -1}};
   EXPECT_EQ(all(LossList(losses)),
-            (std::vector<Tag>{tag(10, TagKind::loss_begin), tag(15, TagKind::missed, 2),
-                              tag(20, TagKind::loss_end, 3), tag(20, TagKind::loss_begin),
-                              tag(30, TagKind::loss_end, -1)}));
+            (std::vector<Tag>{tag_at(10, TagKind::loss_begin), tag_at(15, TagKind::missed, 2),
+                              tag_at(20, TagKind::loss_end, 3), tag_at(20, TagKind::loss_begin),
+                              tag_at(30, TagKind::loss_end, -1)}));
 }
 
 TEST(LossList, NoLossesAreNoTags) { EXPECT_EQ(LossList({}).next(), nullptr); }

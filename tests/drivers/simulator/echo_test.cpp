@@ -9,7 +9,7 @@ namespace {
 
 constexpr long double c_m_per_ps = 299'792'458e-12L;
 
-Motion linear(double distance_m, double velocity_mps) {
+Motion linear_motion(double distance_m, double velocity_mps) {
   TargetOptions options;
   options.motion = MotionKind::linear;
   options.distance_m = distance_m;
@@ -22,7 +22,7 @@ class ConstantVelocity : public testing::TestWithParam<double> {};
 // z0 + v t = c (t - e) has the flight (z0 + v e) / (c - v), here from long doubles.
 TEST_P(ConstantVelocity, HasTheClosedFormsFlight) {
   const double velocity_mps = GetParam();
-  const Motion motion = linear(50'000, velocity_mps);
+  const Motion motion = linear_motion(50'000, velocity_mps);
   for (const std::int64_t emitted_ps : {0LL, 3'780'000LL, 999'999'999'999LL, -2'000'000LL}) {
     const long double v = velocity_mps * 1e-12L;
     const long double flight_ps = (50'000 + v * emitted_ps) / (c_m_per_ps - v);
@@ -54,15 +54,15 @@ TEST(Echo, MeetsASwingingTarget) {
 }
 
 TEST(Echo, NoneFromBehindTheLidar) {
-  EXPECT_FALSE(round_trip_ps(linear(-1, 0), {}));
-  EXPECT_FALSE(round_trip_ps(linear(10, -5), FineTime{3'000'000'000'000, 0}));
-  EXPECT_TRUE(round_trip_ps(linear(10, -5), FineTime{1'000'000'000'000, 0}));
+  EXPECT_FALSE(round_trip_ps(linear_motion(-1, 0), {}));
+  EXPECT_FALSE(round_trip_ps(linear_motion(10, -5), FineTime{3'000'000'000'000, 0}));
+  EXPECT_TRUE(round_trip_ps(linear_motion(10, -5), FineTime{1'000'000'000'000, 0}));
 }
 
 TEST(Echo, KeepsItsDigitsAfterAMonth) {
-  const double start_ps = round_trip_ps(linear(284.5, 0), {}).value();
+  const double start_ps = round_trip_ps(linear_motion(284.5, 0), {}).value();
   const FineTime month{2'600'000'000'000'000'000, 0};
-  EXPECT_NEAR(round_trip_ps(linear(284.5, 0), month).value(), start_ps, 1e-6);
+  EXPECT_NEAR(round_trip_ps(linear_motion(284.5, 0), month).value(), start_ps, 1e-6);
 }
 
 }  // namespace

@@ -23,11 +23,12 @@ Calibration pulses_at(std::vector<double> times_ps, double shift_ps) {
 }
 
 // As in a recording of a real tagger: 3,128 ps apart to 60 ps.
-const std::vector<double> nearly_even{1'412.6, 4'525.6, 7'688.5, 10'760.9};
+const std::vector<double> nearly_even_ns{1'412.6, 4'525.6, 7'688.5, 10'760.9};
 
 TEST(InputShift, IsFoundWhateverItIs) {
   for (const double shift_ps : {-6'000.0, -2'053.0, -30.0, 0.0, 1'060.0, 3'128.0, 6'200.0}) {
-    const auto found = shift_between(pulses_at(nearly_even, 0), pulses_at(nearly_even, shift_ps));
+    const auto found =
+        shift_between(pulses_at(nearly_even_ns, 0), pulses_at(nearly_even_ns, shift_ps));
     ASSERT_TRUE(found) << shift_ps;
     EXPECT_NEAR(found->shift_ps, shift_ps, 1e-6);
     EXPECT_NEAR(found->std_ps, 0.7 * std::sqrt(2.0) / 2, 1e-9);
@@ -43,8 +44,8 @@ TEST(InputShift, OfAnEvenCombIsTheSmallest) {
 }
 
 TEST(InputShift, IsNoneOfOtherPulses) {
-  EXPECT_FALSE(shift_between(pulses_at(nearly_even, 0), pulses_at({0, 2'000, 5'000, 9'500}, 0)));
-  EXPECT_FALSE(shift_between(pulses_at(nearly_even, 0), pulses_at({0, 3'000}, 0)));
+  EXPECT_FALSE(shift_between(pulses_at(nearly_even_ns, 0), pulses_at({0, 2'000, 5'000, 9'500}, 0)));
+  EXPECT_FALSE(shift_between(pulses_at(nearly_even_ns, 0), pulses_at({0, 3'000}, 0)));
   EXPECT_FALSE(shift_between(pulses_at({}, 0), pulses_at({}, 0)));
 }
 

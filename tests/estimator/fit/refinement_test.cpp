@@ -10,7 +10,7 @@
 namespace splid {
 namespace {
 
-struct Scene {
+struct RefinementScene {
   test::FrameMaker made;
   test::FrameMaker::Frame frame;
   PulseTrain train;
@@ -26,7 +26,7 @@ struct Scene {
     made.signal_per_pulse = 4e-3;
     return made;
   }
-  explicit Scene(double velocity_mps, std::uint64_t seed = 1)
+  explicit RefinementScene(double velocity_mps, std::uint64_t seed = 1)
       : made(maker(velocity_mps)),
         frame(made.make(seed)),
         train(made.pattern),
@@ -41,7 +41,7 @@ struct Scene {
 // The same maximum by another's optimiser from the same start, over all four parameters at once.
 TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
   for (const double velocity : {0.0, 120.0, -77.0}) {
-    Scene scene(velocity);
+    RefinementScene scene(velocity);
     const Exposure exposure(scene.folded, scene.train);
     Refinement refinement(*scene.shape, scene.train, scene.folded.size());
     const DelayLine start = {scene.truth.delay_ns + 0.15, scene.truth.travel_ns - 0.2};
@@ -87,7 +87,7 @@ TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
 }
 
 TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
-  Scene scene(10);
+  RefinementScene scene(10);
   const Exposure exposure(scene.folded, scene.train);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
@@ -106,7 +106,7 @@ TEST(Refinement, CovarianceIsTheInverseOfTheInformation) {
 }
 
 TEST(Refinement, ATargetAtRestKeepsItsTravel) {
-  Scene scene(0);
+  RefinementScene scene(0);
   const Exposure exposure(scene.folded, scene.train);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, exposure, {scene.truth.delay_ns - 0.2, 0}, false);
@@ -118,7 +118,7 @@ TEST(Refinement, ATargetAtRestKeepsItsTravel) {
 }
 
 TEST(Refinement, FarFromAnyTargetItStaysFinite) {
-  Scene scene(0);
+  RefinementScene scene(0);
   const Exposure exposure(scene.folded, scene.train);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   for (double delay = 5; delay < 3780; delay += 377) {

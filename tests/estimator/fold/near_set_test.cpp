@@ -10,7 +10,7 @@
 namespace splid {
 namespace {
 
-test::FrameMaker maker() {
+test::FrameMaker near_maker() {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   made.length_ms = 5;
@@ -21,8 +21,8 @@ test::FrameMaker maker() {
 
 // Photon by photon, pulse by pulse.
 TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
-  const auto frame = maker().make(3);
-  const PulseTrain train(maker().pattern);
+  const auto frame = near_maker().make(3);
+  const PulseTrain train(near_maker().pattern);
   const Comb& comb = train.stretches.front().comb;
   FoldedFrame folded(train, frame.photons_ps.size());
   folded.fold(frame.view(), train);
@@ -57,7 +57,7 @@ TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
 
 // Cell by cell the same photons: their number and their means.
 TEST(NearSet, GathersVeryManyPhotonsAtTheirMeans) {
-  test::FrameMaker bright = maker();
+  test::FrameMaker bright = near_maker();
   bright.signal_per_pulse = 2;
   const auto frame = bright.make(4);
   const PulseTrain train(bright.pattern);

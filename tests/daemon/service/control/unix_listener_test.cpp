@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& file) {
+std::string listen_refusal(const std::string& file) {
   try {
     const UnixListener listener(file);
   } catch (const Error& error) {
@@ -55,13 +55,13 @@ TEST(UnixListener, IsGoneWithItsOwner) {
   const test::TempFolder folder;
   { const UnixListener listener(folder.path("s")); }
   EXPECT_FALSE(std::filesystem::exists(folder.path("s")));
-  EXPECT_EQ(refusal(folder.path("s")), "");
+  EXPECT_EQ(listen_refusal(folder.path("s")), "");
 }
 
 TEST(UnixListener, ALivingOneIsNeverTakenOver) {
   const test::TempFolder folder;
   const UnixListener listener(folder.path("s"));
-  EXPECT_THAT(refusal(folder.path("s")), HasSubstr("another splid is controlled there"));
+  EXPECT_THAT(listen_refusal(folder.path("s")), HasSubstr("another splid is controlled there"));
   EXPECT_TRUE(std::filesystem::exists(folder.path("s")));
 }
 
@@ -69,14 +69,14 @@ TEST(UnixListener, TakesADeadOnesPlaceAndNobodyElses) {
   const test::TempFolder folder;
   const int other = bind_by_hand(folder.path("s"));
   ASSERT_EQ(::listen(other, 1), 0);
-  EXPECT_THAT(refusal(folder.path("s")), HasSubstr("another splid is controlled there"));
+  EXPECT_THAT(listen_refusal(folder.path("s")), HasSubstr("another splid is controlled there"));
   ::close(other);
-  EXPECT_EQ(refusal(folder.path("s")), "");
+  EXPECT_EQ(listen_refusal(folder.path("s")), "");
 
   const std::string file = folder.write("kept", "text");
-  EXPECT_THAT(refusal(file), HasSubstr("is no socket"));
+  EXPECT_THAT(listen_refusal(file), HasSubstr("is no socket"));
   EXPECT_EQ(std::filesystem::file_size(file), 4u);
-  EXPECT_THAT(refusal(folder.path("absent/s")), HasSubstr("No such file or directory"));
+  EXPECT_THAT(listen_refusal(folder.path("absent/s")), HasSubstr("No such file or directory"));
 }
 
 // The tests' own variables are given back.

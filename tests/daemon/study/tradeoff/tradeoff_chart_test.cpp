@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-TradeoffRow row(Effort effort, double length_ms, double p50_ms, double distance_mm) {
+TradeoffRow chart_row(Effort effort, double length_ms, double p50_ms, double distance_mm) {
   TradeoffRow made;
   made.setting.estimator.effort = effort;
   made.setting.length_ms = length_ms;
@@ -29,7 +29,7 @@ TradeoffRow row(Effort effort, double length_ms, double p50_ms, double distance_
   return made;
 }
 
-TradeoffReport report_of(std::span<const TradeoffRow> rows) {
+TradeoffReport chart_report(std::span<const TradeoffRow> rows) {
   TradeoffReport report;
   report.rows = rows;
   report.title = "a scene";
@@ -37,8 +37,8 @@ TradeoffReport report_of(std::span<const TradeoffRow> rows) {
 }
 
 std::vector<TradeoffRow> two_lengths() {
-  return {row(Effort::exhaustive, 20, 4, 0.9), row(Effort::fast, 20, 1, 0.9),
-          row(Effort::exhaustive, 50, 9, 0.6), row(Effort::fast, 50, 3, 0.6)};
+  return {chart_row(Effort::exhaustive, 20, 4, 0.9), chart_row(Effort::fast, 20, 1, 0.9),
+          chart_row(Effort::exhaustive, 50, 9, 0.6), chart_row(Effort::fast, 50, 3, 0.6)};
 }
 
 std::vector<std::string> titles(const Chart& chart) {
@@ -49,7 +49,7 @@ std::vector<std::string> titles(const Chart& chart) {
 
 TEST(TradeoffChart, ShowsWhatAFrameCostsAgainstWhatItIsWorth) {
   const std::vector<TradeoffRow> rows = two_lengths();
-  const Chart chart = tradeoff_chart(report_of(rows));
+  const Chart chart = tradeoff_chart(chart_report(rows));
   EXPECT_THAT(chart.subtitle, HasSubstr("a scene"));
   ASSERT_THAT(titles(chart),
               ElementsAre("Distance at mid-frame, RMSE, mm", "Velocity, RMSE, cm/s"));
@@ -68,7 +68,7 @@ TEST(TradeoffChart, ShowsWhatAFrameCostsAgainstWhatItIsWorth) {
 
 TEST(TradeoffChart, TheBoundIsALevelLineALength) {
   const std::vector<TradeoffRow> rows = two_lengths();
-  const Chart chart = tradeoff_chart(report_of(rows));
+  const Chart chart = tradeoff_chart(chart_report(rows));
   const std::vector<ChartSeries>& series = chart.panels[0].series;
   ASSERT_EQ(series.size(), 4u);
   for (const std::size_t k : {2, 3}) {
@@ -83,7 +83,7 @@ TEST(TradeoffChart, TheBoundIsALevelLineALength) {
 
 TEST(TradeoffChart, NamesTheChosenPoint) {
   const std::vector<TradeoffRow> rows = two_lengths();
-  TradeoffReport report = report_of(rows);
+  TradeoffReport report = chart_report(rows);
   const auto callouts = [&] {
     std::vector<std::string> all;
     const Chart chart = tradeoff_chart(report);
@@ -104,11 +104,11 @@ TEST(TradeoffChart, NamesTheChosenPoint) {
 TEST(TradeoffChart, FramesThatAreLostHaveAPanelWhereThereAreAny) {
   std::vector<TradeoffRow> rows = two_lengths();
   rows[1].no_value = 10;
-  EXPECT_THAT(titles(tradeoff_chart(report_of(rows))),
+  EXPECT_THAT(titles(tradeoff_chart(chart_report(rows))),
               ElementsAre(HasSubstr("mm"), HasSubstr("cm/s"),
                           AllOf(HasSubstr("Missing frames"), HasSubstr("% of frames"))));
   rows[0].wrong_peaks = 1;
-  const Chart chart = tradeoff_chart(report_of(rows));
+  const Chart chart = tradeoff_chart(chart_report(rows));
   ASSERT_EQ(chart.panels.size(), 4u);
   EXPECT_THAT(chart.panels[2].title, HasSubstr("Wrong frames"));
   EXPECT_DOUBLE_EQ(chart.panels[2].series[0].points[0].y, 0.5);
@@ -121,9 +121,9 @@ TEST(TradeoffChart, HasNoEmptyPanel) {
     one.velocity_rmse_mps.reset();
     one.velocity_bound_mps.reset();
   }
-  EXPECT_THAT(titles(tradeoff_chart(report_of(rows))), ElementsAre(HasSubstr("mm")));
+  EXPECT_THAT(titles(tradeoff_chart(chart_report(rows))), ElementsAre(HasSubstr("mm")));
   for (TradeoffRow& one : rows) one.distance_rmse_m.reset();
-  EXPECT_THAT(tradeoff_chart(report_of(rows)).panels, IsEmpty());
+  EXPECT_THAT(tradeoff_chart(chart_report(rows)).panels, IsEmpty());
 }
 
 }  // namespace

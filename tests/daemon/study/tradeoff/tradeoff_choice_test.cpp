@@ -11,8 +11,8 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Optional;
 
-TradeoffRow row(Effort effort, double length_ms, double p50_ms, double distance_mm,
-                std::size_t wrong_peaks = 0, std::size_t no_value = 0) {
+TradeoffRow choice_row(Effort effort, double length_ms, double p50_ms, double distance_mm,
+                       std::size_t wrong_peaks = 0, std::size_t no_value = 0) {
   TradeoffRow made;
   made.setting.estimator.effort = effort;
   made.setting.length_ms = length_ms;
@@ -33,17 +33,19 @@ std::optional<std::size_t> knee(const std::vector<TradeoffRow>& rows, double len
 }
 
 TEST(Knee, IsTheCheapestThatIsAsAccurate) {
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 20, 0.6), row(Effort::balanced, 50, 5, 0.609),
-                    row(Effort::fast, 50, 1, 0.62)}),
-              Optional(1));
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 20, 0.6), row(Effort::balanced, 50, 5, 0.609),
-                    row(Effort::fast, 50, 1, 0.611)}),
-              Optional(2));
+  EXPECT_THAT(
+      knee({choice_row(Effort::exhaustive, 50, 20, 0.6), choice_row(Effort::balanced, 50, 5, 0.609),
+            choice_row(Effort::fast, 50, 1, 0.62)}),
+      Optional(1));
+  EXPECT_THAT(
+      knee({choice_row(Effort::exhaustive, 50, 20, 0.6), choice_row(Effort::balanced, 50, 5, 0.609),
+            choice_row(Effort::fast, 50, 1, 0.611)}),
+      Optional(2));
 }
 
 TEST(Knee, ComparesVelocitiesToo) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 5, 0.6),
-                                   row(Effort::fast, 50, 1, 0.6)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 5, 0.6),
+                                   choice_row(Effort::fast, 50, 1, 0.6)};
   rows[1].velocity_rmse_mps = 0.041;
   EXPECT_THAT(knee(rows), Optional(0));
   rows[1].velocity_rmse_mps.reset();
@@ -52,27 +54,31 @@ TEST(Knee, ComparesVelocitiesToo) {
 }
 
 TEST(Knee, LosesNoMoreFramesThanAnyOther) {
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 20, 0.6), row(Effort::balanced, 50, 5, 0.6, 0, 1),
-                    row(Effort::fast, 50, 1, 0.6, 1, 0)}),
+  EXPECT_THAT(knee({choice_row(Effort::exhaustive, 50, 20, 0.6),
+                    choice_row(Effort::balanced, 50, 5, 0.6, 0, 1),
+                    choice_row(Effort::fast, 50, 1, 0.6, 1, 0)}),
               Optional(0));
   // Where all lose some, the fewest; the accuracy of those that lose more does not count.
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 20, 0.6, 3), row(Effort::balanced, 50, 5, 0.6, 3),
-                    row(Effort::fast, 50, 1, 0.3, 4)}),
-              Optional(1));
+  EXPECT_THAT(
+      knee({choice_row(Effort::exhaustive, 50, 20, 0.6, 3),
+            choice_row(Effort::balanced, 50, 5, 0.6, 3), choice_row(Effort::fast, 50, 1, 0.3, 4)}),
+      Optional(1));
 }
 
 TEST(Knee, LeavesTheConfiguredSettingWhereTheOthersSaveNothing) {
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 1.05, 0.6), row(Effort::balanced, 50, 1.05, 0.6),
-                    row(Effort::fast, 50, 1, 0.6)}),
-              Optional(1));
-  EXPECT_THAT(knee({row(Effort::exhaustive, 50, 1.05, 0.6), row(Effort::balanced, 50, 1.2, 0.6),
-                    row(Effort::fast, 50, 1, 0.6)}),
-              Optional(2));
+  EXPECT_THAT(
+      knee({choice_row(Effort::exhaustive, 50, 1.05, 0.6),
+            choice_row(Effort::balanced, 50, 1.05, 0.6), choice_row(Effort::fast, 50, 1, 0.6)}),
+      Optional(1));
+  EXPECT_THAT(
+      knee({choice_row(Effort::exhaustive, 50, 1.05, 0.6),
+            choice_row(Effort::balanced, 50, 1.2, 0.6), choice_row(Effort::fast, 50, 1, 0.6)}),
+      Optional(2));
 }
 
 TEST(Knee, IsTrackedOnlyWhereTheConfiguredSettingIs) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1.2, 0.6),
-                                   row(Effort::balanced, 50, 0.3, 0.6)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1.2, 0.6),
+                                   choice_row(Effort::balanced, 50, 0.3, 0.6)};
   rows[1].setting.estimator.tracked = true;
   EXPECT_THAT(find_knee(rows, 50, {}), Optional(0));
   EXPECT_THAT(find_knee(rows, 50, {.tracked = true}), Optional(1));
@@ -80,15 +86,15 @@ TEST(Knee, IsTrackedOnlyWhereTheConfiguredSettingIs) {
 }
 
 TEST(Knee, IsOfOneLength) {
-  const std::vector<TradeoffRow> rows = {row(Effort::balanced, 20, 1, 0.9),
-                                         row(Effort::balanced, 50, 2, 0.6)};
+  const std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 20, 1, 0.9),
+                                         choice_row(Effort::balanced, 50, 2, 0.6)};
   EXPECT_THAT(knee(rows, 20), Optional(0));
   EXPECT_THAT(knee(rows, 50), Optional(1));
   EXPECT_EQ(knee(rows, 100), std::nullopt);
 }
 
 TEST(Knee, IsNoneWhereNothingWasCompared) {
-  TradeoffRow nothing = row(Effort::balanced, 50, 1, 0, 0, 200);
+  TradeoffRow nothing = choice_row(Effort::balanced, 50, 1, 0, 0, 200);
   nothing.distance_rmse_m.reset();
   EXPECT_EQ(knee({nothing}), std::nullopt);
   EXPECT_EQ(find_within_budget(std::vector{nothing}, 10), std::nullopt);
@@ -96,7 +102,7 @@ TEST(Knee, IsNoneWhereNothingWasCompared) {
 
 // An RMSE of four frames is chance, and one of 0 is none.
 TEST(Choice, IsMadeByEnoughFrames) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1, 0.6)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1, 0.6)};
   rows[0].compared = fewest_frames_to_choose + 2;
   rows[0].wrong_peaks = 2;
   EXPECT_THAT(knee(rows), Optional(0));
@@ -107,18 +113,18 @@ TEST(Choice, IsMadeByEnoughFrames) {
 }
 
 TEST(Choice, TakesNoErrorOfNothing) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 1, 0)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1, 0)};
   EXPECT_EQ(knee(rows), std::nullopt);
   EXPECT_EQ(find_within_budget(rows, 10), std::nullopt);
-  rows[0] = row(Effort::balanced, 50, 1, 0.6);
+  rows[0] = choice_row(Effort::balanced, 50, 1, 0.6);
   rows[0].velocity_bound_mps = 0.04;
   rows[0].velocity_rmse_mps.reset();
   EXPECT_EQ(knee(rows), std::nullopt);
 }
 
 TEST(Choice, IsNeverThePapersMethod) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 2, 0.6, 3),
-                                   row(Effort::balanced, 50, 1, 0.3)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 2, 0.6, 3),
+                                   choice_row(Effort::balanced, 50, 1, 0.3)};
   rows[1].setting.estimator.method = Method::paper;
   EXPECT_THAT(knee(rows), Optional(0));
   EXPECT_THAT(find_knee(rows, 50, rows[1].setting.estimator), Optional(0));
@@ -127,9 +133,9 @@ TEST(Choice, IsNeverThePapersMethod) {
 
 // p99 is twice p50 in these rows.
 TEST(Budget, IsKeptByTheNinetyNinthPercentile) {
-  const std::vector<TradeoffRow> rows = {row(Effort::exhaustive, 50, 4, 0.5),
-                                         row(Effort::balanced, 50, 2, 0.6),
-                                         row(Effort::fast, 50, 1, 0.7)};
+  const std::vector<TradeoffRow> rows = {choice_row(Effort::exhaustive, 50, 4, 0.5),
+                                         choice_row(Effort::balanced, 50, 2, 0.6),
+                                         choice_row(Effort::fast, 50, 1, 0.7)};
   EXPECT_THAT(find_within_budget(rows, 8), Optional(0));
   EXPECT_THAT(find_within_budget(rows, 7.9), Optional(1));
   EXPECT_THAT(find_within_budget(rows, 3.9), Optional(2));
@@ -137,29 +143,29 @@ TEST(Budget, IsKeptByTheNinetyNinthPercentile) {
 }
 
 TEST(Budget, NoFrameTakesLongerThanItLasts) {
-  const std::vector<TradeoffRow> rows = {row(Effort::exhaustive, 5, 3, 0.5),
-                                         row(Effort::fast, 5, 1, 0.6)};
+  const std::vector<TradeoffRow> rows = {choice_row(Effort::exhaustive, 5, 3, 0.5),
+                                         choice_row(Effort::fast, 5, 1, 0.6)};
   EXPECT_THAT(find_within_budget(rows, 100), Optional(1));
 }
 
 TEST(Budget, PrefersFramesThatAreNotLostThenAccuracyThenTime) {
-  EXPECT_THAT(
-      find_within_budget(
-          std::vector{row(Effort::fast, 20, 1, 0.5, 1), row(Effort::balanced, 50, 2, 0.6)}, 10),
-      Optional(1));
-  EXPECT_THAT(
-      find_within_budget(
-          std::vector{row(Effort::balanced, 50, 2, 0.6), row(Effort::balanced, 200, 4, 0.3)}, 10),
-      Optional(1));
-  EXPECT_THAT(find_within_budget(std::vector{row(Effort::exhaustive, 50, 3, 0.6),
-                                             row(Effort::balanced, 50, 2, 0.605)},
+  EXPECT_THAT(find_within_budget(std::vector{choice_row(Effort::fast, 20, 1, 0.5, 1),
+                                             choice_row(Effort::balanced, 50, 2, 0.6)},
+                                 10),
+              Optional(1));
+  EXPECT_THAT(find_within_budget(std::vector{choice_row(Effort::balanced, 50, 2, 0.6),
+                                             choice_row(Effort::balanced, 200, 4, 0.3)},
+                                 10),
+              Optional(1));
+  EXPECT_THAT(find_within_budget(std::vector{choice_row(Effort::exhaustive, 50, 3, 0.6),
+                                             choice_row(Effort::balanced, 50, 2, 0.605)},
                                  10),
               Optional(1));
 }
 
 TEST(Budget, DistanceAndVelocityCountAlike) {
-  std::vector<TradeoffRow> rows = {row(Effort::balanced, 50, 2, 0.6),
-                                   row(Effort::balanced, 200, 3, 0.66)};
+  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 2, 0.6),
+                                   choice_row(Effort::balanced, 200, 3, 0.66)};
   rows[1].velocity_rmse_mps = 0.03;
   EXPECT_THAT(find_within_budget(rows, 10), Optional(1));
 }
