@@ -31,7 +31,11 @@ class Tags16Sender {
   std::size_t operator()(std::span<std::byte> room) {
     const std::lock_guard lock(mutex_);
     const auto now = std::chrono::steady_clock::now();
-    if (start_ == std::chrono::steady_clock::time_point{}) start_ = now;
+    if (start_ == std::chrono::steady_clock::time_point{}) {
+      start_ = now;
+      const auto unix_time = std::chrono::system_clock::now().time_since_epoch();
+      start_unix_s_ = std::chrono::duration<double>(unix_time).count();
+    }
     const std::int64_t due_ps = std::chrono::nanoseconds(now - start_).count() * 1000;
     while ((unpaced_ || at_ps_ + block_ps <= due_ps) && waiting_.size() < room.size()) {
       const std::int64_t end_ps = at_ps_ + block_ps;
@@ -73,6 +77,17 @@ class Tags16Sender {
     const std::lock_guard lock(mutex_);
     version_ = version;
   }
+  // On the instrument's clock, where the next block begins: what is done to the sender now takes
+  // effect there, however late the machine is.
+  [[nodiscard]] std::int64_t now_ps() {
+    const std::lock_guard lock(mutex_);
+    return at_ps_ + step_ps_;
+  }
+  // The host's UTC at a time of the instrument's clock, as that is now set.
+  [[nodiscard]] double unix_s(std::int64_t time_ps) {
+    const std::lock_guard lock(mutex_);
+    return start_unix_s_ + static_cast<double>(time_ps - step_ps_) * 1e-12;
+  }
   // As after power came: clock and numbers from 0.
   void restart() {
     const std::lock_guard lock(mutex_);
@@ -86,6 +101,7 @@ class Tags16Sender {
   std::mutex mutex_;
   Records records_;
   std::chrono::steady_clock::time_point start_;
+  double start_unix_s_ = 0;
   std::int64_t at_ps_ = 0;
   std::int64_t step_ps_ = 0;
   std::uint32_t sequence_ = 0;

@@ -20,6 +20,7 @@
 #include "tests/support/tags16_sender.hpp"
 #include "tests/support/usb_double.hpp"
 #include "tests/support/usb_run.hpp"
+#include "tests/support/yardstick.hpp"
 
 // The engine against an emulated kernel device that sends tags16 blocks: streaming, and everything
 // that can happen to a device.
@@ -316,8 +317,12 @@ TEST_F(UsbSourceOnDouble, OneThatStaysSilentIsOpenedAnew) {
   device.plug();
   test::SourceRun run(options());
   ASSERT_TRUE(goes_on(run));
+  const test::Yardstick yardstick;
+  const auto begin = std::chrono::steady_clock::now();
   firmware.set_silent(true);
   EXPECT_TRUE(comes_true([&] { return run.counter("splid_usb_reopens_total") > 0; }));
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_TRUE(yardstick.keeps(2000, took.count()));
   firmware.set_silent(false);
   EXPECT_TRUE(goes_on(run));
 }
