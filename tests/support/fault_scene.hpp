@@ -10,6 +10,7 @@
 #include "protocol/pattern_json.hpp"
 #include "tests/support/faulty_bridge.hpp"
 #include "tests/support/watched_daemon.hpp"
+#include "tests/support/yardstick.hpp"
 
 namespace splid::test {
 
@@ -64,11 +65,16 @@ class FaultScene : public ::testing::Test {
 
   void TearDown() override {
     if (daemon == nullptr) return;
+    const auto begin = WatchedDaemon::Clock::now();
     const ProgramResult result = daemon->stop();
+    EXPECT_TRUE(yardstick.keeps(stop_ms, WatchedDaemon::ms_since(begin))) << result.err;
     EXPECT_EQ(result.exit_code, 0) << result.err;
   }
 
+  static constexpr double stop_ms = 1000;  // from SIGTERM to the end, as docs/guide/service.md says
+
   TempFolder folder;
+  Yardstick yardstick;
   FaultyBridge bridge{
       folder.path("bridge"),
       SceneRecords(pattern_from_json(file_text(pattern_file), pattern_file), scene_options())};

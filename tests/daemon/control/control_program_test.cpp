@@ -17,6 +17,7 @@
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/process_memory.hpp"
 #include "tests/support/sanitized.hpp"
+#include "tests/support/yardstick.hpp"
 
 // The built program under control: as splid ctl asks, and as others might.
 
@@ -216,7 +217,11 @@ TEST_F(Control, NobodyThereIsADeviceErrorThatNamesThePlace) {
   // A daemon that is there and says nothing.
   run(configure());
   daemon->signal(SIGSTOP);
+  const test::Yardstick yardstick;
+  const auto begin = std::chrono::steady_clock::now();
   const ProgramResult silent = ctl({"status"});
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_TRUE(yardstick.keeps(2000, took.count()));
   EXPECT_EQ(silent.exit_code, 3);
   EXPECT_THAT(silent.err, HasSubstr("no splid answers at " + endpoint));
   daemon->signal(SIGCONT);

@@ -19,6 +19,7 @@
 #include "tests/support/local_connection.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/tcp_recorder.hpp"
+#include "tests/support/yardstick.hpp"
 
 namespace splid {
 namespace {
@@ -335,8 +336,12 @@ TEST_F(Secured, GarbageAndHalfAGreetingHarmNobody) {
     if (i % 3 == 1) clients.back()->send(greeting + bytes);
     expect_all_heard(*good, 2);  // the third kind says nothing at all
   }
-  // Nobody may hold a connection open without an end: each is closed within the handshake's time.
+  // Nobody may hold a connection open without an end: each is closed within the handshake's 5 s.
+  const test::Yardstick yardstick;
+  const auto begin = std::chrono::steady_clock::now();
   for (const auto& client : clients) EXPECT_THAT(client->receive(), Not(HasSubstr("READY")));
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  EXPECT_TRUE(yardstick.keeps(5000, took.count()));
   expect_all_heard(*good, 20);
   EXPECT_THAT(notices().size(), Le(2U)) << "one peer, two reasons at most";
 }

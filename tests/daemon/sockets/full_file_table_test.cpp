@@ -2,21 +2,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/support/control_scene.hpp"
+#include "tests/support/full_table.hpp"
 
 // The built program while it cannot open a file more, and others connect to it.
 
@@ -93,32 +92,16 @@ class FullFileTable : public test::ControlScene {
         << daemon->err();
   }
 
-  // Not a number is free below the limit.
-  void fill() {
-    std::vector<bool> used(1024, false);
-    for (const auto& each :
-         std::filesystem::directory_iterator("/proc/" + std::to_string(daemon->id()) + "/fd")) {
-      used.at(std::stoul(each.path().filename().string())) = true;
-    }
-    rlimit limit{};
-    prlimit(daemon->id(), RLIMIT_NOFILE, nullptr, &limit);
-    before_ = limit;
-    limit.rlim_cur = static_cast<rlim_t>(std::find(used.begin(), used.end(), false) - used.begin());
-    prlimit(daemon->id(), RLIMIT_NOFILE, &limit, nullptr);
-  }
   // Where frames are published.
   [[nodiscard]] int port() const {
     const std::string words = "publishing at tcp://127.0.0.1:";
     const std::string said = daemon->err();
     return std::stoi(said.substr(said.find(words) + words.size()));
   }
-  void make_room() const { prlimit(daemon->id(), RLIMIT_NOFILE, &before_, nullptr); }
-
-  rlimit before_{};
 };
 
 TEST_F(FullFileTable, WhoConnectsIsTurnedAwayAndItIsSaid) {
-  fill();
+  std::optional<test::FullTable> full(daemon->id());
   for (int i = 0; i < 20; ++i) {
     const Connection control(socket);
     ASSERT_TRUE(control.is_made());
@@ -129,13 +112,13 @@ TEST_F(FullFileTable, WhoConnectsIsTurnedAwayAndItIsSaid) {
   }
   EXPECT_THAT(daemon->err(), HasSubstr("no file can be opened any more"));
   EXPECT_THAT(daemon->err(), HasSubstr("raise LimitNOFILE"));
-  make_room();
+  full.reset();
   EXPECT_TRUE(eventually([this] { return status().find("no_device") != std::string::npos; }));
 }
 
 // Beside a thread that does nothing but spin, which gets as much of a processor as there is.
 TEST_F(FullFileTable, NobodySpins) {
-  fill();
+  std::optional<test::FullTable> full(daemon->id());
   const Connection subscriber(port());
   const double daemon_before_s = cpu_s(daemon->id());
   const double own_before_s = own_cpu_s();
@@ -143,7 +126,7 @@ TEST_F(FullFileTable, NobodySpins) {
   while (own_cpu_s() - own_before_s < 0.5) ++spun;
   const double daemon_s = cpu_s(daemon->id()) - daemon_before_s;
   EXPECT_LT(daemon_s, 0.25) << "of 0.5 s that one who spins has taken";
-  make_room();
+  full.reset();
   EXPECT_TRUE(eventually([this] { return status().find("no_device") != std::string::npos; }))
       << daemon->err();
   EXPECT_GT(spun, 0U);
