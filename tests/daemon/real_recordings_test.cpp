@@ -10,6 +10,7 @@
 
 #include "protocol/messages.hpp"
 #include "protocol/pattern_json.hpp"
+#include "tests/support/laser_recording.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/real_recording.hpp"
 
@@ -232,6 +233,48 @@ TEST_F(RealRecordings, QutagInputsHaveADelayEach) {
                            R"(,"pulse":{"shape":"tabulated"})"))) {
     EXPECT_NE(frame.status, FrameStatus::no_target);
     EXPECT_FALSE(frame.pattern_fault.has_value());
+  }
+}
+
+// The same of a recording that a clone can make for itself, whose truth is known.
+class MadeRecordings : public RealRecordings {};
+
+TEST_F(MadeRecordings, FramesOfTwoInputsMeasureASourceAtRest) {
+  recording = folder.path("made.ptu");
+  test::LaserRecording::write(recording);
+  constexpr double range_m = test::LaserRecording::period_ps * 1e-12 * 299792458 / 2;
+  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
+                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  const std::string found = folder.path("found.json");
+  const ProgramResult together =
+      run_program({"calibrate", recording, "--config",
+                   write_config("both", "[1,2]", "nominal.json"), "--output", found});
+  ASSERT_EQ(together.exit_code, 0) << together.err;
+  EXPECT_NE(together.err.find("8 pulses"), std::string::npos) << together.err;
+  EXPECT_NE(together.err.find("\"delays_ps\": [0.0, -205"), std::string::npos) << together.err;
+  const std::string inputs = R"([1,2],"delays_ps":[0,-2052])";
+  const ProgramResult aligned =
+      run_program({"calibrate", recording, "--config",
+                   write_config("aligned", inputs, "nominal.json"), "--output", found, "--force"});
+  ASSERT_EQ(aligned.exit_code, 0) << aligned.err;
+  EXPECT_NE(aligned.err.find("4 pulses"), std::string::npos) << aligned.err;
+  EXPECT_NE(aligned.err.find("target at rest"), std::string::npos) << aligned.err;
+  const Pattern pattern = pattern_from_json(test::file_text(found), found);
+  expect_tailed(pattern);
+
+  const auto frames =
+      replay(write_config("found", inputs, found, R"(,"pulse":{"shape":"tabulated"})"));
+  ASSERT_EQ(frames.size(), 6U);
+  for (std::size_t k = 0; k < 5; ++k) {  // the recording ends within the sixth
+    const FrameMessage& frame = frames[k];
+    EXPECT_EQ(frame.status, FrameStatus::ok) << k;
+    ASSERT_TRUE(frame.sync && frame.sync->period_ps && frame.sync->jitter_ps);
+    EXPECT_NEAR(*frame.sync->period_ps, test::LaserRecording::period_ps, 0.005);
+    EXPECT_NEAR(*frame.sync->jitter_ps, test::LaserRecording::sync_jitter_ps, 2);
+    ASSERT_TRUE(frame.velocity_mps && frame.std_velocity_mps && frame.distance_m);
+    EXPECT_LT(std::abs(*frame.velocity_mps), 4 * *frame.std_velocity_mps) << k;
+    EXPECT_NEAR(std::remainder(*frame.distance_m, range_m), 0, 0.0006) << k;  // 4 ps
   }
 }
 

@@ -15,7 +15,9 @@
 namespace splid::test {
 
 // A recording of a real instrument, in the folder that SPLID_DATA names or beside the source. They
-// are other people's data and not part of the repository; tests skip where the file is absent.
+// are other people's data and not part of the repository; tests skip where the file is absent. Each
+// of these tests has one beside it that makes what it reads, so that no clone is without it:
+// records and headers of their own, streams with few of a fast laser's syncs, or a LaserRecording.
 inline std::filesystem::path real_recording_path(const std::string& name) {
   const char* folder = std::getenv("SPLID_DATA");
   if (folder != nullptr) return std::filesystem::path(folder) / name;
