@@ -35,14 +35,16 @@ double travel_of(double velocity_mps, double length_ns) {
   return 2 * beta / (1 + beta) * length_ns;
 }
 
-// A target that is followed gains about as much as before: half leaves room for what a fading
-// one, or one that speeds up, loses, and is above what a shoulder of an interleaved comb has.
+// A target that is followed gains about as much in each frame. Half of that gain is asked for: it
+// leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
+// half of an interleaved comb falls on itself.
 constexpr double least_followed_gain = 0.5;
 constexpr int most_followed = 20;
 
-// Design note: a look at all delays is as much work as all else that a followed frame costs. The
-// odds of its range grow as its gain does, by what the last searched frame had a nat. If they are
-// far above those of a risk of 1e-8 that will do; if not, the look is taken.
+// Design note: a look at all delays costs as much as everything else in a followed frame. The odds
+// of the frame's range grow as its gain does, at the odds for each nat of gain that the last
+// searched frame had. Where the odds expected so are above 40 nats, far above those of a risk of
+// 1e-8, the look is left out.
 constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 
@@ -56,11 +58,11 @@ struct FrameEstimator::Workspace {
   SceneOptions scene;
   double max_travel_ns;  // over a frame of nominal length
   double threshold_nats;
-  double least_odds_nats;  // of a range that is taken to be known
+  double least_odds_nats;  // that a range needs to be taken as known
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
-  std::unique_ptr<paper::PaperMethod> by_paper;  // null: the search is asked
+  std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons)
@@ -95,13 +97,14 @@ struct FrameEstimator::Workspace {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
   }
 
-  // What delays are told apart modulo.
+  // The circle that delays are told apart on: equal delays modulo this are the same.
   [[nodiscard]] double told_apart_ns() const {
     return mode == Mode::ambiguous ? unambiguous_ns : train.circle_ns;
   }
 
-  // Fits are not held to the speeds that the search starts from: where a frame is so short that
-  // these are within a few pulse widths, much of what is looked through lies beyond.
+  // How far a delay that is looked at may travel. Fits are not held to the speeds that the search
+  // starts from: in a frame so short that the fastest target travels a few pulse widths, much of
+  // the plane that is looked at lies beyond the largest speed.
   [[nodiscard]] double travel_looked_at_ns() const {
     return moving() ? max_travel_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
@@ -152,10 +155,10 @@ double FrameEstimator::Workspace::range_odds_nats(const Fit& fit, const TargetTr
   return expected < sure_odds_nats ? odds : std::min(odds, expected);
 }
 
-// What [P]'s method gives is judged as the search's own finds are: the same likelihood, the same
-// deviations, the same threshold.
+// The result of [P]'s method is judged as a result of the search is: by the same likelihood, with
+// the same deviations and the same threshold. The search runs too, for the odds of the range.
 std::optional<Fit> FrameEstimator::Workspace::find_as_paper(const FrameView& view) {
-  search.find(frame);  // what else there is, for the odds
+  search.find(frame);  // the other peaks of this frame, for the odds
   const paper::PaperResult found = by_paper->estimate(view);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
@@ -164,7 +167,8 @@ std::optional<Fit> FrameEstimator::Workspace::find_as_paper(const FrameView& vie
   return search.judge(frame, {line, found.signal_per_pulse, found.background_per_ns});
 }
 
-// The target is at rest unless the photons say otherwise at 3 standard deviations: 4.5 nats.
+// Scene `auto`: the target is at rest unless the photons say at 3 standard deviations that it
+// moves. That is a gain of 4.5 nats.
 Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   constexpr double nats_for_motion = 4.5;
   const double off_ns = std::abs(moving_fit.parameters.line.travel_ns);
@@ -173,8 +177,9 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
 }
 
-// Scene `static`: its deviations would be far too small for a target that moves. 10 nats are 4.5
-// standard deviations of velocity, 7 frames in a million.
+// Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
+// then be far too small. 10 nats are 4.5 standard deviations of velocity, which a target at rest
+// shows in 7 frames of a million.
 bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
   constexpr double nats_for_motion = 10;
   return search.fit_moving(frame, still_fit.parameters.line).gain_nats >
@@ -186,14 +191,14 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const FrameParameters& p = fit.parameters;
   const double g = p.line.travel_ns / frame.length_ns;
   const double beta = g / (2 - g);
-  // tau = D (1 + beta); the clock of the pattern becomes the tagger's by `scale`.
+  // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the tagger's clock.
   const double circle_ns = told_apart_ns();
   const auto wrap = [](double delay, double circle) {
     const double turned = delay - circle * std::floor(delay / circle);
     return turned < circle ? turned : 0.0;
   };
-  // Where delays repeat the search may end at any copy of the delay; a copy k circles on would come
-  // out k beta circles further.
+  // Where delays repeat, the search may end at any copy of the delay, so the delay is folded before
+  // it is turned into tau: a copy k circles on would otherwise come out k beta circles further.
   const double delay_ns = wrap(p.line.delay_ns, circle_ns);
   estimate.has_values = true;
   estimate.velocity_mps = beta * speed_of_light_mps;
@@ -211,8 +216,9 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double a = 1 + beta;
   const double c = delay_ns * per_travel;
   const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
-  // The pattern's clock is known no better than the syncs tell: its phase is the delay's, its
-  // period a velocity (by endpoints 4.2 cm/s with 10 ps of jitter in 50 ms, by regression 0.09).
+  // What the syncs leave uncertain of the pattern's clock adds to both deviations: an error of the
+  // clock's phase is an error of the delay, and an error of its period is an error of the velocity
+  // (with 10 ps of sync jitter in 50 ms 4.2 cm/s by endpoints, 0.09 cm/s by regression).
   estimate.std_delay_ns =
       std::hypot(std::sqrt(std::max(0.0, variance)) * frame.scale, sync.std_phase_ps * ns_per_ps);
   if (C(1, 1) > 0) {
@@ -226,7 +232,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
 
 void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& estimate,
                                          TargetTrack& track) const {
-  // What may be a wrong range is not followed: the next frame is searched whole.
+  // A range that may be wrong is not followed: the next frame is then searched over all delays.
   track.valid = estimate.range_odds_nats >= least_odds_nats;
   track.mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   track.delay_ns = estimate.delay_ns;

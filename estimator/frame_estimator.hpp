@@ -8,27 +8,57 @@
 #include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
 
+// Read this header first. FrameEstimator is what the rest of splid uses of estimator/ while it
+// measures: one frame of photons goes in, one estimate comes out. The way of a frame through the
+// rooms below:
+//
+//   sync/         Before the estimator sees a frame, SyncClock has fitted the pattern's clock to
+//   the
+//                 syncs of the frame: the measured pattern period, [P] Eq. 19.
+//   model/        FrameView is the frame, Estimate the result. PulseTrain and PulseShape are the
+//                 pattern and the detected pulse in the units of the estimator.
+//   fold/         FoldedFrame corrects the photons' times for the drift of that clock ([P] Eq. 20)
+//                 and folds them on the pattern period. A target at constant velocity is then a
+//                 straight line, a DelayLine: a delay at mid-frame, and how far the delay travels
+//                 over the frame.
+//   search/       TargetSearch looks at all lines for the one with the most photons.
+//   fit/          Refinement climbs from there to the maximum of the likelihood ([P] Eq. 4 and 7)
+//   in
+//                 delay, travel, signal and background. Its curvature gives the standard
+//                 deviations. The significance says whether there is a target at all, RangeOdds
+//                 whether its range is the right one, and PatternCheck whether its light is that of
+//                 the pattern.
+//   paper/        PaperMethod does what search/ and fit/ do as [P] does it, for comparison.
+//   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
+//
+// [P] is TR2026-050, "Unambiguous Range Extension for Doppler Single-Photon Lidar" (Optics Express
+// 2026). docs/estimation.md tells the whole as a text, with the reasons.
+
 namespace splid {
 
 // Estimates a target's delay, velocity, signal and background from one frame of photons, by a
-// global search over (delay, velocity) and refinement by maximum likelihood. A function of its
-// input: the same frame (and track) gives the same bits, whatever came before and on whichever
-// machine's vector width.
+// global search over delay and velocity and refinement by maximum likelihood. The estimate is a
+// function of its input: the same frame (and the same track) gives the same bits, whatever frames
+// came before, and whichever vector width the machine has.
 //
-// Threads: one an object; objects share nothing. Errors: none after construction; a frame that
-// cannot be estimated has a status that says why. No allocation in estimate() for frames of up to
-// max_photons; of more photons an even subset is used.
+// Threads: one thread for each object; objects share nothing. Errors: none after construction; a
+// frame that cannot be estimated has a status that says why. No allocation in estimate() with
+// method search, for frames of up to max_photons; a frame with more makes the memory grow.
 class FrameEstimator {
  public:
+  // frame_length_ms: nominal, > 0. max_photons: that a frame may have.
   // Errors: Error(Fault::usage) where the pattern and the options do not fit together.
   FrameEstimator(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
                  const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons);
   ~FrameEstimator();
   FrameEstimator(FrameEstimator&&) noexcept;
 
-  // track: where to look first, and where to put what was found; null: the whole range is searched.
-  // A track that finds nothing keeps what it knows, for a second of gap at most. most: levels of
-  // the search beyond this effort are left out, for when there is no time; those of method search.
+  // The estimate of one frame; see Estimate for units and for which members hold when.
+  //
+  // track: where to look first, and where to put what was found. Null: the whole range is searched.
+  // A track that finds nothing keeps what it knows, for a gap of one second at most.
+  // most: the search leaves out its levels beyond this effort, for when there is no time. It is of
+  // no effect with method paper.
   Estimate estimate(const FrameView& view, TargetTrack* track = nullptr,
                     Effort most = Effort::exhaustive);
 

@@ -11,41 +11,43 @@
 namespace splid {
 namespace {
 
-struct Stretch {
+struct Interval {
   double begin_ns, end_ns;
 };
 
-// The parts of a period, in emission phase, in which pulses shine.
-std::vector<Stretch> lit_stretches(const PulseShape& shape, const Comb& comb, double stretch) {
-  std::vector<Stretch> lit;
+// The parts of a period, in emission phase, in which a pulse has light. dilation: see Exposure.
+std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb, double dilation) {
+  std::vector<Interval> lit;
   for (const double time : comb.times_ns) {
-    const Stretch one = {time + shape.first_ns() / stretch, time + shape.last_ns() / stretch};
+    const Interval one = {time + shape.first_ns() / dilation, time + shape.last_ns() / dilation};
     if (!lit.empty() && one.begin_ns <= lit.back().end_ns) {
       lit.back().end_ns = one.end_ns;
     } else {
       lit.push_back(one);
     }
   }
-  // What reaches over the period's end is the beginning of the next one.
+  // An interval that reaches over the period's end goes on at the period's begin. Where this meets
+  // the first interval, all of the period is lit.
   if (lit.back().end_ns - lit.front().begin_ns >= comb.period_ns) {
     return {{lit.front().begin_ns, lit.front().begin_ns + comb.period_ns}};
   }
   return lit;
 }
 
-// What a ns of a stretch tells, by (delay, signal, background).
-Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, double stretch,
+// The information that a ns of a stretch of the train has, by (delay, signal, background).
+Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, double dilation,
                                    double S, double b) {
-  const CombWindow window(comb, shape.first_ns() / stretch, shape.last_ns() / stretch);
+  const CombWindow window(comb, shape.first_ns() / dilation, shape.last_ns() / dilation);
   const double to_32 = 0x1p32 / comb.period_ns;
   Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
   double dark_ns = comb.period_ns;
-  for (const Stretch& lit : lit_stretches(shape, comb, stretch)) {
+  for (const Interval& lit : lit_intervals(shape, comb, dilation)) {
     const double length = lit.end_ns - lit.begin_ns;
     dark_ns -= length;
-    // The middle of each step: exponentially exact for a smooth integrand that ends in zero.
+    // The sum over the middles of the steps converges exponentially, as the integrand is smooth and
+    // zero at both ends.
     const auto steps = static_cast<std::size_t>(
-        std::max(16.0, std::ceil(length * stretch / (shape.width_ns() / 16))));
+        std::max(16.0, std::ceil(length * dilation / (shape.width_ns() / 16))));
     const double step = length / static_cast<double>(steps);
     for (std::size_t n = 0; n < steps; ++n) {
       double phase = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
@@ -53,7 +55,7 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
       double density = 0, slope = 0;
       for (const auto& pulse : window.candidates(
                static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
-        double offset = (phase - pulse.time_ns) * stretch;
+        double offset = (phase - pulse.time_ns) * dilation;
         double h = 0, d1 = 0, d2 = 0;
         shape.evaluate({&offset, 1}, {{&h, 1}, {&d1, 1}, {&d2, 1}});
         density += pulse.amplitude * h;
@@ -61,7 +63,7 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
       }
       const double lambda = b + S * density;
       if (lambda <= 0) continue;
-      const Eigen::Vector3d by(-S * slope * stretch, density, 1);
+      const Eigen::Vector3d by(-S * slope * dilation, density, 1);
       J += step / lambda * by * by.transpose();
     }
   }
@@ -69,8 +71,8 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
   return J / comb.period_ns;
 }
 
-// Shares of the frame that a stretch of the train takes, and the first two moments of their place
-// in it, from -1/2 to 1/2.
+// The share of the frame that a stretch of the train takes, and the first two moments of where in
+// the frame that is, from -1/2 to 1/2.
 struct Moments {
   double share = 0, first = 0, second = 0;
 };
@@ -95,15 +97,15 @@ Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, 
 Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
                                    const Exposure& exposure, const FrameParameters& at) {
   const double one_less_g = 1 - at.line.travel_ns / exposure.length_ns;
-  const double stretch = exposure.scale / one_less_g;
+  const double dilation = exposure.scale / one_less_g;
   Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
   for (const PulseTrain::Stretch& part : train.stretches) {
     const Eigen::Matrix3d each =
-        information_per_ns(shape, part.comb, stretch, at.signal_per_pulse, at.background_per_ns) *
+        information_per_ns(shape, part.comb, dilation, at.signal_per_pulse, at.background_per_ns) *
         exposure.seen_ns;
     const Moments m = moments_of(train, part, exposure.length_ns);
-    // A travel moves a photon at position s of the frame by s; what it does to the rate and to the
-    // pulse's width is 1e-6 of that and is left out.
+    // A change of the travel moves a photon at position s of the frame by s times that change. Its
+    // effect on the rate and on the pulse's width is 1e-6 of that, and is left out.
     Eigen::Matrix<double, 4, 3> to = Eigen::Matrix<double, 4, 3>::Zero();
     to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = 1;
     J += m.share * (to * each * to.transpose());
@@ -129,7 +131,7 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
                               scene.background_per_ns};
   const Eigen::Matrix4d J = fisher_information(shape, train, exposure, at);
 
-  // In units that make the matrix well conditioned; what is known has no row.
+  // In units that make the matrix well conditioned. Parameters that are known have no row.
   const double width = shape.width_ns();
   const Eigen::Vector4d unit(width, width, at.signal_per_pulse,
                              std::max(at.background_per_ns, 1 / scene.seen_ns));

@@ -7,13 +7,13 @@
 namespace splid {
 namespace {
 
-// Sums logarithms of very many numbers above 0: one logarithm for some twenty of them, of their
-// product.
+// The sum of the logarithms of very many numbers above 0. Some twenty numbers are multiplied before
+// the logarithm of their product is taken.
 class LogSum {
  public:
   void add(double x) {
     product_ *= x;
-    // Density ratios are between 1e-100 and 1e100, by far.
+    // A single number is far from either limit, so the product does not overflow.
     if (product_ > 1e-100 && product_ < 1e100) return;
     sum_ += std::log(product_);
     product_ = 1;
@@ -44,15 +44,16 @@ Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_, &density_}) scratch->reserve(max_entries);
 }
 
-// Residuals are emission times; a photon's offset in its pulse is that times dt/de = scale / (1-g).
+// Residuals are times of emission. A photon's offset in its detected pulse is the residual times
+// the dilation dt/de = scale / (1 - g), by which a pattern is longer when it comes back.
 void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine line) {
   const std::size_t count = near.entries();
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_}) scratch->resize(count);
-  const double stretch = exposure.scale / (1 - line.travel_ns / exposure.length_ns);
+  const double dilation = exposure.scale / (1 - line.travel_ns / exposure.length_ns);
   const double delay = line.delay_ns - near.line.delay_ns;
   const double travel = line.travel_ns - near.line.travel_ns;
   for (std::size_t j = 0; j < count; ++j) {
-    offset_[j] = (near.residual_ns[j] - delay - travel * near.position[j]) * stretch;
+    offset_[j] = (near.residual_ns[j] - delay - travel * near.position[j]) * dilation;
   }
   shape_.evaluate({offset_.data(), count}, {h_, d1_, d2_});
   density_.resize(near.photons());
@@ -70,7 +71,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
   if (!is_loaded) load(near, exposure, at.line);
   const double t_a = exposure.length_ns;
   const double one_less_g = 1 - at.line.travel_ns / t_a;
-  const double stretch = exposure.scale / one_less_g;
+  const double dilation = exposure.scale / one_less_g;
   const double S = at.signal_per_pulse;
   const double b = at.background_per_ns;
   const auto far = static_cast<double>(near.far_photons);
@@ -88,16 +89,17 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
   }
   LogSum logs;
   for (std::size_t k = 0; k < near.photons(); ++k) {
-    // Sums over the photon's pulses of a h and its derivatives by (delay, travel).
+    // Sums over the photon's pulses of the derivatives of a h by delay (1) and travel (2).
     double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
     for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
       const double a = near.amplitude[j];
-      // Offset o = x stretch(g): do/dD = -stretch; do/d travel = -stretch s + o / ((1-g) t_a).
+      // The offset is o = residual * dilation(g). By the delay its derivative is -dilation, by the
+      // travel it is -dilation s + o / ((1 - g) t_a).
       const double s = near.position[j];
       const double turn = 1 / (one_less_g * t_a);
-      const double o1 = -stretch;
-      const double o2 = -stretch * s + offset_[j] * turn;
-      const double o12 = -stretch * turn;
+      const double o1 = -dilation;
+      const double o2 = -dilation * s + offset_[j] * turn;
+      const double o12 = -dilation * turn;
       const double o22 = 2 * turn * o2;
       g1 += a * d1_[j] * o1;
       g2 += a * d1_[j] * o2;
@@ -108,7 +110,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     const double lambda = b + S * density_[k];
     const double n = near.weight[k];
     const double inverse = 1 / lambda;
-    // Sums of n / lambda, and of products of two derivatives over lambda squared.
+    // Derivatives of log lambda: first ones are those of lambda over lambda.
     const double weight = n * inverse;
     logs.add_times(n, lambda);
     const double l1 = S * g1 * inverse;
@@ -141,8 +143,9 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
   result.parameters.line = line;
   if (total == 0) return result;
 
-  // l(f) = sum log(1 + f (r_k - 1)) + far log(1 - f) + const, r_k = signal's density over the flat
-  // one: concave in f, so Newton between brackets finds its only maximum.
+  // l(f) = sum log(1 + f (r_k - 1)) + far log(1 - f) + const, where r_k is the signal's density at
+  // photon k over that of no target. l is concave in f, so that Newton's method between brackets
+  // finds its only maximum.
   const double amplitude = exposure.amplitude * (1 - line.travel_ns / exposure.length_ns);
   const double ratio_scale = exposure.seen_ns / amplitude;
   double lo = 0, hi = 1;
@@ -160,7 +163,7 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
     (slope > 0 ? lo : hi) = f;
     double next = curvature < 0 ? f - slope / curvature : f;
     if (!(next > lo && next < hi)) {
-      // The maximum may lie on a bound: step there fast, not by halves alone.
+      // The maximum may lie on a bound: a factor of 1000 is faster there than halving.
       next = next >= hi && hi == 1   ? 1 - (1 - f) * 1e-3
              : next <= lo && lo == 0 ? f * 1e-3
                                      : (lo + hi) / 2;

@@ -6,35 +6,44 @@
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
+// The room fit/ judges places in the plane of delay and travel by the likelihood of the photons.
+// Open this file first. Its parts:
+//   likelihood.hpp      value, gradient and Hessian of the likelihood: [P] Eq. 4 and 7
+//   refinement.hpp      the climb to its maximum, with the covariance there
+//   significance.hpp    the gain over no target that noise does not reach
+//   range_odds.hpp      how sure a range is against all others
+//   pattern_check.hpp   whether the light is that of the pattern
+//   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13
+
 namespace splid {
 
-// What the likelihood depends on, in the pattern's clock (see FoldedFrame); rates are in the
-// tagger's.
+// What the likelihood depends on. The line is in the pattern's clock (see FoldedFrame); the rates
+// count photons in the tagger's clock.
 struct FrameParameters {
   DelayLine line;
-  double signal_per_pulse = 0;   // S >= 0
+  double signal_per_pulse = 0;   // S >= 0, counts for a pulse of amplitude 1
   double background_per_ns = 0;  // b >= 0
 };
 
-// Order of parameters in gradients and matrices.
+// The order of the parameters in gradients and matrices.
 enum ParameterIndex { delay_index, travel_index, signal_index, background_index };
 
-// Value, gradient and Hessian of the log-likelihood. Units: nats per ns, ns, count a pulse, count a
-// ns, in the order of ParameterIndex.
+// Value, gradient and Hessian of the log-likelihood, in nats, by the parameters in the order of
+// ParameterIndex. Their units are ns, ns, counts per pulse and counts per ns.
 struct LikelihoodPoint {
   double value = 0;
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();
 };
 
-// How much of the pattern and of the time a frame saw: integral of the intensity
-// S * amplitude * (1 - g) + b * seen_ns.
+// How much of the pattern and of the time a frame saw. The integral of the intensity over the frame
+// is S * amplitude * (1 - g) + b * seen_ns.
 //
-// Design note: the pulses in a loss are counted by their mean rate. A loss that starts or ends
-// within a period is wrong by a pulse or two at most, of the 529,000 in a frame of 50 ms.
+// Design note: the pulses in a loss are counted by their mean rate. This is wrong by two pulses at
+// most, where a loss starts or ends within a period, of 529,000 pulses in a frame of 50 ms.
 struct Exposure {
-  double amplitude = 0;  // sum of a_p over the pulses seen, target at rest
-  double seen_ns = 0;
+  double amplitude = 0;  // sum of a_p over the pulses that are seen of a target at rest
+  double seen_ns = 0;    // t_a less losses, tagger's clock
   double length_ns = 0;  // t_a, pattern's clock
   double scale = 1;      // tagger's clock over pattern's clock
 
@@ -42,30 +51,35 @@ struct Exposure {
   Exposure(const FoldedFrame& frame, const PulseTrain& train);
 };
 
-// l = -integral lambda + sum over photons of log lambda ([P] Eq. 4 and 7, whose print lacks the
-// logarithm), with lambda = b + S sum_p a_p h about the line's comb ([P] Eq. 2). Photons without an
-// entry in the near set are background: log b each, so b must be above 0 where there are any.
+// The log-likelihood of a frame's photons,
+//   l = -integral lambda + sum over photons of log lambda
+// ([P] Eq. 4 and 7, whose print lacks the logarithm), with lambda = b + S sum_p a_p h about the
+// line's pulses ([P] Eq. 2). A photon without an entry in the near set adds log b, so b must be
+// above 0 where there are such photons.
 //
-// Threads: one an object (scratch). No allocation after construction for sets within max_entries.
+// Threads: one thread for each object, which holds scratch. Errors: none. No allocation after
+// construction for sets of up to max_entries.
 class Likelihood {
  public:
   Likelihood(const PulseShape& shape, std::size_t max_entries);
 
-  // At the parameters, with `near` collected about some line not too far (its window must hold all
-  // entries that matter). is_loaded: the call before was profile() of the same set at this line.
+  // Value, gradient and Hessian at some parameters. near: collected about a line so near that its
+  // window holds all entries that matter. is_loaded: the last call was profile() of the same set at
+  // this line, whose shape values are used again.
   LikelihoodPoint evaluate(const NearSet& near, const Exposure& exposure, const FrameParameters& at,
                            bool is_loaded = false);
 
-  // For a line, the best signal fraction f = S A / (S A + b t), in [0, 1], and the value there,
-  // with the total count matched (S A + b t = N, which holds at every maximum inside S, b > 0).
+  // The best signal and background of a line. They are found by the signal fraction
+  // f = S A / (S A + b t), in [0, 1], with S A + b t equal to the number of photons, as it is at
+  // every maximum with S and b above 0.
   struct Profile {
     FrameParameters parameters;
     double value = 0;      // log-likelihood
-    double gain_nats = 0;  // over no target, S = 0 and b = N / t
+    double gain_nats = 0;  // over no target, which is S = 0 and b = N / t
     double signal_fraction = 0;
   };
-  // about_fraction: of a line nearby, from which the best one is found in fewer rounds; negative:
-  // not known.
+  // about_fraction: the best fraction of a line nearby, from which this line's is found in fewer
+  // rounds; negative where none is known.
   Profile profile(const NearSet& near, const Exposure& exposure, DelayLine line,
                   double about_fraction = -1);
 
@@ -73,8 +87,8 @@ class Likelihood {
   void load(const NearSet& near, const Exposure& exposure, DelayLine line);
 
   const PulseShape& shape_;
-  std::vector<double> offset_, h_, d1_, d2_;  // an entry each
-  std::vector<double> density_;               // a photon each: sum_p a_p h
+  std::vector<double> offset_, h_, d1_, d2_;  // one value for each entry
+  std::vector<double> density_;               // one value for each photon: sum_p a_p h
 };
 
 }  // namespace splid

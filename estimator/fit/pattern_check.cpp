@@ -7,28 +7,30 @@ namespace splid {
 namespace {
 
 constexpr std::size_t most_photons = 65536;
-// 87 % of a gaussian's light, and not much background.
+// Such a window holds 87 % of a gaussian pulse's light, and not much background.
 constexpr double half_window_widths = 1.5;
 
 constexpr std::size_t fewest_for_misfit = 4;
 constexpr double least_misfit = 0.1;
 constexpr double deviations_of_misfit = 6;
 
-// Design note: amplitudes that were never calibrated deviate by some 0.6 rms at worst. Of 300,000
-// draws each of 2 to 40 pulses with 8 to 200 photons of signal, those at which the signal stands
-// out by 16 nats, at most 2e-5 were beyond these limits where the pulses were even and 2e-4 where
-// they were 0.6 rms uneven, both with the fewest photons; from 30 photons on 0 and 2e-4.
-constexpr double most_uneven = 0.4;  // squared, that chance comes on top of
-constexpr double least_dark = 0.9;   // squared, seen
+// Design note: amplitudes that were never calibrated deviate by some 0.6 rms at worst. 300,000
+// draws each were made of 2 to 40 pulses with 8 to 200 signal photons, and of these the draws kept
+// in which the signal stands out by 16 nats. Beyond the limits below were at most 2e-5 of them with
+// even pulses and 2e-4 with pulses that deviate by 0.6 rms, both with the fewest photons; from 30
+// photons on it was none and 2e-4.
+constexpr double most_uneven = 0.4;  // squared deviation that amplitudes may have, chance aside
+constexpr double least_dark = 0.9;   // squared deviation that must be seen
 constexpr double deviations_of_dark = 4.5;
 constexpr double deviations_of_stray = 7;
 
-// Design note: a pattern of many pulses that catches other light than its own has dark pulses; one
-// of few may find each of its pulses a place. Light elsewhere may also be other targets': three as
-// bright as the one found make it as doubtful which is the target.
+// Design note: a pattern of many pulses that lies on light of another pattern has dark pulses, but
+// a pattern of few pulses may find light for each of them. So light between its pulses is looked
+// for. Such light may also come from other targets; three of them as bright as the target that was
+// found leave it just as doubtful which of them is the target.
 constexpr std::size_t fewest_for_strangers = 8;
-constexpr double most_elsewhere = 2;  // squared, of the squared light of the pattern's own pulses
-constexpr double least_mask_ns = 1;   // detectors are not slower, whatever pulse is configured
+constexpr double most_elsewhere = 2;  // squared light between the pulses, over that of the pulses
+constexpr double least_mask_ns = 1;   // detectors are no slower, whatever pulse is configured
 constexpr double most_masked = 0.75;
 constexpr std::size_t most_bins = 65536;
 
@@ -63,7 +65,8 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
   for (double& weight : weights_) weight = all > 0 ? weight / all : 0;
 }
 
-// Bins of a window's width over the comb's period, but for those that its pulses' light reaches.
+// Divides the comb's period into bins of a window's width, and marks as free the bins that the
+// light of no pulse reaches.
 void PatternCheck::add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape,
                             Part& part) {
   const Comb& comb = stretch.comb;
@@ -97,7 +100,7 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   const Share share =
       share_out(found.background_per_ns * window_ns_ * frame.scale * periods * part_seen);
   if (!(share.expected > 0)) return verdict;
-  // Photons of pulses that overlap are counted for each.
+  // Where the windows of pulses overlap, a photon is counted at each of these pulses.
   std::size_t overlap = 1;
   for (const Part& part : parts_) overlap = std::max(overlap, part.window.max_overlap());
   const double dark_chance =
@@ -115,8 +118,8 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   return verdict;
 }
 
-// A count of Poisson's has variance E, and (n - E)^2 one of 2 E^2 + E; where its mean is off by u,
-// of 4 E u^2 more.
+// A Poisson count n of mean E has the variance E, and (n - E)^2 has the variance 2 E^2 + E. Where
+// the mean is off by u, the variance of the latter is larger by 4 E u^2.
 PatternCheck::Share PatternCheck::share_out(double background_per_turn) const {
   Share share;
   double all = 0, background = 0;
@@ -139,7 +142,8 @@ PatternCheck::Share PatternCheck::share_out(double background_per_turn) const {
   return share;
 }
 
-// Light that is spread evenly over the bins is background; what is not shows in their squares.
+// Light that is spread evenly over the free bins is background. Light that is not shows in the sum
+// of the squared counts.
 bool PatternCheck::has_stray_pulses(const Share& share) const {
   double excess = 0, chance = 0;
   for (const Part& part : parts_) {
@@ -160,7 +164,8 @@ bool PatternCheck::has_stray_pulses(const Share& share) const {
   return excess > most_elsewhere * share.inside + deviations_of_stray * std::sqrt(chance);
 }
 
-// Returns the share of the photons that was looked at.
+// Counts the photons at the pulses and in the bins; returns the share of the photons that is looked
+// at.
 double PatternCheck::count(const FoldedFrame& frame, DelayLine line) {
   const std::size_t step = 1 + (frame.size() - 1) / most_photons;
   std::fill(counts_.begin(), counts_.end(), 0.0);

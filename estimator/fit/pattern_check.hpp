@@ -13,54 +13,55 @@
 
 namespace splid {
 
-// What the light of a found target says of the pattern that it was found with.
+// What the light of a target says of the pattern that the target was found with.
 struct PatternVerdict {
   PatternFault fault = PatternFault::none;
-  // Relative rms deviation of the pulses' light from the pattern's amplitudes, less what chance
-  // makes; absent where it is below 0.1 or six standard deviations of what chance makes of it, and
-  // for a pattern of several stretches or of less than four pulses.
+  // Relative rms deviation of the pulses' light from the pattern's amplitudes, less the deviation
+  // that chance makes. Absent where it is below 0.1, or below six standard deviations of chance's
+  // part, and for patterns of several stretches or of less than four pulses.
   std::optional<double> amplitude_misfit;
 };
 
-// Whether the light of a found target is shared among the pulses as the pattern's amplitudes say,
-// and whether most of it is where the pattern has pulses at all.
+// Checks whether the light of a found target is shared among the pulses as the pattern's amplitudes
+// say, and whether most of that light is where the pattern has pulses at all.
 //
-// Amplitudes that are a little wrong bias neither delay nor velocity, but cost significance and a
-// little accuracy, and S is then of another pulse than it says. A pattern that was not played has a
-// best delay too: the one at which most of its pulses lie on some of those that were.
+// Amplitudes that are a little wrong bias neither delay nor velocity. They cost significance and a
+// little accuracy, and S then belongs to another amplitude than it says. A pattern that was never
+// played has a best delay all the same: the delay at which most of its pulses lie on pulses that
+// were played. That is what the check is for.
 //
-// Threads: one an object. Errors: none. No allocation in judge().
+// Threads: one thread for each object. Errors: none. No allocation in judge().
 class PatternCheck {
  public:
-  // train: outlives this. reach_ns: that of the frames that are folded on it (see FoldedFrame).
+  // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given.
   PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns);
 
   // found: the fit in this frame. Of more than 65,536 photons an even part is looked at.
   //
-  // dark_pulses: the pulses' light deviates from the amplitudes by more than 0.95 rms of their
-  // mean, which is as if less than 53 % of them had any, and by more than 4.5 standard deviations
-  // of what chance makes of pulses that deviate by 0.63. stray_pulses: a pattern of less than eight
-  // pulses, in all its stretches together, leaves out as much light as three pulses more or less
-  // like its own, or more, in places between them.
+  // The fault is dark_pulses where the pulses' light deviates from the amplitudes by more than 0.95
+  // rms of their mean, as if less than 53 % of the pulses had any light, and by more than 4.5
+  // standard deviations of what chance makes of pulses that deviate by 0.63. It is stray_pulses
+  // where a pattern of less than eight pulses, in all its stretches together, has as much light
+  // between its pulses as three pulses like its own would have, or more.
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
 
  private:
-  // A stretch of the train.
+  // What is looked at in one stretch of the train.
   struct Part {
     CombWindow window;
-    double turns;              // comb's periods in a pattern period that photons are looked at in
-    std::size_t first_pulse;   // its pulses in counts_
-    std::size_t first_bin;     // its bins in bins_
-    double bins_per_turn = 0;  // 0: no pulses are looked for elsewhere
+    double turns;             // periods of the comb, in a pattern period, whose photons are counted
+    std::size_t first_pulse;  // where its pulses begin in counts_
+    std::size_t first_bin;    // where its bins begin in bins_
+    double bins_per_turn = 0;  // 0 where no light is looked for between the pulses
   };
-  // Sums over pulses: see amplitude_misfit and dark_pulses.
+  // Sums over all pulses, of photons; for amplitude_misfit and dark_pulses.
   struct Share {
-    double excess = 0;     // squared deviations from what is expected, less chance's
-    double chance = 0;     // its variance, by chance alone
-    double of_uneven = 0;  // what unevenness adds to that variance
-    double scale = 0;      // squared light expected
-    double inside = 0;     // squared light seen, less chance's
-    double expected = 0;   // light
+    double excess = 0;     // squared deviations from the light that is expected, less chance's part
+    double chance = 0;     // the variance of `excess` by chance alone
+    double of_uneven = 0;  // the variance that amplitudes which deviate add, for a deviation of 1
+    double scale = 0;      // squares of the light that is expected
+    double inside = 0;     // squares of the light that is seen
+    double expected = 0;   // light of all pulses
   };
 
   void add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape, Part& part);
@@ -71,12 +72,12 @@ class PatternCheck {
 
   const PulseTrain& train_;
   double window_ns_;
-  std::vector<Part> parts_;            // one a stretch
-  std::vector<double> weights_;        // light that a pulse should have, relative, one a pulse
-  std::vector<double> turns_;          // comb's periods looked at, in a pattern period, one a pulse
-  std::vector<double> counts_;         // photons near each pulse
-  std::vector<std::uint8_t> is_free_;  // no pulse of the pattern reaches this bin
-  std::vector<std::uint32_t> bins_;    // photons by their phase
+  std::vector<Part> parts_;            // of each stretch
+  std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern
+  std::vector<double> turns_;          // of each pulse: the `turns` of its part
+  std::vector<double> counts_;         // of each pulse: the photons near it
+  std::vector<std::uint8_t> is_free_;  // of each bin: 1 where no pulse of the pattern reaches it
+  std::vector<std::uint32_t> bins_;    // of each bin: its photons
 };
 
 }  // namespace splid

@@ -9,21 +9,24 @@ namespace {
 
 constexpr std::size_t most_peaks = 64;
 
-// Climbs to one maximum end within a millionth of a width of each other.
+// Peaks closer than this are one maximum: climbs to the same maximum end within a millionth of a
+// width of each other.
 constexpr double same_peak_widths = 0.5;
 
-// Further off than this a delay is another range, as the studies count it; and a travel another
-// velocity, whose line is as far off at the frame's ends.
+// A delay that is off by more than this is another range, as the studies count it. A travel that is
+// off by twice as much is another velocity, since its line is then as far off at the frame's ends.
 constexpr double same_range_widths = 5;
 
-// Laplace: the width of a box as high and as large as the hill.
+// The width of a box that is as high as a gaussian hill and has its area (Laplace).
 double spread(double variance) { return std::sqrt(2 * std::numbers::pi * variance); }
 
-// Log of what a hill at `at` has within +-most, over a box of its height there.
+// The logarithm of the area that a gaussian hill at `at` has within +-most, over that of a box of
+// the hill's height there.
 //
-// Design note: fits are not held to the speeds looked for. In short frames two photons of the
-// target and one of the background make a faster one, with a gain that no chance alone has; a
-// bright target that is faster than was said is none the less one.
+// Design note: fits are not held to the speeds that the search starts from. In a short frame two
+// photons of the target and one of the background look like a faster target, with a gain that
+// chance alone does not have, so that hills beyond the largest speed lose mass. They lose 20 nats
+// at most, so that a bright target which is faster than the configuration says is still found.
 double share_nats(double at, double variance, double most) {
   constexpr double least_nats = -20;
   const double unit = std::sqrt(2 * variance);
@@ -41,14 +44,15 @@ double log_add(double a, double b) {
 
 RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.reserve(most_peaks); }
 
-// Of delay and travel over the plane, in which no side is larger than all, and of the signal.
+// The log of a fit's Laplace volume: of delay and travel, relative to the plane, where neither side
+// can be longer than the plane's, and of the signal.
 double RangeOdds::volume_nats(const Fit& fit) const {
   const auto& C = fit.covariance;
   const double signal = std::min(spread(C(2, 2)), fit.parameters.signal_per_pulse);
   double delay_variance = C(0, 0);
   double travel_nats = 0;
   if (C(1, 1) > 0 && volume_.max_travel_ns > 0) {
-    // For a given travel; what rounding may leave of it.
+    // The delay's variance for a given travel, which rounding must not make negative.
     delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
     travel_nats = share_nats(fit.parameters.line.travel_ns, C(1, 1), volume_.max_travel_ns);
   }

@@ -14,10 +14,11 @@ constexpr double margin_widths = 4;
 
 struct Derivatives {
   Eigen::Vector2d slope;
-  Eigen::Matrix2d curvature;  // of -l with S and b following: positive where l is a hill
+  Eigen::Matrix2d curvature;  // of -l, with S and b at their best: positive definite on a hill
 };
 
-// The profile's derivatives by (delay, travel): S and b stay at their best as the line moves.
+// The derivatives by (delay, travel) of the likelihood whose S and b stay at their best as the line
+// moves.
 Derivatives profile_derivatives(const LikelihoodPoint& point, const FrameParameters& at) {
   Derivatives d;
   d.slope = point.gradient.head<2>();
@@ -35,7 +36,8 @@ Derivatives profile_derivatives(const LikelihoodPoint& point, const FrameParamet
   return d;
 }
 
-// Newton's step up the hill; where the surface is none, up the slope. No longer than `longest`.
+// Newton's step up the hill; where the surface is no hill, a step up the slope. No side of the step
+// is longer than longest_ns.
 Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
   Eigen::Vector2d step = Eigen::Vector2d::Zero();
   if (!moving) {
@@ -45,7 +47,8 @@ Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
   }
   Eigen::Matrix2d curvature = d.curvature;
   const double floor = d.slope.norm() / longest_ns + 1e-30;
-  // Lift both eigenvalues above what keeps the step short; a hill's own are left as they are.
+  // Where an eigenvalue is not clearly positive, both are lifted so that the step stays short.
+  // Those of a hill are left as they are.
   const double mean = curvature.trace() / 2;
   const double spread = std::hypot((curvature(0, 0) - curvature(1, 1)) / 2, curvature(0, 1));
   const double least = mean - spread;
@@ -56,11 +59,11 @@ Eigen::Vector2d step_of(const Derivatives& d, bool moving, double longest_ns) {
   return step;
 }
 
-// What is left to gain on a hill, by three times what its parabola says and some; no limit where it
-// is none.
+// The most that is left to gain on a hill: three times what its parabola says, and 10 nats. There
+// is no limit where the surface is no hill.
 //
-// Design note: of a hill that flattens on its way down, as this one does into the background, a
-// parabola says too much and not too little; three times it is for hills of few photons.
+// Design note: this hill flattens on its way down, into the background, so that a parabola says
+// rather too much than too little. The factor of three is for hills of few photons.
 double most_to_gain_nats(const Derivatives& d, bool moving) {
   constexpr double some_nats = 10;
   double gain = 0;
@@ -94,7 +97,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
     fit = climb_within(exposure, start, moving, to_beat_nats);
     if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
-    // Ends of the line included: half the travel each.
+    // The ends of the line move by half of what its travel changes.
     const double moved =
         std::abs(line.delay_ns - start.delay_ns) + std::abs(line.travel_ns - start.travel_ns) / 2;
     if (moved <= margin_ns_) break;
@@ -123,7 +126,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
   const double step_small = 1e-6 * width_ns_;
   const double gain_small = 1e-10;
   fit.stop = Stop::rounds_spent;
-  bool is_loaded = true;  // the likelihood still has the best line's shapes
+  bool is_loaded = true;  // the likelihood still holds the shape values of the best line
   for (int round = 0; round < max_rounds; ++round) {
     const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters, is_loaded);
     const Derivatives derivatives = profile_derivatives(point, best.parameters);
@@ -142,7 +145,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
       if (gained > -gain_small || step.cwiseAbs().maxCoeff() < step_small) break;
       step *= 0.5;
     }
-    // Near the top a step of Newton's is better than the gain can show.
+    // Near the top Newton's step is right even where rounding makes it gain a little less than 0.
     is_loaded = gained > -gain_small;
     if (is_loaded) best = next;
     const bool small = step.cwiseAbs().maxCoeff() < step_small;
@@ -161,7 +164,8 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
 
 void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit) {
   const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, fit.parameters);
-  // Where no photon speaks for background, its likelihood falls as exp(-b t): one e-fold is 1 / t.
+  // Where no photon speaks for a background, the likelihood falls as exp(-b t), so that the unit of
+  // b is then 1 / t.
   const double b_unit = std::max(fit.parameters.background_per_ns, 1 / exposure.seen_ns);
   const bool no_background = fit.parameters.background_per_ns * exposure.seen_ns < 1e-6;
   const Eigen::Vector4d unit(width_ns_, width_ns_, fit.parameters.signal_per_pulse, b_unit);

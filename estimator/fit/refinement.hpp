@@ -9,33 +9,35 @@
 
 namespace splid {
 
-// A maximum of the likelihood and what surrounds it.
+// A maximum of the likelihood, and its curvature there.
 struct Fit {
   FrameParameters parameters;
-  double gain_nats = 0;  // over no target
-  // Inverse of the observed information at the maximum, order of ParameterIndex; the travel's row
-  // and column are zero for a target at rest.
+  double gain_nats = 0;  // log-likelihood over that of no target
+  // The inverse of the observed information at the maximum, in the order of ParameterIndex. The row
+  // and the column of the travel are zero for a target at rest.
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  bool has_covariance = false;  // false: the maximum is not a hill in all directions
+  bool has_covariance = false;  // false where the likelihood does not fall off in all directions
   Stop stop = Stop::not_run;
 };
 
-// Climbs to the maximum of the likelihood near a line by Newton's method on (delay, travel), with
-// the best (S, b) at every step ([P] alternates L-BFGS on the two pairs; the maximum is the same).
+// Climbs to the maximum of the likelihood near a line, by Newton's method on (delay, travel) with
+// the best (S, b) at every step. [P] runs L-BFGS on the two pairs in turn; the maximum is the same.
 //
-// Threads: one an object. No allocation in climb() for frames within the sizes given.
+// Threads: one thread for each object. Errors: none. No allocation in climb() and judge() for
+// frames of up to max_photons.
 class Refinement {
  public:
-  // max_photons, and with them the entries of the widest overlap of pulse windows, set the memory.
+  // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
   Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
-  // start: within about two pulse widths of the maximum. moving false keeps start's travel.
-  // to_beat_nats: a maximum that surely has less gain is left before it is reached; what is given
-  // back then has less gain too, no covariance, and the stop reason `beaten`.
+  // The maximum near `start`, which should be within two pulse widths of it. moving: false keeps
+  // the travel of `start`. to_beat_nats: a maximum that surely has less gain than this is given up
+  // before it is reached; the result then has the stop reason `beaten`, no covariance, and less
+  // gain.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
 
-  // The likelihood and its curvature at given parameters, without a step.
+  // The likelihood and its curvature at given parameters, without a climb.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
             bool moving);
 
@@ -46,7 +48,7 @@ class Refinement {
   const PulseTrain& train_;
   double width_ns_;
   double margin_ns_;  // how far the line may move before the near set is collected anew
-  std::vector<CombWindow> windows_;  // one a stretch
+  std::vector<CombWindow> windows_;  // one for each stretch
   NearSet near_;
   Likelihood likelihood_;
 };

@@ -6,7 +6,7 @@
 namespace splid {
 namespace {
 
-// Mean number of excursions above u of the field over the volume.
+// The mean number of excursions above u that the field has in the volume.
 double excursions(const SearchVolume& volume, double u) {
   const double per_delay = 1 / (std::numbers::sqrt2 * volume.width_ns);
   const double per_travel = per_delay / std::sqrt(12.0);
@@ -14,14 +14,14 @@ double excursions(const SearchVolume& volume, double u) {
   const double height = 2 * volume.max_travel_ns * per_travel;
   const double two_pi = 2 * std::numbers::pi;
   const double fall = std::exp(-0.5 * u * u);
-  // Half the plane's edge, two circles, is one circle.
+  // The second term is that of half the plane's edge: the edge is two circles, so half is one.
   return circle * height * u * fall / std::pow(two_pi, 1.5) + circle * fall / two_pi;
 }
 
 }  // namespace
 
 double significance_threshold_nats(const SearchVolume& volume, double false_alarm_rate) {
-  // excursions() falls for u > 1; a volume of less than one resolution cell is a single look.
+  // excursions() falls with u above 1. A volume of less than one resolution cell is a single look.
   double lo = 1;
   double hi = 40;
   while (hi - lo > 1e-9) {

@@ -72,7 +72,7 @@ void FoldedFrame::group_by_stretch(const PulseTrain& train) {
   phases_ = phase_ns;
   times_ = time_ns;
   phases_32_ = phase_32;
-  std::vector<std::size_t>& next = group_end;  // filled from the back, ends as the groups' begins
+  std::vector<std::size_t>& next = group_end;  // groups are filled from their ends to their begins
   for (std::size_t i = size(); i-- > 0;) {
     const std::size_t to = --next[group_[i]];
     phase_ns[to] = phases_[i];

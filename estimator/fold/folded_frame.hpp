@@ -9,21 +9,32 @@
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_train.hpp"
 
+// The room fold/ turns the photons' times into what search/ and fit/ work on. Open this file first.
+// Its parts:
+//   drift_correction.hpp   [P] Eq. 20: times in the tagger's clock become times of the pattern's
+//   clock folded_frame.hpp       those times, and their phases in the pattern period near_set.hpp
+//   the photons near one line, with their distances from its pulses search_kernels.hpp     the
+//   inner loops of the search, as vector_level.hpp picks them
+
 namespace splid {
 
-// A frame's photons in the pattern's own clock: relative to mid-frame, and folded on the pattern
-// period. All times here are ns of the calibrated pattern; `scale` turns them into the tagger's.
+// A frame's photons in the pattern's own clock: their times from mid-frame, and their phases, which
+// are these times folded on the pattern period. All times are in ns of the calibrated pattern;
+// `scale` turns them into the tagger's (DriftCorrection, [P] Eq. 20).
 //
-// A target that moves at v = c g / (2 - g) with delay D = tau / (1 + v/c) at mid-frame has its
-// photons at phase = D + g time (+ pulse time), a straight line: [P] Eq. 1 solved for the emission
-// time, (t - tau / (1 - beta)) (1 - beta) / (1 + beta) = t - D - g t, g = 2 beta / (1 + beta).
+// A target that moves at v = c g / (2 - g), with delay D = tau / (1 + v/c) at mid-frame, has its
+// photons at phase = D + g time (+ pulse time), which is a straight line. This is [P] Eq. 1 solved
+// for the emission time: (t - tau / (1 - beta)) (1 - beta) / (1 + beta) = t - D - g t, with
+// g = 2 beta / (1 + beta).
 //
-// Design note: g is kept, never 1 - g: at v = 10 nm/s g is 6.7e-17, which 1 - g would lose.
+// Design note: g is computed and kept as itself, never as a difference from 1: at v = 10 nm/s g is
+// 6.7e-17, which would be lost.
 //
-// Photons stand in groups, one for each stretch of the pulse train: those that can only have left
-// in the stretch in which they came. In a train of several stretches a last group holds those that
-// came so soon after a stretch's begin that they may have left in the one before, and those of
-// stretches whose period does not fit into the circle of delays.
+// The photons stand in groups. There is one group for each stretch of the pulse train, with the
+// photons that can only have left in the stretch in which they came in. In a train of several
+// stretches a last group holds the others: photons that came so soon after a stretch's begin that
+// they may have left in the stretch before, and photons of stretches whose period does not fit into
+// the circle of delays.
 struct FoldedFrame {
   std::vector<double> phase_ns;                    // in [0, pattern period)
   std::vector<double> time_ns;                     // from mid-frame, in [-length / 2, length / 2]
@@ -35,13 +46,14 @@ struct FoldedFrame {
   double scale = 1;                                // measured over calibrated period
   std::vector<double> lost_begin_ns, lost_end_ns;  // losses, from mid-frame
 
-  // Room for max_photons without allocation. reach_ns: how far a photon may lie from where a target
-  // with a delay in the train's circle has it at mid-frame (half the largest travel).
+  // Makes room for frames of max_photons, whose fold() then allocates nothing. reach_ns: how far a
+  // photon of a target may lie from its place at mid-frame: half the largest travel, and the reach
+  // of the pulse.
   FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns = 0);
-  // The frame must be locked to its syncs; the train is the constructor's.
+  // frame: locked to its syncs. train: that of the constructor.
   void fold(const FrameView& frame, const PulseTrain& train);
-  // Every step-th photon of another's: what they say is the same, the exposure that many times
-  // less.
+  // Becomes every step-th photon of another frame: a sample that shows the same target, with the
+  // rates divided by step.
   void take_every(std::size_t step, const FoldedFrame& all);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
@@ -59,10 +71,11 @@ struct FoldedFrame {
   std::vector<std::uint32_t> phases_32_;  // scratch
 };
 
-// A line through a folded frame: where a moving target's photons lie.
+// A line through a folded frame, on which the photons of a target at constant velocity lie. Both
+// values are in ns of the pattern's clock. At mid-frame they do not correlate.
 struct DelayLine {
-  double delay_ns = 0;   // D at mid-frame
-  double travel_ns = 0;  // g t_a: how far the delay moves over the frame; positive recedes
+  double delay_ns = 0;   // D, at mid-frame
+  double travel_ns = 0;  // g t_a: how far the delay travels over the frame; positive moves away
 };
 
 }  // namespace splid

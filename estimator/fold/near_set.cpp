@@ -8,8 +8,8 @@
 namespace splid {
 namespace {
 
-// NearSet::gather(): what an evaluation of 16,384 entries costs, half a millisecond, is worth the
-// saving.
+// Design note: photons are gathered from 16,384 near photons on. One evaluation of the likelihood
+// of so many entries takes half a millisecond, which is worth the work of gathering them.
 constexpr std::size_t gathered_from = 16384;
 constexpr std::size_t gathered_rows = 32;
 constexpr std::size_t most_cells = gathered_from;
@@ -20,7 +20,8 @@ double columns_of(const CombWindow& window, double width_ns) {
   return std::floor((window.last_ns() - window.first_ns()) * cells_a_width / width_ns) + 1;
 }
 
-// At most one, all of the same amplitude, so that photons differ in residual and time alone.
+// Whether no photon is near two pulses, and all pulses have the same amplitude, so that the photons
+// differ in residual and time alone.
 bool each_photon_has_one_pulse(std::span<const CombWindow> windows) {
   const double amplitude = windows.front().uniform_amplitude();
   return amplitude > 0 &&
@@ -29,7 +30,8 @@ bool each_photon_has_one_pulse(std::span<const CombWindow> windows) {
          });
 }
 
-// The nearest whole number: std::round is a call where the processor's own cannot be counted on.
+// The nearest whole number. std::round would be a call into the library, since not every processor
+// has an instruction for it.
 double whole(double x) {
   constexpr double rounder = 0x1.8p52;
   return (x + rounder) - rounder;
@@ -88,7 +90,7 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
 }
 
-// Notes which photons of each stretch may be near the line, and says how many may be in all.
+// Notes which photons of each stretch may be near the line, and returns how many these are.
 std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombWindow> windows,
                                  const PulseTrain& train) {
   const SearchKernels& kernels = best_search_kernels();
@@ -129,7 +131,8 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
   const double slope = line.travel_ns / frame.length_ns;
   const double to_32 = 0x1p32 / period_ns;
   const double turns_per_ns = 1 / period_ns;
-  // Whole 2^-32 of a period say which photons and on which turn; doubles, good to 1e-16, where.
+  // The integer phases, in 2^-32 of a period, tell which photons are near and on which turn. The
+  // residual itself comes from doubles, which are good to 1e-16.
   for (std::size_t n = 0; n < picks_[group]; ++n) {
     const std::size_t i = begin + picked_[begin + n];
     const std::uint32_t phase_32 = phase_32_[i];
@@ -142,7 +145,7 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
   }
 }
 
-// The line says when these photons left, and so in which stretch.
+// The photons of the last group: the line tells when they left, and so in which stretch.
 template <class Add>
 void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                             const PulseTrain& train, const Add& add) const {

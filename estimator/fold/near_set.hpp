@@ -11,34 +11,39 @@
 
 namespace splid {
 
-// The photons near a line's comb, as the likelihood needs them: one entry for each (photon, pulse)
-// whose residual lies in the window. Photons without an entry are background to it.
+// The photons near the pulses of a line, as the likelihood needs them: one entry for each pair of a
+// photon and a pulse whose residual lies in the window. Photons without an entry are too far from
+// every pulse, and are background to the likelihood.
+//
+// Threads: one thread for each object. Errors: none.
 struct NearSet {
-  DelayLine line;                    // the residuals' zero
-  std::vector<double> residual_ns;   // emission time less pulse time
+  DelayLine line;                    // that the residuals are taken from
+  std::vector<double> residual_ns;   // of each entry: emission time less pulse time
   std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
   std::vector<double> amplitude;     // a_p
   std::vector<std::uint32_t> first;  // entries of photon k are [first[k], first[k + 1])
-  std::vector<double> weight;        // photons that photon k stands for; 1 but after gather()
-  std::size_t far_photons = 0;       // those with no entry
-  double near_photons = 0;           // those with one, the sum of weights
+  std::vector<double> weight;        // photons that photon k stands for: 1, unless gathered
+  std::size_t far_photons = 0;       // photons without an entry
+  double near_photons = 0;           // photons with an entry: the sum of the weights
 
-  // Room for sets of up to max_entries from frames of up to max_photons without allocation.
+  // Makes room for sets of up to max_entries from frames of up to max_photons, for which collect()
+  // then allocates nothing.
   NearSet(std::size_t max_photons, std::size_t max_entries);
-  // windows: one for each stretch of the train.
+  // Takes the photons that are near the line `about`. windows: how near, for each stretch of the
+  // train.
   //
-  // gather_width_ns: a pulse width, or 0. Where very many photons are near, each of them to one
-  // pulse at most and all pulses of one amplitude, those are put together that lie within an eighth
-  // of the width of one another and a 32nd of the frame, at their mean. What the likelihood loses
-  // is 0.1 % of its information at most: the spread inside such a cell, (1/8)^2 / 12 of the
-  // pulse's.
+  // gather_width_ns: a pulse width, or 0. Where very many photons are near, each of them near one
+  // pulse at most, and all pulses have the same amplitude, photons are gathered: those in a cell of
+  // an eighth of the width and a 32nd of the frame become one photon of their weight, at their
+  // mean. This costs the likelihood 0.1 % of its information at most, by the spread inside a cell,
+  // which is (1/8)^2 / 12 of the pulse's variance.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                const PulseTrain& train, DelayLine about, double gather_width_ns = 0);
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 
  private:
-  // The cells that photons are gathered in: rows along the frame, columns across the window.
+  // The cells that photons are gathered in. Rows go along the frame, columns across the window.
   struct Cells {
     double first_ns, last_ns;  // the window
     double per_ns;             // columns

@@ -29,9 +29,9 @@ void delay_bins(std::uint32_t* __restrict cells, std::uint32_t phase,
   }
 }
 
-// Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double, so its low
-// 32 are the phase modulo a period without a conversion, which no processor before AVX-512 has for
-// vectors of 64-bit integers.
+// Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double. Its low 32
+// bits are then the phase modulo a period, without a conversion of doubles to 64-bit integers, for
+// which no processor before AVX-512 has a vector instruction.
 void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
                  const double* __restrict times, double delay, double slope, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -40,8 +40,8 @@ void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restri
   }
 }
 
-// Design note: floor() is a call without SSE 4.1; adding and taking off 1.5 * 2^52 rounds, in
-// vectors of any width.
+// Design note: without SSE 4.1, floor() is a call into the library. Adding 1.5 * 2^52 and taking it
+// off again rounds to a whole number, in vectors of any width.
 void fold(double* __restrict times_ns, double* __restrict phases_ns,
           std::uint32_t* __restrict phases_32, const std::int64_t* __restrict photons_ps,
           const SearchKernels::Fold& by, std::size_t count) {
@@ -53,7 +53,7 @@ void fold(double* __restrict times_ns, double* __restrict phases_ns,
     const double all = time_ps * per_ps - fold_by.turns_at_zero;
     double part = all - ((all + rounder) - rounder);  // -1/2 to 1/2
     part = part < 0 ? part + 1 : part;
-    part = part < 1 ? part : 0;  // -1e-17 + 1
+    part = part < 1 ? part : 0;  // -1e-17 + 1 rounds to 1
     times_ns[i] = time_ps * fold_by.ns_per_ps;
     phases_ns[i] = part * fold_by.period_ns;
     const double low = part * 0x1p32 + rounder;
@@ -61,8 +61,8 @@ void fold(double* __restrict times_ns, double* __restrict phases_ns,
   }
 }
 
-// Without a branch: a background photon is as good as never wanted, but one in twenty would be
-// guessed wrong.
+// Design note: without a branch, since the processor would guess wrong for the photons that are
+// picked, one in twenty.
 std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restrict phases,
                  const std::uint8_t* __restrict flags, int shift, std::size_t count) {
   std::size_t picked = 0;

@@ -6,8 +6,9 @@
 
 namespace splid {
 
-// The loops that the search spends its time in. All arrays are the caller's; no two overlap unless
-// said so. Every level gives the same numbers: they are integers.
+// The loops that the search spends its time in, compiled once for each vector level (see
+// vector_level.hpp). All arrays belong to the caller, and no two of them overlap. Every level gives
+// the same bits. Threads: any. Errors: none.
 struct SearchKernels {
   // out[i] = a[i] + b[i]
   void (*add)(std::uint16_t* out, const std::uint16_t* a, const std::uint16_t* b,
@@ -19,25 +20,28 @@ struct SearchKernels {
   void (*accumulate_32)(std::uint32_t* sums, const std::uint32_t* values, std::size_t count);
   std::uint16_t (*largest)(const std::uint16_t* values, std::size_t count);
   std::uint32_t (*largest_32)(const std::uint32_t* values, std::size_t count);
-  // cells[p] = the bin of delay phase - pulses[p], all in 2^-32 of a period, of `bins` in a period.
+  // cells[p] = the bin of the delay phase - pulses[p], where the period has so many `bins`. Phase
+  // and pulses are in 2^-32 of the period.
   void (*delay_bins)(std::uint32_t* cells, std::uint32_t phase, const std::uint32_t* pulses,
                      std::size_t count, std::uint32_t bins);
-  // phases[i] = folded[i] - (delay + slope * times[i]), all phases in 2^-32 of a period, wrapping.
-  // |delay + slope * times[i]| < 2^51.
+  // phases[i] = folded[i] - (delay + slope * times[i]), modulo the period. All phases are in 2^-32
+  // of a period. |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                       double delay, double slope, std::size_t count);
-  // A photon at `ps` less zero_ps is at time = that * ns_per_ps and turn = that * turns_per_ps -
-  // turns_at_zero - bend * that^2. phases[i] = the turn's part beyond a whole number, in [0, 1),
-  // times period_ns; phases_32[i] the same in 2^-32 of a period. Differences and turns are below
-  // 2^51.
+  // [P] Eq. 20 and the folding on the pattern period, for DriftCorrection. With x = photons_ps[i] -
+  // zero_ps:
+  //   times_ns[i]  = x * ns_per_ps, where ns_per_ps holds the ratio of Eq. 20
+  //   turns        = x * turns_per_ps - turns_at_zero - bend * x^2
+  //   phases_ns[i] = (turns - floor(turns)) * period_ns; phases_32[i] is that in 2^-32 of a period
+  // |x| and |turns| are below 2^51.
   struct Fold {
     std::int64_t zero_ps;
     double ns_per_ps, turns_per_ps, turns_at_zero, bend, period_ns;
   };
   void (*fold)(double* times_ns, double* phases_ns, std::uint32_t* phases_32,
                const std::int64_t* photons_ps, const Fold& by, std::size_t count);
-  // Indices, ascending, of the phases whose flags[phase >> shift] is not zero; returns their
-  // number. indices has room for count.
+  // Writes the indices of the phases whose flags[phase >> shift] is 1, in ascending order, and
+  // returns their number. indices has room for count; a flag is 0 or 1.
   std::size_t (*pick)(std::uint32_t* indices, const std::uint32_t* phases,
                       const std::uint8_t* flags, int shift, std::size_t count);
 };

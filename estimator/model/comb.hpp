@@ -9,27 +9,29 @@
 
 namespace splid {
 
-// The pulses of one pattern period as the estimator uses them: times in ns of the pattern's own
-// (calibrated) clock, in [0, period_ns), ascending; amplitudes relative.
+// The pulses of one pattern period (or of one repetition period of MRR) as the estimator uses them:
+// in ns of the pattern's own, calibrated clock.
 struct Comb {
   double period_ns = 0;
-  std::vector<double> times_ns;
-  std::vector<double> amplitudes;
+  std::vector<double> times_ns;    // in [0, period_ns), ascending
+  std::vector<double> amplitudes;  // one for each time, relative, > 0
   double total_amplitude = 0;
   double closest_ns = 0;  // smallest distance between two pulses, around the period's end too
   bool uniform = true;    // all amplitudes alike
 
-  // Pulses of amplitude zero are left out: they are not there.
+  // segment: valid. Pulses of amplitude zero are left out.
   explicit Comb(const PatternSegment& segment);
 };
 
-// Shifts in (0, period) by which at least 70 % of the comb's light falls on its own pulses again,
-// to within tolerance_ns: delays that a frame can take for the right one. None for random patterns
-// and for interleaved ones (which fit themselves by half). Ascending.
+// The comb's near copies: shifts in (0, period), ns, ascending, by which at least 70 % of the
+// comb's light falls on its own pulses again, to within tolerance_ns. A frame can take a delay that
+// is off by such a shift for the right delay. Random patterns have none, and interleaved patterns,
+// of which half of the light falls on itself, have none either.
 std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns);
 
-// For a phase in [0, period) the pulses whose windows [t_p + first, t_p + last] it may lie in,
-// found by one table look-up. Pulses beyond the period's ends are there too, at t_p + m period.
+// Finds, for a phase in [0, period), the pulses p whose windows [t_p + first, t_p + last] the phase
+// may lie in, by one look into a table. Pulses of the periods before and after are among them, at
+// t_p + m period.
 //
 // Threads: const, any. Memory: 9 bytes a bucket, at most 288 KiB.
 class CombWindow {
@@ -41,23 +43,24 @@ class CombWindow {
     double time_ns;
     double amplitude;
   };
-  // phase_32: in 2^-32 of a period.
+  // The pulses near a phase; a few of them may still lie outside their window. phase_32: the phase
+  // in 2^-32 of a period.
   [[nodiscard]] std::span<const Pulse> candidates(std::uint32_t phase_32) const {
     const Range range = buckets_[phase_32 >> shift_];
     return {pulses_.data() + range.begin, range.count};
   }
-  // Of a candidate: which of the comb's pulses it is.
+  // Which of the comb's pulses a candidate is.
   [[nodiscard]] std::size_t index_of(const Pulse& pulse) const {
     return static_cast<std::size_t>(&pulse - pulses_.data()) % pulses_a_period_;
   }
-  // flags()[phase_32 >> shift()]: 1 where candidates() has any, else 0.
+  // flags()[phase_32 >> shift()] is 1 where candidates(phase_32) has any pulse, else 0.
   [[nodiscard]] const std::uint8_t* flags() const { return flags_.data(); }
   [[nodiscard]] int shift() const { return shift_; }
   [[nodiscard]] double first_ns() const { return first_ns_; }
   [[nodiscard]] double last_ns() const { return last_ns_; }
-  // Of all pulses, or 0 where they differ.
+  // The amplitude that all pulses have, or 0 where they differ.
   [[nodiscard]] double uniform_amplitude() const { return uniform_amplitude_; }
-  // The most pulses that any phase has.
+  // The largest number of candidates that any phase has.
   [[nodiscard]] std::size_t max_overlap() const { return max_overlap_; }
 
  private:
@@ -71,7 +74,7 @@ class CombWindow {
   double uniform_amplitude_;
   std::size_t max_overlap_ = 0;
   std::size_t pulses_a_period_;
-  std::vector<Pulse> pulses_;  // ascending in time, with copies at whole periods around
+  std::vector<Pulse> pulses_;  // ascending in time, with their copies in the periods around
   std::vector<Range> buckets_;
   std::vector<std::uint8_t> flags_;
 };

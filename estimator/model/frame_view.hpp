@@ -8,13 +8,15 @@
 
 namespace splid {
 
-// One frame as the estimator sees it: a view, nothing owned.
+// One frame as the estimator sees it: the input of FrameEstimator and of the calibration. It owns
+// nothing; the framer owns the tags. All times are in ps of the tagger's clock.
 struct FrameView {
-  std::int64_t start_ps = 0;                 // tagger's clock
+  std::int64_t start_ps = 0;
   std::int64_t end_ps = 0;                   // > start_ps
   std::span<const std::int64_t> photons_ps;  // in [start_ps, end_ps), any order
-  std::span<const Loss> losses;              // clipped to the frame, sorted, not overlapping
-  SyncFit sync;                              // must be locked for an estimate
+  std::span<const Loss> losses;  // clipped to the frame, sorted, not overlapping: the time that
+                                 // the frame did not see
+  SyncFit sync;                  // the pattern's clock; without a lock there is no estimate
 };
 
 }  // namespace splid

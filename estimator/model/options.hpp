@@ -8,9 +8,17 @@
 
 namespace splid {
 
+// The options of the estimator, one structure for each section of the configuration. Their
+// describe() names every key with its bounds; the configuration's reader, its schema, its manual
+// and its error messages come from there.
+
+// Whether the target may move. automatic: the photons decide, frame by frame.
 enum class Motion { static_target, moving, automatic };
+// search: this project's own method. paper: that of [P], for comparison.
 enum class Method { search, paper };
+// How often the search halves its steps while nothing significant shows: not, once, twice.
 enum class Effort { fast, balanced, exhaustive };
+// The detected pulse: a gaussian, or the table of a calibrated pattern.
 enum class Shape { gaussian, tabulated };
 
 const char* to_string(Effort effort);
@@ -18,29 +26,29 @@ const char* to_string(Effort effort);
 // What the scene may hold. JSON: `scene`.
 struct SceneOptions {
   Motion motion = Motion::moving;
-  double max_speed_mps = 150;  // |v| searched
-  double range_offset_m = 0;   // of the instrument: subtracted from each distance
+  double max_speed_mps = 150;  // speeds up to this are searched, towards and away
+  double range_offset_m = 0;   // the instrument's own, which is subtracted from each distance
   void describe(OptionVisitor& visitor);
 };
 
-// JSON: `estimator`.
+// How a frame is estimated, and when an estimate is believed. JSON: `estimator`.
 struct EstimatorOptions {
   Method method = Method::search;
   Effort effort = Effort::balanced;
-  bool tracked = false;            // a frame first looks where the one before found its target
-  double false_alarm_rate = 1e-3;  // frames without a target that claim one
-  double range_risk = 1e-3;        // chance of a wrong range above which a frame is ambiguous
+  bool tracked = false;            // a frame first looks where the last frame found its target
+  double false_alarm_rate = 1e-3;  // share of the frames without a target that claim a target
+  double range_risk = 1e-3;        // risk of a wrong range above which a frame is ambiguous
   void describe(OptionVisitor& visitor);
 };
 
-// JSON: `pulse`. The shape of the detected pulse about its time.
+// The shape of the detected pulse about its time. JSON: `pulse`.
 struct PulseOptions {
   Shape shape = Shape::gaussian;
-  double sigma_ps = 100;  // of a gaussian
+  double sigma_ps = 100;  // standard deviation of a gaussian
   void describe(OptionVisitor& visitor);
 };
 
-// JSON: `drift`.
+// How the drift of the pattern's clock is measured. JSON: `drift`.
 struct DriftOptions {
   DriftMethod method = DriftMethod::regression;
   void describe(OptionVisitor& visitor);

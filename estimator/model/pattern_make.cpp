@@ -78,7 +78,8 @@ Pattern of_one_segment(Mode mode, double period_ps, std::vector<double> times_ps
   return pattern;
 }
 
-// Uniform in [0, bound), the same on every platform, which the library's distributions are not.
+// Uniform in [0, bound), with the same numbers on every platform, which the distributions of the
+// standard library do not promise.
 std::uint64_t draw_below(std::mt19937_64& random, std::uint64_t bound) {
   const std::uint64_t fair = std::mt19937_64::max() - std::mt19937_64::max() % bound;
   std::uint64_t drawn = random();
@@ -121,10 +122,10 @@ Pattern make_interleaved(std::span<const double> subperiods_ps) {
   return pattern;
 }
 
-// Design note: throwing darts and keeping those that fit does not end when 40 pulses of 9 ns share
-// 400 ns. Instead the spare time, period less pulses times spacing, is cut at pulses - 1 uniform
-// places (sorted), and the spacing is put back between: every allowed set is equally likely, in one
-// go, at any density.
+// Design note: drawing pulse by pulse, and drawing again where two are too close, does not end when
+// 40 pulses of 9 ns share 400 ns. Instead the spare time (the period less the number of pulses
+// times the spacing) is cut at uniformly drawn, sorted places, and the spacing is put back between
+// them. Every allowed set is then equally likely, at any density, without drawing twice.
 Pattern make_random(const RandomPatternOptions& options) {
   const std::int64_t period_ps = whole_ps(options.period_ps);
   check_pulses(options.pulses);

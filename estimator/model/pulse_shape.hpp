@@ -9,42 +9,45 @@
 
 namespace splid {
 
-// h and its first two derivatives at n offsets; each array has n values.
+// Where h and its first two derivatives at n offsets go; each array has n values.
 struct ShapeValues {
   std::span<double> h;   // 1/ns
   std::span<double> d1;  // 1/ns^2
   std::span<double> d2;  // 1/ns^3
 };
 
-// The detected pulse: density h of a photon's arrival about its pulse's time, integral 1 ([P] Eq.
-// 1).
+// The detected pulse: the density h of a photon's arrival about its pulse's time, of integral 1
+// ([P] Eq. 1).
 //
 // Threads: const, any. Errors: none; h is 0 and log_h -infinity outside the support of a table.
 class PulseShape {
  public:
   virtual ~PulseShape() = default;
-  // values.h.size() >= offsets_ns.size(), likewise d1 and d2.
+  // Each array of values must be at least as long as offsets_ns.
   virtual void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const = 0;
-  // log h, good where h itself underflows (a gaussian beyond 38 sigma).
+  // The logarithm of h; it holds where h itself underflows (a gaussian beyond 38 sigma), too.
   [[nodiscard]] virtual double log_h(double offset_ns) const = 0;
-  // Beyond these offsets h is below 1e-22 of its peak (a gaussian at 10 sigma) or zero. With the
-  // background free, a photon is better explained by it from about 6 sigma on.
+  // Outside [first_ns, last_ns] h is zero, or below 1e-22 of its peak (a gaussian at 10 sigma).
+  // From about 6 sigma on the background explains a photon better than the pulse does.
   [[nodiscard]] virtual double first_ns() const = 0;  // < last
   [[nodiscard]] virtual double last_ns() const = 0;
-  // Width that sets the steps of searches: standard deviation of a gaussian with the same peak.
+  // The width that sets the steps of searches: the standard deviation of a gaussian whose peak is
+  // as high.
   [[nodiscard]] virtual double width_ns() const = 0;
+  // Where the peak is, from the pulse's time.
   [[nodiscard]] virtual double peak_offset_ns() const = 0;
 };
 
 // sigma_ns > 0.
 std::unique_ptr<PulseShape> make_gaussian(double sigma_ns);
 
-// Interpolates the table by a quadratic B-spline through its density, so that the derivatives that
-// refinement needs are continuous. Normalised here. Errors: none for a valid table.
+// A shape that interpolates the table by a quadratic B-spline, so that h' is continuous, as the
+// refinement needs. The table is scaled to an integral of 1. Errors: none for a valid table.
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table);
 
-// The three pieces of a quadratic B-spline that overlap at a place: what the coefficients before,
-// at and after the nearest knot weigh there. offset: from that knot, in steps, -1/2 to 1/2.
+// The weights of a quadratic B-spline's coefficients at a place: of the coefficient at the nearest
+// knot, and of those before and after it. offset: of the place from that knot, in steps, -1/2 to
+// 1/2.
 struct SplineWeights {
   double before, at, after;  // sum 1
 

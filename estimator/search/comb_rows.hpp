@@ -11,53 +11,57 @@
 
 namespace splid {
 
-// How finely a frame is cut for one search.
+// How finely a frame is cut for one search: delay bins by slices of time.
 struct SearchGrid {
   std::uint32_t bins = 1;    // delay bins in the train's circle
-  std::uint32_t slices = 1;  // power of two; 1: the target does not move
+  std::uint32_t slices = 1;  // a power of two; 1 for a target at rest
   double bin_ns = 0;
 
-  // bin_ns: the widest wanted; max_travel_ns: largest |g t_a| over a frame, 0 for a target at rest;
-  // multiple_of: what would be a good divisor of `bins`, kept where it costs no more than half as
-  // many bins again.
+  // The grid for a circle of delays. bin_ns: the widest bins wanted. max_travel_ns: the largest
+  // |g t_a| over a frame, 0 for a target at rest. multiple_of: a good divisor of `bins`, which is
+  // kept to where this costs no more than half as many bins again.
   static SearchGrid cover(double circle_ns, double bin_ns, double max_travel_ns,
                           std::uint32_t multiple_of = 1);
   [[nodiscard]] std::size_t cells() const { return std::size_t{bins} * slices; }
 };
 
-// Correlates slices of a frame with the pulse train: row s, bin d counts the photons of slice s
-// that a target with the delay of bin d explains. Amplitudes are not looked at.
+// Correlates slices of a frame with the pulse train: bin d of row s counts the photons of slice s
+// that a target with the delay of bin d explains. Amplitudes do not count.
 //
-// A comb is taken apart into periodic parts where it is made of such (interleaved ones are, and
-// each stretch of MRR trains): a photon is then counted once a part, in a row of one of the part's
-// periods, which is laid side by side afterwards. Other combs count it at each pulse, or their rows
-// are shifted and added, whichever is less work.
+// A comb that is made of periodic parts is taken apart into them, as interleaved combs and the
+// stretches of MRR trains are. A photon is then counted once for each part, in a row that is one
+// period of the part long; copies of that row side by side make the whole row. With other combs a
+// photon is counted once for each pulse, or rows of photons are shifted and added pulse by pulse,
+// whichever is less work.
 //
-// Threads: one an object (scratch). No allocation after construction.
+// Threads: one thread for each object, which holds scratch. Errors: none. No allocation after
+// construction.
 class CombRows {
  public:
   CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels);
 
-  // Bins in the circle of which this many, or a multiple, fit all periodic parts.
+  // A number of bins in the circle that is good for all periodic parts: with it, or with a multiple
+  // of it, every part's period is a whole number of bins.
   [[nodiscard]] std::uint32_t fitting_bins() const;
 
-  // Takes a frame cut into slices, its photons moved back along lines of this travel.
+  // Cuts a frame into slices, and moves its photons back along lines of this travel.
   void load(const FoldedFrame& frame, double travel_ns, std::uint32_t slices);
 
-  // The most photons that a cell can hold once filled, in one slice and in all together.
+  // The most photons that a cell can hold once the rows are filled, in one slice and over all
+  // slices.
   [[nodiscard]] double most_in_slice(double bin_ns) const;
   [[nodiscard]] double most_in_frame(double bin_ns) const;
 
-  // Fills grid.slices rows of grid.bins; histogram and parts are scratch of the same size. Count:
-  // std::uint16_t, if most_in_slice() is below 65536, or std::uint32_t.
+  // Fills grid.slices rows of grid.bins. histogram and parts are scratch of the same size. Count is
+  // std::uint16_t where most_in_slice() is below 65536, else std::uint32_t.
   template <class Count>
   void fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
 
  private:
   struct Part {
-    std::uint32_t turns = 1;               // of the part in its comb's period
-    std::uint32_t copies = 1;              // of the part in the circle
-    bool taken_off = false;                // pulses that two other parts have both counted
+    std::uint32_t turns = 1;   // periods of the part in the period of its comb
+    std::uint32_t copies = 1;  // periods of the part in the circle
+    bool taken_off = false;    // subtracted: its pulses are in two other parts, so they count twice
     std::vector<std::uint32_t> pulses_32;  // in 2^-32 of the part's period
     std::vector<std::uint32_t> circle_32;  // every copy of every pulse, in 2^-32 of the circle
   };
@@ -80,12 +84,12 @@ class CombRows {
   const SearchKernels& kernels_;
   std::vector<std::vector<Part>> parts_;  // of each stretch
   const FoldedFrame* frame_ = nullptr;
-  double slope_ = 0;  // of the lines that photons were moved back along
+  double slope_ = 0;  // of the lines that the photons were moved back along
   const std::uint32_t* phase_32_ = nullptr;
-  std::vector<std::uint32_t> moved_;     // scratch: phases, one a photon
-  std::vector<std::uint32_t> slice_;     // one a photon
-  std::vector<std::uint32_t> in_slice_;  // photons
-  std::vector<std::uint32_t> cells_;     // scratch: one a pulse
+  std::vector<std::uint32_t> moved_;     // scratch: the phase of each photon
+  std::vector<std::uint32_t> slice_;     // of each photon
+  std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
+  std::vector<std::uint32_t> cells_;     // scratch: one value for each pulse
 };
 
 }  // namespace splid

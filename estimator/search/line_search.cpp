@@ -12,10 +12,10 @@
 namespace splid {
 namespace {
 
-// Design note: the tree is gone through in blocks of delay bins so small that all their lines stay
-// in the second cache (two times 512 KiB of 16-bit counts); each block looks at as many bins more
-// as the fastest target moves. Over the whole circle at once a search of 15,120 bins in 256 slices
-// takes three times as long.
+// Design note: the tree works on blocks of delay bins that are so small that all lines of a block
+// stay in the second-level cache (two times 512 KiB of 16-bit counts). Each block looks at as many
+// bins more as the delay of the fastest target travels. Over the whole circle at once, a search of
+// 15,120 bins in 256 slices takes three times as long.
 constexpr std::size_t block_lines_cells = std::size_t{1} << 18;
 constexpr std::size_t least_block_bins = 256;
 
@@ -39,7 +39,7 @@ struct Kernels<std::uint32_t> {
   static auto largest(const SearchKernels& k) { return k.largest_32; }
 };
 
-// Copies `width` bins of a row from first_bin on, around the circle as often as that takes.
+// Copies `width` bins of a row from first_bin on, going around the circle as often as that takes.
 template <class Count>
 void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t width,
                  std::size_t bins) {
@@ -60,7 +60,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
     : train_(train), kernels_(search_kernels(level)), rows_(train, max_photons, kernels_) {
   for (const SearchGrid& grid : grids) {
     buffer_cells_ = std::max(buffer_cells_, grid.cells());
-    // The most lines that a travel limit can ask for.
+    // The number of lines that the largest limit of travel asks for.
     const std::size_t most = grid.slices - 1;
     for (const std::size_t lines : {most, std::size_t{0}}) {
       const std::size_t width = block_bins(grid, lines) + most;
@@ -76,7 +76,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
 template <class Count>
 Count* LineSearch::buffer(std::size_t which) {
   static_assert(std::is_same_v<Count, std::uint32_t> || std::is_same_v<Count, std::uint16_t>);
-  // Either count type lives in the same memory; rows are written before they are read.
+  // Both types of count use the same memory; rows are written before they are read.
   return reinterpret_cast<Count*>(memory_.data() + which * buffer_cells_);
 }
 
@@ -121,11 +121,11 @@ void LineSearch::search(const Count* rows, const SearchGrid& grid, double max_tr
   }
 }
 
-// Adds the slices along all lines that travel 0, 1, ... most bins from the first slice to the last
-// and start in the block's bins; for a negative sign the slices are taken in the other order.
+// Adds the slices along all lines that start in the block's bins and travel 0, 1, ... `most` bins
+// from the first slice to the last. For a negative sign the slices are taken in the other order.
 //
-// A line of j bins over 2n slices is one of floor(j/2) over the first n and one of floor(j/2) over
-// the last n that starts ceil(j/2) further on.
+// A line that travels j bins over 2n slices is made of two lines that travel floor(j/2) bins: one
+// over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
 template <class Count>
 void LineSearch::search_block(const Count* rows, const SearchGrid& grid, std::size_t most,
                               std::size_t first_bin, int sign) {
@@ -153,7 +153,7 @@ void LineSearch::search_block(const Count* rows, const SearchGrid& grid, std::si
     std::swap(in, out);
   }
   const auto largest = Kernels<Count>::largest(kernels_);
-  // Travel 0 is in both signs: look at it once.
+  // Lines without travel come up with both signs, and are looked at with the first.
   for (std::size_t j = sign > 0 ? 0 : 1; j <= most; ++j) {
     const Count* row = in + j * width;
     if (best_.size() < max_cells || largest(row, count) > best_.back().count) {
@@ -169,8 +169,8 @@ void LineSearch::keep_best(const Count* row, std::size_t count, const SearchGrid
   for (std::size_t d = 0; d < count; ++d) {
     const std::uint32_t least = best_.size() < max_cells ? 0 : best_.back().count;
     if (row[d] <= least) continue;
-    // The bin is where the line crosses the middle of its first slice (of the last, if the travel
-    // is negative); it is travel_bins further on in the last (first).
+    // d is the bin in which the line crosses the middle of the first slice, or of the last slice
+    // where the travel is negative. At mid-frame the line is half of travel_bins further on.
     const double bin = static_cast<double>(first_bin + d) + 0.5 + std::abs(travel_bins) / 2.0;
     const double delay_ns = bin * grid.bin_ns;
     const double turn = std::floor(delay_ns / train_.circle_ns);
@@ -183,8 +183,8 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
   const auto same_target = [&](const SearchCell& other) {
     double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);
-    // A line through a target's photons at the wrong travel holds some of them in each of its bins:
-    // the target shows as a bow tie, as wide in delay as half the travel's error.
+    // A line with a wrong travel still crosses a target's photons and counts some of them. In the
+    // plane the target shows as a bow tie, which is as wide in delay as half the travel's error.
     const double off = std::abs(cell.line.travel_ns - other.line.travel_ns);
     return off < 16.2 * bin_ns && apart < 2.2 * bin_ns + off / 2;
   };

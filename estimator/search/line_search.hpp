@@ -11,44 +11,48 @@
 
 namespace splid {
 
-// A cell of the search plane: photons that lie along one line, one delay bin wide.
+// A cell of the plane of delay and travel: the number of photons along a line that is one delay bin
+// wide.
 struct SearchCell {
   DelayLine line;
   std::uint32_t count = 0;
 };
 
-// A delay of a known travel: photons in its bin, and with those in the fuller of its two
-// neighbours.
+// A delay for a known travel: the number of photons in its bin, and that number together with the
+// fuller of the two neighbouring bins.
 struct DelayCell {
   double delay_ns = 0;
   std::uint32_t count = 0;
   std::uint32_t with_neighbour = 0;
 };
 
-// Searches all delays and all travels up to a limit at once: the frame is cut into slices so short
-// that the fastest target moves one bin in each, every slice's photons are correlated with the
-// pulse train, and a Taylor tree adds the slices along all straight lines, log2(slices) passes of
-// plain additions (Taylor 1974, for pulsar de-dispersion).
+// Searches all delays, and all travels up to a limit, at once. The frame is cut into slices so
+// short that the delay of the fastest target travels one bin in each. The photons of each slice are
+// correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
+// lines, in log2(slices) passes of plain additions. Source: Taylor 1974, for the de-dispersion of
+// pulsars.
 //
-// Cost: CombRows' and 2 bins * slices * log2(slices) additions. Threads: one an object. No
-// allocation in run() and best_delays().
+// Cost: that of CombRows, and 2 bins * slices * log2(slices) additions. Threads: one thread for
+// each object. Errors: none. No allocation in run() and best_delays().
 class LineSearch {
  public:
   static constexpr std::size_t max_cells = 16;
 
-  // grids: all that run() and best_delays() will be given.
+  // train: outlives this. grids: all grids that run() and best_delays() will be given.
   LineSearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
              VectorLevel level = best_vector_level());
 
-  // The best cells, most photons first, none in the bow tie that a better one's photons make. Lines
-  // with |travel| above max_travel_ns (and a bin) are left out. Valid until the next run.
+  // The best cells, those with the most photons first. Lines whose |travel| is above max_travel_ns
+  // (and a bin) are left out, and so are cells in the bow tie that the photons of a better cell
+  // make (see keep()). Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
                                   double max_travel_ns);
 
   static constexpr std::size_t max_delays = 4;
-  // The best delays for a known travel, in a grid of one slice: a look at all delays at once, for
-  // patterns whose combs partly fit themselves at other delays (interleaved ones fit by half). Most
-  // photons first, at least four bins apart. Valid until the next call.
+  // The best delays for a known travel, those with the most photons first and at least four bins
+  // apart, in a grid of one slice. It is a look at all delays at once, for patterns that partly
+  // fall on themselves at other delays, as half of an interleaved pattern does. Valid until the
+  // next call.
   std::span<const DelayCell> best_delays(const FoldedFrame& frame, double travel_ns,
                                          const SearchGrid& grid);
 

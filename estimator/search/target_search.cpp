@@ -9,43 +9,48 @@
 namespace splid {
 namespace {
 
-// Design note: measured in the trial of the search: bins of 10, 5 and 2.5 pulse widths find a
-// target of 1/7, 1/9 and less of [P]'s signal in [P]'s background without a wrong peak. A level is
-// only looked at when the one before it found nothing significant.
+// Design note: in [P]'s background, bins of 10 pulse widths find a target of 1/7 of [P]'s signal
+// without a wrong peak, bins of 5 widths one of 1/9, and bins of 2.5 widths one that is weaker
+// still. A level is only looked at where the level before it found nothing significant.
 constexpr double level_widths[] = {10, 5, 2.5};
 constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20,
                                        std::size_t{1} << 22};
 
-constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // a tenth of a millisecond
+constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a millisecond
 
-// A gain this far above the threshold ends the search: e^-6 of the false-alarm rate.
+// A gain this far above the threshold ends the search: noise reaches it in e^-6 of the frames in
+// which it reaches the threshold.
 constexpr double settled_margin_nats = 6;
 
-// A gain this far above it tells a target's peak from the shoulders that its comb makes, which have
-// two thirds of it at most; in weaker frames every cell is tried.
+// A gain this far above the threshold tells a target's peak from its shoulders, which are the
+// delays at which the comb falls on itself in part: they gain two thirds of the peak's gain at
+// most. In weaker frames every cell is tried.
 constexpr double shoulder_margin_nats = 60;
 
-// Peaks that are below the best one by so much more than the least odds do not count against it.
+// Peaks that are further below the best one than the least odds and this margin do not count
+// against its range.
 constexpr double rival_margin_nats = 3;
 
-// Design note: of a million photons 65,536 are searched in 3 ms instead of 20. A target that is
-// 30 nats above the threshold in them is no chance, nor taken for a shoulder of its own.
+// Design note: to search 65,536 of a million photons takes 3 ms instead of 20. A target that stands
+// 30 nats above the threshold in such a sample is not there by chance, and is not mistaken for one
+// of its own shoulders.
 constexpr std::size_t sampled_photons = 65536;
 constexpr std::size_t sampled_from = 3 * sampled_photons;
 constexpr double sample_margin_nats = 30;
 
-// Design note: few photons make many cells alike and each costs little; of 19 signal photons eight
-// cells miss the best maximum in 0.03 % of frames, sixteen in none of 6,000. Of a million photons a
-// zoom costs 3 ms.
+// Design note: with few photons many cells are alike, and each costs little. With 19 signal
+// photons, eight cells miss the best maximum in 0.03 % of the frames, sixteen cells in none of
+// 6,000. With a million photons a single zoom costs 3 ms.
 std::size_t cells_tried(std::size_t photons) {
   if (photons < 4096) return LineSearch::max_cells;
   return photons < 131072 ? 8 : 4;
 }
 
-// Copies of a comb are copies of one another: each is climbed once.
+// Near copies of a comb have near copies of their own, which lead back to the same delays. Each
+// delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
 
-// A maximum that has surely so much less gain than the best is left on the way up.
+// A climb is given up where it surely ends so much below the best maximum.
 constexpr double left_behind_nats = 60;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
@@ -58,12 +63,12 @@ std::uint32_t fitting_bins(const PulseTrain& train) {
 
 SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t level,
                       double max_travel_ns) {
-  // Wider than half the pulses' spacing, a cell would take a pulse's neighbour for the pulse; but
-  // pulses that overlap are one to the search.
+  // A cell that is wider than half the pulses' spacing takes a pulse's neighbour for the pulse.
+  // Only where pulses overlap are they one to the search.
   const double widest_ns = std::max(train.closest_ns / 2, level_widths[2] * width_ns);
   const double wanted_ns = std::min(widest_ns, level_widths[level] * width_ns);
   const std::uint32_t fitting = fitting_bins(train);
-  // Short frames have few cells however fine: then the finest cost nothing.
+  // A short frame has few cells, however fine they are, so that the finest cells cost nothing.
   double bin_ns = std::min(wanted_ns, level_widths[2] * width_ns);
   while (true) {
     const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_travel_ns, fitting);
@@ -101,7 +106,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
 
 std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& scope) const {
   std::vector<Level> made;
-  // At rest the finest level is a single row of bins: nothing is gained by a coarser one.
+  // For a target at rest the finest level is a single row of bins, so that a coarser level saves
+  // nothing.
   const std::size_t first = moving_ ? 0 : std::size(level_widths) - 1;
   const std::size_t end = moving_ ? levels_of(scope.effort) : std::size(level_widths);
   for (std::size_t level = first; level < end; ++level) {
@@ -127,7 +133,7 @@ std::size_t TargetSearch::widest_level_overlap() const {
   return overlap;
 }
 
-// A comb of several pulses, or of several periods, fits itself in part at other delays.
+// Whether there are delays at which the train falls on itself in part.
 bool TargetSearch::has_shoulders() const {
   return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
 }
@@ -141,7 +147,8 @@ std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
   return find_in(frame, most);
 }
 
-// A target that shows plainly in a part of the photons is found by that part, and refined on all.
+// A target that shows plainly in a sample of the photons is found by the sample, and then refined
+// with all photons.
 std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   sample_.take_every(frame.size() / sampled_photons, frame);
   const std::optional<Fit> found = find_at_level(sample_, levels_.front());
@@ -182,7 +189,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
     }
     const ZoomResult zoomed = zoom_into(photons, level, cell.line);
     const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed.count, zoomed.box_ns)};
-    // What is surely a target settles the other cells.
+    // A cell that surely holds a target is climbed at once, since it settles most of the others.
     if (spot.box_gain_nats > threshold_nats_ + settled_margin_nats) {
       climb_from(spot);
     } else {
@@ -199,16 +206,16 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
 }
 
 ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line) {
-  // The search sees where the photons are; a pulse may have its peak beside its time. A delay
-  // beyond the circle would have photons leave in a stretch before the right one.
+  // The search sees where the photons are, and a pulse may have its peak beside its time. A delay
+  // outside the circle is brought back, as it would put the photons into the wrong stretch.
   line.delay_ns -= shape_.peak_offset_ns();
   line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
   near_.collect(photons, level.windows, train_, line);
   return zoom_.find(near_, level.reach_ns, moving_);
 }
 
-// Log-likelihood ratio of a box that counts n photons where the background has m: what a pulse that
-// fills it evenly gains.
+// The gain of a box pulse: the log-likelihood ratio for a box that holds `count` photons where the
+// background has `expected` of them.
 double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                    double box_ns) const {
   const double all = static_cast<double>(photons.size());
@@ -217,11 +224,14 @@ double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t cou
   return n > expected ? n * std::log(n / expected) - (n - expected) : 0.0;
 }
 
-// Design note: a box of four widths gains 0.75 to 0.9 of what the pulse itself does; a fit that
-// gains half as much again and six nats more has not been seen in 10,000 frames.
+// The most that a fit in a box of this gain may reach.
+//
+// Design note: a box of four widths gains 0.75 to 0.9 of what the pulse itself gains. A fit that
+// gains more than 1.5 times the box's gain and six nats was not seen in 10,000 frames.
 double TargetSearch::most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
 
-// What is worth a climb beside the best peak so far: a better one, or a rival of one that counts.
+// The least gain that is worth a climb beside the best peak so far: that of a peak which may be
+// better, or, where the best peak is significant, of one which counts against its range.
 double TargetSearch::least_gain_nats(const Fit& best) const {
   return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
 }
@@ -238,10 +248,10 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
   return climb(photons, exposure, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
-// A comb fits itself in part at other delays: an interleaved one by half of its pulses, a nearly
-// even one by all of them and not quite. Where the best cell was such a shoulder, the peak has the
-// same travel; a near copy's own copies may be better again. What is no better counts against the
-// best one's range.
+// Tries the delays at which the comb falls on itself: an interleaved comb does so with half of its
+// pulses, a nearly even comb with all of them, but not quite. Where the best cell was at such a
+// shoulder, the peak has the same travel and another delay, and a near copy may have a near copy
+// that is better again. Every delay that is no better counts against the range of the best one.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best) {
   constexpr int most_steps = 8;
@@ -253,7 +263,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
-      // The best one itself.
+      // This is the best peak itself.
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
     } else {
@@ -278,7 +288,8 @@ void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
-// Whether a delay has been looked at since tried_ns_ was cleared, to within what a zoom settles.
+// Whether a delay has been tried since tried_ns_ was cleared, to within what a zoom corrects. Notes
+// the delay as tried.
 bool TargetSearch::is_tried(double delay_ns) {
   const bool is = std::any_of(tried_ns_.begin(), tried_ns_.end(), [&](double tried_ns) {
     return std::abs(std::remainder(delay_ns - tried_ns, train_.circle_ns)) < shape_.width_ns();
@@ -287,8 +298,9 @@ bool TargetSearch::is_tried(double delay_ns) {
   return is;
 }
 
-// No fit in a cell of so many photons gains more, even if all those beyond the background's mean
-// (and three deviations) are signal, in this cell and in three neighbours that share it.
+// The gain that no fit in a cell of so many photons exceeds. It takes all photons beyond the
+// background's mean, and three deviations more, as signal, and allows for three neighbouring cells
+// with as many.
 double TargetSearch::best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                         const SearchGrid& grid, const Exposure& exposure) const {
   const double all = static_cast<double>(photons.size());
@@ -299,8 +311,9 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
   return signal * std::log1p(signal / exposure.amplitude * peak_density / background);
 }
 
-// A target that is surely there shows at the delays where its comb fits itself in part, with its
-// own travel. recheck_delay() looks at all of those at once.
+// Whether a line may be a shoulder of the best peak: a target that is surely there shows at all
+// delays at which the comb falls on itself in part, with the travel of the peak. recheck_delay()
+// looks at all of these delays at once.
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
   return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
          std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;

@@ -15,56 +15,66 @@
 #include "estimator/search/line_search.hpp"
 #include "estimator/search/zoom.hpp"
 
+// The room search/ finds the line that most photons of a frame lie on, among all delays and all
+// travels. Open this file first. Its parts:
+//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
+//   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
+//   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
+//   zoom.hpp            from a cell down to a place where the likelihood has a single hill
+
 namespace splid {
 
 // What is looked for, and how hard.
 struct SearchScope {
   double frame_length_ns = 0;  // nominal
   double max_travel_ns = 0;    // largest |g t_a| over such a frame; 0: the target is at rest
-  double threshold_nats = 0;   // gain over no target that is significant
+  double threshold_nats = 0;   // gain over no target from which on it is significant
   SearchVolume volume;         // delays told apart and travels possible, for the odds
-  double least_odds_nats = 0;  // of a range that is known: what may be a rival is looked at
+  double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;  // a comb that nearly fits itself at another delay is to be told apart
+  bool near_copies = true;  // whether delays at which the comb nearly falls on itself are tried
 };
 
-// Finds a frame's target: searches all delays and travels, coarse at first and finer only where
-// that has shown nothing significant, zooms into the best cells and climbs to the best of their
-// maxima.
+// Finds a frame's target. All delays and travels are searched, with coarse cells at first and with
+// finer cells only while nothing significant shows. The search zooms into the best cells and climbs
+// to the maximum of the likelihood from each that may be the best.
 //
-// Threads: one an object. Errors: none. No allocation in the calls for frames of up to max_photons.
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
 class TargetSearch {
  public:
-  // A zoom reaches at least so many pulse widths in delay, and twice as far in travel: a comb's
-  // near copies, and what travel makes up for, are within.
+  // A zoom reaches at least so many pulse widths in delay, and twice as far in travel. A near copy
+  // of the comb, and the wrong travel that makes up for its difference, are within that.
   static constexpr double least_reach_widths = 8;
 
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
 
-  // The best maximum found; empty where no cell held a photon. most: no level beyond this effort.
+  // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
+  // are left out.
   std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
-  // The maximum within a coarse search cell of a line, and nothing else.
+  // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
-  // What find_near() left out: the best of a fit and of all delays that its comb can be taken for.
+  // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
+  // result is the best of them and the fit.
   Fit look_beside(const FoldedFrame& frame, const Fit& fit);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
   // The maximum near a line for a target that may move.
   Fit fit_moving(const FoldedFrame& frame, DelayLine line);
-  // What the likelihood says of a target found otherwise.
+  // What the likelihood says of a target that was found by other means.
   Fit judge(const FoldedFrame& frame, const FrameParameters& at);
-  // How sure a fit's range is (see RangeOdds), given what the last find(), or find_near() and
-  // look_beside(), came by.
-  // Of a sampled frame those of the sample.
+  // How sure a fit's range is, in nats (see RangeOdds), against the peaks that the last find(), or
+  // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
+  // photons, the odds are not above those of the sample.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
 
  private:
-  // One way of looking: its grid, and the windows that a zoom into one of its cells needs.
+  // One size of cells, and the windows that a zoom into such a cell needs.
   struct Level {
     SearchGrid grid;
     double reach_ns;
-    std::vector<CombWindow> windows;  // one a stretch
+    std::vector<CombWindow> windows;  // one for each stretch
   };
   // Where a zoom into a cell has ended.
   struct Spot {
@@ -100,20 +110,20 @@ class TargetSearch {
   const PulseTrain& train_;
   const PulseShape& shape_;
   double threshold_nats_;
-  double rival_nats_;  // as far below the best peak another one counts
-  double max_slope_;   // of a line: the largest g
+  double rival_nats_;  // peaks that are no further below the best one than this count against it
+  double max_slope_;   // the largest g of a line
   bool moving_;
   std::vector<Level> levels_;
-  SearchGrid recheck_;             // three widths: a pulse fills one or two bins
+  SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
-  FoldedFrame sample_;             // of very many photons
+  FoldedFrame sample_;             // of a frame with very many photons
   LineSearch search_;
   NearSet near_;
   Zoom zoom_;
   Refinement refinement_;
   std::vector<Spot> spots_;
   RangeOdds odds_;
-  std::optional<double> sample_odds_nats_;  // of the last find(), where the sample settled it
+  std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
   std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
 };
 

@@ -8,7 +8,7 @@
 namespace splid {
 namespace {
 
-constexpr int box_steps = 4;  // a box of four widths holds 95 % of a gaussian pulse
+constexpr int box_steps = 4;  // a box of four pulse widths holds 95 % of a gaussian pulse
 
 }  // namespace
 
@@ -31,7 +31,7 @@ ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
   }
 }
 
-// Row r holds the entries of slice r by their distance from the line `about`, in steps.
+// Fills row r with the entries of slice r, by their distance in steps from the line `about`.
 void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double per_bin) {
   std::fill(rows_.begin(), rows_.end(), 0);
   const double slope = about.travel_ns - near.line.travel_ns;
@@ -47,12 +47,12 @@ void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double pe
 
 ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
                          bool moving) {
-  // Half steps in travel: the ends of a line move by half of what its travel does.
+  // Travels are tried in double steps: the ends of a line move by half of what its travel changes.
   const int steps = std::min(max_steps, static_cast<int>(std::ceil(reach_ns / step_ns)));
   const int travels = moving ? steps : 0;
   fill(near, about, -margin * step_ns, 1 / step_ns);
   ZoomResult best = {about, 0, box_steps * step_ns};
-  const int first = margin - steps - box_steps / 2;  // of the bins that boxes reach
+  const int first = margin - steps - box_steps / 2;  // the first bin that a box reaches
   const int count = 2 * steps + box_steps;
   for (int travel = -travels; travel <= travels; ++travel) {
     std::fill_n(counts_.begin(), count, 0);
@@ -68,7 +68,7 @@ ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, 
       in_box += counts_[static_cast<std::size_t>(k)];
       if (k >= box_steps) in_box -= counts_[static_cast<std::size_t>(k - box_steps)];
       if (k < box_steps - 1 || in_box <= best.count) continue;
-      // The box ends with bin first + k: its middle is box_steps / 2 before that bin's end.
+      // The box ends with bin first + k, so that its middle is box_steps / 2 before that bin's end.
       const int middle = first + k + 1 - box_steps / 2 - margin;
       best.count = in_box;
       best.line = {about.delay_ns + middle * step_ns, about.travel_ns + 2 * travel * step_ns};

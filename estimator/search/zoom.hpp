@@ -8,27 +8,28 @@
 
 namespace splid {
 
-// What a zoom ends with.
+// The line that a zoom ends with.
 struct ZoomResult {
   DelayLine line;
-  std::uint32_t count = 0;  // entries within box_ns / 2 of it
+  std::uint32_t count = 0;  // entries within box_ns / 2 of the line
   double box_ns = 0;
 };
 
-// Within a near set, finds the line with the most entries by ever finer steps, from a search cell
-// down to where the likelihood has a single hill (boxes of four pulse widths, moved by one).
+// Finds the line with the most entries of a near set, by ever finer steps: from a search cell down
+// to boxes of four pulse widths that move by one width, at which the likelihood has a single hill.
 //
-// The set is cut into 32 slices with a histogram each; for every travel they are added along its
-// line, so that the cost does not grow with the photons but for one pass a stage.
+// The set is cut into 32 slices of time, with a histogram each, and for every travel the histograms
+// are added along its line. So each stage passes over the photons once, and its other cost does not
+// grow with their number.
 //
-// Threads: one an object (scratch). No allocation in find() after the constructor.
+// Threads: one thread for each object, which holds scratch. Errors: none. No allocation in find().
 class Zoom {
  public:
-  // width_ns: PulseShape::width_ns; peak_offset_ns: where in the pulse most photons are.
+  // width_ns, peak_offset_ns: those of the PulseShape.
   Zoom(double width_ns, double peak_offset_ns);
 
-  // The line looked for is within `reach_ns` of near.line in delay and within 2 reach_ns in travel;
-  // moving false keeps the travel.
+  // The line with the most entries whose delay is within reach_ns of that of near.line, and whose
+  // travel is within 2 reach_ns of it. moving: false keeps the travel.
   ZoomResult find(const NearSet& near, double reach_ns, bool moving);
 
  private:
@@ -38,7 +39,8 @@ class Zoom {
 
   static constexpr int max_steps = 32;  // delay steps on either side of the middle
   static constexpr int slices = 32;
-  // On either side: the delays, what the ends of the steepest line move by, and a box.
+  // Bins on either side of the middle: for the delays, for the ends of the steepest line, and for a
+  // box.
   static constexpr int margin = 2 * max_steps + 4;
   static constexpr int bins = 2 * margin;
 
