@@ -1,0 +1,259 @@
+#include "estimator/search/target_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "estimator/fit/significance.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double sigma_ns = 0.1;
+constexpr double light_speed = 299792458.0;
+
+// The likelihood by the book, for a scene small enough for it: every photon against every pulse, in
+// the tagger's own times, at every delay and travel of a grid finer than the pulse. No product
+// code.
+class BruteForce {
+ public:
+  BruteForce(const test::FrameMaker& made, const test::FrameMaker::Frame& frame)
+      : pulses_(made.pattern.segments.front().pulse_times_ps),
+        period_ns_(made.pattern.segments.front().period_ps * 1e-3) {
+    const std::int64_t mid_ps = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
+    for (const std::int64_t photon_ps : frame.photons_ps) {
+      time_ns_.push_back(static_cast<double>(photon_ps - mid_ps) * 1e-3);
+      phase_ns_.push_back(static_cast<double>(photon_ps - frame.start_ps) * 1e-3);
+    }
+    length_ns_ = static_cast<double>(frame.end_ps - frame.start_ps) * 1e-3;
+  }
+
+  // The gain over no target of the best signal at a line: the maximum over f of the sum of
+  // log(1 + f (r - 1)), where r is the density of the pulses' light at a photon over the flat one.
+  [[nodiscard]] double gain(DelayLine line) const {
+    const double g = line.travel_ns / length_ns_;
+    const double flat = static_cast<double>(pulses_.size()) / period_ns_;
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < time_ns_.size(); ++i) {
+      double density = 0;
+      for (const double pulse_ps : pulses_) {
+        const double off_ns =
+            std::remainder(phase_ns_[i] - line.delay_ns - g * time_ns_[i] - pulse_ps * 1e-3,
+                           period_ns_) /
+            (1 - g);
+        const double x = off_ns / sigma_ns;
+        if (std::abs(x) < 9) {
+          density += std::exp(-0.5 * x * x) / (sigma_ns * std::sqrt(2 * M_PI));
+        }
+      }
+      ratios.push_back(density / (flat * (1 - g)));
+    }
+    return best_gain(ratios);
+  }
+
+  // The best line with a delay anywhere and a travel within the limit.
+  [[nodiscard]] DelayLine best(double max_travel_ns) const {
+    DelayLine line;
+    double most = -1;
+    for (double travel = -max_travel_ns; travel <= max_travel_ns; travel += 0.8 * sigma_ns) {
+      for (double delay = 0; delay < period_ns_; delay += 0.4 * sigma_ns) {
+        // Few places are worth the sum: a gain of any size takes photons within three widths.
+        if (near(delay, travel) < nearest_wanted_) continue;
+        const double found = gain({delay, travel});
+        if (found > most) {
+          most = found;
+          line = {delay, travel};
+        }
+      }
+    }
+    return line;
+  }
+
+  void want_near(int photons) { nearest_wanted_ = photons; }
+
+ private:
+  [[nodiscard]] int near(double delay_ns, double travel_ns) const {
+    int count = 0;
+    for (std::size_t i = 0; i < time_ns_.size(); ++i) {
+      const double at = phase_ns_[i] - delay_ns - travel_ns * time_ns_[i] / length_ns_;
+      for (const double pulse_ps : pulses_) {
+        if (std::abs(std::remainder(at - pulse_ps * 1e-3, period_ns_)) < 3 * sigma_ns) ++count;
+      }
+    }
+    return count;
+  }
+
+  // Bisection of the derivative by f, which falls: the sum is concave.
+  [[nodiscard]] static double best_gain(const std::vector<double>& ratios) {
+    double low = 0, high = 1 - 1e-12;
+    for (int round = 0; round < 60; ++round) {
+      const double f = (low + high) / 2;
+      double slope = 0;
+      for (const double r : ratios) slope += (r - 1) / (1 + f * (r - 1));
+      (slope > 0 ? low : high) = f;
+    }
+    double sum = 0;
+    for (const double r : ratios) sum += std::log1p(low * (r - 1));
+    return sum;
+  }
+
+  std::vector<double> pulses_;
+  double period_ns_;
+  double length_ns_ = 0;
+  std::vector<double> time_ns_, phase_ns_;
+  int nearest_wanted_ = 0;
+};
+
+// Five pulses in 126 ns, for 0.1 ms: some 25 photons of signal among 100.
+test::FrameMaker small_scene(const Pattern& pattern, double velocity_mps) {
+  test::FrameMaker made;
+  made.pattern = pattern;
+  made.length_ms = 0.1;
+  made.distance_m = 7.3;
+  made.velocity_mps = velocity_mps;
+  made.signal_per_pulse = 6e-3;
+  made.background_per_ns = 1e-3;
+  return made;
+}
+
+struct Searched {
+  test::FrameMaker::Frame photons;
+  PulseTrain train;
+  FoldedFrame frame;
+  std::unique_ptr<PulseShape> shape = make_gaussian(sigma_ns);
+  SearchVolume volume;
+  TargetSearch search;
+
+  Searched(const test::FrameMaker& made, std::uint64_t seed, double max_travel_ns)
+      : photons(made.make(seed)),
+        train(made.pattern),
+        frame(train, photons.photons_ps.size()),
+        volume{train.circle_ns, max_travel_ns, sigma_ns},
+        search(train, *shape,
+               {made.length_ms * 1e6, max_travel_ns, significance_threshold_nats(volume, 1e-3),
+                volume, 7},
+               photons.photons_ps.size()) {
+    frame.fold(photons.view(), train);
+  }
+
+  [[nodiscard]] double apart_ns(DelayLine a, DelayLine b) const {
+    return std::abs(std::remainder(a.delay_ns - b.delay_ns, train.circle_ns));
+  }
+};
+
+double travel_of(double velocity_mps, double length_ns) {
+  const double beta = velocity_mps / light_speed;
+  return 2 * beta / (1 + beta) * length_ns;
+}
+
+TEST(TargetSearch, FindsTheMaximumThatBruteForceFinds) {
+  const Pattern patterns[] = {test::interleaved_pattern({42000, 63000}, 126000),
+                              test::random_pattern(126000, 5, 9000, 2),
+                              test::random_pattern(126000, 3, 9000, 5)};
+  for (const Pattern& pattern : patterns) {
+    for (const double velocity_mps : {0.0, 1100.0, -1450.0}) {
+      const test::FrameMaker made = small_scene(pattern, velocity_mps);
+      Searched s(made, 5, travel_of(1500, 1e5));
+      BruteForce brute(made, s.photons);
+      brute.want_near(8);
+      const DelayLine expected = brute.best(travel_of(1500, 1e5));
+      const std::optional<Fit> fit = s.search.find(s.frame);
+      ASSERT_TRUE(fit);
+      EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << velocity_mps;
+      EXPECT_NEAR(fit->parameters.line.travel_ns, expected.travel_ns, 2 * sigma_ns);
+      // The same likelihood, and between the points of the grid a little more of it.
+      EXPECT_NEAR(fit->gain_nats, brute.gain(fit->parameters.line), 1e-6);
+      EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
+      EXPECT_LT(s.apart_ns(fit->parameters.line, {2 * 7.3 / 0.299792458, 0}), 3 * sigma_ns);
+    }
+  }
+}
+
+TEST(TargetSearch, ATargetAtRestIsFoundWithoutTravel) {
+  const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 0);
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Searched s(made, seed, 0);
+    BruteForce brute(made, s.photons);
+    brute.want_near(8);
+    const DelayLine expected = brute.best(0);
+    const std::optional<Fit> fit = s.search.find(s.frame);
+    ASSERT_TRUE(fit);
+    EXPECT_EQ(fit->parameters.line.travel_ns, 0);
+    EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << seed;
+    EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
+  }
+}
+
+// Pulses at 0, 42, 63 and 84 ns in 126: moved by 42 ns, two of the four fall on others.
+TEST(TargetSearch, LookBesideLeavesAShoulderForThePeak) {
+  const test::FrameMaker made = small_scene(test::interleaved_pattern({42000, 63000}, 126000), 300);
+  Searched s(made, 3, travel_of(1500, 1e5));
+  const std::optional<Fit> peak = s.search.find(s.frame);
+  ASSERT_TRUE(peak);
+  const DelayLine truth = peak->parameters.line;
+  const Fit shoulder = s.search.find_near(s.frame, {truth.delay_ns + 42, truth.travel_ns});
+  EXPECT_LT(s.apart_ns(shoulder.parameters.line, {truth.delay_ns + 42, 0}), 2 * sigma_ns);
+  EXPECT_LT(shoulder.gain_nats, 0.7 * peak->gain_nats);
+  const Fit beside = s.search.look_beside(s.frame, shoulder);
+  EXPECT_LT(s.apart_ns(beside.parameters.line, truth), 1e-4);
+  EXPECT_NEAR(beside.gain_nats, peak->gain_nats, 1e-6);
+  // From the shoulder's view the peak is another range, and the better one.
+  EXPECT_LT(s.search.range_odds_nats(shoulder), 0);
+}
+
+TEST(TargetSearch, JudgesAndFitsByTheSameLikelihood) {
+  const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 700);
+  Searched s(made, 8, travel_of(1500, 1e5));
+  const BruteForce brute(made, s.photons);
+  const std::optional<Fit> fit = s.search.find(s.frame);
+  ASSERT_TRUE(fit);
+  EXPECT_NEAR(s.search.judge(s.frame, fit->parameters).gain_nats, fit->gain_nats, 1e-9);
+  FrameParameters darker = fit->parameters;
+  darker.signal_per_pulse /= 2;
+  EXPECT_LT(s.search.judge(s.frame, darker).gain_nats, fit->gain_nats - 1);
+  const Fit moving = s.search.fit_moving(s.frame, fit->parameters.line);
+  EXPECT_NEAR(moving.gain_nats, fit->gain_nats, 1e-9);
+  const Fit rest = s.search.fit_at_rest(s.frame, fit->parameters.line.delay_ns);
+  EXPECT_EQ(rest.parameters.line.travel_ns, 0);
+  EXPECT_NEAR(rest.gain_nats, brute.gain(rest.parameters.line), 1e-6);
+  EXPECT_LT(rest.gain_nats, fit->gain_nats);
+}
+
+// Three times 65,536 photons and more: a sample finds the target, all photons refine it.
+TEST(TargetSearch, AVeryBrightFrameIsRefinedOnAllPhotons) {
+  test::FrameMaker made = small_scene(test::random_pattern(1260000, 13, 9000, 2), 40);
+  made.length_ms = 10;
+  made.distance_m = 20;
+  made.signal_per_pulse = 1;
+  made.background_per_ns = 0.015;
+  Searched s(made, 1, travel_of(150, 1e7));
+  ASSERT_GT(s.frame.size(), 200'000U);
+  const std::optional<Fit> fit = s.search.find(s.frame);
+  ASSERT_TRUE(fit);
+  const double beta = 40 / light_speed;
+  const DelayLine truth = {2 * 20 / 0.299792458 / (1 + beta), travel_of(40, s.frame.length_ns)};
+  // 100 ps from some 100,000 photons is 0.3 ps; of a sample it would be 0.6.
+  ASSERT_TRUE(fit->has_covariance);
+  EXPECT_NEAR(std::sqrt(fit->covariance(delay_index, delay_index)), 0.32e-3, 0.05e-3);
+  EXPECT_LT(s.apart_ns(fit->parameters.line, truth), 2e-3);
+  EXPECT_NEAR(fit->parameters.line.travel_ns, truth.travel_ns, 6e-3);
+  EXPECT_NEAR(fit->parameters.signal_per_pulse, 1, 0.02);
+}
+
+TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
+  test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 0);
+  made.signal_per_pulse = made.background_per_ns = 0;
+  Searched s(made, 1, travel_of(1500, 1e5));
+  ASSERT_EQ(s.frame.size(), 0U);
+  EXPECT_FALSE(s.search.find(s.frame));
+}
+
+}  // namespace
+}  // namespace splid
