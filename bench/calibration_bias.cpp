@@ -1,9 +1,8 @@
-// How far off distances are that are measured with a gaussian for a tailed pulse, and with the
-// shape that `splid calibrate` finds, both with the calibrated pulse times.
+// Prints the table of docs/evidence/calibration.md: how far off distances are where a gaussian
+// stands for a pulse with a tail, and where the shape stands that `splid calibrate` finds. The
+// pulse times are the calibrated ones in both cases.
 //
-//   calibration_bias [FRAMES]    400 frames a row, about a minute
-//
-// prints the table of docs/evidence/calibration.md.
+//   calibration_bias [FRAMES]    400 frames for each row by default, which takes about a minute
 
 #include <cmath>
 #include <cstdio>
@@ -58,7 +57,7 @@ SimulatorOptions scene_of(const Row& row) {
   return scene;
 }
 
-// A second with 1.06 million signal photons.
+// A recording of one second, with 1.06 million signal photons.
 Pattern calibrated(const Row& row) {
   const Config config = config_of_scene();
   SimulatorOptions scene = scene_of(row);

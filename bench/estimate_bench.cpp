@@ -1,5 +1,5 @@
-// Time a frame: the estimator alone, on [P]'s experiment and beside it. Scenes come from the
-// simulator's own physics in tests/support, seeds differ from frame to frame.
+// The time that the estimator alone takes for a frame, on [P]'s experiment and on scenes beside it.
+// The scenes come from the physics in tests/support, and seeds differ from frame to frame.
 
 #include <benchmark/benchmark.h>
 
@@ -14,10 +14,10 @@
 namespace splid {
 namespace {
 
-// Reports the median and the 99th percentile of the thread's own time a frame, beside the mean.
+// Reports the median and the 99th percentile of the thread's own time for a frame, beside the mean.
 void estimate(benchmark::State& state, const test::FrameMaker& made,
               const EstimatorOptions& options = {}, const SceneOptions& scene = {}) {
-  // Seeds enough for the spread, few enough to be made in a second.
+  // So many frames show the spread, and are made in a second.
   const double expected = made.background_per_ns * made.length_ms * 1e6;
   const int frames_made = expected < 2e5 ? 64 : 4;
   std::vector<test::FrameMaker::Frame> frames;
@@ -90,7 +90,7 @@ void without_background(benchmark::State& state) {
 }
 BENCHMARK(without_background)->Unit(benchmark::kMillisecond);
 
-// One pulse a period, as bright as the forty: nothing to tell apart.
+// One pulse in each period, as bright as forty together: no other delay looks alike.
 void one_pulse(benchmark::State& state) {
   test::FrameMaker made = experiment(false);
   made.pattern = test::periodic_pattern(3780000);
@@ -99,7 +99,7 @@ void one_pulse(benchmark::State& state) {
 }
 BENCHMARK(one_pulse)->Unit(benchmark::kMillisecond);
 
-// A seventh of [P]'s signal.
+// A seventh of the signal of [P]'s experiment.
 void weak(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.signal_per_pulse = 2e-4;
@@ -115,7 +115,7 @@ void no_target(benchmark::State& state) {
 }
 BENCHMARK(no_target)->ArgName("effort")->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
-// Ten times the background: 100,000 photons.
+// Ten times the background of [P]'s experiment, which makes 100,000 photons.
 void bright_day(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 2e-3;
@@ -124,7 +124,7 @@ void bright_day(benchmark::State& state) {
 }
 BENCHMARK(bright_day)->Unit(benchmark::kMillisecond);
 
-// A million photons: half of them signal.
+// A million photons, half of them signal.
 void million_bright(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 1e-2;
@@ -133,7 +133,7 @@ void million_bright(benchmark::State& state) {
 }
 BENCHMARK(million_bright)->Unit(benchmark::kMillisecond);
 
-// A million photons, of which 800 are signal: 90 nats.
+// A million photons, of which 800 are signal, so that the target stands out by 90 nats.
 void million_buried(benchmark::State& state) {
   test::FrameMaker made = experiment(true);
   made.background_per_ns = 2e-2;

@@ -1,6 +1,8 @@
-// How often a frame without a target claims one, beside estimator.false_alarm_rate.
+// Counts how many frames without a target claim a target, beside the rate that the configuration's
+// estimator.false_alarm_rate allows.
 //
-//   false_alarms [FRAMES [RATE]]    20,000 frames a row and a rate of 1e-3, some minutes
+//   false_alarms [FRAMES [RATE]]    by default 20,000 frames for each row and a rate of 1e-3, which
+//                                   takes some minutes
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +23,8 @@ struct Scene {
   Effort effort;
 };
 
-// Poisson, 95 %: by the square root, good to a few per cent from two claims on.
+// The 95 % interval of a Poisson count, by its square root. It is good to a few per cent from two
+// claims on.
 void print_row(const Scene& scene, int frames, int claims, double largest_nats) {
   const double root = std::sqrt(static_cast<double>(claims));
   const double low = std::pow(std::max(0.0, root - 0.98), 2) / frames;

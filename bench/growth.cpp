@@ -1,7 +1,8 @@
-// How the time of a frame grows: with photons, with how far the fastest target moves, with the
-// pulses of the pattern, and with threads. Prints a table a row and the fitted exponents.
+// Measures how the time of a frame grows: with its photons, with how far the fastest target moves,
+// with the pulses of the pattern, and with threads. Prints a table of each, and the fitted
+// exponent.
 //
-//   growth    a minute on an idle core
+//   growth    takes a minute on an idle core
 
 #include <algorithm>
 #include <chrono>
@@ -46,7 +47,8 @@ double median_ms(const test::FrameMaker& made, double max_speed_mps, double& pho
   return times_ms[7];
 }
 
-// Slope of log y over log x, of the upper half of the points: what holds where it matters.
+// The slope of log y over log x, by the upper half of the points, where the time is long enough to
+// matter.
 double exponent(const std::vector<double>& x, const std::vector<double>& y) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (std::size_t i = x.size() / 2; i < x.size(); ++i) {
@@ -110,7 +112,7 @@ void by_pulses() {
   series.print_exponent();
 }
 
-// Frames a second by several estimators at once, each on its own thread.
+// The frames that several estimators do in a second at the same time, each on a thread of its own.
 void by_threads() {
   const test::FrameMaker made = experiment();
   const auto frame = made.make(1);

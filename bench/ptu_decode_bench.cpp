@@ -17,11 +17,11 @@ namespace splid {
 namespace {
 
 constexpr std::size_t record_count = 1 << 20;
-// What a driver hands out at a time. Design note: 256 KiB of tags stay in the second-level cache,
-// as they do on their way through the ring.
+// The number of tags that a driver hands out at a time. Design note: 256 KiB of tags stay in the
+// second-level cache, as they do on their way through the ring.
 constexpr std::size_t chunk_tags = 16'384;
 
-// Photons on two inputs, 5 % syncs, 6 % overflows, at random places as in a recording.
+// Records at random places, as in a recording: photons on two inputs, 5 % syncs, 6 % overflows.
 std::vector<std::byte> mixed_records(bool with_counts) {
   std::mt19937 generator(1);
   const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
@@ -64,7 +64,7 @@ BENCHMARK_CAPTURE(mix, hydra_harp_v1, PtuRecordType::hydra_harp_v1, 1e-12);
 BENCHMARK_CAPTURE(mix, pico_harp, PtuRecordType::pico_harp, 4e-12);
 BENCHMARK_CAPTURE(mix, fraction_of_a_ps, PtuRecordType::generic, 3.90625e-12);
 
-// A recording named by SPLID_PTU, decoded over and over.
+// The recording that SPLID_PTU names, decoded over and over.
 void file(benchmark::State& state) {
   const char* name = std::getenv("SPLID_PTU");
   if (name == nullptr) {

@@ -15,7 +15,8 @@
 #include "protocol/ptu_decode.hpp"
 #include "protocol/ptu_header.hpp"
 
-// Tags a second through ring and framer on two threads, with nothing behind them.
+// The tags that go through ring and framer in a second, on two threads and with nothing behind
+// them.
 
 namespace splid {
 namespace {
@@ -35,7 +36,7 @@ class OneFrame final : public FrameSink {
   Frame frame_;
 };
 
-// 20 ms of photons at a rate, with a sync each 3.78 us; repeats itself with shifted times.
+// 20 ms of photons at a rate, with a sync every 3.78 us, which are repeated with shifted times.
 std::vector<Tag> one_block(double photons_per_s) {
   std::vector<Tag> tags;
   std::mt19937_64 random(1);
@@ -51,7 +52,7 @@ std::vector<Tag> one_block(double photons_per_s) {
   return tags;
 }
 
-// The consumer's side: everything in the ring through the framer.
+// The consumer's side: puts everything in the ring through the framer.
 void frame_all(TagRing& ring, Framer& framer) {
   while (!ring.ended()) {
     const auto tags = ring.wait(std::chrono::seconds(1), {});
@@ -99,7 +100,7 @@ void ring_and_framer(benchmark::State& state) {
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * tags.size()) * times);
 }
-// Million photons a second; 50 is what the fastest USB tagger sends, and more.
+// In million photons a second. The fastest USB tagger sends less than 50.
 BENCHMARK(ring_and_framer)
     ->Arg(50)
     ->Arg(10)
@@ -120,7 +121,7 @@ void framer_alone(benchmark::State& state) {
 }
 BENCHMARK(framer_alone)->Arg(50)->Arg(10)->Arg(1)->Unit(benchmark::kMillisecond);
 
-// Records of a PTU recording, named by SPLID_BENCH_PTU, through decoder, ring and framer.
+// The records of the PTU recording that SPLID_BENCH_PTU names, through decoder, ring and framer.
 void decoder_ring_and_framer(benchmark::State& state) {
   const char* file = std::getenv("SPLID_BENCH_PTU");
   if (file == nullptr || !std::filesystem::exists(file)) {

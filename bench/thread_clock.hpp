@@ -4,7 +4,8 @@
 
 namespace splid::bench {
 
-// Time that this thread has run, whatever else the machine does; ms.
+// The time that this thread has run, in ms. It does not grow while other threads have the
+// processor.
 inline double thread_ms() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

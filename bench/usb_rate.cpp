@@ -7,8 +7,9 @@
 #include "tests/support/usb_double.hpp"
 #include "tests/support/usb_run.hpp"
 
-// Tags a second from an emulated USB device to the sink, in this one process: the kernel's side,
-// libusb, the queue and the decoder. What the emulation costs is in it; a real kernel costs less.
+// Measures the tags that come from an emulated USB device to the sink in a second. The kernel's
+// side, libusb, the queue and the decoder are all in this process. The emulation's own cost is
+// included; a real kernel costs less.
 
 namespace splid {
 namespace {
@@ -21,7 +22,7 @@ void measure(int transfers, int transfer_kib) {
   options.usb_id = "1209:5a1d";
   options.usb.transfers = transfers;
   options.usb.transfer_kib = transfer_kib;
-  firmware.set_silent(true);  // what comes before the start is thrown away
+  firmware.set_silent(true);  // tags that come before the start are thrown away
   device.plug();
   test::SourceRun run(options, false);
   test::comes_true([&] { return !run.reports().empty(); });

@@ -39,7 +39,7 @@ struct Arrays {
   std::vector<double> times;
   std::vector<std::int64_t> photons_ps;
   std::vector<std::uint8_t> flags = std::vector<std::uint8_t>(1 << 12);
-  // What comes out.
+  // Where the kernels write.
   std::vector<std::uint16_t> out_16 = std::vector<std::uint16_t>(count, 1);
   std::vector<std::uint32_t> out_32 = std::vector<std::uint32_t>(count, 1);
   std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
@@ -87,7 +87,7 @@ const std::map<std::string, Run>& runs() {
   return all;
 }
 
-// FNV-1a
+// The FNV-1a hash of a kernel's output.
 template <class Value>
 void add_to(std::uint64_t& sum, const std::vector<Value>& values) {
   for (const Value& value : values) {
@@ -100,7 +100,7 @@ void add_to(std::uint64_t& sum, const std::vector<Value>& values) {
 std::uint64_t checksum(const Run& run, VectorLevel level) {
   Arrays arrays;
   run(splid::search_kernels(level), arrays);
-  // What pick leaves behind the picked is anything.
+  // Behind the indices that pick() returns, the array may hold anything.
   std::uint64_t sum = 0xcbf29ce484222325 ^ arrays.out;
   if (arrays.out == 0) add_to(sum, arrays.out_32);
   add_to(sum, std::vector(arrays.out_32.begin(),

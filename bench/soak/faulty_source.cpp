@@ -23,7 +23,7 @@ constexpr std::int64_t doubled_by_ps = 20'000;
 constexpr int flood_photons = 20'000;
 constexpr int other_tags = 1000;
 constexpr int other_input = 7;
-// Of the 16 in a row that set the framer's clock back.
+// The framer sets its clock back after 16 such tags in a row; it counts the first 15 as late.
 constexpr int tags_until_believed = 15;
 
 struct Kind {
@@ -50,8 +50,8 @@ constexpr std::array<Kind, fault_count> kinds = {{{"none", 0},
 
 const char* to_string(StreamFault fault) { return kinds.at(static_cast<std::size_t>(fault)).name; }
 
-// Stands between a driver and the ring: moves the times of a leg to where it belongs, and does the
-// damage.
+// Stands between a driver and the ring. It moves the times of a leg to where the leg belongs, and
+// injects the faults.
 class FaultySource::Faults final : public TagSink {
  public:
   Faults(TagSink& to, Injected& injected) : out_(to), injected_(injected) {}
@@ -160,12 +160,12 @@ class FaultySource::Faults final : public TagSink {
   std::mt19937_64 random_{1};
   std::int64_t base_ps_ = 0;
   std::int64_t leg_end_ps_ = 0;
-  std::int64_t now_ps_ = 0;   // of the scene
-  std::int64_t step_ps_ = 0;  // of the instrument's clock against it
+  std::int64_t now_ps_ = 0;   // time of the scene
+  std::int64_t step_ps_ = 0;  // by which the instrument's clock is ahead of it
   std::size_t turn_ = 0;
   StreamFault fault_ = StreamFault::none;
-  int doubted_ = 0;            // tags to come that the framer will call late
-  std::int32_t left_out_ = 0;  // events, of the running fault
+  int doubted_ = 0;            // number of tags still to come that the framer will call late
+  std::int32_t left_out_ = 0;  // number of events that the running fault has left out
   std::int64_t until_ps_ = 0;
   std::int64_t next_ps_ = between_faults_ps;
 };
@@ -179,7 +179,7 @@ FaultySource::FaultySource(Pattern pattern, SimulatorOptions scene, std::string 
   const double period_ps = pattern_period_ps(pattern_);
   leg_ps_ = std::llround(std::ceil(leg_s * 1e12 / period_ps) * period_ps);
   scene_.pace = SimulatorPace::max;
-  scene_.drift_ppm = 0;  // else the legs' syncs would not follow each other
+  scene_.drift_ppm = 0;  // with a drift the syncs of the legs would not follow each other
   scene_.seconds = static_cast<double>(leg_ps_) * 1e-12;
 }
 

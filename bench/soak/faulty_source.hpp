@@ -14,17 +14,17 @@
 
 namespace splid::soak {
 
-// What goes wrong with a stream of tags. How long each lasts is in the comment, in device time.
+// What goes wrong with a stream of tags. The comments say for how long, in device time.
 enum class StreamFault {
   none,
   reported_loss,   // 3 ms: tags missing, and the stream says from when to when and how many
-  uncounted_loss,  // 3 ms: the stream says when and not how many
-  missed_tags,     // 1 ms: it says how many and not when
-  gap,             // 3 ms: tags missing and not a word
+  uncounted_loss,  // 3 ms: the stream says when, but not how many
+  missed_tags,     // 1 ms: the stream says how many, but not when
+  gap,             // 3 ms: tags are missing, and the stream does not say so
   silence,         // 500 ms without anything, not even a heartbeat
-  clock_forward,   // the clock steps 6 s ahead, unsaid
-  clock_back,      // 3 s back, unsaid
-  clock_break,     // 3 s back, said
+  clock_forward,   // the clock steps 6 s ahead, and the stream does not say so
+  clock_back,      // the clock steps 3 s back, and the stream does not say so
+  clock_break,     // the clock steps 3 s back, and the stream says so
   stray,           // one photon 5 s ahead
   other_channel,   // 1,000 tags on an input that the configuration does not name
   dark,            // 250 ms without a photon
@@ -35,7 +35,7 @@ enum class StreamFault {
 inline constexpr std::size_t fault_count = 15;
 const char* to_string(StreamFault fault);
 
-// What was sent, and what was left out.
+// Counts of what was sent, and of what was left out.
 struct Injected {
   std::array<std::uint64_t, fault_count> faults{};  // index: StreamFault
   std::uint64_t events = 0;                         // photons, syncs and markers sent
@@ -43,14 +43,15 @@ struct Injected {
   std::uint64_t late = 0;  // strays, and the first 15 tags after an unsaid step back
   std::uint64_t simulated_legs = 0;
   std::uint64_t replayed_legs = 0;
-  double device_s = 0;  // of the scene; the clock's steps come to nothing
+  double device_s = 0;  // time of the scene, to which the clock's steps add nothing
 };
 
-// Scenes of ten seconds, one from the simulator and one from a recording in turn, end to end, with
-// a fault every two seconds, each kind in its turn after a random pause.
+// A source that plays scenes of ten seconds end to end, one from the simulator and one from a
+// recording in turn. Every two seconds, after a random pause, it injects a fault, each kind in its
+// turn.
 //
-// Threads: as TagSource; injected() once run() has returned. Not live: it waits, and drops nothing
-// but what it injects.
+// Threads: as TagSource; injected() may be called once run() has returned. The source is not live:
+// it waits for room in the ring, and drops nothing but what it injects.
 class FaultySource final : public TagSource {
  public:
   // scene: of the simulated legs. recording: a file to be written, and replayed. seconds: of

@@ -1,7 +1,8 @@
-// A day of frames with faults sprinkled in, from the simulator and a recording in turn, as fast as
-// the machine allows: through ring, framer, estimators and publisher to a real subscriber. Beside
-// it an operator who reloads the configuration, a subscriber that never reads, and a stranger who
-// sends garbage to the publisher's port. Prints memory at start and end, and where each tag went.
+// Runs a day of frames with faults sprinkled in, from the simulator and a recording in turn, as
+// fast as the machine allows: through ring, framer, estimators and publisher to a real subscriber.
+// Beside them there are an operator who reloads the configuration, a subscriber that never reads,
+// and a stranger who sends garbage to the publisher's port. Prints the memory at start and end, and
+// where each tag went.
 //
 //   soak                  1,728,000 frames of 50 ms: 24 hours of the instrument's time
 //   soak --frames 3000    some seconds
@@ -44,10 +45,11 @@ using std::chrono::steady_clock;
 constexpr std::uint64_t day_frames = 1'728'000;
 constexpr double frame_s = 0.05;
 constexpr double allowed_growth_mib = 1;
-// Messages that the subscriber that never reads can hold up: by then the memory for them is taken.
+// The number of messages that are queued for the subscriber that never reads. Once they are, the
+// memory for them is taken.
 constexpr int queue_messages = 1000;
 
-// Some 90 photons a frame, two thirds of them signal.
+// A frame has some 90 photons, two thirds of them signal.
 SimulatorOptions scene() {
   SimulatorOptions options;
   options.detection.signal_per_pulse = 1.2e-4;
@@ -62,21 +64,21 @@ Config configuration(double max_speed_mps) {
   return config;
 }
 
-// What came to the one who reads, on a thread of its own.
+// Reads what comes to the subscriber, on a thread of its own.
 class Reader {
  public:
   explicit Reader(const std::string& endpoint)
       : subscriber_(endpoint, {topic_frame}),
         thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
-  // Once nothing has come for a second.
+  // To be called at the end; returns once nothing has come for a second.
   void finish() {
     thread_.request_stop();
     thread_.join();
   }
 
   std::uint64_t frames = 0;
-  std::uint64_t out_of_turn = 0;  // whose number does not follow the one before
+  std::uint64_t out_of_turn = 0;  // frames whose number does not follow that of the frame before
   std::uint64_t photons = 0;
   std::uint64_t lost_tags = 0;
 
@@ -98,7 +100,7 @@ class Reader {
   std::jthread thread_;
 };
 
-// Reloads the configuration, and lets a stranger knock at the port, every 250 frames.
+// Every 250 frames reloads the configuration, and lets a stranger knock at the port.
 class Operator {
  public:
   Operator(test::MeasuredStream& stream, const std::string& endpoint)
@@ -137,10 +139,11 @@ class Operator {
   std::jthread thread_;
 };
 
-// The memory of the process every 50 frames. It goes up and down by some 5 MiB with the reloads,
-// for which two sets of estimators are there: so means of many are compared, that of the first
-// quarter and that of the last. Left out are the first 10,000 frames, in which the heaps, the
-// buffers and the queue of the one who never reads are touched for the first time.
+// The memory of the process, every 50 frames. It goes up and down by some 5 MiB with the reloads,
+// during which there are two sets of estimators, so that means of many values are compared: that of
+// the first quarter of the frames with that of the last. The first 10,000 frames are left out, in
+// which the heaps, the buffers and the queue of the subscriber that never reads are touched for the
+// first time.
 class Memory {
  public:
   explicit Memory(std::uint64_t frames) { samples_mib_.reserve(2 * frames / every); }
@@ -209,7 +212,7 @@ void print_statuses(const StreamSummary& summary) {
   }
 }
 
-// Every tag that came is in a frame that was received or in a counted loss.
+// Checks that every tag that came is in a frame that was received, or in a counted loss.
 void judge_sums(Verdict& verdict, const StreamSummary& summary, const Reader& reader) {
   const FramerTotals& tags = summary.tags;
   const std::uint64_t placed = tags.photons + tags.syncs + tags.markers - tags.shared;
@@ -223,7 +226,7 @@ void judge_sums(Verdict& verdict, const StreamSummary& summary, const Reader& re
                        "photons in the frames received and in those cut");
 }
 
-// What was done to the stream is what was counted, to the tag.
+// Checks that the faults which were injected are those which were counted, to the tag.
 void judge_faults(Verdict& verdict, const FramerTotals& tags, const Injected& injected) {
   verdict.expect_equal(tags.events, injected.events, "tags that came and tags sent");
   verdict.expect_equal(tags.reported, injected.reported, "tags reported missing and left out");

@@ -11,13 +11,15 @@ namespace splid {
 namespace {
 
 constexpr int most_rounds = 16;
-// Where the table ends is then settled to within noise, and noise would go on moving it to and fro.
+// After so many rounds the ends of the table are kept: they are settled to within noise, which
+// would go on moving them to and fro.
 constexpr int stacking_rounds = 4;
-// A tenth of what a time is known to at best where photons are few, and then as little as matters.
+// A time is settled when it moves by less than a tenth of the best time's deviation, or, where
+// photons are many, by so little that it does not matter.
 constexpr double settled_deviations = 0.1;
 constexpr double settled_widths = 1e-3;
 
-// Moves the shape so that its point is at 0, and the times with it.
+// Moves the shape so that its pulse_point_ps() is at 0, and the times the other way.
 void centre(FoldModel& model) {
   const double point_ps = pulse_point_ps(model);
   TabulatedPulse table = model.table();
@@ -51,7 +53,7 @@ bool settle(FoldModel& model) {
   return false;
 }
 
-// Variance of amplitude p, counts_p P / sum of counts.
+// The variance of the amplitude of pulse p, which is its counts over the mean counts.
 double amplitude_variance(const FoldModel& model, const Eigen::MatrixXd& covariance,
                           std::size_t p) {
   const auto pulses = static_cast<Eigen::Index>(model.pulses());
@@ -62,9 +64,10 @@ double amplitude_variance(const FoldModel& model, const Eigen::MatrixXd& covaria
   return slope.dot(covariance.topLeftCorner(pulses, pulses) * slope);
 }
 
-// Design note: the fit takes the shape for given, but the shape came from the same photons: what
-// all pulses err by together is not seen by it. That part, 1 / sum of the times' information, is
-// exchanged for the error of the shape's own point; a single pulse's time is no better known.
+// Design note: the fit takes the shape as given, although the shape came from the same photons, so
+// that it does not see an error that all times have in common. The variance of that common error,
+// 1 / sum of the times' information, is therefore replaced by the variance of the shape's point.
+// The time of a single pulse is known to no better than that.
 double time_variance_ps2(FoldModel& model, const Eigen::MatrixXd& covariance, std::size_t p,
                          double common_ps2) {
   const auto pulses = static_cast<Eigen::Index>(model.pulses());

@@ -9,42 +9,56 @@
 #include "estimator/calibration/phase_histogram.hpp"
 #include "protocol/pattern.hpp"
 
+// The room calibration/ measures the pulses of a pattern in a recording of a target at rest. Open
+// this file first. Its parts:
+//   phase_histogram.hpp   the photons of a recording, folded on the pattern period
+//   pulse_finder.hpp      where in the fold there are pulses, when nobody knows what was played
+//   fold_model.hpp        what the fold should hold: background, and pulses of one shape
+//   fold_fit.hpp          the pulses' times and counts by maximum likelihood, their shape given
+//   shape_stack.hpp       the shape of all pulses together, their times given
+//   calibration.hpp       both in turn, until no time moves
+//   rest_check.hpp        whether the target was at rest, to less than a pulse width
+//   target_motion.hpp     where its photons went, if it was not
+//   input_shift.hpp       how one input of a detector sees the pulses of another
+//   look_alike.hpp        the delays that a pattern's photons can take for the right one
+
 namespace splid {
 
 struct CalibratedPulse {
   double time_ps = 0;      // in [0, period), tagger's clock, after the pattern start
-  double std_time_ps = 0;  // photons, syncs, and the shape's own point
-  double amplitude = 0;    // the mean of all pulses is 1
+  double std_time_ps = 0;  // by the photons, the syncs, and the point of the shape
+  double amplitude = 0;    // relative: the mean of all pulses is 1
   double std_amplitude = 0;
 };
 
-// What a target at rest shows of a pattern. Standard deviations are those of Poisson noise.
+// A pattern as a target at rest shows it. Standard deviations are those of Poisson noise.
 struct Calibration {
   double period_ps = 0;  // tagger's clock
   double std_period_ps = 0;
   std::vector<CalibratedPulse> pulses;  // ascending in time
-  TabulatedPulse shape;                 // density 1/ps; its pulse_point_ps is at 0
+  TabulatedPulse shape;                 // density in 1/ps; its pulse_point_ps() is at 0
   std::vector<double> std_density;      // 1/ps
-  double width_ps = 0;                  // of a gaussian with the shape's peak
+  double width_ps = 0;                  // of a gaussian whose peak is as high as the shape's
   std::uint64_t photons = 0;            // in the fold
   double signal_photons = 0;
-  double background_per_ps = 0;  // photons of the whole fold
-  double seconds = 0;
-  bool settled = false;  // the times came to rest; false: to within a part of a width only
+  double background_per_ps = 0;  // photons of the whole fold in a ps of the pattern period
+  double seconds = 0;            // of recording
+  bool settled = false;  // false: the times still moved when the rounds were spent, by a small part
+                         // of a width
 };
 
-// Pulse times, amplitudes and shape by maximum likelihood of the folded photons: shape from all
-// pulses laid upon each other, times and amplitudes with that shape, and again until no time moves
-// by more than a tenth of its own deviation, or a thousandth of the width. Absent where no pulse
-// stands out.
+// Finds pulse times, amplitudes and the shape by maximum likelihood of the folded photons. The
+// shape comes from all pulses laid upon each other, then times and amplitudes from a fit with that
+// shape, and so on until no time moves by more than a tenth of its own deviation, or a thousandth
+// of the width. Absent where no pulse stands out of the background.
 //
-// fold: of a target at rest. width_ps: of a detected pulse, standard deviation, to within a factor
-// of two; see find_pulses for what it sets.
+// fold: that of a target at rest. width_ps: standard deviation of a detected pulse, to within a
+// factor of two; see find_pulses() for what it decides.
 //
-// Threads: any. Errors: none. Allocates; some seconds for folds of 10^7 bins.
+// Threads: any. Errors: none. Allocates; takes some seconds for folds of 10^7 bins.
 std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps);
 
-// What a calibration says should be in the fold that it came from.
+// The model of the fold that a calibration came from, by the calibration's values.
 FoldModel model_of(const PhaseHistogram& fold, const Calibration& calibration);
 
 // How well pulses have to be known.
@@ -53,7 +67,8 @@ struct CalibrationGoal {
   double std_amplitude = 0.02;  // of the mean pulse
 };
 
-// By what factor the photons have to grow until every pulse is known that well; 1 or less: it is.
+// The factor by which the number of photons has to grow until every pulse is known so well. At 1 or
+// less they are.
 double photons_wanted(const Calibration& calibration, const CalibrationGoal& goal);
 
 }  // namespace splid

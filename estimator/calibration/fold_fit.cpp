@@ -10,12 +10,13 @@ namespace {
 
 using Window = FoldModel::Window;
 
-// What one photon more or less a bin would change.
+// The derivatives of a bin's rate by the parameters of one pulse.
 struct Slopes {
-  double count;  // d rate / d counts
-  double time;   // d rate / d time
+  double count;  // by its counts
+  double time;   // by its time
 };
 
+// The gradient of the log-likelihood and the expected Fisher information at the model's values.
 class Information {
  public:
   explicit Information(FoldModel& model)
@@ -74,7 +75,8 @@ class Information {
     }
   }
 
-  // q comes after p; over the period's end it comes before it, and the shift is one turn less.
+  // Adds the bins that two pulses share. Pulse q comes after p, but across the period's end it may
+  // also come before p; its window is then shifted by a turn.
   void add_overlap(std::size_t p, std::size_t q) {
     const auto bins = static_cast<std::ptrdiff_t>(rates_.size());
     for (const std::ptrdiff_t turn : {std::ptrdiff_t{0}, bins}) {
@@ -106,10 +108,11 @@ class Information {
 
  public:
   Eigen::VectorXd score;
-  Eigen::MatrixXd matrix;  // expected information
+  Eigen::MatrixXd matrix;  // the expected information
 };
 
-// One step; how far the times went. Halfway at most to where counts or background would vanish.
+// One step of Fisher scoring, which goes at most halfway to where counts or background vanish.
+// Returns how far the time that moved furthest went, in ps.
 double step(FoldModel& model) {
   const Information information(model);
   const Eigen::VectorXd by = information.matrix.ldlt().solve(information.score);

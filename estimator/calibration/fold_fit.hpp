@@ -6,14 +6,18 @@
 
 namespace splid {
 
-// Poisson likelihood of a fold in its pulses' times and counts and the background, their shape
-// given: parameters 0 .. P-1 are the counts, P .. 2P-1 the times (ps), 2P the background (1/ps).
+// The fit of a fold by its Poisson likelihood, with the pulses' shape given. Parameters 0 .. P-1
+// are the counts of the P pulses, P .. 2P-1 their times (ps), and 2P is the background (1/ps).
+//
+// Threads: any, with a model each. Errors: none. Allocates a matrix of 2P + 1 rows.
 
-// Climbs to the maximum by Fisher scoring, neighbours' tails and the background with it; returns
-// how far the times went, the furthest, ps. The counts and the background stay above zero.
+// Brings the model to the maximum of the likelihood by Fisher scoring, the tails of neighbours and
+// the background included. Counts and background stay above zero. Returns how far the time that
+// moved furthest went, in ps.
 double fit_fold(FoldModel& model);
 
-// Inverse of the expected Fisher information at the model's values.
+// The covariance of the parameters: the inverse of the expected Fisher information at the model's
+// values.
 Eigen::MatrixXd fold_covariance(FoldModel& model);
 
 }  // namespace splid

@@ -40,7 +40,7 @@ FoldModel::Window FoldModel::window(std::size_t pulse, double first_ps, double l
   const double time_ps = times_ps[pulse];
   window.first = static_cast<std::ptrdiff_t>(std::floor((time_ps + first_ps) / bin_ps_));
   const auto last = static_cast<std::ptrdiff_t>(std::ceil((time_ps + last_ps) / bin_ps_));
-  // No bin twice, however short the period.
+  // However short the period is, no bin is in the window twice.
   const auto end = std::min(last, window.first + static_cast<std::ptrdiff_t>(fold_.bins()));
   for (std::ptrdiff_t k = window.first; k < end; ++k) {
     window.offset_ps.push_back((static_cast<double>(k) + 0.5) * bin_ps_ - time_ps);

@@ -11,18 +11,20 @@
 
 namespace splid {
 
-// What a fold should hold, photons a bin: background, and each pulse's photons in the same shape,
+// The photons that each bin of a fold should hold: background, and the photons of every pulse in
+// one and the same shape,
 //   rate(x) = background + sum_p counts_p h(x - time_p)
-// Unit of time: ps; of h: 1/ps.
+// Times are in ps, h is in 1/ps.
 //
-// Threads: one. Errors: none.
+// Threads: one thread for each object. Errors: none. Allocates.
 class FoldModel {
  public:
-  // The pulses start as gaussians of width_ps. fold outlives this; pulses: at least one.
+  // The pulses start as gaussians of width_ps. fold: outlives this. pulses: at least one.
   FoldModel(const PhaseHistogram& fold, const std::vector<FoundPulse>& pulses, double width_ps);
 
-  // A pulse's part of the fold: bins from `first` (any whole number, see PhaseHistogram::wrapped)
-  // on, and at the middle of each the offset from its time, h and its slope.
+  // The part of the fold that a pulse reaches: the bins from `first` on (any whole number, see
+  // PhaseHistogram::wrapped), with the offset of each bin's middle from the pulse's time, and h and
+  // its slope there.
   struct Window {
     std::ptrdiff_t first = 0;
     std::vector<double> offset_ps;
@@ -30,7 +32,7 @@ class FoldModel {
     std::vector<double> slope;  // 1/ps^2
   };
   [[nodiscard]] Window window(std::size_t pulse) const;
-  // Of a support of one's own, without h.
+  // The same for a reach of the caller's choice, without h and slope.
   [[nodiscard]] Window window(std::size_t pulse, double first_ps, double last_ps) const;
 
   [[nodiscard]] const PhaseHistogram& fold() const { return fold_; }
@@ -39,20 +41,20 @@ class FoldModel {
   [[nodiscard]] std::size_t pulses() const { return times_ps.size(); }
   [[nodiscard]] double total_counts() const;
   [[nodiscard]] const TabulatedPulse& table() const { return table_; }
-  // Standard deviation of a gaussian with the shape's peak.
+  // Standard deviation of a gaussian whose peak is as high as the shape's.
   [[nodiscard]] double width_ps() const;
-  // Median distance from a pulse to the next; the period for one pulse.
+  // Median distance from a pulse to the next one; for a single pulse the period.
   [[nodiscard]] double median_gap_ps() const;
 
   void set_table(const TabulatedPulse& table);
-  // Photons expected in each bin, by the values as they are.
+  // The photons expected in each bin, by the present values. Valid until the next call.
   [[nodiscard]] const std::vector<double>& rates();
-  // The least background: half a photon in all, so that a stray one is not impossible.
+  // The least background: half a photon in the fold, so that a stray photon is not impossible.
   [[nodiscard]] double least_background_per_ps() const { return 0.5 / period_ps_; }
 
   std::vector<double> times_ps;  // not wrapped to the period
   std::vector<double> counts;    // > 0
-  double background_per_ps = 0;  // photons of the whole fold, > 0
+  double background_per_ps = 0;  // photons of the whole fold in a ps of the period, > 0
 
  private:
   const PhaseHistogram& fold_;

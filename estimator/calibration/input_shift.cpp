@@ -10,7 +10,7 @@ namespace {
 constexpr double agreeing_widths = 0.2;
 constexpr double agreeing_deviations = 5;
 
-// With the second one's pulses taken from its pulse `lag` on.
+// The shift if pulse `lag` of the second input is pulse 0 of the first.
 InputShift shift_at(const Calibration& first, const Calibration& second, std::size_t lag) {
   const std::size_t pulses = first.pulses.size();
   const double period_ps = first.period_ps;
@@ -42,7 +42,7 @@ std::optional<InputShift> shift_between(const Calibration& first, const Calibrat
   std::optional<InputShift> best;
   for (std::size_t lag = 0; lag < pulses; ++lag) {
     const InputShift shift = shift_at(first, second, lag);
-    // One pulse's deviation, of both inputs.
+    // The deviation of this pulse in both inputs together.
     const double noise_ps = shift.std_ps * std::sqrt(static_cast<double>(pulses));
     const bool as_good = best && std::abs(shift.rms_ps - best->rms_ps) < noise_ps;
     if (!best || (as_good ? std::abs(shift.shift_ps) < std::abs(best->shift_ps)

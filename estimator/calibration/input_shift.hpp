@@ -6,16 +6,17 @@
 
 namespace splid {
 
-// How one input of a detector sees the pulses of another.
+// How the pulses of a second input of a detector lie to those of the first.
 struct InputShift {
-  double shift_ps = 0;  // its pulses come so much later, in half a pattern period about 0
-  double std_ps = 0;
-  double rms_ps = 0;  // what is left between pulses then
+  double shift_ps = 0;  // how much later the second's pulses come; within half a period about 0
+  double std_ps = 0;    // one standard deviation of the shift
+  double rms_ps = 0;    // distance that is left between the pulses after the shift
 };
 
-// The shift by which the second one's pulses fall on the first one's best: absent where they are
-// not as many, or where those of no shift fall on one another, to within a fifth of a pulse width
-// or five of their own deviations. Among shifts that are as good (of an even comb) the smallest.
+// The shift that brings the second input's pulses onto those of the first. Absent where the inputs
+// do not have the same number of pulses, or where at no shift all pulses fall on one another, to
+// within a fifth of a pulse width or five of their own deviations. Of shifts that are equally good,
+// as an even comb has them, the smallest is taken.
 //
 // Threads: any. Errors: none.
 std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);

@@ -13,18 +13,19 @@ namespace {
 constexpr std::size_t max_pulses = 2'000;
 constexpr std::size_t max_shifts = 4'096;
 constexpr double nats_to_tell = 20;
-constexpr double reach_widths = 6;  // of a pulse: beyond, background
-constexpr double same_widths = 4;   // shifts that count as one
+constexpr double reach_widths = 6;  // from its time a pulse reaches so far
+constexpr double same_widths = 4;   // shifts that are no further apart count as the same
 constexpr double steps_a_width = 8;
 
-// A segment, and its share of the pattern's light.
+// A segment of the pattern, and its share of the pattern's light.
 struct Part {
   const PatternSegment& segment;
   double share;
 };
 
-// What one pulse of amplitude a tells against one of amplitude b that is `off` later, over a
-// background of `dark`, per ns: the integral of x log(x / y) - x + y. Either may be zero.
+// What the light x of a pulse of amplitude a tells against the light y of a pulse of amplitude b
+// that is `off` later, both over a background of `dark` per ns: the integral of x log(x / y) - x +
+// y. Either amplitude may be zero.
 class PulseContrast {
  public:
   PulseContrast(const PulseShape& shape, double dark_per_ns)
@@ -57,7 +58,8 @@ class PulseContrast {
   double first_ns_, last_ns_;
 };
 
-// Around the circle: which pulse of a segment is nearest to a time, and how far it is before it.
+// Which pulse of a segment is nearest to a time, around the circle, and how far before it that time
+// lies.
 struct Nearest {
   std::size_t pulse;
   double off_ps;
@@ -76,7 +78,8 @@ Nearest nearest(const PatternSegment& segment, double time_ps) {
                                                    : Nearest{before, to_before};
 }
 
-// Mean of how far the pulses of all parts lie before those that they fall on, of those that do.
+// The mean distance by which the shifted pulses of all parts lie before the pulses that they fall
+// on. Pulses that fall on none do not count.
 double mean_off_ps(const std::vector<Part>& parts, double shift_ps, double tolerance_ps) {
   double sum = 0, light = 0;
   for (const Part& part : parts) {
@@ -92,18 +95,19 @@ double mean_off_ps(const std::vector<Part>& parts, double shift_ps, double toler
   return light > 0 ? sum / light : 0;
 }
 
-// Of one segment with itself so shifted, a unit of its amplitude. deviations: of its times, or
-// empty.
+// What a segment tells against itself when it is shifted, for each unit of its amplitude.
+// deviations: the standard deviations of its times, or empty.
 double segment_nats(const PatternSegment& segment, const std::vector<double>& std_ps,
                     double shift_ps, const PulseContrast& contrast, double width_ps) {
   const std::size_t pulses = segment.pulse_times_ps.size();
   const double within_ps = 2 * reach_widths * width_ps;
   std::vector<bool> is_met(pulses);
-  // Of a pulse that falls on none, and one that none falls on: the same for all of one amplitude.
+  // A pulse that falls on no other tells the same at every place, and so does a pulse that no other
+  // falls on. So these values are kept by amplitude.
   double alone_of = -1, alone = 0, new_of = -1, anew = 0;
   double nats = 0, light = 0, noise = 0;
   for (std::size_t p = 0; p < pulses; ++p) {
-    // The pattern itself is what was played; the shifted one is what is compared with it.
+    // The light is that of the pattern itself; the shifted pattern is compared with it.
     const Nearest on = nearest(segment, segment.pulse_times_ps[p] - shift_ps);
     const double a = segment.amplitudes[p];
     light += a;
@@ -127,8 +131,8 @@ double segment_nats(const PatternSegment& segment, const std::vector<double>& st
   return std::max(0.0, nats - noise / (2 * width_ps * width_ps)) / light;
 }
 
-// Differences of two pulse times around the circle, ascending: the lobes with the most pulses in
-// them, where there are many.
+// The shifts worth a look: differences of two pulse times around the circle, ascending. Where there
+// are many, those that most pairs of pulses share.
 std::vector<double> shifts_of(const PatternSegment& segment, double same_ps, std::size_t most) {
   std::vector<double> all;
   for (const double from : segment.pulse_times_ps) {
@@ -159,7 +163,8 @@ std::vector<double> shifts_of(const PatternSegment& segment, double same_ps, std
   return shifts;
 }
 
-// Of segments in turn: each one's own shifts, and whole periods of it, up to the range.
+// The shifts worth a look of segments that are played in turn: the shifts of each segment, and
+// these and whole periods of the segment added up, up to the range.
 std::vector<double> shifts_in_turn(const Pattern& pattern, double same_ps, std::size_t most) {
   std::vector<double> shifts;
   for (const PatternSegment& segment : pattern.segments) {
@@ -202,7 +207,7 @@ std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& sha
   const double same_ps = same_widths * width_ps;
   const bool single = pattern.segments.size() == 1;
   const std::vector<Part> parts = parts_of(pattern);
-  // A background of none would let a single photon settle what in truth takes several.
+  // Without any background a single photon would settle what in truth takes several.
   const PulseContrast contrast(shape, std::max(light.background_per_signal, 1e-4));
   const std::vector<double> std_ps = single && pattern.calibration
                                          ? pattern.calibration->std_pulse_times_ps

@@ -9,12 +9,12 @@
 
 namespace splid {
 
-// Where in the pattern's turn a frame's photons are, by the frame's own syncs.
+// The phase of a frame's photons in the pattern period, by the frame's own syncs.
 class FramePhase {
  public:
-  // view: locked
+  // view: locked to its syncs.
   explicit FramePhase(const FrameView& view);
-  // In [0, 1).
+  // The phase in turns, in [0, 1); a tiny negative phase may round to 1.
   [[nodiscard]] double turn_of(std::int64_t photon_ps) const;
 
  private:
@@ -24,12 +24,13 @@ class FramePhase {
   double bend_;  // per ps
 };
 
-// The photons of a recording by their phase in the pattern period: what a target at rest makes of
-// any pattern. The bins are a 32nd of a pulse width (at most 2^23, 32 MiB, of a long period), so
-// that rounding to them widens a pulse by 0.004 %.
+// The photons of a recording by their phase in the pattern period: the fold, in which a target at
+// rest shows the pulses of any pattern. A bin is a 32nd of a pulse width, so that rounding to bins
+// widens a pulse by 0.004 %. A long period has wider bins: there are 2^23 at most, which take 32
+// MiB.
 //
-// Threads: one. Errors: none. Frames that are not locked to their syncs are passed over. Losses are
-// taken to fall on all phases alike.
+// Threads: one thread for each object. Errors: none. Frames that are not locked to their syncs are
+// passed over. Losses are taken to fall on all phases alike.
 class PhaseHistogram {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, standard deviation, > 0.
@@ -43,12 +44,12 @@ class PhaseHistogram {
   [[nodiscard]] MeasuredPeriod period() const { return period_.period(); }
   [[nodiscard]] std::uint64_t photons() const { return photons_; }
   [[nodiscard]] double seconds() const { return seconds_; }  // seen, of locked frames
-  // Of the phase of all photons together, from the syncs' jitter; ps.
+  // One standard deviation of the phase that all photons have in common, by the syncs' jitter; ps.
   [[nodiscard]] double std_phase_ps() const;
 
-  // Of a phase in turns.
+  // The bin of a phase in turns.
   [[nodiscard]] std::size_t bin_of(double turn) const;
-  // Of any whole number: the circle closes.
+  // The bin of any whole number, as the circle closes.
   [[nodiscard]] std::size_t wrapped(std::ptrdiff_t bin) const;
 
  private:

@@ -9,9 +9,9 @@ namespace {
 
 constexpr double half_window_widths = 1.5;
 constexpr double separation_widths = 6;
-// A background maximum over the 10^5 places of a long pattern stays below 5 deviations; 8 leaves
-// room for a background that is not flat. A twentieth of the strongest pulse keeps its own tail
-// out.
+// The highest place of the background, among the 10^5 places of a long pattern, stays below 5
+// deviations; 8 leaves room for a background that is not flat. The twentieth of the strongest pulse
+// keeps that pulse's own tail out.
 constexpr double deviations_above_background = 8;
 constexpr double least_of_strongest = 0.05;
 
@@ -43,11 +43,11 @@ class Finder {
   double bin_ps_;
   double period_ps_;
   std::ptrdiff_t half_;
-  std::vector<double> near_;  // photons within half_ bins of each
-  double background_ = 0;     // of near_
+  std::vector<double> near_;  // for each bin: the photons within half_ bins of it
+  double background_ = 0;     // the background's part of each of these
 };
 
-// As a running sum.
+// Fills near_ by a running sum.
 void Finder::fill_near() {
   near_.resize(fold_.bins());
   double sum = 0;
@@ -58,7 +58,7 @@ void Finder::fill_near() {
   }
 }
 
-// Of all places within the window of it.
+// Whether no place within the window has more photons.
 bool Finder::is_top(std::size_t bin) const {
   const auto middle = static_cast<std::ptrdiff_t>(bin);
   for (std::ptrdiff_t k = middle - half_; k <= middle + half_; ++k) {
@@ -67,7 +67,7 @@ bool Finder::is_top(std::size_t bin) const {
   return true;
 }
 
-// Where photons stand out, the most first.
+// The places at which photons stand out, those with the most photons first.
 std::vector<std::size_t> Finder::places() const {
   const double strongest = *std::max_element(near_.begin(), near_.end()) - background_;
   const double least =
@@ -83,8 +83,9 @@ std::vector<std::size_t> Finder::places() const {
   return order;
 }
 
-// The centre of what a gaussian of the pulse's width holds there: where the likelihood of such a
-// pulse has its maximum, tails or no tails.
+// The time of the pulse at a place: the mean of the photons weighted by a gaussian of the pulse's
+// width about that time. There the likelihood of a gaussian pulse has its maximum, and tails of the
+// true pulse move it little.
 double Finder::settle(double time_ps) const {
   const double per_bin = background_ / static_cast<double>(2 * half_ + 1);
   const auto reach = static_cast<std::ptrdiff_t>(4 * width_ps_ / bin_ps_);
@@ -99,7 +100,7 @@ double Finder::settle(double time_ps) const {
       moment += count * at_ps;
     }
     if (!(sum > 0)) break;
-    // The weight itself draws the mean to the middle by half: step twice as far.
+    // The weights draw the mean halfway back to the present place, so the step is doubled.
     const double next_ps = time_ps + 2 * (moment / sum - time_ps);
     const double moved_ps = std::abs(next_ps - time_ps);
     time_ps = next_ps;
@@ -125,7 +126,7 @@ std::vector<FoundPulse> Finder::find() {
   };
   for (const std::size_t k : places()) {
     if (taken(place_ps(k))) continue;
-    // A place on a stronger pulse's tail settles onto that pulse.
+    // A place on the tail of a stronger pulse moves onto that pulse, and is then dropped.
     const double time_ps = settle(place_ps(k));
     if (!taken(time_ps)) found.push_back({time_ps, near_[k] - background_});
   }

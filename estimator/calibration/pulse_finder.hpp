@@ -6,17 +6,16 @@
 
 namespace splid {
 
-// A pulse as a static target's photons show it.
+// A pulse as the photons of a target at rest show it.
 struct FoundPulse {
   double time_ps = 0;  // in [0, period), after the pattern start
-  double counts = 0;   // photons about it, less the background
+  double counts = 0;   // photons about this time, less the background
 };
 
-// Finds the pulses in a fold, when nobody knows what was played: where photons stand out of the
-// background by eight deviations and a twentieth of the strongest pulse. width_ps: standard
-// deviation of a detected pulse; pulses closer than six of it count as one. Ascending in time.
-//
-// Errors: none; where no pulse stands out of the background, none is found.
+// Finds the pulses in a fold, when nobody knows what was played: the places at which the photons
+// stand out of the background by eight deviations, and by a twentieth of the strongest pulse.
+// width_ps: standard deviation of a detected pulse. Pulses that are closer than six widths count as
+// one. Ascending in time; empty where nothing stands out. Threads: any. Errors: none.
 std::vector<FoundPulse> find_pulses(const PhaseHistogram& fold, double width_ps);
 
 }  // namespace splid

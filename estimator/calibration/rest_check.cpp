@@ -8,13 +8,13 @@ namespace {
 
 constexpr double surely_deviations = 5;
 
-// Shifts' weighted sums.
+// Weighted sums over shifts.
 struct Sums {
   double w = 0, t = 0, x = 0;
 };
 
-// Deviations of a normal variable as rare as this chi-square (Wilson and Hilferty 1931; to 0.1 from
-// two degrees of freedom on).
+// A chi-square as the deviations of a normal variable that is as rare (Wilson and Hilferty 1931).
+// This is good to 0.1 from two degrees of freedom on.
 double deviations_of(double chi_square, double free) {
   const double part = 2 / (9 * free);
   return (std::cbrt(chi_square / free) - (1 - part)) / std::sqrt(part);
@@ -86,8 +86,8 @@ RestReport RestCheck::report() const {
   }
   report.delay_rate_ps_per_s = tx / tt;
   report.std_delay_rate_ps_per_s = 1 / std::sqrt(tt);
-  // Groups of 1, 4, 16, ... frames: a slow wander that no frame shows alone stands out of their
-  // means.
+  // Frames are taken in groups of 1, 4, 16, and so on: a slow wander that no single frame shows
+  // stands out in the means of larger groups.
   for (std::size_t length = 1; length == 1 || 4 * length <= shifts_.size(); length *= 4) {
     double chi_square = 0, free = -2;
     for (std::size_t from = 0; from < shifts_.size(); from += length) {

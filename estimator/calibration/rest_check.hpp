@@ -11,33 +11,35 @@
 
 namespace splid {
 
-// What the pulses of a calibrated recording did while it lasted.
+// What the pulses of a calibrated recording did while the recording lasted.
 struct RestReport {
   std::size_t frames = 0;
   double seconds = 0;              // from the first frame to the last
   double delay_rate_ps_per_s = 0;  // of the delay, along a straight line through all frames
   double std_delay_rate_ps_per_s = 0;
-  double wander_ps = 0;          // rms about that line, less what the photons' noise explains
-  double wander_deviations = 0;  // how surely it is there: of the time scale that shows it best
+  double wander_ps = 0;          // rms about that line, less the part of the photons' noise
+  double wander_deviations = 0;  // how surely it wanders, at the time scale that shows it best
 
+  // How far the delay travelled along that line over the recording.
   [[nodiscard]] double travel_ps() const { return delay_rate_ps_per_s * seconds; }
-  [[nodiscard]] bool moves() const;    // by five deviations
-  [[nodiscard]] bool wanders() const;  // by five deviations
+  [[nodiscard]] bool moves() const;    // along the line, by five deviations
+  [[nodiscard]] bool wanders() const;  // about the line, by five deviations
 };
 
-// Whether a target was at rest in a recording, frame by frame: how far the frame's photons lie from
-// the calibration's pulses, by the score of its likelihood (one Newton step from no shift at all,
-// good to displacements of a pulse width; see TargetMotion for larger ones). Looks for an even
-// motion, and at scales from a frame to a quarter of the recording for wander beyond the photons'
-// noise.
+// Tells whether a target was at rest in a recording, by how far the photons of each frame lie from
+// the calibration's pulses. That is one Newton step from no shift, by the score of the likelihood,
+// which is good for displacements of a pulse width; TargetMotion sees larger ones. Looks for an
+// even motion, and at time scales from a frame to a quarter of the recording for wander beyond the
+// photons' noise.
 //
-// Threads: one. Errors: none. Grows by 24 bytes a frame.
+// Threads: one thread for each object. Errors: none. Grows by 24 bytes for each frame.
 class RestCheck {
  public:
-  // fold: the recording's, from which the calibration came.
+  // fold: that of the recording, from which the calibration came.
   RestCheck(const PhaseHistogram& fold, const Calibration& calibration);
 
-  // The recording's frames once more. Those that are not locked are passed over.
+  // To be called with the recording's frames, once more. Frames that are not locked are passed
+  // over.
   void add(const FrameView& frame);
 
   [[nodiscard]] RestReport report() const;
@@ -51,7 +53,7 @@ class RestCheck {
 
   std::size_t bins_;
   std::vector<float> score_;  // d log rate / d shift in each bin of the fold, 1/ps
-  double information_ = 0;    // of a photon, signal or not, 1/ps^2
+  double information_ = 0;    // of each photon on average, signal or background, 1/ps^2
   std::vector<Shift> shifts_;
   std::optional<std::int64_t> begin_ps_;
 };

@@ -13,12 +13,12 @@ namespace {
 using Window = FoldModel::Window;
 
 constexpr double reach_before_widths = 8;
-constexpr double reach_after_widths = 200;  // a tail's: 20 ns of a pulse of 100 ps
+constexpr double reach_after_widths = 200;  // of a tail: 20 ns for a pulse of 100 ps
 constexpr double least_reach_widths = 6;
-// Design note: of the 10^4 stretches looked at, noise lets one pass in 300 calibrations; the table
-// is then a little longer than need be, which does no harm.
+// Design note: some 10^4 runs of values are looked at. At five deviations noise lets a run pass in
+// one of 300 calibrations. The table is then a little longer than it need be, which does no harm.
 constexpr double deviations_of_tail = 5;
-constexpr std::size_t longest_stretch = 64;
+constexpr std::size_t longest_run = 64;
 constexpr int sharpening_rounds = 15;
 constexpr double deviations_that_agree = 2;
 
@@ -34,7 +34,7 @@ double step_ps(const FoldModel& model) {
 
 using Stack = StackedPhotons;
 
-// An empty stack, as far to either side as a pulse may reach.
+// An empty stack that goes as far to either side as a pulse may reach.
 Stack wide_stack(const FoldModel& model) {
   const double width_ps = model.width_ps();
   const double gap_ps = model.median_gap_ps();
@@ -50,8 +50,8 @@ Stack wide_stack(const FoldModel& model) {
   return stack;
 }
 
-// Whether photons stand out in values [begin, end). The noise of a background that is known from
-// the pulses' gaps alone is in the deviation.
+// Tells whether photons stand out in values [begin, end) of a stack. The deviation holds the noise
+// of the background too, which is known from the gaps between the pulses alone.
 class Significance {
  public:
   Significance(const FoldModel& model, const Stack& stack) : stack_(stack) {
@@ -73,11 +73,11 @@ class Significance {
 
  private:
   const Stack& stack_;
-  double shared_;  // variance of the background in one step, the same error in all
+  double shared_;  // variance of the background in one step; the error is the same in all steps
 };
 
-// Values [begin, end) that a pulse reaches to: as far as photons stand out in single values, then,
-// beyond those, in any stretch of 2, 4, ...: a tail fades into ever longer ones.
+// The values [begin, end) that a pulse reaches: as far as photons stand out in single values, and
+// beyond these in any run of 2, 4, and so on, since a tail fades out over ever longer runs.
 struct Extent {
   std::size_t begin, end;
 };
@@ -87,9 +87,9 @@ Extent significant_extent(const FoldModel& model, const Stack& stack) {
   const std::size_t size = stack.net.size();
   const auto peak = static_cast<std::size_t>(std::max_element(stack.net.begin(), stack.net.end()) -
                                              stack.net.begin());
-  // Two values at least on either side of the peak: a spline needs them to fall off.
+  // At least two values on either side of the peak, which a spline needs to fall off.
   Extent extent{peak < 2 ? 0 : peak - 2, std::min(peak + 3, size)};
-  for (std::size_t length = 1; length <= longest_stretch; length *= 2) {
+  for (std::size_t length = 1; length <= longest_run; length *= 2) {
     for (std::size_t j = size - std::min(size, length); j >= extent.end; --j) {
       if (!stands_out(j, j + length)) continue;
       extent.end = std::max(extent.end, j + length);
@@ -104,14 +104,14 @@ Extent significant_extent(const FoldModel& model, const Stack& stack) {
   return extent;
 }
 
-// Scaled to a sum times step of 1.
+// Scales the table so that its sum times the step is 1.
 void normalise(TabulatedPulse& table) {
   const double sum = std::accumulate(table.density.begin(), table.density.end(), 0.0);
   for (double& value : table.density) value /= sum * table.step_ps;
 }
 
-// A photon's place in a table: the value that it is nearest to, and how it counts for it and the
-// two beside it.
+// A photon's place in a table: the value that the photon is nearest to, and the photon's weights
+// for that value and its two neighbours.
 struct Place {
   std::ptrdiff_t nearest;
   SplineWeights weights;
@@ -123,7 +123,7 @@ struct Place {
         weights(position - std::floor(position + 0.5)) {}
 };
 
-// What `amount` at an offset adds to the table's values.
+// Adds `amount` at a place to the values of a table.
 void share_out(std::vector<double>& values, const Place& place, double amount) {
   const double parts[] = {place.weights.before, place.weights.at, place.weights.after};
   for (std::ptrdiff_t d = -1; d <= 1; ++d) {
@@ -133,8 +133,8 @@ void share_out(std::vector<double>& values, const Place& place, double amount) {
   }
 }
 
-// One round of expectation maximisation: each value grows by the ratio of photons seen to photons
-// expected where it counts.
+// One round of expectation maximisation: each value grows by the ratio of the photons seen to the
+// photons expected, weighted as the value counts for them.
 void sharpen(FoldModel& model) {
   TabulatedPulse table = model.table();
   const std::vector<double>& rates = model.rates();
@@ -156,7 +156,7 @@ void sharpen(FoldModel& model) {
   model.set_table(table);
 }
 
-// Means over as many values to either side as agree with the value itself.
+// Replaces each value by the mean over as many neighbours to either side as agree with the value.
 void smooth(TabulatedPulse& table, const std::vector<double>& deviations) {
   const std::vector<double> density = table.density;
   const std::size_t size = density.size();
@@ -192,7 +192,8 @@ StackedPhotons stack_photons(FoldModel& model) {
   const double low_ps = stack.first_ps - stack.step_ps / 2;
   const double high_ps = stack.offset_ps(stack.net.size() - 1) + stack.step_ps / 2;
   for (std::size_t p = 0; p < model.pulses(); ++p) {
-    // What others leave: the photons less what is expected of all, and what is expected of it.
+    // The photons that are left to this pulse: all photons, less those expected of everything, plus
+    // those expected of this pulse.
     const auto add = [&](const Window& window, bool own) {
       for (std::size_t i = 0; i < window.offset_ps.size(); ++i) {
         const double at_ps = window.offset_ps[i];
@@ -223,7 +224,7 @@ void stack_shape(FoldModel& model) {
   TabulatedPulse table{stack.offset_ps(extent.begin), stack.step_ps, {}};
   const double peak = *std::max_element(stack.net.begin(), stack.net.end());
   for (std::size_t j = extent.begin; j < extent.end; ++j) {
-    // A value of zero would stay at zero.
+    // Expectation maximisation would keep a value of zero at zero.
     table.density.push_back(std::max(stack.net[j], 1e-6 * peak));
   }
   normalise(table);

@@ -17,12 +17,12 @@ constexpr std::size_t most_slice_bins = 1 << 17;
 constexpr double better_deviations = 6;
 constexpr double moving_bins = 3;
 
-// Lays slices upon each other.
+// Lays slices upon each other, one after the other.
 class Alignment {
  public:
   explicit Alignment(std::size_t bins) : sum_(bins), wave_(bins), correlation_(bins) {}
 
-  // The shift, in bins, by which the slice is later than those before it.
+  // Adds a slice; returns the shift, in bins, by which the slice is later than the first slice.
   std::size_t place(const std::vector<float>& slice) {
     if (!empty_) shift_ = best_shift(slice);
     empty_ = false;
@@ -43,7 +43,8 @@ class Alignment {
     return gain > better_deviations * std::sqrt(noise(slice, best)) ? best : shift_;
   }
 
-  // Variance of the correlation's gain at a shift against the present one, by the slice's photons.
+  // The variance, by the slice's photons, of the gain in correlation at a shift over the present
+  // shift.
   [[nodiscard]] double noise(const std::vector<float>& slice, std::size_t shift) const {
     const std::size_t bins = sum_.size();
     double variance = 0;
@@ -56,7 +57,7 @@ class Alignment {
   }
 
   Eigen::FFT<float> fft_;
-  std::vector<float> sum_;  // of the slices so far, each shifted back
+  std::vector<float> sum_;  // of all slices so far, each shifted back
   std::vector<std::complex<float>> wave_;
   std::vector<float> correlation_;
   std::size_t shift_ = 0;
@@ -65,7 +66,7 @@ class Alignment {
 
 struct Point {
   double time_s;
-  double shift_bins;  // the circle opened: from slice to slice the nearer way
+  double shift_bins;  // not modulo the circle: from slice to slice it goes the nearer way
 };
 
 TargetMotion::Motion line_through(const std::vector<Point>& points, double bin_ps) {
@@ -84,7 +85,7 @@ TargetMotion::Motion line_through(const std::vector<Point>& points, double bin_p
     low = std::min(low, p.shift_bins);
     high = std::max(high, p.shift_bins);
   }
-  // A bin's rounding at least.
+  // The variance is at least that of rounding to bins.
   const double left = std::max((xx - tx * tx / tt) / std::max(n - 2, 1.0), 1.0 / 12);
   return {(high - low) * bin_ps, tx / tt * bin_ps, std::sqrt(left / tt) * bin_ps};
 }

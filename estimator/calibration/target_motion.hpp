@@ -9,14 +9,15 @@
 
 namespace splid {
 
-// Where a recording's photons go in the pattern period as time passes, whatever the pattern: a
-// target that moves by pulse widths smears them, and the pulses that a fold then shows are none.
+// Where a recording's photons go in the pattern period as time passes, for any pattern. A target
+// that moves by pulse widths smears its photons, and the fold then shows pulses that were never
+// played.
 //
-// The recording is cut into up to 64 slices of equal length; each is laid upon those before it at
-// the shift that fits best (correlation over the whole circle), staying where it was unless another
-// shift is better by six deviations.
+// The recording is cut into up to 64 slices of equal length. Each slice is laid upon the slices
+// before it at the shift that fits best, by correlation over the whole circle; it keeps the shift
+// of the last slice unless another shift is better by six deviations.
 //
-// Threads: one. Errors: none. At most 33 MB.
+// Threads: one thread for each object. Errors: none. Takes 33 MB at most.
 class TargetMotion {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, > 0.
@@ -27,17 +28,18 @@ class TargetMotion {
 
   struct Motion {
     double moved_ps = 0;                 // between the places furthest apart
-    double delay_rate_ps_per_s = 0;      // of the straight line through all
-    double std_delay_rate_ps_per_s = 0;  // by what is left about it
+    double delay_rate_ps_per_s = 0;      // of the straight line through all places
+    double std_delay_rate_ps_per_s = 0;  // by the spread of the places about that line
   };
-  // Absent where nothing moves by three bins of about a pulse width, or too few photons tell.
+  // Absent where nothing moves by three bins, each about a pulse width, or where photons are too
+  // few to tell.
   [[nodiscard]] std::optional<Motion> motion() const;
 
  private:
   struct Slice {
     std::vector<float> counts;
     std::size_t frames = 0;
-    double middle_s = 0;  // sum over its frames, since the first frame
+    double middle_s = 0;  // since the first frame, summed over the slice's frames
   };
 
   void merge_pairs();

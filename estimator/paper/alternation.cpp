@@ -19,17 +19,19 @@ using Pair = std::array<double, 2>;
 constexpr int max_rounds = 40;
 constexpr int max_evaluations = 200;
 constexpr double reach_widths = 10;
-// Design note: not the scene's limit. Near it estimates would pile up there and look better than
-// the bound allows; this one only keeps beta far below 1.
+// Design note: this is not the largest speed of the scene. Estimates near that limit would pile up
+// at it and look better than the bound allows. This limit only keeps beta far below 1.
 constexpr double most_speed_mps = 3e5;
 
-// A value to be made as large as it gets over one or two coordinates, in units of about a standard
-// deviation each, so that the first step, which is the gradient itself, is about Newton's.
+// A value that is to be maximised over one or two coordinates. These are in units of about a
+// standard deviation each, so that the first step of L-BFGS, the gradient itself, is about Newton's
+// step.
 struct Hill {
   std::function<double(const Pair& at, Pair& gradient)> value;
   unsigned dimensions = 2;
   Pair lower = {}, upper = {};
-  // Best seen. NLopt's own return codes tell a stop at the limit of rounding from nothing worse.
+  // The best value seen. It is kept here since a return code of NLopt does not tell a stop at the
+  // limit of rounding from a failure.
   Pair best = {};
   double most = 0;
 };
@@ -48,7 +50,7 @@ double evaluate(unsigned dimensions, const double* x, double* gradient, void* da
   return value;
 }
 
-// From hill.best.
+// Maximises from hill.best on.
 void climb(Hill& hill) {
   const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> optimiser(
       nlopt_create(NLOPT_LD_LBFGS, hill.dimensions), nlopt_destroy);
@@ -65,7 +67,8 @@ void climb(Hill& hill) {
   nlopt_optimize(optimiser.get(), x.data(), &value);
 }
 
-// (S, b) at the likelihood's tau and v: concave, so any start does.
+// Maximises over (S, b) at the likelihood's tau and v. The likelihood is concave in them, so that
+// any start will do.
 void climb_rates(PaperLikelihood& likelihood, PaperParameters& p) {
   const double photons = likelihood.photons();
   const double t = likelihood.seen_ns();
@@ -73,7 +76,7 @@ void climb_rates(PaperLikelihood& likelihood, PaperParameters& p) {
   const double S_unit = std::sqrt(std::max(1.0, p.signal_per_pulse * A)) / A;
   const double b_unit = std::sqrt(std::max(1.0, p.background_per_ns * t)) / t;
   Hill hill;
-  // A millionth of a count: b = 0 would make a stray photon impossible.
+  // The least background is a millionth of a count, as b = 0 would make a stray photon impossible.
   hill.lower = {0, 1e-6 / t / b_unit};
   hill.upper = {2 * photons / A / S_unit, 2 * photons / t / b_unit};
   hill.best = {std::clamp(p.signal_per_pulse / S_unit, hill.lower[0], hill.upper[0]),
@@ -93,7 +96,7 @@ struct Limits {
   bool moving;
 };
 
-// (tau, v) with S and b as they are; the gain there.
+// Maximises over (tau, v) with S and b as they are; returns the gain there.
 double climb_motion(PaperLikelihood& likelihood, const Limits& limits, PaperParameters& p) {
   const double counts = std::sqrt(std::max(1.0, p.signal_per_pulse * likelihood.amplitude()));
   const double delay_unit = likelihood.width_ns() / counts;

@@ -11,10 +11,12 @@ struct AlternationResult {
   Stop stop = Stop::not_run;
 };
 
-// [P]'s refinement: L-BFGS (NLopt's LD_LBFGS) on (S, b) and on (tau, v) in turn, until neither
-// moves, tau within ten pulse widths of the start. moving false keeps the start's v.
+// The refinement of [P]: L-BFGS (LD_LBFGS of NLopt) on (S, b) and on (tau, v) in turn, until
+// neither pair moves. tau stays within ten pulse widths of the start. moving: false keeps the
+// start's v.
 //
-// Frames without photons stop with not_run. Throws std::bad_alloc alone. Threads: as likelihood.
+// Frames without photons stop with not_run. Throws nothing but std::bad_alloc. Threads: as the
+// likelihood.
 AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start, bool moving);
 
 }  // namespace splid::paper

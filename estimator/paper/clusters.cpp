@@ -14,7 +14,7 @@ Cluster find_largest_cluster(const std::vector<double>& points_ns,
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return points_ns[a] < points_ns[b]; });
-  // Places go once around and on to where the last window ends.
+  // The places go once around the circle, and on to where the last window ends.
   const auto at_ns = [&](std::size_t place) {
     return points_ns[order[place % count]] + (place < count ? 0 : period_ns);
   };

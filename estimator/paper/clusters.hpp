@@ -6,22 +6,23 @@
 
 namespace splid::paper {
 
-// Where on a circle of period_ns the most weight lies within width_ns.
+// The place on a circle of period_ns where the most weight lies within width_ns.
 struct Cluster {
   double begin_ns = 0;   // in [0, period)
   double weight = 0;     // of all points in [begin, begin + width]
   double middle_ns = 0;  // their mean, in [0, period)
 };
 
-// points_ns: in [0, period_ns), one weight each. Threads: any.
+// points_ns: in [0, period_ns), with one weight each. Threads: any.
 Cluster find_largest_cluster(const std::vector<double>& points_ns,
                              const std::vector<double>& weights, double period_ns, double width_ns);
 
-// Leaves only the photons of the largest cluster of T mod t_k: in an interleaved pattern a target's
-// photons from the pulses of another sub-period lie at many places of this one's, and those of its
-// own at one ([P], initialisation of the interleaved mode). width_ns must hold the target's motion.
+// Leaves only the photons of the largest cluster of T mod t_k. In an interleaved pattern a target's
+// photons that came from the pulses of another sub-period lie at many places of this sub-period,
+// and its own photons at one place. width_ns: has to hold the target's motion.
 //
-// What the train counted stays: its background is that of the whole period.
+// The number of photons counted stays as it is, since the background is that of the whole period.
+// Source: [P], initialisation of the interleaved mode. Threads: any.
 void keep_largest_cluster(TrainPhotons& photons, double width_ns);
 
 }  // namespace splid::paper

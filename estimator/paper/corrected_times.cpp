@@ -8,9 +8,9 @@
 namespace splid::paper {
 
 CorrectedTimes::CorrectedTimes(const FrameView& view, double period) : period_ns(period) {
-  scale = view.sync.period_ps * ns_per_ps / period_ns;
+  scale = view.sync.period_ps * ns_per_ps / period_ns;  // [P] Eq. 20; Eq. 19 is in sync.period_ps
   const double to_ns = ns_per_ps / scale;
-  // Integers up to the frame's start, doubles from there.
+  // Times are whole picoseconds up to the frame's start, and doubles from there on.
   const double pattern_start_ps =
       static_cast<double>(view.sync.origin_ps - view.start_ps) + view.sync.phase_ps;
   const auto phase_of = [&](double time_ps) {

@@ -6,8 +6,11 @@
 
 namespace splid::paper {
 
-// A frame's photons in the pattern's own clock, as [P] counts time: from the frame's start. All
-// times are ns of the calibrated pattern; `scale` turns them into the tagger's.
+// A frame's photons in the pattern's own clock, from the frame's start on, as [P] counts time: Eq.
+// 20, which divides the tagger's times by measured over calibrated pattern period. splid's own
+// method does the same from mid-frame, in estimator/fold/drift_correction.hpp.
+//
+// All times are in ns of the calibrated pattern; `scale` turns them into the tagger's.
 struct CorrectedTimes {
   struct Span {
     double begin_ns, end_ns;  // from the frame's start
@@ -18,10 +21,10 @@ struct CorrectedTimes {
   double period_ns = 0;          // of the pattern
   double start_phase_ns = 0;     // of the frame's start, in [0, period)
   double length_ns = 0;          // t_a
-  double seen_ns = 0;            // length of all spans
+  double seen_ns = 0;            // sum of the spans' lengths
   double scale = 1;              // measured over calibrated period
 
-  // view must be locked to its syncs; period_ns: pattern_period_ps(), in ns.
+  // view: locked to its syncs. period_ns: that of the calibrated pattern. Errors: none. Allocates.
   CorrectedTimes(const FrameView& view, double period_ns);
 };
 

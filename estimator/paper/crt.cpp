@@ -24,7 +24,7 @@ double remainder_above_zero(double value, double modulus) {
   return rest < modulus ? rest : 0.0;
 }
 
-// The best tau in [from_ns, to_ns] with the turns as they are.
+// The best tau in [from_ns, to_ns] for given numbers of turns.
 CrtSolution best_between(std::span<const Remainder> remainders, const std::vector<double>& turns,
                          double from_ns, double to_ns) {
   double weights = 0;
@@ -43,7 +43,7 @@ CrtSolution best_between(std::span<const Remainder> remainders, const std::vecto
   return best;
 }
 
-// Moduli as M Gamma_k in whole units; empty where the Gamma_k are not pairwise coprime.
+// The moduli as M Gamma_k in whole units; absent where the Gamma_k are not pairwise coprime.
 struct WholeModuli {
   std::int64_t common = 0;           // M
   std::vector<std::int64_t> ratios;  // Gamma_k
@@ -72,8 +72,9 @@ WholeModuli whole_moduli(std::span<const Remainder> remainders, double unit_ns) 
   return whole;
 }
 
-// The x in [0, common_ns) nearest to all remainders on the circle of common_ns. The weighted mean
-// on a circle is the mean after some of the smallest have been moved up by a turn: K candidates.
+// The x in [0, common_ns) that is nearest to all remainders on the circle of common_ns. The
+// weighted mean on a circle is an ordinary mean after some of the smallest values have been moved
+// up by a turn, which makes K candidates.
 double common_remainder_ns(std::span<const Remainder> remainders, double common_ns) {
   struct Rest {
     double value_ns, weight;
@@ -111,7 +112,7 @@ std::int64_t modulo(std::int64_t value, std::int64_t modulus) {
   return rest < 0 ? rest + modulus : rest;
 }
 
-// value * inverse = 1 modulo modulus, the two being coprime.
+// The inverse of value: value * inverse = 1 modulo modulus. value and modulus are coprime.
 std::int64_t inverse_of(std::int64_t value, std::int64_t modulus) {
   std::int64_t a = modulo(value, modulus);
   std::int64_t b = modulus;
@@ -125,7 +126,7 @@ std::int64_t inverse_of(std::int64_t value, std::int64_t modulus) {
   return modulo(x, modulus);
 }
 
-// factor_a * factor_b modulo modulus by doublings: the product itself may pass 2^63.
+// factor_a * factor_b modulo modulus, by doublings, since the product itself may pass 2^63.
 std::int64_t product_modulo(std::int64_t a, std::int64_t b, std::int64_t modulus) {
   std::int64_t product = 0;
   for (; b > 0; b /= 2) {
@@ -174,7 +175,8 @@ CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns) {
   const double common_ns = static_cast<double>(whole.common) * unit_ns;
   const double rest_ns = common_remainder_ns(remainders, common_ns);
 
-  // Remainder k less the common one is q_k M; the number sought is q_k modulo Gamma_k for all k.
+  // Remainder k less the common remainder is q_k M. The number that is sought is q_k modulo
+  // Gamma_k, for every k.
   std::int64_t quotient = 0;
   std::int64_t product = 1;
   for (std::size_t k = 0; k < remainders.size(); ++k) {

@@ -4,41 +4,44 @@
 
 namespace splid::paper {
 
-// What one repetition period tells of a delay: the delay less some whole number of the period.
+// What one repetition period tells of a delay: the delay less an unknown number of whole periods.
 struct Remainder {
-  double value_ns = 0;    // any; [0, modulus) by habit
+  double value_ns = 0;    // any value; usually in [0, modulus)
   double modulus_ns = 0;  // > 0
-  double weight = 1;      // > 0; one over its variance, on any common scale
+  double weight = 1;      // > 0; 1 / variance, on a scale that all remainders share
 };
 
 struct CrtSolution {
   bool found = false;
-  double value_ns = 0;  // in [0, limit], or [0, least common multiple) of Wang's method
+  double value_ns = 0;  // in [0, limit]; with the method of Wang in [0, least common multiple)
   double cost = 0;      // sum of weight * (value - turns * modulus - remainder)^2
 };
 
 // The delay in [0, limit_ns] that agrees best with all remainders: the mixed-integer program of [P]
 // Eq. 16 to 18, min over tau and whole n_k of sum_k w_k (tau - n_k t_k - tau_k)^2, for any real
-// moduli. Exact: for a given tau the best n_k is round((tau - tau_k) / t_k), which changes only at
-// its breakpoints; between two of them the cost is a parabola.
+// moduli. The solution is exact: for a given tau the best n_k is round((tau - tau_k) / t_k), which
+// changes only at certain values of tau, the breakpoints, and between two of these the cost is a
+// parabola.
 //
-// Errors: not found for fewer than two remainders, values that are not finite, or more than 1e8
-// breakpoints (10 s). Cost: K times the breakpoints, sum of limit / t_k. Threads: any.
+// Errors: not found for fewer than two remainders, for values that are not finite, or for more than
+// 1e8 breakpoints (10 s). Cost: K times the number of breakpoints, which is the sum of limit / t_k.
+// Threads: any.
 CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limit_ns);
 
 // The robust Chinese remainder theorem of Wang, Li, Wang and Xia, "Maximum likelihood estimation
 // based robust Chinese remainder theorem for real numbers and its fast algorithm", IEEE Trans.
-// Signal Process. 63 (2015): for moduli M Gamma_k with pairwise coprime integers Gamma_k. The
-// common remainder modulo M is the best of K candidates; what is left of each remainder is then a
-// whole number of M, to which the theorem applies. Right as long as remainders err by less than M
-// / 4.
+// Signal Process. 63 (2015), for moduli M Gamma_k with pairwise coprime integers Gamma_k. The
+// common remainder modulo M is the best of K candidates. What is then left of each remainder is a
+// whole number of M, to which the theorem applies. It is right as long as remainders err by less
+// than M / 4.
 //
-// The moduli are first rounded to whole multiples of unit_ns, as the method has to have them. Where
-// they are not such, each turn adds the rounding to the error, and the method fails: 99.9 and
-// 104.1 ns as 100 and 104 from ten turns (1000 ns) on, [P] Fig. 5.
+// The method needs moduli that are whole multiples of a unit, so they are rounded to multiples of
+// unit_ns first. Where the true moduli are not such multiples, every turn adds the rounding to the
+// error and the method fails: with 99.9 and 104.1 ns, taken as 100 and 104, from ten turns (1000
+// ns) on. [P] Fig. 5 shows it.
 //
-// Errors: not found for fewer than two remainders, ratios that are not pairwise coprime, or a least
-// common multiple above 2^53 units. Threads: any.
+// Errors: not found for fewer than two remainders, for ratios that are not pairwise coprime, or for
+// a least common multiple above 2^53 units. Threads: any.
 CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns);
 
 }  // namespace splid::paper

@@ -12,7 +12,8 @@ EmissionTimes::EmissionTimes(const Pattern& pattern)
     : period_ns_(pattern_period_ps(pattern) * ns_per_ps) {
   double begin_ns = 0;
   for (const PatternSegment& segment : pattern.segments) {
-    // A single segment is played for ever, whatever its repeats: one of its periods is the pattern.
+    // A single segment is played for ever, whatever its repeats say, so that the pattern is one of
+    // its periods.
     const std::int64_t repeats = pattern.segments.size() == 1 ? 1 : segment.repeats;
     Train train;
     train.begin_ns = begin_ns;

@@ -7,11 +7,12 @@
 
 namespace splid::paper {
 
-// The emission times e of [P] Eq. 1 over one pattern period, which repeats for ever: pulse trains
-// in turn, one for each segment of the pattern. All in ns of the pattern's own clock.
+// The emission times e of [P] Eq. 1 over one pattern period, which repeats for ever: one pulse
+// train after the other, each from a segment of the pattern. All times are in ns of the pattern's
+// clock.
 //
-// Design note: kept as trains, not as a list. An MRR pattern of 25 ms a rate has half a million
-// pulses, and the ones near a given time are found by a division.
+// Design note: the times are kept as trains, not as a list. An MRR pattern with 25 ms of each rate
+// has half a million pulses, and the pulses near a given time are found by a division.
 //
 // Threads: const, any.
 class EmissionTimes {
@@ -20,20 +21,20 @@ class EmissionTimes {
     double begin_ns = 0;           // in the pattern period
     double length_ns = 0;          // period times repeats
     double period_ns = 0;          // of the train
-    std::vector<double> times_ns;  // in [0, period), ascending
+    std::vector<double> times_ns;  // of its pulses, in [0, period), ascending
     std::vector<double> amplitudes;
-    double amplitude = 0;  // sum of one period's
+    double amplitude = 0;  // sum over the pulses of one period
   };
 
-  // pattern must be valid. Pulses of amplitude zero are left out: they are not there.
+  // pattern: valid. Pulses of amplitude zero are left out.
   explicit EmissionTimes(const Pattern& pattern);
 
   [[nodiscard]] double period_ns() const { return period_ns_; }
   [[nodiscard]] const std::vector<Train>& trains() const { return trains_; }
   [[nodiscard]] double amplitude_per_ns() const { return amplitude_ / period_ns_; }
 
-  // Calls visit(offset_ns, amplitude) for each pulse with offset = phase - pulse time in
-  // [first_ns, last_ns], pulses of the periods around included. |phase| < 2^31 periods.
+  // Calls visit(offset_ns, amplitude) for each pulse whose offset, the phase less the pulse's time,
+  // is in [first_ns, last_ns]. Pulses of the periods around are among them. |phase| < 2^31 periods.
   template <class Visit>
   void near(double phase_ns, double first_ns, double last_ns, Visit visit) const {
     for (Cursor at = first_from(phase_ns - last_ns);; step(at)) {
@@ -54,7 +55,7 @@ class EmissionTimes {
     double repeat;  // whole periods of the train
     std::size_t pulse;
   };
-  [[nodiscard]] Cursor first_from(double time_ns) const;  // the first pulse at or after it
+  [[nodiscard]] Cursor first_from(double time_ns) const;  // the first pulse at time_ns or later
   [[nodiscard]] double time_of(const Cursor& at) const {
     const Train& train = trains_[at.train];
     return at.turn * period_ns_ +

@@ -10,7 +10,7 @@ namespace splid::paper {
 namespace {
 
 constexpr double most_bins = 0x1p18;
-// Half of the window: 99.99 % of a gaussian pulse.
+// Half of the window, which holds 99.99 % of a gaussian pulse.
 constexpr double half_window_widths = 4;
 
 std::vector<double> unwarped_ns(const TrainPhotons& photons, double velocity_mps) {
@@ -23,7 +23,7 @@ std::vector<double> unwarped_ns(const TrainPhotons& photons, double velocity_mps
   return phases_ns;
 }
 
-// The middle of the three bins beside each other that hold the most.
+// The middle of the three neighbouring bins that together hold the most photons.
 double histogram_peak_ns(const std::vector<double>& phases_ns, double period_ns, double bin_ns) {
   const auto bins = static_cast<std::size_t>(std::ceil(period_ns / bin_ns));
   std::vector<unsigned> counts(bins);
@@ -54,7 +54,8 @@ FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
   if (photons.size() == 0 || period_ns <= 4 * half_ns) return peak;
   const std::vector<double> phases_ns = unwarped_ns(photons, velocity_mps);
 
-  // The mean in a window about the mean settles on the peak: background pulls it to the middle.
+  // Background pulls the mean towards the window's middle, so the window is laid about the mean
+  // again and again, until it settles on the peak.
   double centre_ns = histogram_peak_ns(phases_ns, period_ns, bin_ns);
   double inside = 0;
   for (int round = 0; round < 5; ++round) {

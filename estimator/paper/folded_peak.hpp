@@ -5,7 +5,7 @@
 
 namespace splid::paper {
 
-// What censoring finds in the photons of one train, with their motion taken out.
+// The peak that is found in the photons of one train once their motion is taken out.
 struct FoldedPeak {
   bool found = false;
   double delay_ns = 0;           // D at the train's start, in [0, period)
@@ -13,12 +13,13 @@ struct FoldedPeak {
   double background_per_ns = 0;  // b, per ns of the pattern's clock; >= 0
 };
 
-// Folds the un-warped photons (T_j f' / f) on the train's period, finds the peak of the histogram,
-// and counts: photons in a window of four pulse widths about the peak are signal and background,
-// those censored by it background alone. The delay is the mean of those in the window.
+// Folds the photons, whose motion is taken out (T_j f' / f), on the train's period, finds the peak
+// of the histogram, and counts. In a window of four pulse widths about the peak there are signal
+// and background, outside of it background alone. The delay is the mean of the photons in the
+// window.
 //
-// Not found: no photons, or a period not above twice the window. Threads: any. Source: [P],
-// censoring with a short window.
+// Not found where there are no photons, or where the period is not above twice the window. Threads:
+// any. Source: [P], censoring with a short window.
 FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
                             const PulseShape& shape);
 

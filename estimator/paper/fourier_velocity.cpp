@@ -10,11 +10,11 @@ namespace splid::paper {
 namespace {
 
 constexpr double most_photon_bins = 0x1p18;
-// Design note: at 30 km/s in a frame of 1 s the steps would be 2e9; 20 times those of [P]'s
-// experiment (1,000) reach as far with wider bins, in seconds.
+// Design note: 30 km/s in a frame of 1 s would ask for 2e9 steps. With 20 times the steps of [P]'s
+// experiment (1,000) and wider bins the search reaches as far, in seconds.
 constexpr double most_steps = 2e4;
 
-// The power over all harmonics as a function of the rate g of the delay, f' = (1 - g) / period.
+// The power of all harmonics as a function of the rate g of the delay; f' = (1 - g) / period.
 class HarmonicPower {
  public:
   HarmonicPower(const TrainPhotons& photons, double bin_ns)
@@ -52,14 +52,14 @@ class HarmonicPower {
   std::vector<double> counts_;
 };
 
-// The largest value in [low, high] by golden section, where it has one hill.
+// The place of the largest value in [low, high], by golden section; the value has one hill there.
 double climb(HarmonicPower& power, double low, double high) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
   double left = high - golden * (high - low);
   double right = low + golden * (high - low);
   double at_left = power(left);
   double at_right = power(right);
-  // 0.618^12: to a three-hundredth of the bracket, a hundredth of a bin.
+  // 0.618^12 brings the bracket down to a three-hundredth, which is a hundredth of a bin.
   for (int round = 0; round < 12; ++round) {
     if (at_left > at_right) {
       high = right;
@@ -102,7 +102,8 @@ double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double
     best_rate = n * step;
   }
   const double rate = climb(power, best_rate - 1.5 * step, best_rate + 1.5 * step);
-  // c (f - f') / (f + f') with f' = (1 - g) f; the form with f' itself would lose g's digits.
+  // This is c (f - f') / (f + f') with f' = (1 - g) f. Computed with f' itself it would lose the
+  // digits of g.
   const double velocity_mps = speed_of_light_mps * rate / (2 - rate);
   return std::clamp(velocity_mps, -max_speed_mps, max_speed_mps);
 }

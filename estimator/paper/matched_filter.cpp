@@ -18,11 +18,11 @@ constexpr double most_candidates = 0x1p21;
 constexpr double assumed_signal = 1;
 constexpr double assumed_background_per_ns = 1e-3;
 
-// log(1 + S~ / b~ sum_p a_p h(phase - t_p)) at the middle of each bin of the pattern period.
+// The filter: log(1 + S~ / b~ sum_p a_p h(phase - t_p)) at the middle of each bin of the period.
 std::vector<double> log_intensity(const EmissionTimes& emission, const PulseShape& shape,
                                   std::size_t bins) {
   const double bin_ns = emission.period_ns() / static_cast<double>(bins);
-  // Bins wider than half a pulse see a wider pulse, or they would step over it.
+  // Bins that are wider than half a pulse see a wider pulse, as they would step over the true one.
   const double squeeze = std::min(1.0, shape.width_ns() / 2 / bin_ns);
   std::vector<double> density(bins);
   for (std::size_t k = 0; k < bins; ++k) {
@@ -38,7 +38,8 @@ std::vector<double> log_intensity(const EmissionTimes& emission, const PulseShap
   return density;
 }
 
-// How much of the pattern period lies within half_ns of a pulse; random patterns have one train.
+// The share of the pattern period that lies within half_ns of a pulse. Random patterns have one
+// train.
 double share_near_pulses(const EmissionTimes& emission, double half_ns) {
   const std::vector<double>& times_ns = emission.trains().front().times_ns;
   double covered_ns = 0;

@@ -16,9 +16,10 @@ PaperLikelihood::PaperLikelihood(const CorrectedTimes& frame, const EmissionTime
       seen_ns_(frame.seen_ns * frame.scale),
       amplitude_(emission.amplitude_per_ns() * frame.seen_ns) {}
 
-// Design note: the photon's offset t - tau / (1 - beta) - e (1 + beta) / (1 - beta) is what
-// (t - g t - tau / (1 + beta) - e) / (1 - g) is, g = 2 beta / (1 + beta). Folded before e is taken
-// off, it is good to 1e-12 ns at any t, and feels velocities of nanometres a second.
+// Design note: the photon's offset t - tau / (1 - beta) - e (1 + beta) / (1 - beta) is equal to
+// (t - g t - tau / (1 + beta) - e) / (1 - g) with g = 2 beta / (1 + beta). The second form is
+// folded on the period before e is taken off. It is then good to 1e-12 ns at any t, and resolves
+// velocities of nanometres a second.
 void PaperLikelihood::collect(double delay_ns, double beta) {
   for (auto* pairs : {&offset_ns_, &pair_amplitude_, &by_velocity_}) pairs->clear();
   first_.clear();
@@ -34,7 +35,7 @@ void PaperLikelihood::collect(double delay_ns, double beta) {
                    [&](double off_ns, double amplitude) {
                      offset_ns_.push_back(off_ns * stretch);
                      pair_amplitude_.push_back(amplitude);
-                     // d offset / dv, from e, the time at which this pulse left.
+                     // d offset / dv, by e, the time at which this pulse left.
                      by_velocity_.push_back(per_mps * (delay_ns + 2 * (sent_ns - off_ns)));
                    });
     if (offset_ns_.size() > before) first_.push_back(before);

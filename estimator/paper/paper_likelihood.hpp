@@ -9,7 +9,7 @@
 
 namespace splid::paper {
 
-// What [P] estimates of a frame. The delay is in the pattern's clock, rates are in the tagger's.
+// What [P] estimates of a frame. The delay is in the pattern's clock; rates count the tagger's ns.
 struct PaperParameters {
   double delay_ns = 0;  // tau, round trip at the frame's start
   double velocity_mps = 0;
@@ -17,17 +17,18 @@ struct PaperParameters {
   double background_per_ns = 0;  // b > 0
 };
 
-// l = -integral lambda + sum_j log lambda(T_j), with [P] Eq. 2's
+// The log-likelihood as [P] writes it: l = -integral lambda + sum_j log lambda(T_j), with Eq. 2's
 // lambda(t) = b + S sum_e a_e h(t - tau / (1 - beta) - e (1 + beta) / (1 - beta)) over all emission
-// times, those before the frame included ([P] Eq. 4 and 7, whose print lacks the logarithm).
+// times e, those before the frame included ([P] Eq. 4 and 7, whose print lacks the logarithm).
 //
-// Values are gains over no target, S = 0 and b = N / t: some thousands where l itself is 1e5, which
-// leaves the optimiser two more digits.
+// Values are gains over no target, which is S = 0 and b = N / t. They are some thousands where l
+// itself is 1e5, which leaves the optimiser two more digits.
 //
-// Design note: written from [P]'s formula in (tau, v), apart from Likelihood, which works on delay
-// lines about mid-frame: two ways to one number. Pulses in a loss count by their mean rate.
+// Design note: this is written from [P]'s formula in (tau, v), apart from Likelihood, which works
+// on delay lines about mid-frame, so that the two check each other. Pulses in a loss count by their
+// mean rate.
 //
-// Threads: one an object. frame, emission and shape must outlive it.
+// Threads: one thread for each object. Errors: none. frame, emission and shape must outlive it.
 class PaperLikelihood {
  public:
   PaperLikelihood(const CorrectedTimes& frame, const EmissionTimes& emission,
@@ -40,9 +41,9 @@ class PaperLikelihood {
     double by_signal = 0;      // per count a pulse,
     double by_background = 0;  // per count a ns
   };
-  // Sets tau and v, which is where the work is: each photon's pulses are found and weighed anew.
+  // Sets tau and v. Most of the work is here, as the pulses of each photon are found anew.
   void move_to(double delay_ns, double velocity_mps);
-  // At the tau and v set last; background_per_ns > 0.
+  // The gain and its derivatives at the tau and v that were set last. background_per_ns > 0.
   [[nodiscard]] Point evaluate(double signal_per_pulse, double background_per_ns) const;
 
   [[nodiscard]] double photons() const { return photons_; }

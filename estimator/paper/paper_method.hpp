@@ -10,11 +10,26 @@
 #include "estimator/paper/paper_start.hpp"
 #include "protocol/pattern.hpp"
 
+// The room paper/ is the method of [P] as [P] has it, to compare splid's own with: its
+// initialisers, then L-BFGS on two pairs of parameters in turn. It allocates and is slower than
+// search/ and fit/. Open this file first. Its parts, in the order in which a frame passes them:
+//   corrected_times.hpp    the photons' times in the pattern's clock: [P] Eq. 20
+//   emission_times.hpp     the times at which pulses leave: [P] Eq. 1
+//   paper_start.hpp        where the refinement starts, by mode
+//     matched_filter.hpp     random patterns: [P] Eq. 8 to 10
+//     train_photons.hpp      other modes: the photons of one pulse train, and from these
+//     clusters.hpp           the photons that belong to a sub-period of an interleaved pattern,
+//     fourier_velocity.hpp   the velocity by the observed repetition frequency,
+//     folded_peak.hpp        the delay modulo the train's period, and
+//     crt.hpp                the delay itself, by a Chinese remainder theorem: [P] Eq. 16 to 18
+//   paper_likelihood.hpp   the likelihood: [P] Eq. 2, 4 and 7
+//   alternation.hpp        the refinement
+
 namespace splid::paper {
 
-// What method `paper` found in a frame; all values are finite.
+// What method `paper` found in a frame. All values are finite; delays are in the tagger's clock.
 struct PaperResult {
-  bool found = false;         // false: nothing below holds but photons
+  bool found = false;         // false: of the values below only `photons` holds
   double delay_start_ns = 0;  // tau, round trip at the frame's start, in [0, unambiguous delay)
   double delay_ns = 0;        // round trip at mid-frame, in [0, unambiguous delay)
   double velocity_mps = 0;
@@ -27,29 +42,35 @@ struct PaperResult {
   std::size_t photons = 0;
 };
 
-// The method of [P], kept whole, as the yardstick for splid's own search: Fourier analysis and
-// censoring (periodic modes), with the robust Chinese remainder theorem (MRR, interleaved), or a
-// matched filter at v = 0 and counting (random); then L-BFGS on (S, b) and (tau, v) in turn.
+// The method of [P], kept whole as the yardstick for splid's own search: Fourier analysis and
+// censoring (periodic modes), with a Chinese remainder theorem where there are several periods
+// (MRR, interleaved), or a matched filter at v = 0 and counting (random); then L-BFGS on (S, b) and
+// (tau, v) in turn.
 //
-// What it cannot do, as [P] says of it or as follows from it: a random pattern's target that moves
-// by more than some 15 pulse widths in a frame (5 m/s in 50 ms) starts outside the refinement's
-// reach; a single pulse a period needs more light for its Fourier analysis than for its likelihood
-// (see fourier_velocity_mps); MRR gives each photon to the train that plays when it arrives, so
-// trains must be long against the delay, and where delays nearly repeat within the unambiguous one
-// (99.9 and 104.1 ns: to 0.3 ns within their common multiple of 34.7 us) their remainders must be
-// as good: 8 to 9 of 10 frames with 48 photons a rate are.
+// Its limits, as [P] names them or as they follow from it:
+//  - A target seen with a random pattern that moves by more than some 15 pulse widths in a frame
+//    (5 m/s in 50 ms) starts outside the reach of the refinement.
+//  - A single pulse in each period needs more light for the Fourier analysis than for the
+//  likelihood
+//    (see fourier_velocity_mps()).
+//  - With MRR each photon counts for the train that plays when the photon arrives, so that trains
+//  have
+//    to be long against the delay. Where delays nearly repeat below the unambiguous delay
+//    (with 99.9 and 104.1 ns to 0.3 ns, within their common multiple of 34.7 us), the remainders
+//    have to be as good as that. With 48 photons of each rate they are in 8 to 9 frames of 10.
 //
-// Of [P]'s two remainder theorems the mixed-integer program is used throughout: it has the same
-// answer where Wang's applies, and the moduli of a calibrated pattern are never whole numbers.
+// Of the two remainder theorems in [P], the mixed-integer program is used throughout. It has the
+// same answer as Wang's wherever Wang's applies, and the moduli of a calibrated pattern are never
+// whole numbers.
 //
-// Threads: one call at a time; objects share nothing. Errors: std::bad_alloc alone; frames that are
-// not locked to their syncs, of fewer than 3 photons, or whose photons all came at one time are not
-// found. Allocates: it is for comparison, not for the way of a frame.
+// Threads: one call at a time; objects share nothing. Errors: std::bad_alloc alone. Nothing is
+// found in frames that are not locked to their syncs, have fewer than 3 photons, or whose photons
+// all came at one time. Allocates, as it is for comparison and not for every frame.
 class PaperMethod {
  public:
-  // pattern must be valid; shape must outlive the object.
+  // pattern: valid. shape: outlives the object.
   PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene);
-  // start_ refers to emission_.
+  // No copies, as start_ refers to emission_.
   PaperMethod(const PaperMethod&) = delete;
   PaperMethod& operator=(const PaperMethod&) = delete;
 

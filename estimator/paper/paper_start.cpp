@@ -29,7 +29,8 @@ PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
   }
 }
 
-// Pulses that are not evenly spaced are no periodic mode; the strongest then stands for them.
+// A train whose pulses are not evenly spaced is no periodic mode of [P]. Its strongest pulse then
+// stands for all of them.
 PaperStart::Repetition PaperStart::repetition_of(const EmissionTimes::Train& train) const {
   const auto pulses = static_cast<double>(train.times_ns.size());
   const double spacing_ns = train.period_ns / pulses;
@@ -44,8 +45,8 @@ PaperStart::Repetition PaperStart::repetition_of(const EmissionTimes::Train& tra
   return {train.period_ns, train.times_ns[place], *strongest};
 }
 
-// The pulses of a sub-period: where most of the pattern's light lies modulo t_k. That is at 0, but
-// for a calibrated pattern, whose times may have any origin.
+// The pulses of a sub-period are where most of the pattern's light lies modulo t_k. That is at 0,
+// except in a calibrated pattern, whose times may have any origin.
 PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
   const EmissionTimes::Train& train = emission_.trains().front();
   const double turns = std::round(train.period_ns / nominal_ns);
@@ -62,7 +63,7 @@ TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t ind
   const Repetition& repetition = repetitions_[index];
   TrainPhotons photons;
   photons.period_ns = repetition.period_ns;
-  // Where the frame starts within the train's stretch, so does what is seen of it.
+  // Where the frame starts while the train plays, the train is seen from the frame's start on.
   const double into_ns = fold_on(frame.start_phase_ns - train.begin_ns, frame.period_ns);
   photons.start_ns = into_ns < train.length_ns ? 0 : frame.period_ns - into_ns;
   for (std::size_t j = 0; j < frame.time_ns.size(); ++j) {
@@ -71,7 +72,7 @@ TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t ind
     photons.phase_ns.push_back(fold_on(within_ns - repetition.offset_ns, repetition.period_ns));
     photons.time_ns.push_back(frame.time_ns[j] - photons.start_ns);
   }
-  // Of the time since the frame's start, how much the train was on.
+  // How long the train was on between the frame's start and a time.
   const auto on_ns = [&](double time_ns) {
     const double since_ns = time_ns + into_ns;
     const double turns = std::floor(since_ns / frame.period_ns);
@@ -121,8 +122,8 @@ std::optional<PaperParameters> PaperStart::from_trains(
     mean.delay_ns = (delays_ns.front() - rate * trains.front().start_ns) * (1 + beta);
     return mean;
   }
-  // Eq. 5: train k sees tau + 2 v t_0^k / c, to be taken back to the frame's start; a mean of n
-  // photons has n times the weight of one.
+  // [P] Eq. 5: train k sees tau + 2 v t_0^k / c, which is taken back to the frame's start here. A
+  // mean of n photons has n times the weight of one photon.
   std::vector<Remainder> remainders;
   for (std::size_t k = 0; k < trains.size(); ++k) {
     const double value_ns = delays_ns[k] - rate * trains[k].start_ns;
@@ -157,7 +158,7 @@ std::optional<PaperParameters> PaperStart::find(const CorrectedTimes& frame) con
     }
     start = from_trains(trains);
   }
-  // Counted by the pattern's clock; the tagger's nanoseconds are `scale` times as many.
+  // The background was counted in the pattern's clock, in which the frame is shorter by `scale`.
   if (start) start->background_per_ns /= frame.scale;
   return start;
 }

@@ -13,30 +13,31 @@
 
 namespace splid::paper {
 
-// [P]'s initialisers: where the refinement starts. Each takes a frame of its own modes and gives
-// none where the photons show no peak. max_speed_mps 0: a target at rest. Threads: any.
+// The initialisers of [P], which find where the refinement starts. Which of them is used depends on
+// the mode. The result is absent where the photons show no peak. max_speed_mps is 0 for a target at
+// rest. Threads: const, any. Errors: none. Allocates.
 class PaperStart {
  public:
-  // emission and shape must outlive it.
+  // emission and shape outlive this.
   PaperStart(const Pattern& pattern, const EmissionTimes& emission, const PulseShape& shape,
              double max_speed_mps);
 
   [[nodiscard]] std::optional<PaperParameters> find(const CorrectedTimes& frame) const;
 
  private:
-  // The evenly spaced pulses of a train, as one pulse a period.
+  // The evenly spaced pulses of a train, taken as one pulse in each of their spacings.
   struct Repetition {
     double period_ns;
-    double offset_ns;  // of the pulse in the period
-    double amplitude;  // of it; the mean where several differ
+    double offset_ns;  // where the pulse is in that period
+    double amplitude;  // of the pulse; the mean where several differ
   };
   [[nodiscard]] Repetition repetition_of(const EmissionTimes::Train& train) const;
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
   [[nodiscard]] TrainPhotons photons_of(const CorrectedTimes& frame, std::size_t index) const;
   [[nodiscard]] TrainPhotons photons_of_subperiod(const CorrectedTimes& frame,
                                                   const Repetition& subperiod) const;
-  // Fourier analysis and censoring of each train; their mean, and the delay that the robust Chinese
-  // remainder theorem makes of their delays.
+  // Fourier analysis and censoring of each train. The result is the mean over the trains, with the
+  // delay that the Chinese remainder theorem makes of the trains' delays.
   [[nodiscard]] std::optional<PaperParameters> from_trains(
       const std::vector<TrainPhotons>& trains) const;
   [[nodiscard]] PaperParameters by_matched_filter(const CorrectedTimes& frame) const;

@@ -6,15 +6,15 @@
 
 namespace splid::paper {
 
-// Photons as one pulse train has them: folded on its period. A target that moves at
-// v = c g / (2 - g) with delay D = tau / (1 + v/c) at the train's start has its photons at
-// phase = D + g time, a straight line on the circle. In the pattern's clock.
+// The photons of one pulse train, folded on its period, in the pattern's clock. A target that moves
+// at v = c g / (2 - g), with delay D = tau / (1 + v/c) at the train's start, has its photons at
+// phase = D + g time, which is a straight line on the circle.
 struct TrainPhotons {
   double period_ns = 0;
   double start_ns = 0;           // t_0 of [P] Eq. 5: when the train starts, from the frame's start
-  double seen_ns = 0;            // how long photons of the train were looked for
-  double amplitude = 0;          // of all pulses in that time
-  double counted = 0;            // photons in that time, those left out below included
+  double seen_ns = 0;            // for how long photons of the train were looked for
+  double amplitude = 0;          // sum over all pulses in that time
+  double counted = 0;            // photons in that time, those that are not listed below included
   std::vector<double> phase_ns;  // in [0, period)
   std::vector<double> time_ns;   // from start_ns
 
