@@ -13,7 +13,8 @@ namespace {
 
 constexpr double even_period_ps = 3'780'000;
 constexpr std::array interleaved_periods_ps = {180'000.0, 189'000.0};
-// [P] Fig. 5: no small common multiple, which a CRT for whole numbers needs.
+// The periods of [P] Fig. 5, which have no small common multiple, as a CRT for whole numbers needs
+// it.
 constexpr std::array fig5_periods_ps = {99'900.0, 104'100.0};
 constexpr double ps_per_ms = 1e9;
 
@@ -109,7 +110,7 @@ std::vector<Cell> fig9() {
   return cells;
 }
 
-// The design's own: any velocity, and less and less signal.
+// A study of splid's own: any velocity, and less and less signal.
 std::vector<Cell> experiment() {
   std::vector<Cell> cells;
   for (const Mode mode : {Mode::random, Mode::interleaved}) {
@@ -214,7 +215,7 @@ std::vector<Job> full_jobs(int trials) {
 }
 
 std::vector<Job> quick_jobs(int trials) {
-  // The search is judged; of the others it is enough to see that they run.
+  // The search is judged. Of the other estimators it is enough to see that they run.
   const int other_trials = std::max(1, trials / 20);
   std::vector<Job> jobs;
   for (const Cell& cell : fig2()) {

@@ -13,7 +13,7 @@ namespace splid::studies {
 // A figure of [P], or of the design. Its axes are reconstructed: see docs/evidence/accuracy.md.
 enum class Study { fig2, fig3, fig4, fig4_long, fig5, fig9, experiment };
 
-// What a cell sweeps over in its study: the figure's horizontal axis.
+// The quantity that a study sweeps over, which is the figure's horizontal axis.
 enum class Axis { background, length, velocity, signal };
 
 struct StudyInfo {
@@ -30,9 +30,9 @@ std::optional<Study> study_from_name(std::string_view name);
 
 // How a frame is estimated.
 enum class Estimator {
-  search,  // splid's own
-  paper,   // [P]'s method, whole
-  wang,    // [P]'s with the CRT of Wang et al. 2015 on rounded moduli: Fig. 5 alone
+  search,  // by splid's own method
+  paper,   // by the whole method of [P]
+  wang,    // as [P], but with the CRT of Wang et al. 2015 on rounded moduli; for Fig. 5 alone
 };
 
 const char* to_string(Estimator estimator);
@@ -52,14 +52,14 @@ struct Cell {
 constexpr double pulse_sigma_ns = 0.1;
 constexpr double max_speed_mps = 150;
 
-// Cell and estimator: what is run at once and has a row of its own in the results.
+// A cell and an estimator, which are run together and have a row of their own in the results.
 struct Job {
   Cell cell;
   Estimator estimator = Estimator::search;
   int trials = 0;
 };
 
-// What tells one job from another, trials aside: the first columns of the results' CSV.
+// The text that tells one job from another, whatever their trials: the first columns of the CSV.
 std::string scene_key(const Cell& cell);
 std::string key(const Job& job);
 
@@ -69,7 +69,7 @@ Pattern pattern_of(const Cell& cell);
 
 // All jobs of all studies, in the order of the tables.
 std::vector<Job> full_jobs(int trials);
-// A few, whose search takes less than a minute together.
+// A few jobs, whose search takes less than a minute in all.
 std::vector<Job> quick_jobs(int trials);
 
 }  // namespace splid::studies

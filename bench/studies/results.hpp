@@ -10,7 +10,7 @@
 
 namespace splid::studies {
 
-// A finished job, with where and when it ran.
+// A finished job, with the machine that it ran on and the date.
 struct Result {
   Job job;
   Expectation expectation;
@@ -19,15 +19,15 @@ struct Result {
   std::string date;     // UTC, 2026-11-21
 };
 
-// By key(job): of several runs of a job the one of most trials.
+// Results by key(job). Of several runs of a job the run with the most trials is kept.
 using Results = std::map<std::string, Result>;
 
-// One line of CSV, no line end; the other way round null where the line is no result.
+// A result as one line of CSV, without a line end, and back; absent where the line is no result.
 std::string to_csv(const Result& result);
 std::optional<Result> from_csv(const std::string& line);
 
 // All *.csv in the folder; empty where there is no folder.
-// Errors: Error(Fault::data) naming file and line that are no results of this program.
+// Errors: Error(Fault::data), which names the file and the line that is no result of this program.
 Results read_results(const std::filesystem::path& folder);
 
 // Appends results to a file, each whole as soon as it is there; a line that was cut off by the end

@@ -18,7 +18,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-// How much work a job is, in photons; a frame of none still costs the look at all delays.
+// How much work a job is, in photons. A frame without photons still costs the look at all delays.
 double work_of(const Job& job) {
   const Expectation e = expect(job.cell);
   return job.trials * (e.signal_photons + e.background_photons + 500);
@@ -73,13 +73,13 @@ class TimeLeft {
   std::array<double, 3> left_{}, done_{}, took_s_{};
 };
 
-// What the threads share.
+// The state that the threads share.
 struct Run {
   const std::vector<Job>& jobs;
   int threads;
   const ResultFile& file;
   std::atomic<std::size_t> next{0};
-  std::mutex mutex;  // guards what follows
+  std::mutex mutex;  // guards the members below
   TimeLeft left;
   Results& results;
   std::size_t finished = 0;

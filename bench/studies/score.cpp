@@ -7,14 +7,14 @@
 namespace splid::studies {
 namespace {
 
-// The smallest value that `share` of all do not exceed.
+// The smallest value that a share of all values does not exceed.
 double quantile(std::vector<double> sorted, double share) {
   std::sort(sorted.begin(), sorted.end());
   const double rank = std::ceil(share * static_cast<double>(sorted.size()));
   return sorted[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
 }
 
-// Few photons leave a delay to more than a pulse width, and say so.
+// With few photons a delay may be off by more than a pulse width, and its deviation says so.
 bool is_wrong_and_sure(const TrialOutcome& outcome) {
   return !outcome.ambiguous && std::abs(outcome.error[delay]) > 5 * outcome.deviation[delay];
 }
@@ -24,7 +24,7 @@ bool publishes_deviations(const TrialOutcome& outcome) {
                      [](double deviation) { return deviation > 0; });
 }
 
-// Sums for now; score() divides.
+// Adds a frame to the sums, which score() divides at the end.
 void add_right(const TrialOutcome& outcome, Score& sums) {
   const bool published = publishes_deviations(outcome);
   sums.with_deviation += published ? 1 : 0;
@@ -45,7 +45,7 @@ Share wilson_95(int hits, int trials) {
   const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
   const double half =
       z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
-  // At the ends the two sides cancel but for rounding.
+  // At 0 and at 1 the two terms cancel, except for rounding.
   return {hits == 0 ? 0 : middle - half, hits == trials ? 1 : middle + half};
 }
 

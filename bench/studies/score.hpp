@@ -6,7 +6,7 @@
 
 namespace splid::studies {
 
-// Order of the values of a frame in the arrays here.
+// The order in which the arrays below hold the four values of a frame.
 enum Value { delay, velocity, signal, background, values };
 using FourValues = std::array<double, values>;
 
@@ -27,10 +27,10 @@ struct Share {
 // trials > 0.
 Share wilson_95(int hits, int trials);
 
-// What a job found, in numbers that the tables print.
+// The numbers that the tables print of a job.
 struct Score {
   int trials = 0;
-  int no_value = 0;  // no_target, or none found
+  int no_value = 0;  // frames with no_target, or in which nothing was found
   int wrong = 0;     // wrong peaks: delay off by more than limit_ns
   int ambiguous =
       -1;             // frames whose odds ask for it, the mode aside; -1: older result, not counted

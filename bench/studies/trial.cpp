@@ -16,14 +16,14 @@
 namespace splid::studies {
 namespace {
 
-// FNV-1a, the same everywhere, which std::hash is not.
+// The FNV-1a hash, which is the same on every machine, as std::hash is not.
 std::uint64_t hash(std::string_view text) {
   std::uint64_t value = 14695981039346656037U;
   for (const char c : text) value = (value ^ static_cast<unsigned char>(c)) * 1099511628211U;
   return value;
 }
 
-// A job's estimator and the scene that it is tried on.
+// The estimator of a job, and the scene that the estimator is tried on.
 class Bench {
  public:
   Bench(const Job& job, const Expectation& expectation)
@@ -77,7 +77,7 @@ class Bench {
     return options;
   }
 
-  // No frame of a study has more: ten deviations above the mean.
+  // Room for ten deviations above the mean number of photons, which no frame of a study reaches.
   static std::size_t most_photons(const Expectation& expectation) {
     const double mean = expectation.signal_photons + expectation.background_photons;
     return static_cast<std::size_t>(mean + 10 * std::sqrt(mean) + 20);
@@ -88,7 +88,7 @@ class Bench {
     TrialOutcome outcome;
     outcome.compute_ms = compute_ms;
     outcome.has_values = found.has_values;
-    // Wang's has none.
+    // Wang's method has no range odds.
     outcome.ambiguous =
         !by_wang_ && found.range_odds_nats < odds_at_risk_nats(EstimatorOptions().range_risk);
     outcome.error = {std::remainder(found.delay_ns - delay_ns, unambiguous_ns_),

@@ -10,7 +10,7 @@
 namespace splid::studies {
 namespace {
 
-// The photons that come while each segment plays.
+// The photons of each segment: those that come while the segment is played.
 std::vector<paper::TrainPhotons> trains_of(const Pattern& pattern, const FrameView& frame) {
   std::vector<paper::TrainPhotons> trains;
   double begin_ns = 0;

@@ -25,8 +25,8 @@ Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per
 
 namespace {
 
-// How much of the comb's light falls on a pulse again after a shift; the mean offset of those that
-// do goes into `offset_ns`.
+// The share of the comb's light that falls on a pulse again after a shift. The mean offset of the
+// pulses that do goes into `offset_ns`.
 double light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns, double& offset_ns) {
   double light = 0;
   double moment = 0;
@@ -51,8 +51,8 @@ double light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns, d
 
 std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
   constexpr double least_fraction = 0.7;
-  // Design note: if 70 % of the pulses land on others, so does one of the first four, but for 1 in
-  // 120. More pulses than 4096 are random ones, or take a second to try.
+  // Design note: where 70 % of the pulses land on others, one of the first four does so too, except
+  // in 1 of 120 combs. Combs of more than 4096 pulses are random, or would take a second to try.
   constexpr std::size_t tried = 4;
   constexpr std::size_t max_pulses = 4096;
   std::vector<double> copies;
@@ -91,8 +91,9 @@ CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
       pulses_.push_back({comb.times_ns[p] + turn * comb.period_ns, comb.amplitudes[p]});
     }
   }
-  // Design note: 64 buckets a pulse leave most of them empty where windows are narrow, so most
-  // background photons cost one look-up; 2^15 buckets of 9 bytes still fit the second cache.
+  // Design note: with 64 buckets for each pulse most buckets are empty where windows are narrow, so
+  // that most background photons cost one look into the table. 2^15 buckets of 9 bytes still fit
+  // into the second-level cache.
   const std::size_t buckets =
       std::min<std::size_t>(std::size_t{1} << 15, std::bit_ceil(comb.times_ns.size() * 64));
   shift_ = 32 - std::countr_zero(buckets);
@@ -100,7 +101,7 @@ CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
   buckets_.resize(buckets);
   flags_.resize(buckets);
   for (std::size_t k = 0; k < buckets; ++k) {
-    // A hair wider than the bucket, against the rounding of phases to 2^-32.
+    // A little wider than the bucket, for the rounding of phases to 2^-32.
     const double lo = (static_cast<double>(k) - 1e-4) / buckets_per_ns - last_ns;
     const double hi = (static_cast<double>(k) + 1 + 1e-4) / buckets_per_ns - first_ns;
     const auto earlier = [](const Pulse& pulse, double time) { return pulse.time_ns < time; };

@@ -6,6 +6,17 @@
 
 #include "protocol/messages.hpp"
 
+// The room model/ holds what goes into the estimator and what comes out of it. Open this file
+// first. Its parts:
+//   frame_view.hpp     one frame: photons, losses, and the pattern's clock
+//   estimate.hpp       the result for one frame, and the track from one frame to the next
+//   options.hpp        the estimator's sections of the configuration
+//   pulse_train.hpp    the pattern, as combs of pulses that are played in turn
+//   comb.hpp           one comb, and which of its pulses are near a phase
+//   pulse_shape.hpp    the detected pulse
+//   pattern_make.hpp   patterns from a few numbers
+//   units.hpp          constants
+
 namespace splid {
 
 // Why the refinement stopped, as a condition on its last step from l(k) to l(k+1).

@@ -13,8 +13,9 @@
 namespace splid {
 namespace {
 
-// Design note: past a million pulses or a second a pattern is a slip of the pen (180.001 and 189 ns
-// have an LCM of 34 ms); no waveform generator holds it, and a frame would see less than one of it.
+// Design note: a pattern of more than a million pulses, or longer than a second, is a slip of the
+// pen (180.001 and 189 ns have a least common multiple of 34 ms). No waveform generator holds it,
+// and a frame would see less than one period of it.
 constexpr std::size_t max_pulses = 1'000'000;
 constexpr std::int64_t max_period_ps = 1'000'000'000'000;
 

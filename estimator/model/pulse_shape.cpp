@@ -42,16 +42,17 @@ class Gaussian final : public PulseShape {
   double peak_;
 };
 
-// Design note: a quadratic B-spline with the table as its coefficients. It is non-negative wherever
-// the table is, its integral is the table's sum times the step, and h' is continuous; a linear
-// table has h'' = 0 nearly everywhere, and Newton's method then sees no curvature at all.
+// Design note: the shape is a quadratic B-spline with the table as its coefficients. It is nowhere
+// negative where the table is not, its integral is the table's sum times the step, and h' is
+// continuous. Linear interpolation has h'' = 0 nearly everywhere, so that Newton's method would see
+// no curvature at all.
 class Tabulated final : public PulseShape {
  public:
   explicit Tabulated(const TabulatedPulse& table)
       : step_ns_(table.step_ps * ns_per_ps), origin_ns_(table.first_ps * ns_per_ps) {
     double sum = 0;
     for (const double density : table.density) sum += density;
-    // Two zeros on either side make every evaluation a sum of three coefficients.
+    // With two zeros on either side every evaluation is a sum of three coefficients.
     coefficients_.assign(table.density.size() + 4, 0.0);
     for (std::size_t i = 0; i < table.density.size(); ++i) {
       coefficients_[i + 2] = table.density[i] / (sum * step_ns_);
@@ -88,8 +89,8 @@ class Tabulated final : public PulseShape {
   };
 
   [[nodiscard]] Point at(double offset_ns) const {
-    // Position in steps, the table's first value at 2; the spline piece about coefficient k covers
-    // k - 1/2 to k + 1/2.
+    // The position is in steps, with the table's first value at 2. The piece of the spline about
+    // coefficient k goes from k - 1/2 to k + 1/2.
     const double position = (offset_ns - origin_ns_) / step_ns_ + 2;
     const double nearest = std::floor(position + 0.5);
     if (!(nearest >= 1) || !(nearest <= static_cast<double>(coefficients_.size()) - 2)) {
