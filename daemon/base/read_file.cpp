@@ -103,7 +103,7 @@ void check_may_write(const std::string& file, bool force) {
   const std::string place = exists ? file : folder.empty() ? "." : folder.string();
   if (::access(place.c_str(), W_OK) == 0) return;
   throw Error(Fault::device, file + ": cannot be written: " + std::strerror(errno) +
-                                 "; name a file that can, before anything is begun");
+                                 "; name another file; nothing has been begun");
 }
 
 void check_folder_of(const std::string& file) {

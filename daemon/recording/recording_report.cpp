@@ -48,7 +48,7 @@ std::string count_line(const std::string& name, std::uint64_t count, double dura
 
 std::string report_steps_back(const RecordingInfo& info) {
   std::string text = fmt::format(
-      "  {:14} {:>15}  to a time before the tag in front, by {} ps at most", "steps back",
+      "  {:14} {:>15}  to a time before the preceding tag, by {} ps at most", "steps back",
       grouped(info.steps_back), grouped(static_cast<std::uint64_t>(info.longest_step_back_ps)));
   if (info.far_steps_back > 0) {
     text += fmt::format(

@@ -46,21 +46,22 @@ std::string key_value(const std::string& text, const std::string& file, const ch
   const auto key = value_of(text, name);
   if (!key) refuse_keys(file, std::string("has no line ") + name + " = \"...\"; " + made_by);
   if (!is_curve_key(*key)) {
-    refuse_keys(file, std::string("its ") + name + " is none: it has to be 40 characters of Z85");
+    refuse_keys(file, std::string("its ") + name + " is no key: a key has 40 characters of Z85");
   }
   return *key;
 }
 
 std::string public_text(const std::string& name, const std::string& key) {
-  return "# Public key of " + name +
-         ", for whoever is to let it in or to connect to it.\n"
+  return "# Public key of " + name + ": give it to those who let " + name +
+         " in or who connect to " + name +
+         ".\n"
          "metadata\n    name = \"" +
          name + "\"\ncurve\n    public-key = \"" + key + "\"\n";
 }
 
 std::string secret_text(const std::string& name, const CurveKeyPair& keys) {
   return "# Secret key of " + name +
-         ": it stays on its machine and lets nobody but its owner read it (mode 0600).\n"
+         ": keep it on its machine, readable by its owner alone (mode 0600).\n"
          "metadata\n    name = \"" +
          name + "\"\ncurve\n    public-key = \"" + keys.public_key + "\"\n    secret-key = \"" +
          keys.secret_key + "\"\n";
@@ -158,9 +159,10 @@ CurveKeyPair read_secret_key(const std::string& file) {
 std::string read_public_key(const std::string& text) {
   std::error_code ignored;
   if (!is_curve_key(text) && hide_keys(text) != text && !std::filesystem::exists(text, ignored)) {
-    throw Error(Fault::usage,
-                "what is given looks like a key, and is none, nor a file: a public key has 40 "
-                "characters of Z85, and a shell takes some of them for its own (put it in quotes)");
+    throw Error(
+        Fault::usage,
+        "the text given looks like a key, but is neither a public key nor a file: a public key "
+        "has 40 characters of Z85, and a shell changes some of them unless they are quoted");
   }
   return is_curve_key(text) ? text : parse_public_key(read_file(text), text);
 }

@@ -73,7 +73,7 @@ class Door {
     ::getrlimit(RLIMIT_NOFILE, &limit);
     spdlog::warn(
         "no file can be opened any more (this process may have {}): {} connections were closed "
-        "unheard so far; see who connects, or raise LimitNOFILE",
+        "without an answer so far; see who connects, or raise LimitNOFILE",
         limit.rlim_cur, count_.load());
   }
 

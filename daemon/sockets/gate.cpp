@@ -254,7 +254,7 @@ void Gate::say_why(const GateConnection& connection, Result up, Result down) {
     case Offence::flood:
       charge_flood(connection.peer());
       refuse(Refusal::flood, connection.peer(),
-             "it sent more than it has to say (" + in_words(limits_) + ")");
+             "it sent more than a peer may send unanswered (" + in_words(limits_) + ")");
       return;
     case Offence::none:
       break;
@@ -278,12 +278,12 @@ void Gate::say_handshake(const GateConnection& connection, bool peer_left) {
   if (connection.has_spoken() && !asked.empty()) {
     refuse(Refusal::no_key, connection.peer(),
            curve_ ? "it gives no CURVE key (its socket asks for " + asked + ")"
-                  : "it asks for " + asked + ", which is not spoken there");
+                  : "it asks for " + asked + ", which this endpoint does not speak");
   } else if (connection.has_spoken() && !peer_left) {
     refuse(Refusal::broken_off, connection.peer(),
            curve_ ? "its handshake was made for another server's key, is a repetition of an old "
-                    "one, or came to no end"
-                  : "its handshake is not as it should be, or came to no end");
+                    "one, or was never finished"
+                  : "its handshake was malformed or was never finished");
   } else if (curve_ || !peer_left) {
     refusals_.add(Refusal::broken_off);
   }

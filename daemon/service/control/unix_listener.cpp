@@ -88,7 +88,8 @@ void UnixListener::lock() {
 void UnixListener::make_way() const {
   struct stat found {};
   if (::lstat(file_.c_str(), &found) != 0) return;
-  if (!S_ISSOCK(found.st_mode)) fail(file_, "is there, and is no socket; give it another name");
+  if (!S_ISSOCK(found.st_mode))
+    fail(file_, "exists and is no socket; give control.endpoint another path");
   if (somebody_listens(file_)) fail_in_use(file_);
   if (::unlink(file_.c_str()) != 0) fail_by_errno(file_, "unlink");
 }

@@ -120,7 +120,7 @@ TEST(KeyFiles, SayWhatIsWrongWithThem) {
     return test::error_text([&] { parse_secret_key(text, "f"); });
   };
   EXPECT_THAT(fault_of(""), StartsWith("f: has no line secret-key = "));
-  EXPECT_THAT(fault_of("secret-key = \"short\""), HasSubstr("f: its secret-key is none"));
+  EXPECT_THAT(fault_of("secret-key = \"short\""), HasSubstr("f: its secret-key is no key"));
   EXPECT_THAT(fault_of(std::string("public-key = \"") + secret_key + "\"\nsecret-key = \"" +
                        secret_key + "\""),
               HasSubstr("is not that of its secret-key"));
