@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "drivers/awg/upload.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -41,6 +42,11 @@ std::string describe_pattern(const Pattern& pattern) {
       to_string(pattern.mode), grouped(pulses_per_period(pattern)),
       pattern_period_ps(pattern) / ps_per_ns,
       speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12, closest_ps / ps_per_ns);
+}
+
+std::string in_words(const Uploaded& uploaded) {
+  return uploaded.instrument + ": plays " + describe_pattern(uploaded.played) +
+         "; its error queue is empty";
 }
 
 }  // namespace splid

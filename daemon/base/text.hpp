@@ -7,12 +7,18 @@
 
 namespace splid {
 
-// Words and numbers for people; nothing here is read by a program.
+struct Uploaded;
 
-// With thousands separated: 1,234,567.
+// Sentences and numbers for people, which no program reads.
+
+// A number with its thousands separated: 1,234,567.
 std::string grouped(std::uint64_t number);
 
+// A pattern in a few words:
 // "interleaved, 40 pulses in 3780 ns, unambiguous to 566.613 m, closest pulses 9 ns apart".
 std::string describe_pattern(const Pattern& pattern);
+
+// What an upload has reached: "MAKER,MODEL,...: plays interleaved, ...; its error queue is empty".
+std::string in_words(const Uploaded& uploaded);
 
 }  // namespace splid

@@ -1,10 +1,10 @@
-#include "daemon/commands/app.hpp"
-
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,14 +12,15 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/word_check.hpp"
 #include "daemon/service/journal_log.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/sockets/full_file_table.hpp"
 #include "estimator/fold/vector_level.hpp"
 #include "protocol/error.hpp"
+#include "protocol/nearest_name.hpp"
 
 namespace splid {
 namespace {
@@ -33,13 +34,13 @@ void set_up_log() {
     spdlog::set_default_logger(std::move(log));
     return;
   }
-  // On a terminal a progress line may stand there: erase it.
+  // On a terminal, erases the progress line that may stand there.
   const bool terminal = ::isatty(STDERR_FILENO) == 1;
   log->set_pattern((terminal ? "\r\033[K" : "") + std::string{"%H:%M:%S.%e %^%l%$: %v"});
   spdlog::set_default_logger(std::move(log));
 }
 
-// CLI11's own sentence, in the manner of the program's others.
+// CLI11's error, reworded like the other errors of this program.
 std::string in_words(const CLI::ParseError& error) {
   std::string what = error.what();
   constexpr std::string_view unread = "Could not convert: ";
@@ -54,7 +55,7 @@ std::string in_words(const CLI::ParseError& error) {
   return what;
 }
 
-// The innermost command that was given: its --help has what is missing.
+// The words of the innermost command that was given, whose --help tells what is missing.
 std::string given_command(const CLI::App& app) {
   std::string name = "splid";
   const CLI::App* command = &app;
@@ -65,12 +66,85 @@ std::string given_command(const CLI::App& app) {
   return name;
 }
 
-// What was printed may wait in a buffer still, for a disk that is full.
+// Writes out what is still in the buffer of standard output: only then does a full disk show.
 int flushed(int exit_code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
   if (errno == EPIPE) return exit_code;
   throw Error(Fault::device, std::string("standard output: ") + std::strerror(errno) +
                                  "; what was printed is not all there");
+}
+
+std::string suggested(std::string_view word, const std::vector<std::string>& names) {
+  std::vector<const char*> known;
+  known.reserve(names.size());
+  for (const std::string& name : names) known.push_back(name.c_str());
+  return suggest_name(word, known);
+}
+
+// The command that the first words name. so_far: these words are appended to it.
+const CLI::App* find_command(const CLI::App& app, int argc, char** argv, std::string& so_far) {
+  const CLI::App* command = &app;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const std::string word = argv[i];
+    std::vector<std::string> names;
+    const CLI::App* next = nullptr;
+    for (const CLI::App* sub : command->get_subcommands(nullptr)) {
+      names.push_back(sub->get_name());
+      if (names.back() == word) next = sub;
+    }
+    if (names.empty()) break;
+    if (next == nullptr) {
+      std::string sentence = "no command '" + word + "'";
+      sentence.append(suggested(word, names)).append(" (").append(so_far);
+      throw Error(Fault::usage, sentence.append(" --help lists all)"));
+    }
+    command = next;
+    so_far += " " + word;
+  }
+  return command;
+}
+
+// Adds the names of the options of a command and of all its subcommands.
+void add_options(const CLI::App& command, std::vector<std::string>& names) {
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  for (const CLI::App* sub : command.get_subcommands(nullptr)) add_options(*sub, names);
+}
+
+// "--name" for "--name=value", "-n" for "-nvalue"; empty for a value such as -5.
+std::string option_name(std::string_view word) {
+  if (word.size() < 2 || word[0] != '-') return {};
+  if (word[1] == '-') return std::string(word.substr(0, word.find('=')));
+  return std::isalpha(static_cast<unsigned char>(word[1])) == 0 ? std::string{}
+                                                                : std::string(word.substr(0, 2));
+}
+
+// Checks the words of a command line before CLI11 reads it. CLI11 would call a mistyped command
+// "unexpected", and after a mistyped option would complain that another option is missing.
+//
+// Errors: Error(Fault::usage) for an unknown command and for an option that the command does not
+// have, each with the nearest known name.
+void check_words(const CLI::App& app, int argc, char** argv) {
+  std::string so_far = "splid";
+  const CLI::App* command = find_command(app, argc, argv, so_far);
+  std::vector<std::string> names;
+  add_options(*command, names);
+  for (const CLI::App* above = command->get_parent(); above != nullptr;
+       above = above->get_parent()) {
+    for (const CLI::Option* option : above->get_options()) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string name = option_name(argv[i]);
+    if (name == "--") return;  // after "--" there are no options
+    if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
+    std::string sentence = "no option " + name;
+    if (name.size() > 2) sentence.append(suggested(name, names));
+    throw Error(Fault::usage, sentence.append(" (").append(so_far).append(" --help lists all)"));
+  }
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -96,7 +170,7 @@ int parse_and_run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return flushed(app.exit(error));  // help, version
+    if (error.get_exit_code() == 0) return flushed(app.exit(error));  // --help or --version
     throw Error(Fault::usage, in_words(error) + " (" + given_command(app) + " --help lists all)");
   }
   if (!action) {

@@ -12,15 +12,12 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
-#include "daemon/recording/recorded_pattern.hpp"
+#include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/study/calibration/calibration_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
-#include "daemon/study/calibration/recording_calibration.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 
@@ -45,7 +42,7 @@ void check_inputs_stay(const Config& config, const CalibrateCommand& options) {
   OutputCheck outputs(config);
   outputs.add_input("the recording", options.plan.recording);
   outputs.check("--plot", options.plot);
-  outputs.may_replace("/pattern/file");  // by what was found of it
+  outputs.may_replace("/pattern/file");  // replaced by its calibration
   outputs.check("--output", options.output);
 }
 

@@ -10,7 +10,6 @@
 #include "daemon/base/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
 #include "daemon/recording/recording_report.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/service/memory.hpp"
@@ -33,7 +32,8 @@ struct CheckCommand {
 
 constexpr const char* checked_kinds = "a configuration, a pattern or a PTU recording in T2 mode";
 
-// An editor may have put a byte-order mark before it, which the parser takes.
+// Whether a text begins like JSON. An editor may have put a byte-order mark before the brace, which
+// the JSON parser accepts.
 bool begins_with_brace(std::string_view text) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
   if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());

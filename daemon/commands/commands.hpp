@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 namespace CLI {
 class App;
@@ -8,11 +9,20 @@ class App;
 
 namespace splid {
 
+struct Config;
+
+// What the command line can ask for: one file of this folder for each subcommand, such as
+// listen.cpp for `splid listen`. run_app() in app.cpp reads the command line and calls them.
+
+// The whole program: reads the command line, does what it says and turns an error into a sentence
+// on standard error and an exit code (0 done, 2 usage or configuration, 3 device, 4 data).
+int run_app(int argc, char** argv);
+
 // What the command line asked for; returns the exit code. Errors: Error.
 using Action = std::function<int()>;
 
-// Each adds one subcommand to `app`, with its options; when it is the one given, parsing sets
-// `action`. Both outlive the parsing.
+// Each of these functions adds one subcommand, with its options, to `app`. Parsing a command line
+// that names the subcommand sets `action`. `app` and `action` outlive the parsing.
 void add_run(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
@@ -26,5 +36,12 @@ void add_devices(CLI::App& app, Action& action);
 void add_upload(CLI::App& app, Action& action);
 void add_keys(CLI::App& app, Action& action);
 void add_ctl(CLI::App& app, Action& action);
+
+// Adds --log-level and -v to a subcommand: how much it logs on standard error.
+void add_log_options(CLI::App& command);
+
+// Reads the configuration as load_config() does, and logs where its pattern was found if people
+// should know that.
+Config load_config_aloud(const std::string& file);
 
 }  // namespace splid

@@ -6,8 +6,6 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/record_source.hpp"

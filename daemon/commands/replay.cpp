@@ -11,10 +11,8 @@
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/recording/encoder_log.hpp"
-#include "daemon/recording/recorded_pattern.hpp"
+#include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -25,10 +23,10 @@
 namespace splid {
 namespace {
 
-// Tags that are looked through for channels that never occur: a tenth of a second of work.
+// How many tags are searched for the configured channels, which takes a tenth of a second.
 constexpr std::uint64_t tags_looked_at = 4'000'000;
 
-// A replay at full speed makes thousands of frames a second: some seconds of them.
+// Some seconds of frames: a replay at full speed makes thousands of frames a second.
 constexpr int queue_messages = 20'000;
 
 struct ReplayCommand {
@@ -41,7 +39,8 @@ struct ReplayCommand {
   double wait_for_subscriber_s = 0;
 };
 
-// "max" or a number above 0, as ReplayOptions has it.
+// Reads --speed: "max" or a number above 0. Returns the speed as in ReplayOptions, where 0 is
+// "max".
 double speed_of(const std::string& text) {
   if (text == "max") return 0;
   std::size_t used = 0;
@@ -79,7 +78,8 @@ void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, c
                info.whole ? "" : " in its first 4 million tags", file, channels_in_words(info));
 }
 
-// Not the encoder: most recordings have none, and frames do without.
+// Warns of configured channels that do not occur in the recording and of another pattern. It does
+// not look for the encoder's channel: most recordings have no encoder, and frames do without.
 void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   const RecordingInfo info = scan_recording(file, tags_looked_at);
   for (const std::string& name : config.channels.photon) {
@@ -90,7 +90,8 @@ void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   if (!other.empty()) spdlog::warn("{}", other);
 }
 
-// What a recording without an encoder, or one that was killed early, has beside it may be empty.
+// Whether a file of encoder counts has any counts. Beside a recording that was killed early, or was
+// made without an encoder, it may have none.
 bool holds_counts(const std::string& file) {
   try {
     return open_encoder_file(file) != nullptr;
@@ -100,8 +101,9 @@ bool holds_counts(const std::string& file) {
   }
 }
 
-// Counts that are given go before those kept with the recording, and these before the
-// configuration's file. A bridge's are of another time.
+// Chooses the encoder counts: the file that the command line names, or else the file beside the
+// recording, or else the configured file. Never a configured bridge, whose counts are of the
+// present and not of the time of the recording.
 void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
   encoder.address.clear();
   const std::string beside = encoder_file_of(options.recording);

@@ -6,8 +6,6 @@
 
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/start_check.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -22,7 +20,7 @@ void add_run(CLI::App& app, Action& action) {
   add_log_options(*command);
   command->callback([&action, file] {
     action = [file] {
-      // On a terminal a hangup means that it was closed.
+      // On a terminal a hangup means that the terminal was closed, so the program ends.
       StopSignals signals(::isatty(STDERR_FILENO) == 0);
       const Config config = load_config_aloud(*file);
       check_start(config);

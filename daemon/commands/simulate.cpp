@@ -8,8 +8,6 @@
 #include "config/config.hpp"
 #include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/encoder_log.hpp"

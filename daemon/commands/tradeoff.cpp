@@ -19,10 +19,8 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/output_check.hpp"
-#include "daemon/recording/recorded_pattern.hpp"
+#include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/study/tradeoff/tradeoff_chart.hpp"
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
@@ -51,8 +49,8 @@ std::string progress_text(const std::string& doing, double done_s, std::optional
   return doing + fmt::format("; {:.0f} %, {:.0f} s left", 100 * share, *left_s);
 }
 
-// Measures, and prints what is measured as soon as it is known: the table's lines, or with --json
-// each setting's object, when all of its members are known, and the table on standard error.
+// Measures, and prints each result as soon as it is known: the lines of the table or, with --json,
+// a setting's object when all its members are known, and the table on standard error.
 class TradeoffRun {
  public:
   TradeoffRun(const TradeoffCommand& options, const Config& config, const FrameOrigin& origin)
@@ -118,7 +116,7 @@ class TradeoffRun {
     if (!options_.budget_ms) print_objects();
   }
 
-  // For people: on standard output unless that is for objects.
+  // Prints a line for people: on standard output, or with --json on standard error.
   void print_line(const std::string& line) {
     progress_.clear();
     if (!options_.json) return print(line);
@@ -141,7 +139,7 @@ class TradeoffRun {
   StopSignals* signals_ = nullptr;
   std::vector<TradeoffRow> rows_;
   TradeoffReport report_;
-  std::size_t objects_ = 0;  // printed
+  std::size_t objects_ = 0;  // how many objects are printed
 };
 
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
@@ -194,7 +192,7 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       .add_option("--lengths", options.lengths_ms,
                   "Frame lengths, ms, such as 10,50 (default: four around the configured one)")
       ->delimiter(',')
-      ->allow_extra_args(false)  // or it would take the recording for another length
+      ->allow_extra_args(false)  // else the recording would be read as one more length
       ->check(CLI::Range(0.1, 60000.0));
   command.add_option("--frames,-n", options.frames, "Frames that each setting is measured on")
       ->check(CLI::Range(std::size_t{10}, std::size_t{1'000'000}))

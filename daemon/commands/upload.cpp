@@ -14,11 +14,8 @@
 #include "daemon/base/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
-#include "daemon/commands/load_config.hpp"
-#include "daemon/commands/log_level.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/service/upload_report.hpp"
 #include "drivers/awg/awg_model.hpp"
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern_json.hpp"
@@ -60,7 +57,7 @@ int run_upload(const UploadCommand& options) {
   }
   if (!options.output.empty()) check_may_write(options.output, options.force);
   OutputCheck outputs(config);
-  outputs.may_replace("/pattern/file");  // by the same pattern as it is played
+  outputs.may_replace("/pattern/file");  // replaced by the pattern as it is played
   outputs.check("--output", options.output);
   const AwgModel& model = awg_models()[config.awg.model];
   const WaveformPlan plan = plan_waveform(config.pattern, model, config.awg);

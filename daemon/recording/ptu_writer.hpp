@@ -13,11 +13,6 @@
 
 namespace splid {
 
-// The room daemon/recording keeps tags on the disk: as one file for `splid record`
-// (record_source.hpp), and while the daemon measures as one file after the other
-// (recording_tap.hpp, rotating_writer.hpp). Both write their files with this class, so read it
-// first.
-
 // Writes a PTU recording from a stream of tags. Any reader can read the file at any moment, also
 // after a kill -9. The header is there from the start and is written over in place when the first
 // tag tells the origin of device time, when losses change and at the end. The header's record count

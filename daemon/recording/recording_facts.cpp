@@ -1,8 +1,20 @@
 #include "daemon/recording/recording_facts.hpp"
 
+#include <fmt/core.h>
+#include <spdlog/spdlog.h>
+
+#include "daemon/base/text.hpp"
+#include "drivers/replay/recording_info.hpp"
+#include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/pattern_match.hpp"
 
 namespace splid {
+namespace {
+
+constexpr double least_share = 0.7;
+
+}  // namespace
 
 PtuFacts recording_facts(const Config& config, const SourceInfo& source,
                          const std::string& encoder_file) {
@@ -13,6 +25,31 @@ PtuFacts recording_facts(const Config& config, const SourceInfo& source,
   facts.config_json = config_to_json(config);
   facts.encoder_file = encoder_file.substr(encoder_file.rfind('/') + 1);
   return facts;
+}
+
+std::string other_pattern_than_recorded(const Config& config, const PtuHeader& header,
+                                        const std::string& file) {
+  if (header.pattern_json.empty()) return {};
+  try {
+    const Pattern recorded = pattern_from_json(header.pattern_json, file);
+    const double share = share_of_same_pulses(recorded, config.pattern);
+    if (share >= least_share) return {};
+    return file + ": was recorded with another pattern (" + describe_pattern(recorded) +
+           ") than /pattern/file " + config.pattern_file + " (" + describe_pattern(config.pattern) +
+           fmt::format(
+               "); {:.0f} % of the pulses agree. Name the pattern that was played: distances "
+               "found with another one are wrong",
+               100 * share);
+  } catch (const Error& error) {
+    return file + ": its header's pattern cannot be read (" + error.what() +
+           "), so it was not compared with /pattern/file " + config.pattern_file;
+  }
+}
+
+void warn_of_other_pattern(const Config& config, const std::string& file) {
+  const std::string sentence =
+      other_pattern_than_recorded(config, scan_recording(file, 1).header, file);
+  if (!sentence.empty()) spdlog::warn("{}", sentence);
 }
 
 }  // namespace splid

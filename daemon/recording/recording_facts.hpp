@@ -8,9 +8,24 @@
 
 namespace splid {
 
-// What the daemon knows of a recording before its first tag: instrument, release, pattern and
-// configuration. encoder_file: path of the counts beside it; empty: none.
+// The facts that splid writes into a recording's header before the first tag, and the comparison of
+// those facts with a configuration when the recording is read again.
+
+// The instrument, the release, the pattern and the configuration. encoder_file: path of the file
+// of encoder counts beside the recording; empty: there is none.
 PtuFacts recording_facts(const Config& config, const SourceInfo& source,
                          const std::string& encoder_file);
+
+// Compares the pattern in a recording's header with the configured pattern. Returns a sentence for
+// people where fewer than 70 % of the pulses of one pattern lie on pulses of the other, at the
+// rotation that suits best, and where the header's pattern cannot be read; an empty text where the
+// patterns agree or the header has none.
+//
+// header: of the recording `file`. Threads: any. Errors: none.
+std::string other_pattern_than_recorded(const Config& config, const PtuHeader& header,
+                                        const std::string& file);
+
+// Writes that sentence to the log. Errors: as scan_recording().
+void warn_of_other_pattern(const Config& config, const std::string& file);
 
 }  // namespace splid

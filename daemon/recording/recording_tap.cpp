@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/recording/recording_facts.hpp"
 
 namespace splid {
 namespace {
@@ -17,10 +18,11 @@ constexpr std::chrono::milliseconds tap_idle{100};
 constexpr std::size_t tap_tags_at_once = 65'536;
 constexpr std::size_t max_batches = 65'536;
 
-// A killed daemon may lose half a second; a little less leaves time for the write.
+// A killed daemon may lose half a second of tags; flushing a little more often leaves time for the
+// write itself.
 constexpr std::int64_t tap_flush_interval_ns = 400'000'000;
 
-// The queue as a file's source of counts.
+// The queue of encoder batches, as the encoder of one file.
 class QueuedCounts final : public EncoderSource {
  public:
   explicit QueuedCounts(CountsQueue& queue) : queue_(queue) {}
@@ -61,7 +63,8 @@ RecordingTap::RecordingTap(const Config& config, const SourceInfo& source, const
       ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
       dropping_(ring_, {}),
       recorder_(
-          config, source, clock, [this] { return open_counts(); },
+          {config.record, config.channels, source, recording_facts(config, source, "")}, clock,
+          [this] { return open_counts(); },
           [this](const std::string& sentence) { news_.push_back(sentence); }),
       thread_([this] { run(); }) {}
 
@@ -125,7 +128,7 @@ void RecordingTap::look_around() {
     if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
     if (file_ != recorder_.file()) file_ = recorder_.file();
   }
-  // Who hears of a fault finds it in fault().
+  // After fault_ is set, so that whoever hears a sentence finds the fault in fault().
   for (const std::string& sentence : news_) say_(sentence);
   news_.clear();
 }

@@ -21,6 +21,10 @@
 
 namespace splid {
 
+// The room daemon/recording keeps tags on the disk: while the daemon measures as one file after the
+// other, by the RecordingTap in this header and by RotatingWriter; for `splid record` as a single
+// file, by record_source(). Both write each file with PtuWriter. Read this header first.
+
 // Encoder batches on their way from the thread that publishes to the thread that records.
 //
 // Threads: any; locks. Errors: none.

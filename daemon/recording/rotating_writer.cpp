@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "daemon/base/text.hpp"
-#include "daemon/recording/recording_facts.hpp"
 #include "protocol/error.hpp"
 #include "protocol/saturated.hpp"
 
@@ -18,26 +17,27 @@ constexpr double bytes_per_mib = 1024.0 * 1024;
 constexpr double ps_per_s = 1e12;
 constexpr std::int64_t retry_interval_ns = 5'000'000'000;
 
-// Design note: a file that finds less room than the recorder writes at once would hold little more
-// than its header, and there would be one every 5 s.
+// Design note: the recorder writes up to 1 MiB at once. A file begun with hardly that much room
+// would hold little more than its header, and every 5 s another such file would appear.
 constexpr std::uint64_t least_free_bytes = 4 << 20;
 
-// A file passes its limit by the tags taken at once, 256 KiB.
+// A file may pass its size limit by the tags of one take(): 65,536 records of 4 bytes are 256 KiB.
 constexpr double file_excess_mib = 1;
+
+std::string name_of(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 std::uint64_t bytes_of(double mib) { return static_cast<std::uint64_t>(mib * bytes_per_mib); }
 
 }  // namespace
 
-RotatingWriter::RotatingWriter(const Config& config, SourceInfo source, const Clock& clock,
-                               OpenCounts open_counts, std::function<void(const std::string&)> say)
-    : config_(config),
-      source_(std::move(source)),
+RotatingWriter::RotatingWriter(RecordingPlan plan, const Clock& clock, OpenCounts open_counts,
+                               std::function<void(const std::string&)> say)
+    : plan_(std::move(plan)),
       clock_(clock),
       open_counts_(std::move(open_counts)),
       say_(std::move(say)),
-      folder_(config.record.folder, bytes_of(config.record.max_folder_gib * 1024)),
-      channels_(config.channels) {}
+      folder_(plan_.options.folder, bytes_of(plan_.options.max_folder_gib * 1024)),
+      channels_(plan_.channels) {}
 
 void RotatingWriter::take(std::span<const Tag> tags) {
   while (!tags.empty()) {
@@ -48,12 +48,12 @@ void RotatingWriter::take(std::span<const Tag> tags) {
     if (tags.empty()) break;
     end_file();
     if (tags.front().kind != TagKind::clock_break) continue;
-    // What the tagger saw between its two clocks nobody knows.
+    // Nobody knows how many tags the tagger saw while its clock was being set.
     gap_.unknown = true;
     loss_is_open_ = false;
     tags = tags.subspan(1);
   }
-  if (recorder_ && recorder_->bytes() >= bytes_of(config_.record.max_file_mib)) end_file();
+  if (recorder_ && recorder_->bytes() >= bytes_of(plan_.options.max_file_mib)) end_file();
 }
 
 void RotatingWriter::flush() {
@@ -74,8 +74,8 @@ void RotatingWriter::close() {
   say_(grouped(gap_.count) + " tags are in no recording");
 }
 
-// How many of the tags go to the file that is being written, or that the first of them begins: that
-// one is then in it, wherever the clock's range ends.
+// How many of the tags go into the current file. Where no file is open, the first tag begins a file
+// and goes into it in any case, even at the very end of the range of times.
 std::size_t RotatingWriter::until_cut(std::span<const Tag> tags) const {
   const std::int64_t end_ps = recorder_ ? end_ps_ : end_of_file(tags.front().time_ps);
   const bool begins = !recorder_ && tags.front().kind != TagKind::clock_break;
@@ -87,7 +87,7 @@ std::size_t RotatingWriter::until_cut(std::span<const Tag> tags) const {
 }
 
 std::int64_t RotatingWriter::end_of_file(std::int64_t first_ps) const {
-  return saturated_sum(first_ps, static_cast<std::int64_t>(config_.record.max_file_s * ps_per_s));
+  return saturated_sum(first_ps, static_cast<std::int64_t>(plan_.options.max_file_s * ps_per_s));
 }
 
 void RotatingWriter::follow_losses(std::span<const Tag> tags) {
@@ -129,13 +129,14 @@ bool RotatingWriter::begin_file(std::int64_t first_ps) {
 }
 
 void RotatingWriter::open_file(std::int64_t first_ps) {
-  DeviceClock clock(source_, clock_);
+  DeviceClock clock(plan_.source, clock_);
   clock.anchor(first_ps);
   file_ =
-      folder_.next(clock.unix_s(first_ps), bytes_of(config_.record.max_file_mib + file_excess_mib));
+      folder_.next(clock.unix_s(first_ps), bytes_of(plan_.options.max_file_mib + file_excess_mib));
   std::unique_ptr<EncoderSource> counts = open_counts_();
-  recorder_.emplace(file_, recording_facts(config_, source_, counts ? encoder_file_of(file_) : ""),
-                    clock, false);
+  PtuFacts facts = plan_.facts;
+  if (counts) facts.encoder_file = name_of(encoder_file_of(file_));
+  recorder_.emplace(file_, std::move(facts), clock, false);
   if (counts) counts_.emplace(file_, std::move(counts), channels_);
   end_ps_ = end_of_file(first_ps);
   ++files_;
@@ -179,7 +180,7 @@ void RotatingWriter::fail(const std::string& why) {
   fault_ = "nothing is recorded: " + why;
 }
 
-// Nothing came into it; what its header says of losses goes to the next one.
+// Removes a file that no tag came into; the losses in its header go to the next file.
 void RotatingWriter::remove_file() {
   for (const Loss& loss : recorder_->losses()) {
     gap_.unknown = gap_.unknown || loss.count < 0;
@@ -196,7 +197,7 @@ void RotatingWriter::lose(std::span<const Tag> tags) {
   for (const Tag& tag : tags) {
     events += is_event(tag.kind) ? 1 : 0;
     if (tag.kind != TagKind::missed && tag.kind != TagKind::loss_end) continue;
-    // The stream's own losses have no file to stand in.
+    // No file is open that could hold the losses that the stream itself reports.
     gap_.unknown = gap_.unknown || tag.value < 0;
     gap_.count += static_cast<std::uint64_t>(std::max(tag.value, 0));
   }

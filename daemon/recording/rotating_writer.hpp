@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "config/config.hpp"
+#include "config/daemon_options.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/ptu_writer.hpp"
@@ -20,44 +20,55 @@
 
 namespace splid {
 
-// A stream of tags into one recording after the other, each readable by itself: a new one when the
-// one before is as large or as long as config.record says, or the tagger's clock was set anew. The
-// last tag of one and the first of the next are neighbours in the stream; a loss that is open there
-// goes on in the next.
+// What a RotatingWriter writes into each of its files.
+struct RecordingPlan {
+  RecordOptions options;
+  ChannelOptions channels;
+  SourceInfo source;  // of the tags
+  PtuFacts facts;     // for each header; the writer adds the name of the file of encoder counts
+};
+
+// Writes a stream of tags into recordings, one file after the other, each readable by itself. A new
+// file begins when the current file has reached RecordOptions' size or length, and when the
+// tagger's clock was set anew. The last tag of a file and the first tag of the next file are
+// neighbours in the stream. A loss that is open at the end of a file is open at the beginning of
+// the next file.
 //
-// When a file cannot be made or written, it is tried again every 5 s, and once the disk has 4 MiB.
-// What came meanwhile is lost and counted, and `missed` before the first tag of the next file: each
-// tag taken is in a file or in a file's losses, but those lost since the last file.
+// When a file cannot be made or written, the writer tries again every 5 s, but only once the disk
+// has 4 MiB of room. The tags that come meanwhile are lost and counted, and a `missed` tag before
+// the first tag of the next file carries their count. So each tag taken is in a file or among a
+// file's losses, except the tags lost after the last file.
 //
 // Threads: one. Errors: none; see fault().
 class RotatingWriter {
  public:
-  // Gives the counts that go beside a recording; each file asks for one. Null: there are none.
+  // Opens the encoder counts that go beside a recording; called once for each file. Null: there is
+  // no encoder.
   using OpenCounts = std::function<std::unique_ptr<EncoderSource>()>;
 
-  // config, clock: outlive this. say: a sentence for people; never empty.
-  RotatingWriter(const Config& config, SourceInfo source, const Clock& clock,
-                 OpenCounts open_counts, std::function<void(const std::string&)> say);
+  // clock: outlives this. say: takes a sentence for people, never an empty one.
+  RotatingWriter(RecordingPlan plan, const Clock& clock, OpenCounts open_counts,
+                 std::function<void(const std::string&)> say);
 
-  // At most 65,536, in stream order.
+  // tags: at most 65,536, in stream order.
   void take(std::span<const Tag> tags);
-  // Hands what came to the system. To be called at least twice a second.
+  // Hands the tags taken so far to the operating system. To be called at least twice a second.
   void flush();
-  // The end of the stream, as far as it came.
+  // The stream is over: ends the current file.
   void close();
 
-  // Why nothing is recorded, in a sentence; empty while all is well.
+  // Why nothing is recorded at present, in a sentence; empty while all is well.
   [[nodiscard]] const std::string& fault() const { return fault_; }
-  [[nodiscard]] std::uint64_t files() const { return files_; }     // begun
-  [[nodiscard]] const std::string& file() const { return file_; }  // the last of them; empty: none
-  // Tags that a full or failing disk lost.
+  [[nodiscard]] std::uint64_t files() const { return files_; }     // begun so far
+  [[nodiscard]] const std::string& file() const { return file_; }  // the last file; empty: none yet
+  // Tags lost because the disk was full or failed.
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
 
  private:
-  // What is lost since the last file.
+  // The tags lost since the end of the last file.
   struct Gap {
     std::uint64_t count = 0;
-    bool unknown = false;  // and more than that
+    bool unknown = false;  // more tags than `count` are lost, nobody knows how many
   };
 
   [[nodiscard]] std::size_t until_cut(std::span<const Tag> tags) const;
@@ -73,8 +84,7 @@ class RotatingWriter {
   void lose(std::span<const Tag> tags);
   void lose(std::uint64_t count);
 
-  const Config& config_;
-  SourceInfo source_;
+  RecordingPlan plan_;
   const Clock& clock_;
   OpenCounts open_counts_;
   std::function<void(const std::string&)> say_;
@@ -82,12 +92,12 @@ class RotatingWriter {
   ChannelMap channels_;
 
   std::string file_;
-  std::optional<PtuWriter> recorder_;  // absent: no file is being written
+  std::optional<PtuWriter> recorder_;  // absent while no file is being written
   std::optional<EncoderLog> counts_;
-  std::int64_t end_ps_ = 0;  // a tag from there on goes to the next file
+  std::int64_t end_ps_ = 0;  // tags from this time on go to the next file
   bool loss_is_open_ = false;
   Gap gap_;
-  std::int64_t retry_ns_ = 0;  // not sooner, where fault_ says something
+  std::int64_t retry_ns_ = 0;  // while fault_ is not empty, no new file before this time
   std::string fault_;
   std::uint64_t files_ = 0;
   std::uint64_t lost_tags_ = 0;

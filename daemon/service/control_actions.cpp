@@ -14,11 +14,12 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/recording/record_source.hpp"
-#include "daemon/service/upload_report.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "daemon/study/calibration/calibration_report.hpp"
-#include "daemon/study/calibration/recording_calibration.hpp"
+#include "daemon/study/calibration/pattern_calibration.hpp"
+#include "drivers/awg/upload.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/pattern_json.hpp"
 

@@ -15,10 +15,8 @@
 
 namespace splid {
 
-// The room daemon/stream leads from a source's tags to estimated frames: source_thread.hpp,
-// ring.hpp, framer.hpp, frame_dealer.hpp, lane.hpp, lane_estimator.hpp, and stream.hpp, which joins
-// them. Read this header first: it says where a frame begins and ends, and where a lost tag is
-// counted.
+// stream.hpp shows the whole way from a source's tags to estimated frames. This header says where a
+// frame begins and ends, and where a lost tag is counted.
 
 // Where every tag went. Each event (photon, sync or marker) is counted once:
 //   events = photons + syncs + markers - shared + ignored + late + surplus

@@ -11,7 +11,11 @@
 
 namespace splid {
 
-// What can be asked of a running daemon; docs/reference/control.md has each on the wire.
+// The room daemon/service/control is the way for `splid ctl` into a running daemon: the messages,
+// which are in this header, the endpoint (control_endpoint.hpp), the server (control_server.hpp)
+// and the client (control_client.hpp). Read this header first.
+
+// What can be asked of a running daemon; docs/reference/control.md has each request on the wire.
 enum class ControlCommand { status, start, stop, record_start, record_stop, upload, calibrate };
 
 const char* to_string(ControlCommand command);

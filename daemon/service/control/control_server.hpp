@@ -22,10 +22,6 @@ struct ControlHandlers {
   std::function<ControlReply(const ControlRequest&, const std::stop_token&)> perform;
 };
 
-// The room daemon/service/control is the way for `splid ctl` into a running daemon: the messages
-// (control_message.hpp), the endpoint (control_endpoint.hpp), the server, which is in this header,
-// and the client (control_client.hpp). Read this header first.
-
 // The server for control requests: a ZeroMQ ROUTER socket, on a Unix socket with mode 0600 or on
 // TCP with CURVE. A request is one JSON part, perhaps after an empty part, and is answered by one
 // JSON part (docs/reference/control.md). While an action is running, another action is refused as

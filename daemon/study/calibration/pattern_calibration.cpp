@@ -1,6 +1,7 @@
 #include "daemon/study/calibration/pattern_calibration.hpp"
 
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@
 #include "daemon/stream/framer_sink.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
+#include "drivers/replay/replay.hpp"
 #include "estimator/calibration/input_shift.hpp"
 #include "estimator/calibration/target_motion.hpp"
 #include "estimator/model/units.hpp"
@@ -23,10 +25,11 @@
 namespace splid {
 namespace {
 
-constexpr double m_per_ps = speed_of_light_mps * 1e-12 / 2;  // of distance, for one of delay
+constexpr double m_per_ps =
+    speed_of_light_mps * 1e-12 / 2;  // metres of distance for a picosecond of delay
 constexpr double mm_per_m = 1e3;
 
-// Hands each frame on and uses it again.
+// Passes each frame on and reuses its memory for the next frame.
 class FrameByFrame final : public FrameSink {
  public:
   FrameByFrame(const FrameCapacity& capacity, std::function<void(const FrameView&)> take)
@@ -44,7 +47,7 @@ struct Seen {
   std::optional<SyncDiagnosis> diagnosis;
 };
 
-// The recording once, from its start to its end.
+// Reads the whole recording each time that read() is called.
 class Reader {
  public:
   Reader(const Config& config, const OpenRecording& open, const CalibrationPlan& plan,
@@ -126,8 +129,8 @@ void check_photons(const CalibrationPlan& plan, const Calibration& found) {
                       found.seconds * (factor - 1)));
 }
 
-// Design note: what is significant need not matter. A target that the photons show to have moved
-// by less than the times are to be known for is let through, and the report says it.
+// Design note: a motion that is statistically significant need not matter. A target that moved by
+// less than the goal for the pulse times is accepted, and the report mentions its motion.
 void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
   const std::string allowed =
       fmt::format(" where {:g} ps are allowed (--time-ps)", plan.goal.std_time_ps);
@@ -161,13 +164,14 @@ CalibrationFacts facts_of(const CalibrationPlan& plan, const Calibration& found)
   return facts;
 }
 
-// As they left: without the way to a target whose distance is known.
+// The pulses at the times when they left the laser: without the delay to a target whose distance is
+// known.
 std::vector<CalibratedPulse> emitted(const Calibration& found, double delay_ps) {
   std::vector<CalibratedPulse> pulses = found.pulses;
   for (CalibratedPulse& pulse : pulses) {
     const double time_ps = pulse.time_ps - delay_ps;
     pulse.time_ps = time_ps - found.period_ps * std::floor(time_ps / found.period_ps);
-    // A time that is 0 but for rounding.
+    // A time that is 0 except for rounding.
     if (pulse.time_ps >= found.period_ps) pulse.time_ps = 0;
   }
   std::sort(pulses.begin(), pulses.end(), [](const CalibratedPulse& a, const CalibratedPulse& b) {
@@ -183,7 +187,7 @@ Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Cali
     pattern.mode = found.pulses.size() == 1 ? Mode::baseline : Mode::random;
     pattern.subperiods_ps.clear();
   }
-  // They are parts of the period that was measured, not of the nominal one.
+  // The subperiods become parts of the measured period instead of the nominal period.
   for (double& subperiod_ps : pattern.subperiods_ps) {
     subperiod_ps *= found.period_ps / pattern_period_ps(config.pattern);
   }
@@ -203,7 +207,8 @@ Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Cali
   return pattern;
 }
 
-// Of an even comb, or one that is nearly so, the range that a frame's light leaves.
+// For evenly or nearly evenly spaced pulses: sets the mode ambiguous, with the range that the light
+// of a frame leaves.
 void judge_range(const Config& config, const Calibration& found, Pattern& pattern) {
   if (pattern.mode == Mode::ambiguous || found.pulses.size() < 2 || !(found.seconds > 0)) return;
   const auto shape = make_tabulated(found.shape);
@@ -218,7 +223,7 @@ void judge_range(const Config& config, const Calibration& found, Pattern& patter
   pattern.unambiguous_delay_ps = *spacing_ps;
 }
 
-// What one input alone shows.
+// Calibrates from the photons of one input alone.
 std::optional<Calibration> calibrate_input(const Config& config, const Reader& reader,
                                            std::size_t input) {
   ChannelOptions channels = config.channels;
@@ -291,6 +296,19 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   judge_range(config, found, pattern);
   std::vector<InputDelay> inputs = compare_inputs(config, reader);
   return {std::move(pattern), std::move(found), rest, std::move(fold), std::move(inputs)};
+}
+
+PatternCalibration calibrate_recording(const Config& config, const std::string& file,
+                                       const CalibrationPlan& plan,
+                                       const CalibrationProgress& progress,
+                                       const std::stop_token& stop) {
+  SourceContext context;
+  context.pattern = &config.pattern;
+  context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  ReplayOptions replay;
+  replay.recording = file;
+  return calibrate_pattern(
+      config, [&] { return replay.open(context); }, plan, progress, stop);
 }
 
 }  // namespace splid

@@ -17,44 +17,56 @@
 
 namespace splid {
 
+// The room daemon/study/calibration finds a pattern from a recording. Read this header first.
+
 struct CalibrationPlan {
-  std::string recording;             // its name
-  CalibrationGoal goal;              // the time is also the most that the target may have moved
-  std::optional<double> distance_m;  // that the target is at: what `run` is to read for it
+  std::string recording;             // its name, for people
+  CalibrationGoal goal;              // the target may move by at most the goal's time
+  std::optional<double> distance_m;  // of the target, as `splid run` shall show it
 };
 
 struct PatternCalibration {
-  Pattern pattern;  // to be written
+  Pattern pattern;  // the calibrated pattern, to be written to a file
   Calibration calibration;
   RestReport rest;
   PhaseHistogram fold;
-  std::vector<InputDelay> inputs;  // of a detector on several; empty: one, or they do not agree
+  std::vector<InputDelay> inputs;  // empty: a single input, or inputs that do not agree
 };
 
-// A source of the same tags each time.
+// Opens a source that gives the same tags each time.
 using OpenRecording = std::function<std::unique_ptr<TagSource>()>;
-// Called once a frame: what is done, and how many seconds of the recording are through.
+// Called once for each frame: what is being done, and how many seconds of the recording are read.
 using CalibrationProgress = std::function<void(const char* doing, double seconds)>;
 
-// The pattern that a recording of a static target shows: the period from the syncs, pulse times,
-// amplitudes and shape from the photons folded on it. The recording is read twice: to be folded,
-// and to see frame by frame whether the target was at rest.
+// Finds the pattern from a recording of a target at rest: the period from the syncs, and the pulse
+// times, amplitudes and shape from the photons folded at that period. The recording is read twice:
+// once to fold it, and once to see frame by frame whether the target was at rest.
 //
-// Its times hold the target's own delay, so distances measured with it are relative to that target
-// unless its distance is given. The configured pattern gives the nominal period; mode and range are
-// kept where the recording has as many pulses, otherwise the pattern is baseline (one pulse) or
-// random (several). Where delays stay alike that divide its range (of an even comb, or a nearly
-// even one at this light in a frame of the configured length), it is ambiguous, with the range that
-// is left. Of several inputs each one's pulses are looked for too, which reads the recording once
-// more for each. The configured pulse width (pulse.sigma_ps) need hold within a factor of two.
+// The pulse times contain the target's own delay, so distances measured with the pattern are
+// relative to that target unless its distance is given. The configured pattern gives the nominal
+// period. Its mode and range are kept if the recording has as many pulses; otherwise the new
+// pattern is baseline (one pulse) or random (several pulses). If delays that divide the range
+// cannot be told apart (because the pulses are evenly spaced, or nearly so for the light in a frame
+// of the configured length), the pattern gets the mode ambiguous and the smaller range that is
+// left. If there are several inputs, the pulses of each input are looked for as well, which reads
+// the recording once more for each input. The configured pulse width (pulse.sigma_ps) need only
+// hold within a factor of two.
 //
 // Threads: the caller's. Errors: the source's; Error(Fault::usage) for a pattern of several
-// segments and after a stop request; Error(Fault::data) where the syncs do not fit the nominal
-// period, no pulse stands out, the target moved (with its velocity) or the photons are too few
-// (with how many it needs), saying what was seen.
+// segments and after a stop request; Error(Fault::data), which says what was seen, where the syncs
+// do not fit the nominal period, no pulse stands out, the target moved (with its velocity) or the
+// photons are too few (with how many are needed).
 PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
                                      const CalibrationPlan& plan,
                                      const CalibrationProgress& progress,
                                      const std::stop_token& stop);
+
+// calibrate_pattern() of a PTU file; the configured source is not looked at.
+//
+// Threads, Errors: as calibrate_pattern(), with those of the replay driver.
+PatternCalibration calibrate_recording(const Config& config, const std::string& file,
+                                       const CalibrationPlan& plan,
+                                       const CalibrationProgress& progress,
+                                       const std::stop_token& stop);
 
 }  // namespace splid

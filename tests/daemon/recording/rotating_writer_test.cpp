@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/recording/recording_facts.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
@@ -41,9 +42,10 @@ class RotatingWriterTest : public ::testing::Test {
  protected:
   RotatingWriter recorder_in(const std::string& path) {
     config.record.folder = path;
+    const SourceInfo source{"script", true, {}};
     return RotatingWriter(
-        config, SourceInfo{"script", true, {}}, clock, [] { return nullptr; },
-        [this](const std::string& sentence) { said.push_back(sentence); });
+        {config.record, config.channels, source, recording_facts(config, source, "")}, clock,
+        [] { return nullptr; }, [this](const std::string& sentence) { said.push_back(sentence); });
   }
   // In pieces that no limit falls on.
   static void feed(RotatingWriter& recorder, std::span<const Tag> tags) {

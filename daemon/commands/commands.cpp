@@ -1,8 +1,10 @@
-#include "daemon/commands/log_level.hpp"
+#include "daemon/commands/commands.hpp"
 
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+
+#include "config/config.hpp"
 
 namespace splid {
 
@@ -16,6 +18,12 @@ void add_log_options(CLI::App& command) {
       ->check(names);
   command.add_flag_callback(
       "-v,--verbose", [] { spdlog::set_level(spdlog::level::debug); }, "Same as --log-level debug");
+}
+
+Config load_config_aloud(const std::string& file) {
+  Config config = load_config(file);
+  if (!config.pattern_note.empty()) spdlog::warn("{}", config.pattern_note);
+  return config;
 }
 
 }  // namespace splid
