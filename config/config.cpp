@@ -1,9 +1,5 @@
 #include "config/config.hpp"
 
-#include <cerrno>
-#include <fstream>
-#include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "config/endpoint.hpp"
@@ -11,6 +7,7 @@
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
 #include "config/pattern_file.hpp"
+#include "config/read_file.hpp"
 #include "config/sections.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
@@ -23,19 +20,6 @@ using nlohmann::json;
 
 [[noreturn]] void fail(const std::string& place, const std::string& what) {
   throw Error(Fault::usage, place + ": " + what);
-}
-
-// asked_by: who names the file, for the error.
-std::string read_text(const std::string& file, const std::string& asked_by) {
-  errno = 0;
-  const std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  // A folder opens like a file and fails when it is read; an empty file fails without a reason.
-  if (!in.is_open() || (text.view().empty() && errno != 0)) {
-    fail(asked_by + file, "cannot be read: " + std::generic_category().message(errno));
-  }
-  return std::move(text).str();
 }
 
 void check_kind(const std::string& text, const std::string& file) {
@@ -140,7 +124,7 @@ void check_all(const Config& config) {
 }  // namespace
 
 Config load_config(const std::string& file) {
-  return config_from_json(read_text(file, ""), file, read_text, shipped_patterns_folder());
+  return config_from_json(read_file(file), file, read_file, shipped_patterns_folder());
 }
 
 Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,

@@ -26,7 +26,7 @@ using std::chrono::milliseconds;
 constexpr std::string_view unix_prefix = "unix:";
 constexpr std::string_view tcp_prefix = "tcp:";
 
-// How long one look at a socket lasts, for the sake of the stop token.
+// How long a look at a socket may last, since the stop token is looked at in between.
 constexpr milliseconds slice{20};
 
 bool is_port(std::string_view text) {
@@ -77,7 +77,7 @@ ClientSocket::ClientSocket(std::string address) : address_(std::move(address)) {
   const std::size_t colon = address_.rfind(':');
   const std::string host = address_.substr(tcp_prefix.size(), colon - tcp_prefix.size());
   addrinfo hints{};
-  // As the service unit allows no other; and a bridge at 0.0.0.0 does not hear localhost's ::1.
+  // The service unit allows IPv4 only, and a bridge at 0.0.0.0 does not hear localhost's ::1.
   hints.ai_family = AF_INET;
   hints.ai_socktype = SOCK_STREAM;
   hints.ai_flags = AI_NUMERICSERV;

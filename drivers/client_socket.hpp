@@ -12,10 +12,10 @@
 
 namespace splid {
 
-// Where an instrument or a bridge listens: "unix:PATH" or "tcp:HOST:PORT", IPv4.
+// An instrument or a bridge listens at "unix:PATH" or "tcp:HOST:PORT" (IPv4).
 //
-// Null where `text` is such an address; otherwise what is wrong with it, to go behind the address
-// in a sentence.
+// Returns nothing where `text` is such an address; otherwise what is wrong with it, in words that
+// follow the address in a sentence.
 std::optional<std::string> socket_address_fault(const std::string& text);
 
 // The client's end of a byte stream to a bridge or an instrument, on this machine or another.
@@ -25,8 +25,8 @@ class ClientSocket {
  public:
   static constexpr std::chrono::milliseconds connect_patience{1000};
 
-  // Looks the host's name up, once. Errors: Error(Fault::usage) where the address is none,
-  // Error(Fault::device) where nobody knows the host.
+  // Looks the host's name up, once. Errors: Error(Fault::usage) where `address` is no address,
+  // Error(Fault::device) where the host's name is not known.
   explicit ClientSocket(std::string address);
   ~ClientSocket() { close(); }
   ClientSocket(const ClientSocket&) = delete;
@@ -34,17 +34,17 @@ class ClientSocket {
 
   [[nodiscard]] const std::string& address() const { return address_; }
   [[nodiscard]] bool is_open() const { return descriptor_ != -1; }
-  // Address and reason, of the connection that could not be made or ended last.
+  // Address and reason of the last connection that could not be made, or that ended.
   [[nodiscard]] const std::string& failure() const { return failure_; }
 
   // Tries once, for connect_patience at most, and returns within some 20 ms of a stop request.
   bool connect(const std::stop_token& stop);
-  // What has come, within `patience`; 0 where nothing did, or the other side or a failure closed
-  // the connection, which is_open() then tells.
+  // Reads what comes within `patience`, and returns how many bytes came. 0 where none came, and
+  // where the other side or a failure closed the connection: is_open() tells the two apart.
   std::size_t read(std::span<std::byte> room, std::chrono::milliseconds patience);
-  // Of `bytes` as many as go out within `patience`; 0 as of read().
+  // Writes as many of `bytes` as go out within `patience`, and returns how many. 0: as of read().
   std::size_t write(std::string_view bytes, std::chrono::milliseconds patience);
-  // Closes it; why: for failure().
+  // Closes the connection; why: the reason that failure() then gives.
   void end(const std::string& why);
   void close();
 

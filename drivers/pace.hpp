@@ -14,8 +14,8 @@ class Pace {
   // speed: stream time per real time, >= 0; 0 never waits. The stream's time 0 is now.
   explicit Pace(double speed);
 
-  // Sleeps until the stream's time has come; returns within some 5 ms of a stop request. False
-  // once a stop was requested, also where there is nothing to wait for.
+  // Sleeps until the stream's time has come, and returns within some 5 ms of a stop request. False
+  // once a stop was requested, even if there was nothing to wait for.
   bool wait_until(std::int64_t stream_ps, const std::stop_token& stop) const;
 
  private:

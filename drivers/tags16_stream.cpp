@@ -20,7 +20,7 @@ constexpr std::array<CounterText, 7> counter_texts = {{
     {"splid_tags16_bytes_skipped_total", "Bytes that belong to no block."},
 }};
 
-// Room asked for at a time: 1 MiB, some milliseconds of the fastest tagger.
+// How many tags a sink is asked to make room for: 1 MiB, some milliseconds of the fastest tagger.
 constexpr std::size_t block_tags = 65'536;
 
 // What went wrong from one count to the next, empty where nothing did.
@@ -42,21 +42,20 @@ std::string describe_damage(const Tags16Counts& before, const Tags16Counts& now)
 std::string Tags16News::since_last(const Tags16Counts& counts, Time now) {
   if (now < next_look_) return {};
   next_look_ = now + between_looks;
-  const Tags16Counts said = std::exchange(said_, counts);
-  if (said.blocks == 0) return {};
-  std::string news = describe_damage(said, counts);
+  const Tags16Counts told = std::exchange(told_, counts);
+  if (told.blocks == 0) return {};
+  std::string news = describe_damage(told, counts);
   if (!news.empty()) next_look_ = now + between_news;
   return news;
 }
 
 bool Tags16Stream::feed(std::span<const std::byte> bytes, TagSink& sink) {
-  bytes_ += bytes.size();
   bool full = false;
   while (full || !bytes.empty()) {
     const std::span<Tag> room = sink.claim(block_tags);
     if (room.empty()) return false;
     const Tags16Decoder::Progress progress = decoder_.decode(bytes, room);
-    note();  // first, so that whoever sees the tags sees them counted
+    note(progress.bytes);  // before publish(), so that whoever sees the tags sees them counted
     sink.publish(progress.tags);
     bytes = bytes.subspan(progress.bytes);
     full = progress.tags == room.size();
@@ -66,28 +65,36 @@ bool Tags16Stream::feed(std::span<const std::byte> bytes, TagSink& sink) {
 
 void Tags16Stream::cut() {
   decoder_.cut();
-  note();
+  note(0);
 }
 
-void Tags16Stream::note() {
-  const Tags16Counts& counts = decoder_.counts();
-  const std::array<std::uint64_t, kinds> values = {
-      bytes_,
-      counts.blocks,
-      counts.lost_blocks,
-      counts.damaged_blocks,
-      counts.bad_headers,
-      counts.outside_tags,
-      counts.skipped_bytes,
+void Tags16Stream::note(std::uint64_t bytes) {
+  counters_.add(bytes, noted_, decoder_.counts());
+  noted_ = decoder_.counts();
+}
+
+void Tags16Counters::add(std::uint64_t bytes, const Tags16Counts& before, const Tags16Counts& now) {
+  const std::array<std::uint64_t, kinds> risen = {
+      bytes,
+      now.blocks - before.blocks,
+      now.lost_blocks - before.lost_blocks,
+      now.damaged_blocks - before.damaged_blocks,
+      now.bad_headers - before.bad_headers,
+      now.outside_tags - before.outside_tags,
+      now.skipped_bytes - before.skipped_bytes,
   };
-  for (std::size_t i = 0; i < kinds; ++i) noted_[i].store(values[i], std::memory_order_relaxed);
+  for (std::size_t i = 0; i < kinds; ++i) {
+    values_[i].fetch_add(risen[i], std::memory_order_relaxed);
+  }
 }
 
-std::vector<SourceCounter> Tags16Stream::counters() const {
+std::vector<SourceCounter> Tags16Counters::list() const {
   std::vector<SourceCounter> all;
   for (std::size_t i = 0; i < kinds; ++i) {
-    all.push_back({counter_texts[i].name, "", counter_texts[i].help,
-                   noted_[i].load(std::memory_order_relaxed)});
+    all.push_back({counter_texts[i].name,
+                   {},
+                   counter_texts[i].help,
+                   values_[i].load(std::memory_order_relaxed)});
   }
   return all;
 }

@@ -9,15 +9,16 @@
 
 namespace splid {
 
-// Lets one thread sleep until another says that there may be something to do. It carries no data
-// and orders none: the sleeper looks at atomics of its own before it waits, and again after.
+// Lets one thread sleep until another says that there may be something to do. A wake carries no
+// data and puts none in order: the sleeper looks at its own atomics before it waits, and again
+// after.
 //
-// Threads: notify() from any, also from a signal handler; wait_for() from one. No lock, no
-// allocation.
+// Threads: notify() may be called from any, also from a signal handler; wait_for() from one thread.
+// No lock, no allocation.
 //
 // Design note: a POSIX semaphore and not std::atomic::wait, which has no time-out, nor
-// std::counting_semaphore, whose timed wait in libstdc++ 12 polls. Its monotonic clock keeps a step
-// of the host's UTC from holding a waiter up.
+// std::counting_semaphore, whose timed wait in libstdc++ 12 polls. It waits by the
+// monotonic clock, so that a step of the host's UTC does not hold a waiter up.
 class Wake {
  public:
   Wake() { sem_init(&semaphore_, 0, 0); }
@@ -37,7 +38,7 @@ class Wake {
     until.tv_nsec = ns % ns_per_s;
     while (sem_clockwait(&semaphore_, CLOCK_MONOTONIC, &until) == -1 && errno == EINTR) {
     }
-    // What was notified several times is one reason to look, not several.
+    // Several notifications are one reason to look.
     while (sem_trywait(&semaphore_) == 0) {
     }
   }

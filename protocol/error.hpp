@@ -25,7 +25,8 @@ class Error : public std::runtime_error {
   Fault fault_;
 };
 
-// What make() returns; an Error of it begins with who asked: an option, a configuration's key.
+// Returns what make() returns. An Error that make() throws begins with who asked for the thing: the
+// option, or the configuration's key.
 template <class Make>
 auto asked_by(const std::string& who, const Make& make) {
   try {

@@ -48,4 +48,15 @@ JsonWriter& JsonWriter::raw(std::string_view key, std::string_view json) {
   return *this;
 }
 
+JsonWriter message_head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
+  JsonWriter json;
+  json.text("schema", schema).raw("v", "[1,0]").number("timestamp", timestamp_s);
+  json.integer("sequence", sequence);
+  return json;
+}
+
+void write_uncounted_losses(JsonWriter& json, std::uint64_t losses) {
+  if (losses > 0) json.integer("uncounted_losses", losses);
+}
+
 }  // namespace splid

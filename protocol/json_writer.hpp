@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -44,5 +45,12 @@ class JsonWriter {
  private:
   std::string members_;
 };
+
+// Begins a message: the members that all messages have (docs/reference/messages.md).
+// timestamp_s: UTC.
+JsonWriter message_head(std::string_view schema, double timestamp_s, std::uint64_t sequence);
+
+// Writes a message's losses of an unknown number of tags, where there are any: most have none.
+void write_uncounted_losses(JsonWriter& json, std::uint64_t losses);
 
 }  // namespace splid

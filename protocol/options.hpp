@@ -19,7 +19,7 @@ struct Bounds {
 // has one `describe(OptionVisitor&)`, which names every key once with its bounds and a sentence
 // with the unit; the JSON reader, the schema and the dump of the effective configuration are all
 // visitors, so a key cannot be read and yet be missing from the schema. The value passed in is the
-// default. Keys not given leave it as it is.
+// default: a reader leaves it as it is where the key is not given.
 class OptionVisitor {
  public:
   virtual ~OptionVisitor() = default;
@@ -31,7 +31,7 @@ class OptionVisitor {
                        const char* doc) = 0;
   virtual void flag(const char* key, bool& value, const char* doc) = 0;
   virtual void text(const char* key, std::string& value, const char* doc) = 0;
-  // A file; a relative one is relative to the file that names it and arrives here resolved.
+  // A file. A relative path is relative to the file that names it, and a reader resolves it.
   virtual void path(const char* key, std::string& value, const char* doc) = 0;
   // index: into names
   virtual void choice(const char* key, std::size_t& index, std::span<const char* const> names,
@@ -50,7 +50,8 @@ class OptionVisitor {
   virtual void objects(const char* key, const std::function<void(std::size_t)>& resize,
                        const std::function<void(OptionVisitor&, std::size_t)>& member,
                        std::size_t count, const char* doc) = 0;
-  // This key of the object being visited must be given; call before or after visiting it.
+  // The key of the object that is being visited must be given. May be called before or after the
+  // key itself is visited.
   virtual void require(const char* key) = 0;
 };
 
@@ -61,7 +62,8 @@ void choose(OptionVisitor& visitor, const char* key, Enum& value,
   const auto before = static_cast<std::size_t>(value);
   std::size_t index = before;
   visitor.choice(key, index, names, doc);
-  // Who only writes them down reads options that other threads read too.
+  // A visitor that only prints the options changes nothing. The value is then not even assigned to
+  // itself, since other threads may be reading it.
   if (index != before) value = static_cast<Enum>(index);
 }
 

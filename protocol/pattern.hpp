@@ -17,15 +17,15 @@ std::optional<Mode> mode_from_string(const std::string& name);
 struct PatternSegment {
   double period_ps = 0;                // > 0
   std::vector<double> pulse_times_ps;  // in [0, period_ps), ascending, at least one
-  std::vector<double> amplitudes;  // relative, >= 0, one a pulse; 1 is the mean of an even train
+  std::vector<double> amplitudes;  // relative, >= 0, for each pulse; 1: the mean of an even train
   std::int64_t repeats = 0;        // 0: for ever
 
   friend bool operator==(const PatternSegment&, const PatternSegment&) = default;
 };
 
-// A measured pulse shape: h at evenly spaced offsets from the pulse time, smooth between them (a
-// quadratic B-spline of which these are the coefficients: see make_tabulated), zero outside.
-// Normalised by its user.
+// A measured pulse shape: the density of photons at evenly spaced offsets from the pulse time. The
+// values are the coefficients of a quadratic B-spline (see make_tabulated), which is smooth between
+// them and zero outside. Whoever uses the shape normalises it.
 struct TabulatedPulse {
   double first_ps = 0;          // offset of the first value from the pulse time
   double step_ps = 0;           // > 0
@@ -34,18 +34,19 @@ struct TabulatedPulse {
   friend bool operator==(const TabulatedPulse&, const TabulatedPulse&) = default;
 };
 
-// Where a calibrated pattern comes from, and how well it is known: standard deviations.
+// Where a calibrated pattern comes from, and how well it is known: each std_ member is a standard
+// deviation.
 struct CalibrationFacts {
-  std::string recording;                   // file
-  double seconds = 0;                      // of it that were used
-  std::uint64_t photons = 0;               // in it
-  double signal_photons = 0;               // of which so many from the pulses
+  std::string recording;                   // the file that it was calibrated with
+  double seconds = 0;                      // of the recording that were used
+  std::uint64_t photons = 0;               // in these seconds
+  double signal_photons = 0;               // of these photons, those that came from the pulses
   double std_period_ps = 0;                // of calibrated_period_ps
-  std::vector<double> std_pulse_times_ps;  // one a pulse, of the only segment
-  std::vector<double> std_amplitudes;      // likewise
-  std::vector<double> std_density;         // one a value of the pulse's table
-  std::optional<double> distance_m;  // of the target, where it was given; absent: distances are
-                                     // relative to it
+  std::vector<double> std_pulse_times_ps;  // of each pulse of the only segment
+  std::vector<double> std_amplitudes;      // of each pulse of the only segment
+  std::vector<double> std_density;         // of each value of the pulse's table
+  // Of the target, where it was given. Where absent, distances are relative to that target's.
+  std::optional<double> distance_m;
 
   friend bool operator==(const CalibrationFacts&, const CalibrationFacts&) = default;
 };
@@ -54,21 +55,22 @@ struct CalibrationFacts {
 // loops, sending one sync at the start of each. Times are doubles and never rounded to a grid.
 struct Pattern {
   Mode mode = Mode::baseline;
-  double unambiguous_delay_ps = 0;             // largest delay that the mode can tell apart
-  std::vector<double> subperiods_ps;           // t_k of interleaved and MRR patterns; else empty
-  std::vector<PatternSegment> segments;        // one; for MRR one a repetition period, run in turn
+  double unambiguous_delay_ps = 0;    // largest delay that the mode can tell apart
+  std::vector<double> subperiods_ps;  // t_k of interleaved and MRR patterns; else empty
+  // One segment; an MRR pattern has a segment for each repetition period, and plays them in turn.
+  std::vector<PatternSegment> segments;
   std::optional<double> calibrated_period_ps;  // t_r,cal of [P] Eq. 20, in the tagger's clock
-  std::optional<TabulatedPulse> pulse;         // calibrated shape
+  std::optional<TabulatedPulse> pulse;         // the calibrated shape
   std::optional<CalibrationFacts> calibration;
 
   friend bool operator==(const Pattern&, const Pattern&) = default;
 };
 
-// The time after which the generator starts over, one sync each: the only segment's period, or for
-// MRR the sum over segments of period times repeats. In ps of the calibrated clock.
+// The time after which the generator starts over and sends a sync: the only segment's period, or
+// for MRR the sum over segments of period times repeats. In ps of the calibrated clock.
 double pattern_period_ps(const Pattern& pattern);
 
-// All pulses in one pattern period.
+// The number of pulses in one pattern period.
 std::size_t pulses_per_period(const Pattern& pattern);
 
 // Null if the pattern can be used; otherwise one sentence naming the member (as a JSON pointer such

@@ -9,6 +9,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/ptu_losses.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {

@@ -1,11 +1,10 @@
 #include "protocol/ptu_losses.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstddef>
-#include <system_error>
 
 #include "protocol/loss_collector.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {
@@ -57,14 +56,6 @@ std::optional<std::vector<Loss>> losses_from_text(std::string_view text) {
     losses.push_back(*loss);
   }
   return losses;
-}
-
-std::optional<std::int64_t> whole_number(std::string_view text) {
-  std::int64_t value = 0;
-  const char* end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, value);
-  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
-  return value;
 }
 
 }  // namespace splid

@@ -21,7 +21,4 @@ std::string losses_to_text(std::vector<Loss> losses, std::size_t max_chars);
 // Null where the text is no such list, or an end lies before its begin.
 std::optional<std::vector<Loss>> losses_from_text(std::string_view text);
 
-// Null where `text` is not exactly one whole number that 64 bits hold.
-std::optional<std::int64_t> whole_number(std::string_view text);
-
 }  // namespace splid

@@ -2,18 +2,23 @@
 
 #include <cstdint>
 
+// protocol/ is the vocabulary that all rooms share, and its encodings as bytes, text and JSON. A
+// newcomer should read this header first, and then protocol/pattern.hpp and
+// protocol/frame_json.hpp: a tagger's events and a pattern go into splid, and frames come out.
+
 namespace splid {
 
-// What a tag stands for. The kinds from heartbeat on are not events that an instrument saw but
-// facts about the stream itself; they travel in it, in order, so that nothing is lost unsaid.
+// What a tag stands for. The first three kinds are events that an instrument saw. The kinds from
+// heartbeat on are facts about the stream itself, which travel in the stream, in order, so that
+// each loss is told.
 enum class TagKind : std::uint8_t {
   photon,       // value: the input, as the instrument (in a PTU: the record) numbers it
-  sync,         // one a pattern period, where the instrument has a sync input of its own
+  sync,         // comes once a pattern period, where the instrument has a sync input of its own
   marker,       // value: the marker bits, 1 to 15
   heartbeat,    // no event: the instrument's clock has reached time_ps. Closes frames in the dark
   loss_begin,   // from time_ps on, tags may be missing
-  loss_end,     // up to time_ps tags were missing; value: how many, -1 where nobody knows
-  missed,       // value: tags missing near time_ps, where the instrument says no interval
+  loss_end,     // up to time_ps tags were missing; value: how many, -1 where the count is unknown
+  missed,       // value: tags missing near time_ps, where the instrument gives no interval
   clock_break,  // the instrument's clock was set anew: later times do not follow earlier ones
 };
 
@@ -41,14 +46,14 @@ constexpr Tag marker_tag(std::int64_t time_ps, int bits) {
 }
 constexpr Tag heartbeat_tag(std::int64_t time_ps) { return {time_ps, 0, TagKind::heartbeat, {}}; }
 
-// True for the kinds an instrument recorded; these and no others are counted as tags.
+// True for the kinds that an instrument records. Only these are counted as tags.
 constexpr bool is_event(TagKind kind) { return kind <= TagKind::marker; }
 
 // A stretch of the tagger's time, [begin_ps, end_ps), in which tags may be missing.
 struct Loss {
   std::int64_t begin_ps = 0;
   std::int64_t end_ps = 0;
-  std::int64_t count = 0;  // tags known to be missing; -1 where nobody knows
+  std::int64_t count = 0;  // tags known to be missing; -1 where the count is unknown
 
   friend bool operator==(const Loss&, const Loss&) = default;
 };

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "config/config.hpp"
-#include "daemon/base/read_file.hpp"
+#include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/recording/recording_report.hpp"

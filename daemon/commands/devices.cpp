@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "daemon/commands/commands.hpp"
-#include "drivers/usb/usb_listing.hpp"
+#include "drivers/usb/known_devices.hpp"
 
 namespace splid {
 namespace {
@@ -15,7 +15,7 @@ const char* or_dash(const std::string& text) { return text.empty() ? "-" : text.
 int list_devices(bool all) {
   bool closed = false;
   int shown = 0;
-  for (const UsbListing& each : list_usb_devices(all)) {
+  for (const KnownDevice& each : known_devices(all)) {
     const UsbDeviceInfo& info = each.info;
     const std::string speed =
         info.speed_mbit_s > 0 ? fmt::format("{} Mbit/s", info.speed_mbit_s) : "-";

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "config/read_file.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
-#include "daemon/base/read_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/security/key_file.hpp"
@@ -20,7 +20,8 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "daemon/study/truth_score.hpp"
 #include "protocol/error.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "daemon/base/read_file.hpp"
+#include "config/read_file.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

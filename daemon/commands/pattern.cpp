@@ -4,15 +4,15 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/read_file.hpp"
 #include "daemon/base/text.hpp"
+#include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
 #include "estimator/model/pattern_make.hpp"
+#include "estimator/model/pattern_side_lobes.hpp"
 #include "protocol/pattern_json.hpp"
-#include "protocol/pattern_side_lobes.hpp"
 
 namespace splid {
 namespace {

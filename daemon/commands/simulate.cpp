@@ -6,7 +6,7 @@
 #include <string>
 
 #include "config/config.hpp"
-#include "daemon/base/read_file.hpp"
+#include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"

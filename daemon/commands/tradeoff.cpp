@@ -17,7 +17,7 @@
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
 #include "daemon/base/progress.hpp"
-#include "daemon/base/read_file.hpp"
+#include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"

@@ -28,7 +28,9 @@ std::int64_t patience_ns(const Frame& frame) {
 
 EncoderFeed::EncoderFeed(std::unique_ptr<EncoderSource> source, const EncoderOptions& options,
                          const Clock& clock)
-    : source_(std::move(source)), clock_(clock), join_(options, source_->live()) {}
+    : source_(std::move(source)),
+      clock_(clock),
+      join_({options.m_per_count, options.offset_m}, source_->live()) {}
 
 std::optional<FrameMessage::Reference> EncoderFeed::reference(const Frame& frame) {
   if (failed_) return std::nullopt;

@@ -9,9 +9,9 @@
 
 #include "daemon/base/clock.hpp"
 #include "daemon/stream/frame.hpp"
-#include "drivers/encoder/encoder_join.hpp"
 #include "drivers/encoder/encoder_source.hpp"
-#include "protocol/messages.hpp"
+#include "estimator/reference/encoder_join.hpp"
+#include "protocol/frame_json.hpp"
 
 namespace splid {
 

@@ -6,7 +6,7 @@
 #include "config/config.hpp"
 #include "daemon/stream/frame.hpp"
 #include "estimator/model/estimate.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 
 namespace splid {
 

@@ -91,15 +91,6 @@ Counter& let_go(Registry& registry, Refusal reason) {
                  {{"reason", to_string(reason)}});
 }
 
-// "status=\"stall\"", as a driver writes a label.
-Labels labels_of(const SourceCounter& source) {
-  const std::size_t equals = source.label.find("=\"");
-  if (equals == std::string::npos) return {};
-  const std::size_t value = equals + 2;
-  return {{source.label.substr(0, equals),
-           source.label.substr(value, source.label.size() - value - 1)}};
-}
-
 void raise(Counter& shown, std::uint64_t total) {
   const double more = static_cast<double>(total) - shown.Value();
   if (more > 0) shown.Increment(more);
@@ -116,7 +107,7 @@ struct Metrics::Series {
         .Set(1);
     gauge(*registry, "process_start_time_seconds", "Start of the program, UTC").Set(now_unix_s);
     for (const SourceCounter& source : counters) {
-      drivers.push_back(&counter(*registry, source.name, source.help, labels_of(source)));
+      drivers.push_back(&counter(*registry, source.name, source.help, source.labels));
     }
     show(state, DaemonState::starting);
     show(device, DeviceState::connected);

@@ -12,7 +12,8 @@
 #include "daemon/security/refusals.hpp"
 #include "daemon/stream/stream.hpp"
 #include "drivers/source.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 

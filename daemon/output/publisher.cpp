@@ -16,7 +16,8 @@
 #include "daemon/output/outgoing_queue.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/sockets/gate.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 namespace {

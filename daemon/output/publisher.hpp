@@ -11,10 +11,10 @@ class Authenticator;
 class Refusals;
 
 // What subscribers connect to: XPUB, each message exactly two parts, topic and JSON
-// (protocol/messages.hpp). It may have a second endpoint, plain, at which the same messages come.
-// The last `version` and `status` go to each new subscriber. ZeroMQ addresses all subscribers of a
-// topic or none, so that the earlier subscribers see the same message, with the same sequence,
-// again.
+// (protocol/frame_json.hpp, protocol/status_json.hpp). It may have a second endpoint, plain, at
+// which the same messages come. The last `version` and `status` go to each new subscriber. ZeroMQ
+// addresses all subscribers of a topic or none, so that the earlier subscribers see the same
+// message, with the same sequence, again.
 //
 // Nobody who publishes waits for a subscriber, whatever the subscriber sends or does not read: a
 // thread of the publisher's own talks to ZeroMQ, and a gate (daemon/sockets/gate.hpp) before each

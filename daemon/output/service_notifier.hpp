@@ -4,7 +4,7 @@
 #include <string>
 
 #include "daemon/base/clock.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 

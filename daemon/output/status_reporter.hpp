@@ -9,7 +9,8 @@
 #include "daemon/output/publisher.hpp"
 #include "drivers/source.hpp"
 #include "estimator/model/options.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 

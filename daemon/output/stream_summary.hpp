@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "daemon/stream/framer.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 
 namespace splid {
 

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "daemon/base/progress.hpp"
-#include "daemon/base/read_file.hpp"
 #include "daemon/base/text.hpp"
+#include "daemon/base/write_file.hpp"
 #include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/recording/recording_facts.hpp"

@@ -5,9 +5,9 @@
 
 #include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
+#include "estimator/model/pattern_match.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
-#include "protocol/pattern_match.hpp"
 
 namespace splid {
 namespace {

@@ -15,8 +15,8 @@
 #include "daemon/recording/rotating_writer.hpp"
 #include "daemon/stream/ring.hpp"
 #include "daemon/stream/tag_tap.hpp"
-#include "drivers/encoder/encoder_batch.hpp"
 #include "drivers/source.hpp"
+#include "protocol/encoder_batch.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {

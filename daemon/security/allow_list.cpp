@@ -7,7 +7,7 @@
 #include "daemon/security/curve_key.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
-#include "protocol/trimmed.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {

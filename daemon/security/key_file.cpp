@@ -13,10 +13,10 @@
 #include <system_error>
 
 #include "config/hidden_keys.hpp"
-#include "daemon/base/read_file.hpp"
+#include "config/read_file.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
-#include "protocol/trimmed.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/sockets/subscriber.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/status_json.hpp"
 
 namespace splid {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "daemon/output/stream_summary.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 
 namespace splid {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "protocol/truth.hpp"
 
 namespace splid {

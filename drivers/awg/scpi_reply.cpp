@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "protocol/trimmed.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {

@@ -16,7 +16,7 @@ constexpr milliseconds longest_pause{2000};
 constexpr milliseconds block_patience{1000};
 constexpr milliseconds silence_patience{3000};
 
-// One look at the socket, and one sleep: a stop waits no longer.
+// The longest look at the socket, and the longest sleep: a stop waits no longer.
 constexpr milliseconds slice{20};
 
 // Design note: a socket hands on some 200 KB at a time; more room would never be filled.
@@ -97,7 +97,7 @@ void BridgeSource::read(TagSink& sink) {
 void BridgeSource::watch_blocks() {
   const auto now = steady_clock::now();
   const std::string news = news_.since_last(stream_.counts(), now);
-  // Something new each time, and over already: the state is what it was.
+  // Each such damage is new, and is over when it is told, so that the state stays as it was.
   if (!news.empty()) {
     context_.report({DeviceState::connected, socket_.address() + ": " + news});
   }
@@ -119,7 +119,7 @@ void BridgeSource::watch_blocks() {
   }
 }
 
-// Once a change: it locks and goes to the log.
+// Reports changes only, since each report locks and goes to the log.
 void BridgeSource::report(DeviceState state, const std::string& reason) {
   if (report_ && report_->state == state && report_->reason == reason) return;
   report_ = DeviceReport{state, reason};
@@ -127,8 +127,10 @@ void BridgeSource::report(DeviceState state, const std::string& reason) {
 }
 
 std::vector<SourceCounter> BridgeSource::counters() const {
-  std::vector<SourceCounter> all = stream_.counters();
-  all.push_back({"splid_bridge_connections_total", "", "Connections made to the bridge.",
+  std::vector<SourceCounter> all = counters_.list();
+  all.push_back({"splid_bridge_connections_total",
+                 {},
+                 "Connections made to the bridge.",
                  connections_.load(std::memory_order_relaxed)});
   return all;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstddef>
@@ -27,15 +26,15 @@ struct BridgeOptions : SourceOptions {
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
 };
 
-// The tags of a bridge. It connects as a client, and anew for ever when the bridge is not there or
-// goes away: at once, after 0.1 s, then twice as long each time up to 2 s. What a pause may have
-// cost is a loss in the stream, from where it was to the first block after it, or a clock_break
-// where the bridge's clock began anew.
+// The tags of a bridge. The source connects as a client. While the bridge is not there it tries
+// again for ever: at once, after 0.1 s, then after twice the pause before, up to 2 s. Tags that a
+// pause may have cost are a loss in the stream, from where the stream was to the first block after
+// the pause, or a clock_break where the bridge's clock began anew.
 //
-// Reports no_device while there is no connection, with the reason; connected at the first block,
-// and with what was lost where blocks are missing or damaged; failing when no whole block came for
-// a second. A connection silent for 3 s is given up and made anew, since a machine that lost its
-// power closes none.
+// It reports no_device, with the reason, while there is no connection; connected at the first
+// block, and whenever blocks are missing or damaged, with what was lost; failing when no whole
+// block came for a second. A connection that is silent for 3 s is given up and made anew, since a
+// machine that lost its power does not close its connections.
 //
 // Threads, timeouts: as TagSource. Errors: none from run(); the constructor's as ClientSocket's.
 class BridgeSource : public TagSource {
@@ -56,14 +55,15 @@ class BridgeSource : public TagSource {
 
   SourceContext context_;
   ClientSocket socket_;
-  Tags16Stream stream_;
+  Tags16Counters counters_;
+  Tags16Stream stream_{counters_};
   Tags16News news_;
   std::vector<std::byte> buffer_;
   std::chrono::milliseconds pause_{0};  // before the next attempt to connect
-  SteadyTime heard_;                    // last byte, or the connection's start
-  SteadyTime block_seen_;               // last whole block, likewise
-  std::uint64_t blocks_ = 0;            // at block_seen_
-  std::optional<DeviceReport> report_;  // the last
+  SteadyTime heard_;                    // time of the last byte, or of the connection's start
+  SteadyTime block_seen_;               // time of the last whole block, or of the start
+  std::uint64_t blocks_ = 0;            // whole blocks at the time block_seen_
+  std::optional<DeviceReport> report_;  // the last report that was made
   std::atomic<std::uint64_t> connections_{0};
 };
 

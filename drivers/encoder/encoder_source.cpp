@@ -1,19 +1,82 @@
 #include "drivers/encoder/encoder_source.hpp"
 
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <utility>
 
-#include "drivers/encoder/simulated_encoder.hpp"
+#include "drivers/source.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
+namespace {
+
+class EncoderFile final : public EncoderSource {
+ public:
+  explicit EncoderFile(std::string file) : file_(std::move(file)), lines_(file_) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file_, ignored)) refuse("is a folder");
+    if (!lines_.is_open()) {
+      refuse(std::string("cannot open the encoder's counts: ") + std::strerror(errno));
+    }
+    // Looked at before anything begins: without counts no frame would have a reference.
+    if (!read(first_)) refuse("holds no counts");
+    has_first_ = true;
+  }
+
+  bool next(EncoderBatch& batch) override {
+    if (!std::exchange(has_first_, false)) return read(batch);
+    batch = std::move(first_);
+    return true;
+  }
+
+  [[nodiscard]] bool live() const override { return false; }
+
+ private:
+  bool read(EncoderBatch& batch) {
+    for (std::string line; std::getline(lines_, line);) {
+      ++number_;
+      // A recorder that was killed may have left half a line, whose last count is then wrong.
+      if (lines_.eof()) return false;
+      std::optional<EncoderBatch> parsed = parse_encoder_line(line);
+      if (!parsed) {
+        throw Error(Fault::data, file_ + ": line " + std::to_string(number_) + ": \"" +
+                                     line.substr(0, 40) +
+                                     "\" is not FIRST_INDEX,COUNT[,COUNT...] nor overrun");
+      }
+      if (parsed->counts.empty() && !parsed->overrun) continue;
+      batch = std::move(*parsed);
+      return true;
+    }
+    return false;
+  }
+
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw Error(Fault::data, file_ + ": " + what +
+                                 "; the encoder's counts are whole lines of "
+                                 "FIRST_INDEX,COUNT[,COUNT...]: check --encoder or /encoder/file");
+  }
+
+  std::string file_;
+  std::ifstream lines_;
+  std::int64_t number_ = 0;
+  EncoderBatch first_;  // read ahead
+  bool has_first_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<EncoderSource> open_encoder_file(const std::string& file) {
+  return std::make_unique<EncoderFile>(file);
+}
 
 std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& options,
                                             const SourceOptions* tags,
                                             std::function<void(const std::string&)> warn) {
   if (!options.file.empty()) return open_encoder_file(options.file);
   if (!options.address.empty()) return open_encoder_socket(options.address, std::move(warn));
-  const auto* scene = dynamic_cast<const SimulatorOptions*>(tags);
-  if (scene == nullptr || scene->encoder_rate_hz <= 0) return nullptr;
-  return std::make_unique<SimulatedEncoder>(*scene, options);
+  return tags == nullptr ? nullptr : tags->own_encoder(options);
 }
 
 }  // namespace splid

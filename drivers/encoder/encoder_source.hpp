@@ -4,37 +4,41 @@
 #include <memory>
 #include <string>
 
-#include "drivers/encoder/encoder_batch.hpp"
 #include "drivers/encoder/encoder_options.hpp"
-#include "drivers/source.hpp"
+#include "protocol/encoder_batch.hpp"
 
 namespace splid {
 
-// Where an encoder's counts come from.
+class SourceOptions;
+
+// Where the counts of an encoder on the target come from: a file, a bridge, or the simulated scene
+// that also makes the tags. estimator/reference/encoder_join.hpp finds the tag of each count.
 //
 // Threads: one, which may wait.
 class EncoderSource {
  public:
   virtual ~EncoderSource() = default;
-  // The next batch; false where there is none, or none yet. Returns at once.
+  // Takes the next batch, and returns at once; false where there is none, or none yet.
   // Errors: Error(Fault::data) naming the file and the line.
   virtual bool next(EncoderBatch& batch) = 0;
-  // Counts come as they are made: to be taken as they come, and worth waiting for. Others are there
-  // whenever they are asked for, and may be without end.
+  // A live source hands on counts as an encoder makes them: they are to be taken as they come, and
+  // are worth waiting for. Counts of another source are there whenever they are asked for, and may
+  // have no end.
   [[nodiscard]] virtual bool live() const = 0;
 };
 
-// A file of lines, read as it is asked for.
+// The counts of a file of lines (see EncoderBatch), which is read as counts are asked for.
 // Errors: Error(Fault::data) where it cannot be opened, or holds no counts.
 std::unique_ptr<EncoderSource> open_encoder_file(const std::string& file);
 
-// A bridge that sends such lines; the connection is made anew for ever, on a thread of its own.
-// warn: any thread. Errors: as ClientSocket.
+// The counts of a bridge that sends such lines. Whenever the connection is lost it is made anew, on
+// a thread of this source's own. warn: is called from that thread. Errors: as ClientSocket.
 std::unique_ptr<EncoderSource> open_encoder_socket(const std::string& address,
                                                    std::function<void(const std::string&)> warn);
 
-// What `options` names; else that of a simulated scene with a sample clock; else null.
-// tags: of the source of the tags. Errors: as the above.
+// Opens the file or the bridge that `options` names; where it names neither, the encoder that the
+// source of the tags has of its own; null where that has none either.
+// tags: may be null. Errors: as of the two functions above.
 std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& options,
                                             const SourceOptions* tags,
                                             std::function<void(const std::string&)> warn);

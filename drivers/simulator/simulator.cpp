@@ -9,6 +9,7 @@
 
 #include "drivers/pace.hpp"
 #include "drivers/simulator/scene_truth.hpp"
+#include "drivers/simulator/simulated_encoder.hpp"
 #include "drivers/tag_writer.hpp"
 
 namespace splid {
@@ -41,6 +42,11 @@ const bool simulator_registered = register_source("simulator", std::make_unique<
 
 std::unique_ptr<TagSource> SimulatorOptions::open(const SourceContext& context) const {
   return std::make_unique<SimulatorSource>(*this, *context.pattern);
+}
+
+std::unique_ptr<EncoderSource> SimulatorOptions::own_encoder(const EncoderOptions& encoder) const {
+  if (encoder_rate_hz <= 0) return nullptr;
+  return std::make_unique<SimulatedEncoder>(*this, encoder);
 }
 
 SimulatorSource::SimulatorSource(SimulatorOptions options, Pattern pattern)

@@ -49,6 +49,9 @@ struct SimulatorOptions : SourceOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const override;
   [[nodiscard]] std::optional<OptionFault> start_fault() const override;
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
+  // The sample clock's encoder, where there is one.
+  [[nodiscard]] std::unique_ptr<EncoderSource> own_encoder(
+      const EncoderOptions& encoder) const override;
 };
 
 }  // namespace splid

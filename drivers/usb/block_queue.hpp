@@ -9,33 +9,34 @@
 
 namespace splid {
 
-// What one transfer brought.
+// The bytes of one transfer.
 struct Block {
-  std::span<const std::byte> bytes;  // until pop()
-  std::uint32_t cuts = 0;            // cuts that come before these bytes, since the queue was made
+  std::span<const std::byte> bytes;  // valid until pop()
+  std::uint32_t cuts = 0;            // number of cuts before these bytes, since the queue was made
 };
 
 // The way of the bytes from libusb's callbacks to the thread that decodes them: blocks of any
 // length in a ring of bytes, each in one piece. A cut is a place in the stream at which bytes may
-// be missing; push() makes one itself where there was no room.
+// be missing; push() makes a cut itself where it has no room for the bytes.
 //
-// Threads: push and cut are the producer's, front and pop the consumer's, cuts anyone's. Errors:
-// none. No allocation after construction, no lock.
+// Threads: the producer calls push() and cut(), the consumer front() and pop(), anyone cuts().
+// Errors: none. No allocation after construction, no lock.
 class BlockQueue {
  public:
-  // capacity: bytes, a power of two of at least 64. Its memory is not touched before it is used.
+  // capacity: bytes, a power of two of at least 64. The ring's memory is not touched before use.
   explicit BlockQueue(std::size_t capacity);
 
-  // False, and a cut, where there is no room.
+  // Copies the bytes into the ring. Where there is no room it makes a cut and returns false.
   bool push(std::span<const std::byte> bytes);
   void cut() { cuts_.store(cuts_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
   // The oldest block; absent where there is none.
   std::optional<Block> front();
-  // Its room may be written again.
+  // Gives the room of the oldest block back.
   void pop();
 
-  // A consumer that reads this, then finds the queue empty, has all bytes before the last cut.
+  // A consumer that reads this count, and then finds the queue empty, has taken all bytes before
+  // the last of these cuts.
   [[nodiscard]] std::uint32_t cuts() const { return cuts_.load(std::memory_order_acquire); }
 
  private:
@@ -43,7 +44,7 @@ class BlockQueue {
     std::uint32_t bytes = 0;
     std::uint32_t cuts = 0;
   };
-  // A length that says: nothing more before the ring's end.
+  // As a header's length: the ring has nothing more before its end.
   static constexpr std::uint32_t rest_unused = 0xFFFFFFFF;
   static constexpr std::size_t cache_line = 64;
 

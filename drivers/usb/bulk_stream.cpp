@@ -37,7 +37,8 @@ const char* transfer_status_name(std::size_t status) {
   return names.at(status);
 }
 
-// What the callbacks touch, in one piece, so that it can outlive a stream that cannot end.
+// All that the callbacks touch, in one object, which can outlive a BulkStream whose transfers do
+// not come back.
 struct BulkStream::Flight {
   libusb_device_handle* handle;
   std::uint8_t endpoint;
@@ -51,7 +52,7 @@ struct BulkStream::Flight {
   std::atomic<unsigned> trouble{none};
   std::atomic<std::uint32_t> stalls{0};
   std::atomic<int> last_failure{LIBUSB_TRANSFER_ERROR};
-  int failures_in_row = 0;  // events' thread only, while transfers fly
+  int failures_in_row = 0;  // event thread only, while transfers are in flight
 
   static void LIBUSB_CALL finished(libusb_transfer* transfer) {
     static_cast<Flight*>(transfer->user_data)->take(*transfer);
@@ -69,13 +70,13 @@ struct BulkStream::Flight {
       wake.notify();
       return;
     }
-    // The last touch: the owner may destroy all of this once it sees zero, but for the wake.
+    // Once the owner sees zero it may destroy this object, so only the wake is touched after that.
     Wake& owner = wake;
     flying.fetch_sub(1, std::memory_order_release);
     owner.notify();
   }
 
-  // Whether to submit it again.
+  // Whether the transfer may be submitted again.
   bool judge(const libusb_transfer& transfer) {
     switch (transfer.status) {
       case LIBUSB_TRANSFER_COMPLETED:
@@ -87,9 +88,9 @@ struct BulkStream::Flight {
         trouble |= gone;
         return false;
       case LIBUSB_TRANSFER_STALL:
-        // It ends all that fly, of which only the first was filling.
+        // A stall ends all transfers in flight, of which only the first was being filled.
         if ((trouble.fetch_or(stalled) & stalled) == 0) {
-          ++stalls;  // before the cut, so that whoever sees that sees this
+          ++stalls;  // before the cut, so that whoever sees the cut also sees the stall
           queue.cut();
         }
         return false;
@@ -133,7 +134,7 @@ BulkStream::BulkStream(const UsbDevice& device, std::uint8_t endpoint, std::size
                          counters, wake}) {}
 
 BulkStream::~BulkStream() {
-  // Freeing what the kernel may still write to would be worse than keeping it.
+  // To free memory that the kernel may still write to would be worse than to keep it.
   if (!stop()) static_cast<void>(flight_.release());
 }
 
@@ -149,7 +150,7 @@ std::size_t BulkStream::start(std::size_t transfers) {
   throw UsbError(device_.name(), "cannot start transfers", LIBUSB_ERROR_NO_MEM);
 }
 
-// False where the kernel has no room for so many.
+// False where the kernel has no room for so many transfers.
 bool BulkStream::submit_all(std::size_t transfers) {
   const std::span all(flight_->transfers);
   return std::all_of(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(transfers),
@@ -171,7 +172,7 @@ bool BulkStream::stop() {
   const auto deadline = std::chrono::steady_clock::now() + 1s;
   while (flight_->flying.load(std::memory_order_acquire) > 0) {
     if (std::chrono::steady_clock::now() > deadline) return false;
-    // Again each time: a callback may have been about to submit one.
+    // Cancelled in every round: a callback may have been about to submit a transfer.
     for (Transfer& each : flight_->transfers) libusb_cancel_transfer(each.transfer.get());
     flight_->wake.wait_for(10ms);
   }

@@ -16,7 +16,7 @@ struct libusb_transfer;
 
 namespace splid {
 
-// What came of the transfers, for whoever wants to know. Written by the thread of the events.
+// What came of the transfers. Any thread may read these; libusb's event thread writes them.
 struct UsbCounters {
   static constexpr std::size_t statuses = 7;
   std::array<std::atomic<std::uint64_t>, statuses> transfers{};  // index: libusb_transfer_status
@@ -29,12 +29,13 @@ struct UsbCounters {
 const char* transfer_status_name(std::size_t status);
 
 // Asynchronous transfers from a bulk IN endpoint, so many in flight that the device never waits. A
-// finished one is copied into the queue and submitted again, and nothing else is done about it.
-// What may be missing after one that failed is a cut in the queue. A transfer that cannot be
-// submitted again, because the endpoint stalled, the device is gone, or too many have failed, stays
-// down and trouble() says why; stop() and start() bring it back where that helps.
+// finished transfer is copied into the queue and submitted again, and nothing else is done with it.
+// After a failed transfer, bytes may be missing: that is a cut in the queue. A transfer that cannot
+// be submitted again, because the endpoint stalled, the device is gone, or too many transfers have
+// failed, stays down, and trouble() says why; stop() and start() bring it back where that helps.
 //
-// Threads: that of the events runs the callbacks; all else is the owner's. Errors: UsbError.
+// Threads: the event thread runs the callbacks; everything else is called by the owner. Errors:
+// UsbError.
 class BulkStream {
  public:
   enum Trouble : unsigned {
@@ -42,14 +43,14 @@ class BulkStream {
     stalled = 1,  // the endpoint is halted until clear_halt()
     no_room = 2,  // the kernel has no memory for another transfer
     failing = 4,  // max_failures transfers in a row have failed
-    gone = 8,     // the device is
+    gone = 8,     // the device was unplugged
   };
 
   static constexpr int max_failures = 100;
 
-  // device, queue, counters, wake (posted when there is something to do): outlive this.
-  // transfer_bytes: of each transfer; rounded up to whole packets, so that a device cannot send
-  // more than there is room for.
+  // device, queue, counters and wake (notified when there is something to do) outlive this object.
+  // transfer_bytes: length of each transfer; it is rounded up to whole packets, so that a device
+  // cannot send more than there is room for.
   BulkStream(const UsbDevice& device, std::uint8_t endpoint, std::size_t transfer_bytes,
              BlockQueue& queue, UsbCounters& counters, Wake& wake);
   // Stops first. Transfers that do not come back are left to the kernel and never freed.
@@ -57,16 +58,17 @@ class BulkStream {
   BulkStream(const BulkStream&) = delete;
   BulkStream& operator=(const BulkStream&) = delete;
 
-  // Puts so many transfers in flight; where the kernel has no room half as many, and so on. Returns
-  // how many. Call when none is in flight.
+  // Puts so many transfers in flight; where the kernel has no room for them, half as many, and so
+  // on. Returns how many are in flight. Call it when none is.
   std::size_t start(std::size_t transfers);
-  // Cancels what flies and waits until all of it is back; false where it is not within 1 s.
+  // Cancels all transfers and waits until all are back; false where they are not within 1 s.
   bool stop();
 
   [[nodiscard]] unsigned trouble() const;
-  // Times the endpoint stalled; each is one cut in the queue, however many transfers it ended.
+  // How often the endpoint stalled. A stall is one cut in the queue, however many transfers it
+  // ended.
   [[nodiscard]] std::uint32_t stalls() const;
-  // What the last failed transfer failed of, such as "overflow".
+  // The reason why the last failed transfer failed, such as "overflow".
   [[nodiscard]] const char* last_failure() const;
 
  private:

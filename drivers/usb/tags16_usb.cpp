@@ -5,12 +5,11 @@
 #include <utility>
 
 #include "drivers/tags16_stream.hpp"
-#include "protocol/tags16.hpp"
 
 namespace splid {
 namespace {
 
-// 0x81 to 0x8f: IN, with a number.
+// The address of an IN endpoint is 0x81 to 0x8f.
 std::optional<std::uint8_t> parse_endpoint(const std::string& text) {
   if (text.size() != 4 || text.compare(0, 2, "0x") != 0) return std::nullopt;
   std::uint8_t value = 0;
@@ -23,41 +22,32 @@ std::optional<std::uint8_t> parse_endpoint(const std::string& text) {
 
 class Tags16Instrument final : public UsbInstrument {
  public:
-  Tags16Instrument(std::uint8_t endpoint, int setting) : endpoint_(endpoint), setting_(setting) {}
+  Tags16Instrument(std::uint8_t endpoint, int setting, Tags16Counters& counters)
+      : endpoint_(endpoint), setting_(setting), stream_(counters) {}
 
   [[nodiscard]] std::uint8_t data_endpoint() const override { return endpoint_; }
   [[nodiscard]] int alternate_setting() const override { return setting_; }
   [[nodiscard]] bool owes_data() const override { return true; }
 
   void decode(std::span<const std::byte> bytes, TagSink& sink) override {
-    for (;;) {
-      const std::span<Tag> room = sink.claim(most_tags);
-      if (room.empty()) return;
-      const auto done = decoder_.decode(bytes, room);
-      sink.publish(done.tags);
-      bytes = bytes.subspan(done.bytes);
-      // More tags may wait for room.
-      if (bytes.empty() && done.tags < room.size()) return;
-    }
+    stream_.feed(bytes, sink);
   }
 
   std::string tend(UsbDevice&, TagSink&) override {
-    return news_.since_last(decoder_.counts(), std::chrono::steady_clock::now());
+    return news_.since_last(stream_.counts(), std::chrono::steady_clock::now());
   }
 
-  // The decoder says it with the next block.
-  void cut(TagSink&) override { decoder_.cut(); }
+  // The next block tells of the loss.
+  void cut(TagSink&) override { stream_.cut(); }
 
   void end(TagSink& sink) override {
-    if (decoder_.counts().blocks > 0) put_clock_end(decoder_.reached_ps(), sink);
+    if (stream_.counts().blocks > 0) put_clock_end(stream_.reached_ps(), sink);
   }
 
  private:
-  static constexpr std::size_t most_tags = 16'384;
-
   std::uint8_t endpoint_;
   int setting_;
-  Tags16Decoder decoder_;
+  Tags16Stream stream_;
   Tags16News news_;
 };
 
@@ -90,13 +80,16 @@ std::optional<OptionFault> Tags16UsbOptions::validate() const {
 }
 
 std::unique_ptr<TagSource> Tags16UsbOptions::open(const SourceContext& context) const {
-  UsbOptions device = usb;
-  device.ids = {*parse_usb_id(usb_id)};
-  const std::uint8_t address = *parse_endpoint(endpoint);
-  const auto setting = static_cast<int>(alternate_setting);
-  return std::make_unique<UsbSource>(
-      "tags16 device " + usb_id, std::move(device),
-      [address, setting] { return std::make_unique<Tags16Instrument>(address, setting); }, context);
+  const auto counters = std::make_shared<Tags16Counters>();
+  UsbInstrumentKind kind;
+  kind.name = "tags16 device " + usb_id;
+  kind.ids = {*parse_usb_id(usb_id)};
+  kind.make = [address = *parse_endpoint(endpoint), setting = static_cast<int>(alternate_setting),
+               counters] {
+    return std::make_unique<Tags16Instrument>(address, setting, *counters);
+  };
+  kind.counters = [counters] { return counters->list(); };
+  return std::make_unique<UsbSource>(std::move(kind), usb, context);
 }
 
 }  // namespace splid

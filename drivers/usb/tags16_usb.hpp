@@ -10,13 +10,14 @@
 namespace splid {
 
 // Any device that sends tags16 blocks (docs/reference/tags16.md) over a bulk IN endpoint, such as
-// an FPGA of one's own. JSON: `source` with the driver "tags16-usb".
+// an FPGA that a laboratory programmed itself. JSON: `source` with the driver "tags16-usb".
 struct Tags16UsbOptions : SourceOptions {
   std::string usb_id;  // vendor and product, "1209:5a1d"
   std::string endpoint = "0x81";
   std::int64_t alternate_setting = 0;  // of interface 0, that has the endpoint
-  // Half as many of twice the length as other instruments have carry a sixth more tags a second.
-  UsbOptions usb{.ids = {}, .serial = {}, .transfers = 16, .transfer_kib = 512};
+  // Half as many transfers as for other instruments, of twice the length, carry a sixth more tags a
+  // second.
+  UsbOptions usb{.serial = {}, .transfers = 16, .transfer_kib = 512};
 
   void describe(OptionVisitor& visitor) override;
   [[nodiscard]] std::optional<OptionFault> validate() const override;

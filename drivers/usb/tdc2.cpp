@@ -7,7 +7,9 @@
 namespace splid {
 namespace {
 
-const bool tdc2_registered = register_source("tdc2", std::make_unique<Tdc2Options>);
+// The ids of the instrument as S-Fifteen sells it, and of its maker's kit.
+const bool tdc2_registered =
+    register_source("tdc2", std::make_unique<Tdc2Options>, {{0x3137, 0x200a}, {0x04b4, 0x123a}});
 
 }  // namespace
 
@@ -29,16 +31,16 @@ std::optional<OptionFault> Tdc2Options::validate() const {
 }
 
 std::unique_ptr<TagSource> Tdc2Options::open(const SourceContext& context) const {
-  UsbOptions device = usb;
-  device.ids.assign(tdc2_ids.begin(), tdc2_ids.end());
   Tdc2Settings settings;
   for (std::size_t i = 0; i < settings.thresholds_mv.size(); ++i) {
     settings.thresholds_mv.at(i) = thresholds_mv.at(i);
   }
   settings.loss_bits = static_cast<std::uint32_t>(loss_bits);
-  return std::make_unique<UsbSource>(
-      "S-Fifteen TDC2", std::move(device),
-      [settings] { return std::make_unique<Tdc2Instrument>(settings); }, context);
+  UsbInstrumentKind kind;
+  kind.name = "S-Fifteen TDC2";
+  kind.ids = usb_ids_of("tdc2");
+  kind.make = [settings] { return std::make_unique<Tdc2Instrument>(settings); };
+  return std::make_unique<UsbSource>(std::move(kind), usb, context);
 }
 
 }  // namespace splid

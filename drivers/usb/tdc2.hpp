@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -9,9 +8,6 @@
 #include "drivers/usb/usb_source.hpp"
 
 namespace splid {
-
-// As S-Fifteen sells it, and as it comes with its maker's kit.
-inline constexpr std::array<UsbId, 2> tdc2_ids = {{{0x3137, 0x200a}, {0x04b4, 0x123a}}};
 
 // An S-Fifteen TDC2 time tagger. JSON: `source` with the driver "tdc2".
 struct Tdc2Options : SourceOptions {

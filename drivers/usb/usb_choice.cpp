@@ -24,7 +24,7 @@ std::vector<Candidate> candidates(const UsbDeviceList& list, const UsbSelection&
     if (!meant.serial.empty() && info.serial != meant.serial) continue;
     found.push_back({device, std::move(info)});
   }
-  // The order of the list is that of their arrival, which is another after each start.
+  // libusb lists devices in the order of their arrival, which differs from start to start.
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
     return std::tie(a.info.bus, a.info.port) < std::tie(b.info.bus, b.info.port);
   });

@@ -9,7 +9,7 @@
 
 namespace splid {
 
-// Which device is meant.
+// Which devices a configuration could mean.
 struct UsbSelection {
   std::vector<UsbId> ids;  // any of these
   std::string serial;      // empty: any
@@ -18,30 +18,31 @@ struct UsbSelection {
 // "USB device 3137:200a or 04b4:123a with serial TDC2-0042", for people.
 std::string in_words(const UsbSelection& selection);
 
-// Which of the devices that are plugged in a stream reads: of those that are meant the one at the
-// first port, and from then on no other. It is known by its serial number; one without is known by
-// its port, where others of its kind were plugged in when it was opened, and by nothing else.
+// Chooses which of the devices that are plugged in a stream reads: of those that the configuration
+// could mean, the device at the first port, and from then on no other. A device is recognised by
+// its serial number. A device without a serial number is recognised by its port if others of its
+// kind were plugged in when it was opened; otherwise any device of its kind is taken for it.
 //
-// Design note: two instruments of one kind are wired to different detectors. Frames of the other
-// one, taken when a cable is pulled, would look like frames of the first.
+// Design note: two instruments of one kind are wired to different detectors. When a cable is
+// pulled, frames of the other instrument would look like frames of the first.
 //
 // Threads: one. Errors: UsbError.
 class UsbChoice {
  public:
   explicit UsbChoice(UsbSelection meant) : meant_(std::move(meant)) {}
 
-  // Null where it is not plugged in.
+  // Opens the chosen device; null where it is not plugged in.
   std::unique_ptr<UsbDevice> open(const UsbContext& context);
-  // Looks anew what is plugged in; whether caution() says something else then.
+  // Looks again at what is plugged in. True where caution() has changed by that.
   bool look(const UsbContext& context);
-  // The device that was opened last is still there.
+  // Whether the device that was opened last is still plugged in.
   [[nodiscard]] bool is_listed(const UsbContext& context) const;
 
-  // The device that is read, for people; empty before the first was opened.
+  // The device that is read, for people; empty before the first device was opened.
   [[nodiscard]] std::string name() const { return taken_ ? in_words(*taken_) : ""; }
-  // That others could be meant, and what to do; empty: none could.
+  // Says that other devices could be meant, and what to do; empty where none could.
   [[nodiscard]] const std::string& caution() const { return caution_; }
-  // Why open() found none: never empty.
+  // Why open() found no device; never empty.
   [[nodiscard]] std::string absence() const;
 
  private:
@@ -50,8 +51,8 @@ class UsbChoice {
 
   UsbSelection meant_;
   std::optional<UsbDeviceInfo> taken_;
-  bool by_port_ = false;               // taken_ is known by its port
-  std::vector<UsbDeviceInfo> others_;  // meant, but not taken, as last looked
+  bool by_port_ = false;               // taken_ is recognised by its port
+  std::vector<UsbDeviceInfo> others_;  // could be meant, but are not read, at the last open()
   std::string caution_;
 };
 

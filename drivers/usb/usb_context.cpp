@@ -12,7 +12,8 @@ namespace splid {
 UsbContext::UsbContext() {
   const int code = libusb_init(&context_);
   if (code == 0) return;
-  // LIBUSB_ERROR_OTHER (-99) comes before any device is touched, where netlink is shut.
+  // libusb returns LIBUSB_ERROR_OTHER (-99), before it touches any device, where the process may
+  // not open netlink sockets.
   throw UsbError("libusb",
                  code == LIBUSB_ERROR_OTHER ? "cannot start; a service needs AF_NETLINK in its "
                                               "RestrictAddressFamilies to hear of devices"
@@ -26,7 +27,7 @@ UsbEventThread::UsbEventThread(const UsbContext& context)
     : context_(context.get()), thread_([this](const std::stop_token& stop) {
         pthread_setname_np(pthread_self(), "usb-events");
         while (!stop.stop_requested()) {
-          timeval patience{0, 100'000};  // a lost interrupt costs that much
+          timeval patience{0, 100'000};  // the delay of a stop whose interrupt is lost
           libusb_handle_events_timeout_completed(context_, &patience, nullptr);
         }
       }) {}

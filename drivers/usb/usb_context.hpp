@@ -22,11 +22,11 @@ class UsbContext {
   libusb_context* context_ = nullptr;
 };
 
-// The thread that takes an instance's events and runs the callbacks of its transfers, from
-// construction to destruction.
+// The event thread of an instance of libusb: it takes the instance's events and runs the callbacks
+// of its transfers, from construction to destruction.
 class UsbEventThread {
  public:
-  // context: outlives this.
+  // context: outlives this object.
   explicit UsbEventThread(const UsbContext& context);
   ~UsbEventThread();
   UsbEventThread(const UsbEventThread&) = delete;

@@ -19,7 +19,7 @@ std::string hex(std::uint8_t value) {
   return text.data();
 }
 
-// A bulk endpoint, and where the device has it.
+// A bulk endpoint, and the interface and setting that it belongs to.
 struct Endpoint {
   std::uint8_t address = 0;
   int packet_bytes = 0;
@@ -49,7 +49,7 @@ std::string describe_missing(std::uint8_t address, int setting, const std::vecto
     if (each.interface == interface_number && each.setting == setting) {
       here += ' ' + hex(each.address);
     }
-    // What interface 0 has can be configured, what another has cannot.
+    // An endpoint of interface 0 can be configured, an endpoint of another interface cannot.
     if (each.address == address && (elsewhere == nullptr || each.interface == interface_number)) {
       elsewhere = &each;
     }

@@ -7,16 +7,16 @@
 #include <span>
 #include <string>
 
-#include "drivers/usb/usb_list.hpp"
+#include "drivers/usb/usb_device_list.hpp"
 
 struct libusb_device_handle;
 
 namespace splid {
 
 // An open device with interface 0 claimed, for calls that wait for their answer. A kernel driver
-// that holds the interface is detached, and attached again at the end.
+// that holds the interface is detached, and attached again when the device is closed.
 //
-// Threads: one, but not that of the context's events. Errors: UsbError.
+// Threads: one, which is not the context's event thread. Errors: UsbError.
 class UsbDevice {
  public:
   UsbDevice(libusb_device* device, const UsbDeviceInfo& info);
@@ -27,14 +27,15 @@ class UsbDevice {
   [[nodiscard]] libusb_device_handle* handle() const { return handle_; }
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  // Of interface 0. The device begins with 0, which is not sent to it.
+  // Selects an alternate setting of interface 0. A device that was just opened has setting 0, for
+  // which nothing is sent.
   void select_alternate(int setting);
-  // Of a bulk endpoint of the alternate setting that is selected. Errors: Error(Fault::usage) where
-  // that has none such, naming what has.
+  // The packet size of a bulk endpoint of the selected alternate setting. Errors:
+  // Error(Fault::usage) where the setting has no such endpoint, naming the setting that has.
   [[nodiscard]] int max_packet_bytes(std::uint8_t endpoint) const;
   void write(std::uint8_t endpoint, std::span<const std::byte> bytes,
              std::chrono::milliseconds timeout);
-  // Bytes read, 0 where none came in time.
+  // Returns how many bytes came; 0 where none came in time.
   std::size_t read(std::uint8_t endpoint, std::span<std::byte> room,
                    std::chrono::milliseconds timeout);
   void clear_halt(std::uint8_t endpoint);

@@ -24,7 +24,7 @@ const char* advice(int code) {
 
 }  // namespace
 
-// A device that is gone is gone, whichever call finds that out.
+// Where the device is gone, the sentence says so, whichever call found that out.
 UsbError::UsbError(const std::string& device, const std::string& call, int code)
     : UsbError(device + ": " +
                    (code == LIBUSB_ERROR_NO_DEVICE

@@ -9,10 +9,10 @@ namespace splid {
 // A call into libusb that failed, or a device that does not answer as it should.
 class UsbError : public Error {
  public:
-  // What is said of a device that is gone, behind its name.
+  // What errors and reports say of a device that is gone, after its name.
   static constexpr const char* unplugged = "it was unplugged";
 
-  // code: libusb's, negative; 0 where libusb itself had nothing against it.
+  // code: libusb's, negative; 0 where no call into libusb failed.
   UsbError(const std::string& what, int code) : Error(Fault::device, what), code_(code) {}
   // device: for people. call: what was tried, as in "cannot open it".
   UsbError(const std::string& device, const std::string& call, int code);

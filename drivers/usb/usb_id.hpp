@@ -6,7 +6,7 @@
 
 namespace splid {
 
-// What kind of device it is, as it says itself.
+// The kind of a USB device, as the device itself gives it.
 struct UsbId {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;

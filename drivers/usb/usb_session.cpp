@@ -16,11 +16,11 @@ using std::chrono::milliseconds;
 // How long an idle loop sleeps: heartbeats are due every 10 ms.
 constexpr milliseconds idle{2};
 
-// Decoded before the instrument is tended again: 20 ms at 200 MB/s.
+// How many bytes are decoded before the instrument is tended again: 20 ms at 200 MB/s.
 constexpr std::size_t most_bytes = 4 << 20;
 
-// An instrument that owes data every 10 ms has then missed five times; the status is published
-// within 50 ms more.
+// An instrument that owes data every 10 ms has been due five times when its silence is reported;
+// the status is published within 50 ms more.
 constexpr milliseconds silence_reported{50};
 
 // A device whose transfers fail one after another is reported ten times a second.
@@ -28,6 +28,7 @@ constexpr milliseconds between_reports{100};
 
 constexpr milliseconds between_looks_around{1000};
 
+// An endpoint that sends nothing for so long is quiet.
 constexpr milliseconds quiet{5};
 
 }  // namespace
@@ -45,24 +46,24 @@ UsbSession::UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream&
       reported_cuts_(cuts_) {}
 
 void UsbSession::run(std::size_t transfers, TagSink& sink, const std::stop_token& stop) {
-  // Of the session before: its instrument is gone.
+  // Blocks of the session before belong to an instrument that is gone.
   while (queue_.front()) queue_.pop();
   start(transfers);
   try {
     stream_until(stop, sink);
   } catch (const UsbError&) {
-    // What came before the end is still good.
+    // The bytes that came before the end are still good.
     stream_.stop();
     while (decode_queued(sink)) {
     }
     instrument_.end(sink);
     throw;
   }
-  // The instrument first, so that nothing is left in it.
+  // The instrument is stopped before the transfers, so that no data is left in it.
   try {
     instrument_.stop(device_);
   } catch (const UsbError&) {
-    // It is no longer needed; the next start finds out.
+    // The instrument is no longer needed. If the fault lasts, the next start reports it.
   }
   stream_.stop();
 }
@@ -98,7 +99,7 @@ void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
   }
 }
 
-// False where there was nothing.
+// False where the queue was empty.
 bool UsbSession::decode_queued(TagSink& sink) {
   const std::uint32_t cuts = queue_.cuts();
   std::size_t bytes = 0;
@@ -126,7 +127,7 @@ bool UsbSession::decode_queued(TagSink& sink) {
 }
 
 void UsbSession::take_cuts(std::uint32_t cuts, TagSink& sink) {
-  // Cuts are counted in the order of the stream, so a smaller count is an older one.
+  // Cuts are counted in the order of the stream, so that a smaller count is older.
   if (static_cast<std::int32_t>(cuts - cuts_) <= 0) return;
   cuts_ = cuts;
   instrument_.cut(sink);
@@ -134,7 +135,7 @@ void UsbSession::take_cuts(std::uint32_t cuts, TagSink& sink) {
 
 void UsbSession::report_failures() {
   if (reported_cuts_ == cuts_ || Clock::now() < next_report_) return;
-  // A stall is said when its endpoint is cleared, and need not have lost any.
+  // A stall is reported when its endpoint is cleared, and may have cost no tag.
   const std::uint32_t stalls = stream_.stalls() - reported_stalls_;
   const std::uint32_t cuts = cuts_ - reported_cuts_;
   const std::uint32_t count = cuts - std::min(cuts, stalls);

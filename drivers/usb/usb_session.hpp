@@ -11,23 +11,25 @@
 
 namespace splid {
 
-// One stretch of streaming: from the start of an open device to its loss, or to the stop.
+// One stretch of streaming: from the start of an open device to its loss, or to the stop. Its loop
+// takes each block from the queue, has the instrument decode it into the sink, tends the
+// instrument, and recovers from stalls and failed transfers.
 //
 // Threads: the source's. Errors: UsbError when the device is gone, fails for good or is silent.
 class UsbSession {
  public:
-  // An instrument that owes data and has been silent for so long is opened anew, which frees an
+  // An instrument that owes data and has been silent for this time is opened anew, which frees an
   // endpoint that hangs.
   static constexpr std::chrono::milliseconds silence_ended{2000};
-  // What an instrument sent before it was asked to is thrown away until it is quiet, and for so
-  // long at most, since one that streams by itself is never quiet.
+  // What an instrument sent before it was asked to is thrown away until the instrument is quiet,
+  // and for this time at most: an instrument that streams by itself is never quiet.
   static constexpr std::chrono::milliseconds longest_drain{20};
 
   using Report = std::function<void(DeviceState, const std::string&)>;
   // Called once a second while it streams.
   using LookAround = std::function<void()>;
 
-  // All outlive this.
+  // All references outlive this object.
   UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream, BlockQueue& queue,
              Wake& wake, Report report, LookAround look_around);
 
@@ -54,12 +56,12 @@ class UsbSession {
   Report report_;
   LookAround look_around_;
   std::size_t transfers_ = 0;  // in flight
-  std::uint32_t cuts_ = 0;     // of the queue, told to the instrument
+  std::uint32_t cuts_ = 0;     // the queue's cuts that the instrument was told of
   std::uint32_t reported_cuts_ = 0;
   std::uint32_t reported_stalls_ = 0;
-  Clock::time_point next_report_;  // of failed transfers
-  Clock::time_point next_look_;    // around
-  Clock::time_point heard_;        // of bytes
+  Clock::time_point next_report_;  // when failed transfers may be reported again
+  Clock::time_point next_look_;    // when look_around_ is due
+  Clock::time_point heard_;        // when bytes came last
   bool silent_ = false;
 };
 

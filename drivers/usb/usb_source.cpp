@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 // 100 ms of 20 M tags/s in blocks of 16 bytes each.
 constexpr std::size_t queue_bytes = 32 << 20;
 
-// Looking costs 30 us.
+// How often the source looks for the device; a look costs 30 us.
 constexpr milliseconds between_looks{10};
 
 // A transfer may break on a cable that is being pulled before the kernel has noticed.
@@ -40,16 +40,14 @@ void put_clock_end(std::int64_t time_ps, TagSink& sink) {
   out.publish();
 }
 
-UsbSource::UsbSource(std::string name, UsbOptions options, MakeInstrument make,
-                     SourceContext context)
-    : name_(std::move(name)),
+UsbSource::UsbSource(UsbInstrumentKind kind, UsbOptions options, SourceContext context)
+    : kind_(std::move(kind)),
       options_(std::move(options)),
-      choice_({options_.ids, options_.serial}),
-      make_(std::move(make)),
+      choice_({kind_.ids, options_.serial}),
       context_(std::move(context)),
       queue_(queue_bytes) {}
 
-SourceInfo UsbSource::info() const { return {name_, true, std::nullopt}; }
+SourceInfo UsbSource::info() const { return {kind_.name, true, std::nullopt}; }
 
 void UsbSource::run(TagSink& sink, std::stop_token stop) {
   const UsbContext context;
@@ -63,7 +61,8 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
         report(DeviceState::failing, error.what());
         pause = between_tries;
       } else if (last_report_.state != DeviceState::no_device) {
-        // Else it was unplugged, which has been said, and is still listed.
+        // In the other case the device was unplugged, which has been reported, and the kernel
+        // still lists it.
         report(DeviceState::no_device, error.device_is_gone() ? error.what() : choice_.absence());
       }
     }
@@ -81,7 +80,7 @@ void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std:
     return;
   }
   if (std::exchange(opened_before_, true)) counters_.reopens.fetch_add(1);
-  const auto instrument = make_();
+  const auto instrument = kind_.make();
   device->select_alternate(instrument->alternate_setting());
   BulkStream stream(*device, instrument->data_endpoint(),
                     static_cast<std::size_t>(options_.transfer_kib) << 10U, queue_, counters_,
@@ -90,7 +89,8 @@ void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std:
       *device, *instrument, stream, queue_, wake_,
       [this](DeviceState state, const std::string& reason) { report(state, reason); },
       [&] {
-        // What is wrong stays so; what was over has been said.
+        // The reason of a fault still holds; the reason of a connected state was over when it
+        // was told.
         const bool is_well = last_report_.state == DeviceState::connected;
         if (choice_.look(context)) report(last_report_.state, is_well ? "" : last_report_.reason);
       });
@@ -107,7 +107,8 @@ bool UsbSource::vanishes(const UsbContext& context, TagSink& sink, const std::st
   return false;
 }
 
-// The same again is not said twice, but for what is over, which is something new each time.
+// A fault that is reported already is not reported again. What a `connected` report tells is over
+// and new each time, even if its words are those of the last report.
 void UsbSource::report(DeviceState state, const std::string& reason) {
   const bool is_there = state != DeviceState::no_device;
   const DeviceReport report{state, reason, is_there ? choice_.name() : "",
@@ -118,17 +119,20 @@ void UsbSource::report(DeviceState state, const std::string& reason) {
 }
 
 std::vector<SourceCounter> UsbSource::counters() const {
-  std::vector<SourceCounter> list;
+  std::vector<SourceCounter> list = kind_.counters();
   for (std::size_t i = 0; i < UsbCounters::statuses; ++i) {
     list.push_back({"splid_usb_transfers_total",
-                    std::string("status=\"") + transfer_status_name(i) + '"',
-                    "Finished USB transfers by what came of them", counters_.transfers.at(i)});
+                    {{"status", transfer_status_name(i)}},
+                    "Finished USB transfers by what came of them",
+                    counters_.transfers.at(i)});
   }
-  list.push_back({"splid_usb_bytes_total", "", "Bytes read from the device", counters_.bytes});
-  list.push_back({"splid_usb_dropped_bytes_total", "",
-                  "Bytes read but dropped, since decoding was too slow", counters_.dropped_bytes});
+  list.push_back({"splid_usb_bytes_total", {}, "Bytes read from the device", counters_.bytes});
+  list.push_back({"splid_usb_dropped_bytes_total",
+                  {},
+                  "Bytes read but dropped, since decoding was too slow",
+                  counters_.dropped_bytes});
   list.push_back(
-      {"splid_usb_reopens_total", "", "Times the device was opened again", counters_.reopens});
+      {"splid_usb_reopens_total", {}, "Times the device was opened again", counters_.reopens});
   return list;
 }
 

@@ -9,7 +9,7 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_status.hpp"
 
 namespace splid {
 

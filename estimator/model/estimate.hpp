@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "protocol/messages.hpp"
+#include "protocol/frame_status.hpp"
 
 // The room model/ holds what goes into the estimator and what comes out of it. Open this file
 // first. Its parts:

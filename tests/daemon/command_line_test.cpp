@@ -8,7 +8,7 @@
 
 #include "daemon/output/publisher.hpp"
 #include "estimator/fold/vector_level.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/status_json.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "drivers/encoder/encoder_source.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "tests/support/bridge_server.hpp"
 #include "tests/support/python_program.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/program.hpp"
 

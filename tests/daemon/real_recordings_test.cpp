@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/laser_recording.hpp"
 #include "tests/support/program.hpp"

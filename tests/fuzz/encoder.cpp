@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "drivers/encoder/encoder_batch.hpp"
-#include "drivers/encoder/encoder_join.hpp"
+#include "estimator/reference/encoder_join.hpp"
+#include "protocol/encoder_batch.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // Lines of an encoder's counts: refused, or read, and then the same after they were written again.
@@ -56,7 +56,7 @@ void take_frame(FuzzInput& input, std::int64_t& start_ps, EncoderJoin& join) {
 }
 
 void check_join(FuzzInput input) {
-  EncoderJoin join(EncoderOptions{}, input.take<std::uint8_t>() % 2 == 0);
+  EncoderJoin join(EncoderScale{}, input.take<std::uint8_t>() % 2 == 0);
   std::int64_t index = 0;
   std::int64_t start_ps = 0;
   while (!input.empty()) {

@@ -1,4 +1,4 @@
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // A frame message: refused in a sentence, or read, and then the same after it was written again.

@@ -1,5 +1,6 @@
 #include "protocol/loss_collector.hpp"
 #include "protocol/ptu_losses.hpp"
+#include "protocol/text.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 // The losses of a recording's header: refused, or read, and then the same after they were written

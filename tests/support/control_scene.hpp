@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/sockets/subscriber.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 

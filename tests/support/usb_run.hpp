@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -88,9 +89,9 @@ class SourceRun {
     return false;
   }
   [[nodiscard]] std::uint64_t counter(const std::string& name,
-                                      const std::string& label = "") const {
+                                      const std::map<std::string, std::string>& labels = {}) const {
     for (const SourceCounter& each : source_->counters()) {
-      if (each.name == name && each.label == label) return each.value;
+      if (each.name == name && each.labels == labels) return each.value;
     }
     return ~std::uint64_t{0};
   }

@@ -9,7 +9,7 @@
 #include <memory>
 #include <utility>
 
-#include "daemon/base/read_file.hpp"
+#include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/framer.hpp"

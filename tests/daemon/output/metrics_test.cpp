@@ -33,8 +33,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 const std::vector<SourceCounter> two_counters = {
-    {"splid_usb_transfers_total", "status=\"stall\"", "transfers", 0},
-    {"splid_usb_bytes_total", "", "bytes", 0}};
+    {"splid_usb_transfers_total", {{"status", "stall"}}, "transfers", 0},
+    {"splid_usb_bytes_total", {}, "bytes", 0}};
 
 class MetricsTest : public ::testing::Test {
  protected:

@@ -12,7 +12,7 @@
 
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/error.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 
 namespace splid {
 namespace {

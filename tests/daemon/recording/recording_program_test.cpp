@@ -11,7 +11,8 @@
 
 #include "daemon/sockets/subscriber.hpp"
 #include "drivers/replay/recording_info.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 #include "tests/support/fault_record.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"

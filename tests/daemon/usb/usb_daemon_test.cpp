@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "daemon/sockets/subscriber.hpp"
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/status_json.hpp"
 #include "tests/support/fault_record.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"

@@ -88,6 +88,8 @@ TEST_F(UsbSourceOnDouble, StreamsWithoutAnyLoss) {
   EXPECT_THAT(run.reports(), ::testing::ElementsAre(DeviceReport{
                                  DeviceState::connected, "", "1209:5a1d serial A-7 at 1-1", ""}));
   EXPECT_GE(run.counter("splid_usb_bytes_total"), 5000 * 16U);
+  EXPECT_GE(run.counter("splid_tags16_bytes_total"), 5000 * 16U);
+  EXPECT_GE(run.counter("splid_tags16_blocks_total"), 1U);
   EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
 }
 
@@ -237,9 +239,7 @@ TEST_P(UsbTransferFails, IsALossAndSaidAndTheStreamGoesOn) {
   EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::connected, "tags were lost"); }));
   run.stop();
   EXPECT_TRUE(every_gap_is_said(run.tags()));
-  EXPECT_GE(
-      run.counter("splid_usb_transfers_total", std::string("status=\"") + GetParam().name + '"'),
-      1U);
+  EXPECT_GE(run.counter("splid_usb_transfers_total", {{"status", GetParam().name}}), 1U);
   EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
 }
 

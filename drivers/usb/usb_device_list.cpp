@@ -1,4 +1,4 @@
-#include "drivers/usb/usb_list.hpp"
+#include "drivers/usb/usb_device_list.hpp"
 
 #include <libusb.h>
 
@@ -38,8 +38,9 @@ std::string port_of(libusb_device* device) {
   return text;
 }
 
-// Design note: the kernel keeps the serial number that it read when the device came, and everybody
-// may read that; asking the device again takes its permission and 1 ms of the bus.
+// Design note: the kernel keeps the serial number that it read when the device was plugged in, and
+// anybody may read it from the kernel. To ask the device takes permission to open it, and 1 ms of
+// the bus.
 std::string serial_of(const std::string& port) {
   std::ifstream file("/sys/bus/usb/devices/" + port + "/serial");
   std::string serial;

@@ -1,4 +1,4 @@
-#include "drivers/encoder/encoder_join.hpp"
+#include "estimator/reference/encoder_join.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -148,8 +148,8 @@ std::optional<EncoderPosition> EncoderJoin::position() const {
   const double slope = (number * sum_tn - sum_t * sum_n) / (number * sum_tt - sum_t * sum_t);
   const double at_mid = (sum_n - slope * sum_t) / number;
   return EncoderPosition{
-      options_.offset_m + options_.m_per_count * (static_cast<double>(first_count) + at_mid),
-      options_.m_per_count * slope};
+      scale_.offset_m + scale_.m_per_count * (static_cast<double>(first_count) + at_mid),
+      scale_.m_per_count * slope};
 }
 
 std::string EncoderJoin::fault() const {

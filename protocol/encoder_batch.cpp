@@ -1,7 +1,6 @@
-#include "drivers/encoder/encoder_batch.hpp"
+#include "protocol/encoder_batch.hpp"
 
-#include "protocol/ptu_losses.hpp"
-#include "protocol/trimmed.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {

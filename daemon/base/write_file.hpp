@@ -1,16 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 namespace splid {
-
-// Reads a whole file that a person named.
-// Errors: Error(Fault::usage) with the file and the errno text where the file cannot be read.
-std::string read_file(const std::string& file);
-
-// Reads the first bytes of such a file, at most `count`. Errors: as read_file().
-std::string read_start(const std::string& file, std::size_t count);
 
 // Writes a whole file. An existing file is replaced, and stays unchanged where writing fails.
 // Errors: Error(Fault::device) with the file and the errno text.

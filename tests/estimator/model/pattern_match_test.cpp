@@ -1,4 +1,4 @@
-#include "protocol/pattern_match.hpp"
+#include "estimator/model/pattern_match.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/encoder/simulated_encoder.hpp"
+#include "drivers/simulator/simulated_encoder.hpp"
 
 #include <cmath>
 #include <utility>

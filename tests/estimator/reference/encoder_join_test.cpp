@@ -1,4 +1,4 @@
-#include "drivers/encoder/encoder_join.hpp"
+#include "estimator/reference/encoder_join.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,17 +14,12 @@ using testing::IsEmpty;
 constexpr std::int64_t ms = 1'000'000'000;
 constexpr std::int64_t frame_ps = 50 * ms;
 
-EncoderOptions options() {
-  EncoderOptions made;
-  made.m_per_count = -0.001;
-  made.offset_m = 10;
-  return made;
-}
+constexpr EncoderScale scale{.m_per_count = -0.001, .offset_m = 10};
 
 // A sample clock of 1 kHz and a target that goes away at 2 m/s from 7 m: counts 3000, 2998, ...
 struct Bench {
   explicit Bench(bool live = true, std::int64_t origin_ps = 0)
-      : join(options(), live), now_ps(origin_ps) {}
+      : join(scale, live), now_ps(origin_ps) {}
 
   // The next frame; first_tick_ps: from where on there are ticks in it.
   void frame(std::int64_t first_tick_ps, std::vector<Loss> losses = {}) {

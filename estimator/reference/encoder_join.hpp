@@ -7,14 +7,18 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "drivers/encoder/encoder_batch.hpp"
-#include "drivers/encoder/encoder_options.hpp"
+#include "protocol/encoder_batch.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
+
+// How an encoder's counts are distances.
+struct EncoderScale {
+  double m_per_count = 1e-4;  // not 0; negative where the counts fall as the target goes away
+  double offset_m = 0;        // distance at count 0
+};
 
 // Where the encoder says that the target is.
 struct EncoderPosition {
@@ -37,8 +41,8 @@ struct EncoderPosition {
 // Threads: one. Errors: none; see fault().
 class EncoderJoin {
  public:
-  // live: counts come as they are made, not from a file.
-  EncoderJoin(EncoderOptions options, bool live) : options_(std::move(options)), live_(live) {}
+  // live: the counts come as the encoder makes them, not from a file.
+  EncoderJoin(const EncoderScale& scale, bool live) : scale_(scale), live_(live) {}
 
   // Frames in their order. markers_ps: in [start_ps, end_ps), in any order; losses: sorted.
   void take_frame(std::int64_t start_ps, std::int64_t end_ps,
@@ -68,7 +72,7 @@ class EncoderJoin {
   [[nodiscard]] bool is_regular(std::int64_t time_ps) const;
   [[nodiscard]] const Run* run() const;
 
-  EncoderOptions options_;
+  EncoderScale scale_;
   bool live_;
 
   // Markers.

@@ -1,4 +1,4 @@
-#include "drivers/encoder/encoder_batch.hpp"
+#include "protocol/encoder_batch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,30 +1,15 @@
-#include "protocol/messages.hpp"
+#include "protocol/frame_json.hpp"
 
-#include <array>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
-#include "protocol/ptu_losses.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {
-
-constexpr std::array<const char*, 7> frame_status_names = {
-    "not_run", "ok", "no_target", "ambiguous", "incomplete", "no_sync", "saturated"};
-constexpr std::array<const char*, 3> pattern_fault_names = {"none", "dark_pulses", "stray_pulses"};
-constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
-                                                           "streaming", "degraded", "stopping"};
-constexpr std::array<const char*, 3> device_state_names = {"connected", "no_device", "failing"};
-
-JsonWriter head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
-  JsonWriter json;
-  json.text("schema", schema).raw("v", "[1,0]").number("timestamp", timestamp_s);
-  json.integer("sequence", sequence);
-  return json;
-}
 
 void write_estimates(JsonWriter& json, const FrameMessage& message) {
   json.number("distance_m", message.distance_m)
@@ -191,11 +176,6 @@ FrameMessage::Reference reference_from(const Members& members) {
   return {members.number("distance_m"), members.number("velocity_mps")};
 }
 
-// Only where there are any, as most frames have none.
-void write_uncounted(JsonWriter& json, std::uint64_t losses) {
-  if (losses > 0) json.integer("uncounted_losses", losses);
-}
-
 void read_circumstances(const Members& members, FrameMessage& message) {
   message.photons = members.count("photons");
   message.lost_tags = members.count("lost_tags");
@@ -212,24 +192,8 @@ void read_circumstances(const Members& members, FrameMessage& message) {
 
 }  // namespace
 
-const char* to_string(FrameStatus status) {
-  return frame_status_names.at(static_cast<std::size_t>(status));
-}
-
-const char* to_string(PatternFault fault) {
-  return pattern_fault_names.at(static_cast<std::size_t>(fault));
-}
-
-const char* to_string(DaemonState state) {
-  return daemon_state_names.at(static_cast<std::size_t>(state));
-}
-
-const char* to_string(DeviceState state) {
-  return device_state_names.at(static_cast<std::size_t>(state));
-}
-
 std::string to_json(const FrameMessage& message) {
-  JsonWriter json = head("splid.frame", message.timestamp_s, message.sequence);
+  JsonWriter json = message_head("splid.frame", message.timestamp_s, message.sequence);
   json.text("status", to_string(message.status))
       .flag("valid", message.valid())
       .text("mode", to_string(message.mode))
@@ -238,36 +202,13 @@ std::string to_json(const FrameMessage& message) {
   write_estimates(json, message);
   if (message.photons) json.integer("photons", *message.photons);
   if (message.lost_tags) json.integer("lost_tags", *message.lost_tags);
-  write_uncounted(json, message.uncounted_losses);
+  write_uncounted_losses(json, message.uncounted_losses);
   json.number("seen_fraction", message.seen_fraction);
   write_sync(json, message);
   write_reference(json, message);
   if (message.effort) json.text("effort", *message.effort);
   json.number("compute_ms", message.compute_ms).number("latency_ms", message.latency_ms);
   return json.finish();
-}
-
-std::string to_json(const StatusMessage& message) {
-  JsonWriter json = head("splid.status", message.timestamp_s, message.sequence);
-  json.text("state", to_string(message.state))
-      .text("reason", message.reason)
-      .text("source", message.source)
-      .text("device", to_string(message.device));
-  if (!message.device_name.empty()) json.text("device_name", message.device_name);
-  json.integer("tags", message.tags).integer("lost_tags", message.lost_tags);
-  write_uncounted(json, message.uncounted_losses);
-  return json.integer("frames", message.frames)
-      .integer("valid_frames", message.valid_frames)
-      .number("ring_fill_ratio", message.ring_fill_ratio)
-      .finish();
-}
-
-std::string to_json(const VersionMessage& message) {
-  return head("splid.version", message.timestamp_s, message.sequence)
-      .text("release", message.release)
-      .text("pattern", message.pattern)
-      .text("mode", to_string(message.mode))
-      .finish();
 }
 
 FrameMessage frame_from_json(const std::string& json) {

@@ -10,13 +10,13 @@ struct libusb_device;
 
 namespace splid {
 
-// What can be said of a device without opening it.
+// What a device tells without being opened.
 struct UsbDeviceInfo {
   UsbId id;
   int bus = 0;
   int address = 0;
   std::string port;                        // as /sys/bus/usb/devices names it, such as 1-1.2
-  std::string serial;                      // empty: it has none
+  std::string serial;                      // empty: the device has none
   int speed_mbit_s = 0;                    // 12, 480, 5000, 10000; 0: unknown
   [[nodiscard]] std::string node() const;  // /dev/bus/usb/001/002
 };
@@ -31,7 +31,7 @@ UsbDeviceInfo info_of(libusb_device* device);
 // Threads: one. Errors: the constructor throws UsbError.
 class UsbDeviceList {
  public:
-  // context: outlives this.
+  // context: outlives this object.
   explicit UsbDeviceList(const UsbContext& context);
   ~UsbDeviceList();
   UsbDeviceList(const UsbDeviceList&) = delete;

@@ -1,0 +1,43 @@
+#include "protocol/status_json.hpp"
+
+#include <array>
+#include <cstddef>
+
+#include "protocol/json_writer.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
+                                                           "streaming", "degraded", "stopping"};
+
+}  // namespace
+
+const char* to_string(DaemonState state) {
+  return daemon_state_names.at(static_cast<std::size_t>(state));
+}
+
+std::string to_json(const StatusMessage& message) {
+  JsonWriter json = message_head("splid.status", message.timestamp_s, message.sequence);
+  json.text("state", to_string(message.state))
+      .text("reason", message.reason)
+      .text("source", message.source)
+      .text("device", to_string(message.device));
+  if (!message.device_name.empty()) json.text("device_name", message.device_name);
+  json.integer("tags", message.tags).integer("lost_tags", message.lost_tags);
+  write_uncounted_losses(json, message.uncounted_losses);
+  return json.integer("frames", message.frames)
+      .integer("valid_frames", message.valid_frames)
+      .number("ring_fill_ratio", message.ring_fill_ratio)
+      .finish();
+}
+
+std::string to_json(const VersionMessage& message) {
+  return message_head("splid.version", message.timestamp_s, message.sequence)
+      .text("release", message.release)
+      .text("pattern", message.pattern)
+      .text("mode", to_string(message.mode))
+      .finish();
+}
+
+}  // namespace splid

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "protocol/device_report.hpp"
+#include "protocol/pattern.hpp"
+
+// The `status` and `version` messages: how the daemon and its instrument are, and which program and
+// pattern run, with their JSON (docs/reference/messages.md). protocol/frame_json.hpp has the frame.
+
+namespace splid {
+
+enum class DaemonState { starting, waiting_for_device, streaming, degraded, stopping };
+
+const char* to_string(DaemonState state);
+
+// The `status` message: once a second and on every change.
+struct StatusMessage {
+  double timestamp_s = 0;
+  std::uint64_t sequence = 0;
+  DaemonState state = DaemonState::starting;
+  std::string reason;  // one sentence; empty where there is nothing to say
+  std::string source;  // driver's name
+  DeviceState device = DeviceState::connected;
+  std::uint64_t tags = 0;       // events taken from the source
+  std::uint64_t lost_tags = 0;  // known count
+  std::uint64_t frames = 0;     // published
+  std::uint64_t valid_frames = 0;
+  double ring_fill_ratio = 0;  // 0 to 1, highest since the last status
+  // Which instrument is read, in its driver's words for it; where empty, the member is left out.
+  std::string device_name = {};
+  std::uint64_t uncounted_losses = 0;  // losses that took an unknown number of tags
+};
+
+// The `version` message: what a new subscriber gets first.
+struct VersionMessage {
+  double timestamp_s = 0;
+  std::uint64_t sequence = 0;
+  std::string release;  // of the program
+  std::string pattern;  // name of the pattern in use: its file's stem
+  Mode mode = Mode::baseline;
+};
+
+inline constexpr const char* topic_status = "status";
+inline constexpr const char* topic_version = "version";
+
+// One line of JSON without a line feed, numbers as in a frame's.
+std::string to_json(const StatusMessage& message);
+std::string to_json(const VersionMessage& message);
+
+}  // namespace splid

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+// Small steps of reading text that several rooms take.
+
+namespace splid {
+
+inline constexpr std::string_view blanks = " \t\r\n";
+
+// The text without the given characters at its two ends.
+inline std::string_view trimmed(std::string_view text, std::string_view characters = blanks) {
+  const std::size_t begin = text.find_first_not_of(characters);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(characters) + 1 - begin);
+}
+
+// Absent where the text is not exactly one whole number in decimal digits that 64 bits hold.
+inline std::optional<std::int64_t> whole_number(std::string_view text) {
+  std::int64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace splid

@@ -1,0 +1,58 @@
+#include "protocol/status_json.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <limits>
+
+namespace splid {
+namespace {
+
+TEST(StatusMessage, Minimal) {
+  EXPECT_EQ(to_json(StatusMessage{}),
+            R"({"schema":"splid.status","v":[1,0],"timestamp":0,"sequence":0,"state":"starting",)"
+            R"("reason":"","source":"","device":"connected","tags":0,"lost_tags":0,"frames":0,)"
+            R"("valid_frames":0,"ring_fill_ratio":0})");
+}
+
+TEST(StatusMessage, Typical) {
+  EXPECT_EQ(to_json(StatusMessage{12.5, 3, DaemonState::degraded, "2 tags lost", "tdc2",
+                                  DeviceState::failing, 100, 2, 20, 19, 0.125}),
+            R"({"schema":"splid.status","v":[1,0],"timestamp":12.5,"sequence":3,)"
+            R"("state":"degraded","reason":"2 tags lost","source":"tdc2","device":"failing",)"
+            R"("tags":100,"lost_tags":2,"frames":20,"valid_frames":19,"ring_fill_ratio":0.125})");
+}
+
+TEST(StatusMessage, Maximal) {
+  EXPECT_EQ(
+      to_json(StatusMessage{1, UINT64_MAX, DaemonState::stopping, "\"", "\\",
+                            DeviceState::no_device, UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX,
+                            1, "3137:200a at 1-1"}),
+      R"({"schema":"splid.status","v":[1,0],"timestamp":1,"sequence":18446744073709551615,)"
+      R"("state":"stopping","reason":"\"","source":"\\","device":"no_device",)"
+      R"("device_name":"3137:200a at 1-1",)"
+      R"("tags":18446744073709551615,"lost_tags":18446744073709551615,"frames":18446744073709551615,)"
+      R"("valid_frames":18446744073709551615,"ring_fill_ratio":1})");
+}
+
+TEST(StatusMessage, States) {
+  const char* names[] = {"starting", "waiting_for_device", "streaming", "degraded", "stopping"};
+  for (int i = 0; i < 5; ++i) EXPECT_STREQ(to_string(static_cast<DaemonState>(i)), names[i]);
+}
+
+TEST(StatusMessage, DeviceStates) {
+  const char* names[] = {"connected", "no_device", "failing"};
+  for (int i = 0; i < 3; ++i) EXPECT_STREQ(to_string(static_cast<DeviceState>(i)), names[i]);
+}
+
+TEST(VersionMessage, MinimalAndTypical) {
+  EXPECT_EQ(to_json(VersionMessage{}),
+            R"({"schema":"splid.version","v":[1,0],"timestamp":0,"sequence":0,"release":"",)"
+            R"("pattern":"","mode":"baseline"})");
+  EXPECT_EQ(to_json(VersionMessage{2.5, 1, "1.2.3", "random-40", Mode::random}),
+            R"({"schema":"splid.version","v":[1,0],"timestamp":2.5,"sequence":1,)"
+            R"("release":"1.2.3","pattern":"random-40","mode":"random"})");
+}
+
+}  // namespace
+}  // namespace splid
