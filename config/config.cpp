@@ -32,8 +32,8 @@ void check_kind(const std::string& text, const std::string& file) {
   if (kind && *kind != config_file_kind) fail(file, misplaced_file(text, file, "a configuration"));
 }
 
-// What is wrong in the pattern file is as wrong at the next start: a mistake of the configuration,
-// whose key is named.
+// An error in the pattern file makes the next start fail too. It is therefore a fault of the
+// configuration, and its sentence names the key.
 Pattern read_pattern(const Config& config, const ReadText& read) {
   const std::string asked_by = config.file + ": /pattern/file: ";
   const std::string text = read(config.pattern_file, asked_by);
@@ -66,7 +66,7 @@ void check(const std::string& file, const std::string& section,
 }
 
 std::optional<OptionFault> frame_fault(const Config& config) {
-  // Fewer syncs than three do not tell the pattern's clock; see SyncClock.
+  // The pattern's clock cannot be told from fewer than three syncs; see SyncClock.
   constexpr double min_periods = 3;
   const double period_ms = pattern_period_ps(config.pattern) * 1e-9;
   if (config.frame.length_ms >= min_periods * period_ms) return std::nullopt;
@@ -156,7 +156,7 @@ std::string config_to_json(const Config& config) {
   document["schema"] = config_schema_name;
   document["v"] = {config_major_version, config_minor_version};
   OptionWriter writer(document);
-  // Descriptions serve readers too and so take what they may change; a writer changes nothing.
+  // describe() takes options that may be changed, since readers change them. A writer does not.
   describe_sections(const_cast<Config&>(config), writer);
   return document.dump(-1, ' ', false, json::error_handler_t::replace);
 }

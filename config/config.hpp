@@ -12,6 +12,15 @@
 #include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
 
+// config/ is the configuration file: the daemon's own options, and the one reader that fills them
+// and the options of the drivers and the estimator. A newcomer should read this header first. Where
+// to look for
+//   a key        describe() beside the structure of its options: config/daemon_options.cpp,
+//                config/security_options.cpp, a driver's options, estimator/model/options.cpp
+//   key checks   bounds of a single key: config/option_reader.cpp; of keys that must fit each
+//   other:
+//                validate() beside describe(); of sections that must fit each other: config.cpp
+
 namespace splid {
 
 // Everything that a configuration file says, with defaults where it is silent, valid as a whole.
@@ -19,8 +28,8 @@ struct Config {
   std::string file;           // as given
   std::string source_driver;  // name of the driver
   std::unique_ptr<SourceOptions> source;
-  std::string pattern_file;  // as found: see find_pattern_file()
-  std::string pattern_note;  // where it is not where the file says, a sentence for people
+  std::string pattern_file;  // where it was found: see find_pattern_file()
+  std::string pattern_note;  // a sentence for people where that is elsewhere than the file says
   Pattern pattern;           // read from pattern_file and valid
   ChannelOptions channels;
   EncoderOptions encoder;
@@ -43,15 +52,17 @@ struct Config {
 // that is not JSON the line and column; for an unknown key the nearest known one.
 Config load_config(const std::string& file);
 
-// The text of a file that `asked_by`, the beginning of an error's sentence, names.
+// Reads a file and returns its text. asked_by: the beginning of an error's sentence, which names
+// the key that asked for the file.
 using ReadText = std::function<std::string(const std::string& file, const std::string& asked_by)>;
 
-// As load_config, from text that stands in `file`, by which relative paths are resolved. read: for
-// the pattern file. shipped_patterns: the folder that has it where it is not there; empty: none.
+// Does what load_config() does with `text`, the content of `file`; relative paths are relative to
+// that file. read: reads the pattern file. shipped_patterns: the folder to look for the pattern in
+// where it is not where the configuration says; empty: none.
 Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,
                         const std::string& shipped_patterns = "");
 
-// The effective configuration, defaults included, as it goes into recordings.
+// The effective configuration as JSON, defaults included. Recordings hold it in this form.
 std::string config_to_json(const Config& config);
 
 // JSON Schema (draft 2020-12) of the configuration file, made from the same descriptions that read

@@ -11,7 +11,7 @@
 namespace splid {
 namespace {
 
-// Half of the disorder that the framer puts in order: the rest is the instrument's.
+// The framer puts a disorder of twice this in order; the other half is left to the instrument.
 constexpr double most_delay_ps = 500'000;
 
 struct NamedChannel {
@@ -123,7 +123,7 @@ void RecordOptions::describe(OptionVisitor& visitor) {
 
 std::optional<OptionFault> RecordOptions::validate() const {
   constexpr double mib_per_gib = 1024;
-  constexpr double least_files = 2;  // one that is written, and the one before it
+  constexpr double least_files = 2;  // the file that is being written, and the file before it
   const double least_gib = least_files * (max_file_mib + 1) / mib_per_gib;
   if (max_folder_gib >= least_gib) return std::nullopt;
   return OptionFault{"/max_folder_gib", shown(max_folder_gib) + " is below " + shown(least_gib) +
@@ -206,7 +206,7 @@ void MetricsOptions::describe(OptionVisitor& visitor) {
 std::optional<OptionFault> MetricsOptions::validate() const {
   if (http.empty()) return std::nullopt;
   std::optional<std::string> fault = local_address_fault(http, "127.0.0.1:9873");
-  // Debian builds the server's library without IPv6.
+  // Debian builds the HTTP server's library without IPv6.
   if (!fault && !is_ipv4_loopback(std::string_view(http).substr(0, http.rfind(':')))) {
     fault = "is no IPv4 address; write it as in 127.0.0.1:9873";
   }

@@ -9,13 +9,14 @@
 
 namespace splid {
 
-// Which of the instrument's channels mean what. A name is `sync` (the sync input), `marker:N`
+// What each of the instrument's channels means. A name is `sync` (the sync input), `marker:N`
 // (N: marker bits, 1 to 15) or an input number; parse_channel() reads it. JSON: `channels`.
 struct ChannelOptions {
-  std::vector<std::string> photon = {"1"};  // several are one detector split over inputs
+  std::vector<std::string> photon = {"1"};  // several inputs count as one detector
   std::string sync = "sync";
-  std::string encoder = "marker:1";    // empty: none
-  std::vector<double> delays_ps = {};  // by which photon's tags come late, in its order; or none
+  std::string encoder = "marker:1";  // empty: none
+  // How late the tags of each of `photon`'s inputs come, in the same order; or empty.
+  std::vector<double> delays_ps = {};
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
@@ -23,13 +24,13 @@ struct ChannelOptions {
 // JSON: `frame`.
 struct FrameOptions {
   double length_ms = 50;           // rounded to a whole number of pattern periods
-  double min_seen_fraction = 0.9;  // a frame that saw less is `incomplete`
+  double min_seen_fraction = 0.9;  // a frame of which less was seen is `incomplete`
   void describe(OptionVisitor& visitor);
 };
 
 // JSON: `detector`.
 struct DetectorOptions {
-  // Zero: not known, so no frame is ever called saturated.
+  // Zero: the dead time is not known, and no frame is called saturated.
   double dead_time_ns = 0;
   void describe(OptionVisitor& visitor);
 };
@@ -37,14 +38,15 @@ struct DetectorOptions {
 // JSON: `publish`.
 struct PublishOptions {
   std::string endpoint = "tcp://127.0.0.1:9872";
-  std::string local_endpoint;  // plain, on this machine, the same messages; empty: none
+  // A second endpoint, without keys, on this machine, with the same messages; empty: none.
+  std::string local_endpoint;
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
 // JSON: `control`.
 struct ControlOptions {
-  // ipc:///PATH or, with keys, tcp://HOST:PORT; auto: control_endpoint() finds one; off: none.
+  // ipc:///PATH or, with keys, tcp://HOST:PORT; auto: control_endpoint() chooses; off: none.
   std::string endpoint = "auto";
   std::string allow_list;  // file of public keys, for TCP; empty: none
   [[nodiscard]] bool is_tcp() const { return endpoint.starts_with("tcp://"); }
@@ -61,8 +63,8 @@ struct MetricsOptions {
 };
 
 enum class RecordWhen {
-  always,  // from the start
-  asked,   // from a control request on
+  always,  // record from the start on
+  asked,   // record when a control request asks for it
 };
 
 // JSON: `record`.

@@ -8,7 +8,8 @@
 namespace splid {
 namespace {
 
-constexpr std::string_view unusual = ":+=^!*?&<>()[]{}@%$#";  // of Z85, in names
+constexpr std::string_view unusual =
+    ":+=^!*?&<>()[]{}@%$#";  // characters of Z85 that names seldom have
 constexpr std::ptrdiff_t least_run = 36;
 constexpr std::ptrdiff_t least_unusual = 2;
 

@@ -14,8 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-// Follows a parse from event to event to find keys that an object has twice; the parser itself
-// keeps the last and says nothing.
+// Follows a parse from event to event, to find keys that an object has twice. The parser itself
+// keeps the last of the two and does not tell.
 class DuplicateKeys {
  public:
   void see(json::parse_event_t event, const json& parsed) {
@@ -38,7 +38,7 @@ class DuplicateKeys {
     }
   }
 
-  // JSON pointer of the first one found; empty: none.
+  // The JSON pointer of the first such key; empty: none.
   [[nodiscard]] const std::string& found() const { return found_; }
 
  private:
@@ -66,7 +66,7 @@ class DuplicateKeys {
   std::string found_;
 };
 
-// byte: 1-based, of the last byte read; line and column count from 1.
+// byte: the place of the last byte that was read. Bytes, lines and columns count from 1.
 std::string place(const std::string& text, std::size_t byte) {
   const std::string_view before = std::string_view(text).substr(0, byte == 0 ? 0 : byte - 1);
   const auto lines = std::count(before.begin(), before.end(), '\n');
@@ -88,7 +88,7 @@ std::string reason(const std::string& message) {
 }  // namespace
 
 nlohmann::json parse_json_text(const std::string& text, const std::string& file) {
-  // Printing a value in an error goes down by recursion, so nesting must end somewhere.
+  // A value in an error is printed by recursion, so that its depth must have a bound.
   constexpr int max_depth = 32;
   DuplicateKeys duplicates;
   json value;

@@ -23,8 +23,8 @@ std::string listed(std::span<const char* const> names) {
   return list;
 }
 
-// Design note: people write 4e6, which JSON reads as a double; up to 2^53 it is a whole number
-// still.
+// Design note: people write 4e6, which JSON reads as a double. Up to 2^53 such a double is an exact
+// whole number.
 bool is_whole(const json& value) {
   constexpr double max_exact = 9007199254740992.0;
   if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= INT64_MAX;
@@ -172,7 +172,8 @@ void OptionReader::objects(const char* key, const std::function<void(std::size_t
 
 void OptionReader::require(const char* key) {
   if (object_.contains(key)) return;
-  // The key may be there with a slip of typing, which finish() would name too late.
+  // The key may be there with a slip of typing: the error names it here, since finish() comes
+  // later.
   std::vector<std::string> given;
   for (const auto& member : object_.items()) given.push_back(member.key());
   std::vector<const char*> names;

@@ -8,13 +8,14 @@
 
 namespace splid {
 
-// Fills options from a JSON object. Relative paths become relative to the file's folder.
+// A visitor that fills options from a JSON object and checks each key: its type, its bounds, and
+// that it is known. Relative paths become relative to the file's folder.
 //
-// Errors: Error(Fault::usage) naming file, JSON pointer, value and bound, for each call; finish()
-// also for keys that no call asked for.
+// Errors: each call throws Error(Fault::usage) naming file, JSON pointer, value and bound; finish()
+// throws it also for keys that no call asked for.
 class OptionReader final : public OptionVisitor {
  public:
-  // object: must outlive the reader; anything but an object is an error. pointer: its own.
+  // object: outlives the reader; it is an error if it is no JSON object. pointer: the object's own.
   OptionReader(const nlohmann::json& object, std::string file, std::string pointer);
 
   void number(const char* key, double& value, Bounds bounds, const char* doc) override;
@@ -38,9 +39,10 @@ class OptionReader final : public OptionVisitor {
                const char* doc) override;
   void require(const char* key) override;
 
-  // The member's value, null where not given; the key, a literal, counts as known.
+  // The member's value, null where it is not given. The key, a literal, counts as known from then
+  // on.
   const nlohmann::json* take(const char* key);
-  // To be called when all keys were described.
+  // Must be called when all keys were described.
   void finish() const;
 
  private:

@@ -8,7 +8,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// An input is a number again, as people write it.
+// An input is written as a number, as people write it.
 ordered_json channel_json(const std::string& name) {
   const std::optional<ChannelName> channel = parse_channel(name);
   if (channel && channel->kind == TagKind::photon) return channel->value;

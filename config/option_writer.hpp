@@ -9,10 +9,11 @@
 namespace splid {
 
 // Writes options into a JSON object that an OptionReader reads back to the same values, in the
-// order of their descriptions. What has no value (an absent number, an empty path) is left out.
+// order of their descriptions. An option without a value (an absent number, an empty path) is left
+// out.
 class OptionWriter final : public OptionVisitor {
  public:
-  // object: written to; must outlive the writer.
+  // object: is written to, and outlives the writer.
   explicit OptionWriter(nlohmann::ordered_json& object) : object_(object) {}
 
   void number(const char* key, double& value, Bounds bounds, const char* doc) override;

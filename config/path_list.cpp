@@ -18,7 +18,7 @@ namespace {
 constexpr std::array<std::string_view, 3> written_paths = {"/source/truth", "/metrics/file",
                                                            "/record/folder"};
 
-// Looks at paths alone.
+// A visitor that takes note of paths and passes over all other keys.
 class PathLister final : public OptionVisitor {
  public:
   PathLister(std::string pointer, std::vector<NamedPath>& found)
@@ -64,7 +64,7 @@ class PathLister final : public OptionVisitor {
 std::vector<NamedPath> input_files(const Config& config) {
   std::vector<NamedPath> found = {{"the configuration itself", config.file}};
   PathLister lister("", found);
-  // Descriptions serve readers too and so take what they may change; a lister changes nothing.
+  // describe() takes options that may be changed, since readers change them. This visitor does not.
   describe_sections(const_cast<Config&>(config), lister);
   return found;
 }

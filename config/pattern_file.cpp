@@ -10,7 +10,7 @@
 namespace splid {
 namespace {
 
-// build/release/tests/program is three folders below the repository.
+// How far below the repository a program may be: build/release/tests/program is three folders.
 constexpr int most_folders_up = 4;
 
 std::string pattern_names_in(const std::string& folder) {

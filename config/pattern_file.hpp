@@ -6,19 +6,20 @@ namespace splid {
 
 // The folder of the patterns that come with splid: share/splid/patterns of the installation that
 // the running program belongs to, or config/patterns of the repository that it was built in.
-// Empty: neither is there.
+// Empty where neither is there.
 std::string shipped_patterns_folder();
 
 // Where a configuration's pattern is.
 struct PatternFile {
   std::string path;
-  std::string note;  // a sentence where it is not where the configuration says; empty: it is
+  std::string note;  // a sentence where the file is elsewhere than the configuration says, or empty
 };
 
-// resolved: by the folder of the file that names it; taken where it is there, or `written`, as that
-// file has it, is absolute. Else the pattern of the same name in `shipped_folder`.
-// Errors: Error(Fault::usage) where neither is there, with what the folder has; asked_by: the
-// beginning of its sentence.
+// Finds the pattern file that a configuration names. written: the path as the configuration has it;
+// resolved: the same path from that configuration's folder. If there is no file at `resolved`, and
+// `written` is relative, the pattern of the same name in `shipped_folder` is taken.
+// Errors: Error(Fault::usage) where there is none either, with the names in the folder. asked_by:
+// the beginning of the error's sentence.
 PatternFile find_pattern_file(const std::string& resolved, const std::string& written,
                               const std::string& shipped_folder, const std::string& asked_by);
 

@@ -24,7 +24,7 @@ ordered_json channel_schema(bool may_be_empty) {
           {{"type", "string"}, {"pattern", may_be_empty ? names_or_none : names}}};
 }
 
-// What a key stands at when it is not given: as the writer of configurations would write it.
+// The value that a key has when it is not given, in the form that OptionWriter writes.
 template <class Visit>
 void add_default(ordered_json& schema, const char* key, const Visit& visit) {
   ordered_json defaults = ordered_json::object();
@@ -132,7 +132,7 @@ void SchemaWriter::objects(const char* key, const std::function<void(std::size_t
   array["type"] = "array";
   add_default(array, key,
               [&](OptionWriter& writer) { writer.objects(key, resize, member, count, doc); });
-  resize(1);  // one to describe
+  resize(1);  // one element, to be described
   SchemaWriter writer(array["items"]);
   member(writer, 0);
   resize(count);

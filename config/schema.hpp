@@ -8,11 +8,12 @@
 
 namespace splid {
 
-// Describes options as a JSON Schema (draft 2020-12) of an object: types, bounds, defaults, and the
-// sentences as descriptions. The options visited must hold their defaults.
+// A visitor that describes options as the JSON Schema (draft 2020-12) of an object: types, bounds
+// and defaults, and as descriptions the sentences. The options that it visits must hold their
+// defaults.
 class SchemaWriter final : public OptionVisitor {
  public:
-  // schema: becomes that of an object without further keys; must outlive the writer.
+  // schema: becomes the schema of an object that may have no other keys. It outlives the writer.
   explicit SchemaWriter(nlohmann::ordered_json& schema);
 
   void number(const char* key, double& value, Bounds bounds, const char* doc) override;
@@ -36,7 +37,7 @@ class SchemaWriter final : public OptionVisitor {
                const char* doc) override;
   void require(const char* key) override;
 
-  // The schema of one member, with its description, to be filled further.
+  // Adds the schema of a member, with its description, for the caller to fill further.
   nlohmann::ordered_json& add(const char* key, const char* doc);
 
  private:

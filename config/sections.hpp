@@ -9,11 +9,12 @@ inline constexpr const char* config_schema_name = "splid.config";
 inline constexpr int config_major_version = 1;
 inline constexpr int config_minor_version = 0;
 
-// All sections of a configuration file in its order, `source` included: the driver named by
-// source_driver, or whichever the visitor chooses, is made where it is not there yet.
+// Shows a visitor all sections of a configuration file in their order, `source` included. Where the
+// source's options are not there yet, they are made for the driver that source_driver names or that
+// the visitor chooses.
 void describe_sections(Config& config, OptionVisitor& visitor);
 
-// Those but `source`, whose keys depend on the driver.
+// Shows a visitor all sections except `source`, whose keys depend on the driver.
 void describe_common_sections(Config& config, OptionVisitor& visitor);
 
 inline constexpr const char* source_doc =

@@ -8,9 +8,10 @@
 
 namespace splid {
 
-// Consecutive counts of an encoder, one a tick of the sample clock that also goes to the tagger.
+// Consecutive counts of an encoder, a count for each tick of the sample clock, which also goes to
+// the tagger as markers.
 struct EncoderBatch {
-  std::int64_t first_index = 0;  // of the first count; 0: the sample clock was just started
+  std::int64_t first_index = 0;  // index of the first count; 0: the sample clock was just started
   std::vector<std::int64_t> counts;
   bool overrun = false;  // samples before these were lost; there may be no counts
 
@@ -19,13 +20,13 @@ struct EncoderBatch {
 
 // The text of a batch, in a file or on a socket: one line
 //   FIRST_INDEX,COUNT[,COUNT...]    or    overrun
-// in decimal digits, blanks allowed around each. Empty lines and those that begin with # say
-// nothing: a batch without counts.
+// in decimal digits, with blanks around each if need be. An empty line, and a line that begins with
+// #, is a batch without counts.
 //
-// Null where `line` is no such line, or an index is negative.
+// Absent where `line` is no such line, or its index is negative.
 std::optional<EncoderBatch> parse_encoder_line(std::string_view line);
 
-// With its line feed; a batch of neither counts nor overrun is empty.
+// The line with its line feed. Empty for a batch that has neither counts nor an overrun.
 std::string to_encoder_line(const EncoderBatch& batch);
 
 }  // namespace splid

@@ -11,7 +11,7 @@ using namespace std::string_view_literals;
 
 struct Mark {
   std::string_view start;   // the file's first bytes; empty: any
-  std::string_view ending;  // its name's, in small letters; empty: any
+  std::string_view ending;  // the end of its name, in small letters; empty: any
   FileKind kind;
 };
 
@@ -35,7 +35,7 @@ constexpr std::string_view hdf5_next =
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
 
-// The first that fits. Before those of a name alone, JSON's schema has its say.
+// The first kind that fits is taken. A JSON file's schema goes before kinds that only a name tells.
 constexpr std::array marks = {
     Mark{"PQTTTR"sv, "", recording_file_kind},
     Mark{"PQHISTO"sv, "", histogram_kind},
@@ -58,7 +58,7 @@ constexpr std::array marks = {
     Mark{"PK\x03\x04"sv, "", {"a ZIP archive", "unpack it first, with unzip"}},
 };
 
-// Formats that have no mark at their start that could be relied on.
+// Formats that do not begin with a mark that could be relied on.
 constexpr std::array endings = {
     Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
     Mark{"", ".spc"sv, {"a Becker & Hickl file by its name", t3_next}},
@@ -77,7 +77,7 @@ std::string_view skip(std::string_view text, std::string_view what) {
   return first == std::string_view::npos ? std::string_view{} : text.substr(first);
 }
 
-// The value of "schema", wherever it stands: a file with a slip in it is of its kind still.
+// The value of "schema", found as text: a file with a mistake in its JSON still has its kind.
 std::string_view schema_of(std::string_view text) {
   constexpr std::string_view key = "\"schema\"";
   const std::size_t at = text.find(key);

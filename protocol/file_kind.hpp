@@ -6,7 +6,7 @@
 
 namespace splid {
 
-// What a file seems to be, for whoever named it where another kind was expected.
+// What a file seems to be, to be told to a person who named it where another kind was expected.
 struct FileKind {
   std::string_view what;  // with its article: "a PTU recording"
   std::string_view next;  // what to do with it, an imperative without a stop
@@ -22,9 +22,9 @@ inline constexpr FileKind pattern_file_kind = {"a splid pattern",
 inline constexpr FileKind truth_file_kind = {"the truth of a simulated scene",
                                              "splid listen --truth compares frames with it"};
 
-// Told by the file's first bytes, and by its name's ending where a format has no mark of its own.
-// Absent where neither says anything. start: the file's first bytes; of a JSON file up to its
-// "schema".
+// Tells a file's kind by its first bytes, and by the ending of its name where a format has no mark
+// of its own. Absent where neither tells the kind. start: the file's first bytes; of a JSON file as
+// many as reach to its "schema".
 //
 // Threads: any. Errors: none.
 std::optional<FileKind> kind_of_file(std::string_view start, std::string_view name = {});

@@ -52,7 +52,7 @@ void write_reference(JsonWriter& json, const FrameMessage& message) {
   json.object("reference", reference);
 }
 
-// Members of one object of a message; `where` is its JSON pointer.
+// Reads the members of an object of a message. where: the object's JSON pointer.
 class Members {
  public:
   Members(const nlohmann::json& json, std::string where) : json_(json), where_(std::move(where)) {

@@ -8,9 +8,9 @@
 namespace splid {
 namespace {
 
-// Design note: an input that no record can hold loses up to millions of tags a second, each known
-// only by its time. Told apart to 1 ms they cost a thousand entries a second at most, and 1 ms is
-// a fiftieth of a frame.
+// Design note: an input that no record can hold loses up to millions of tags a second, of each of
+// which only the time is known. Kept apart to 1 ms they take at most a thousand entries a second,
+// and 1 ms is a fiftieth of a frame.
 constexpr std::int64_t missed_together_ps = 1'000'000'000;
 
 Loss joined(const Loss& a, const Loss& b) {
@@ -53,8 +53,8 @@ void LossCollector::take(const Tag& tag) {
       if (!open_since_ps_) open_since_ps_ = tag.time_ps;
       break;
     case TagKind::loss_end: {
-      // An end without its begin still says how many; the interval is then not known. Nor are the
-      // two in order where the stream is not.
+      // A loss_end without its loss_begin still tells the count, but not the interval. In a stream
+      // that is not sorted the end may also lie before the begin.
       const std::int64_t since_ps = open_since_ps_.value_or(tag.time_ps);
       add({std::min(since_ps, tag.time_ps), std::max(since_ps, tag.time_ps), tag.value});
       open_since_ps_.reset();
@@ -69,7 +69,7 @@ void LossCollector::take(const Tag& tag) {
     case TagKind::heartbeat:
       break;
     case TagKind::clock_break:
-      // Its end may never come, and would be in another clock.
+      // The end of the open loss may never come, and would be in another clock.
       if (open_since_ps_) add({*open_since_ps_, *open_since_ps_, -1});
       open_since_ps_.reset();
       break;

@@ -8,10 +8,10 @@
 namespace splid {
 namespace {
 
-// Edit distance in which a swap of neighbours counts once (optimal string alignment).
+// The edit distance in which a swap of neighbours counts once (optimal string alignment).
 //
-// Design note: swaps are the commonest slip of typing ("pusle"); counted as two changes they would
-// lose to a name that shares nothing but its length.
+// Design note: a swap is the commonest slip of typing ("pusle"). If it counted as two changes, a
+// name that has nothing but its length in common could be nearer.
 std::size_t edits(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1);
   std::vector<std::size_t> above(b.size() + 1);

@@ -6,11 +6,13 @@
 
 namespace splid {
 
-// Of `names` the one with the fewest letters to change, insert, leave out or swap to make `name`;
-// the first of equals. Null where none is near: more than half of its letters would change.
+// The name in `names` that takes the fewest letters to change, insert, leave out or swap to become
+// `name`; of equally near names the first. Null where no name is near: more than half of its
+// letters would have to change.
 const char* nearest_name(std::string_view name, std::span<const char* const> names);
 
-// "; did you mean NAME?", or the list of all where none is near, or nothing where there are none.
+// "; did you mean NAME?" for the nearest name, or the list of all names where none is near. Empty
+// where there are no names.
 std::string suggest_name(std::string_view name, std::span<const char* const> names);
 
 }  // namespace splid

@@ -31,7 +31,7 @@ constexpr std::array<const char*, 9> calibration_keys = {
 constexpr std::array<const char*, 5> mode_keys = {"baseline", "ambiguous", "mrr", "random",
                                                   "interleaved"};
 
-// One object of the file and where it stands.
+// An object of the file, and its JSON pointer.
 class Object {
  public:
   Object(const json& value, std::string file, std::string pointer,
@@ -98,7 +98,7 @@ class Object {
     throw Error(Fault::data, file_ + ": " + pointer + ": " + what);
   }
 
-  // A value for an error message: its start, on one line.
+  // A value as an error's sentence shows it: the start of its JSON, on one line.
   static std::string shown(const json& value) {
     std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
     if (text.size() > 60) text = text.substr(0, 57) + "...";
@@ -123,7 +123,7 @@ void check_kind(const std::string& text, const std::string& file) {
 }
 
 json parse(const std::string& text, const std::string& file) {
-  // Printing a value in an error goes down by recursion, so nesting must end somewhere.
+  // A value in an error is printed by recursion, so that its depth must have a bound.
   constexpr int max_depth = 16;
   const auto check_depth = [&file](int depth, json::parse_event_t /*event*/, json& /*value*/) {
     if (depth > max_depth) throw Error(Fault::data, file + ": nested too deeply for a pattern");
@@ -132,7 +132,7 @@ json parse(const std::string& text, const std::string& file) {
   try {
     return json::parse(text, check_depth);
   } catch (const json::parse_error& error) {
-    // The library's sentence names line and column after a code of its own.
+    // The library's sentence names line and column after a code that people need not see.
     const std::string_view what = error.what();
     const std::size_t start = what.find("] ");
     throw Error(Fault::data, file + ": not JSON: " +
@@ -232,7 +232,7 @@ std::string calibration_json(const CalibrationFacts& facts) {
       .finish();
 }
 
-// Puts each member of the outermost object on a line of its own, and each segment.
+// Puts each member of the outermost object, and each segment, on a line of its own.
 std::string lines_of(const std::string& line) {
   std::string text;
   int depth = 0;

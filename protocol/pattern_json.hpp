@@ -26,10 +26,11 @@ namespace splid {
 // that is not JSON the line and column; for an unknown member the nearest known one.
 Pattern pattern_from_json(const std::string& text, const std::string& file);
 
-// One line, without a line feed: as in a recording's header.
+// The pattern on one line without a line feed, as in a recording's header.
 std::string to_json(const Pattern& pattern);
 
-// With a member a line, arrays of numbers on one line, and a line feed at the end: as in a file.
+// The pattern as in a file: each member on a line of its own, arrays of numbers on one line, and a
+// line feed at the end.
 std::string to_json_file(const Pattern& pattern);
 
 }  // namespace splid

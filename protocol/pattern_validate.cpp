@@ -9,8 +9,9 @@ namespace {
 
 using Finding = std::optional<std::string>;
 
-// Design note: a pattern is played thousands of times a frame; one that takes over a second is not
-// a pattern in that sense, and its times would strain doubles where picoseconds are multiplied.
+// Design note: a pattern is played thousands of times a frame. A pattern that takes over a second
+// is played less than once, and products of its times in picoseconds would exceed what doubles hold
+// exactly.
 constexpr double max_period_ps = 1e12;
 
 std::string as_text(double value) {
@@ -45,7 +46,7 @@ Finding check_times(const std::string& pointer, const PatternSegment& segment) {
   return std::nullopt;
 }
 
-// Values that are weights: finite, not negative, not all zero.
+// Checks values that are weights: finite, not negative, not all zero.
 Finding check_weights(const std::string& pointer, const std::vector<double>& weights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     if (std::isfinite(weights[i]) && weights[i] >= 0) continue;

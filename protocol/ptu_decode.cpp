@@ -18,7 +18,7 @@ constexpr std::int64_t wrap_hydra_harp = 1 << 25;
 constexpr std::int64_t wrap_hydra_harp_v1 = 33'552'000;
 constexpr std::int64_t wrap_pico_harp = 210'698'240;
 
-// All but the time of a Tag, as its last 8 bytes.
+// The last 8 bytes of a Tag: all but its time.
 struct Meaning {
   std::int32_t value = 0;
   TagKind kind = TagKind::photon;
@@ -26,7 +26,7 @@ struct Meaning {
 };
 static_assert(sizeof(Meaning) + sizeof(std::int64_t) == sizeof(Tag));
 
-// What is to be done for a record, by the 7 bits of it that tell records apart.
+// What to do for a record, by the 7 bits that tell the kinds of records apart.
 struct Action {
   Meaning meaning;
   std::uint64_t tags = 0;           // to keep: 1 or 0
@@ -59,7 +59,8 @@ std::uint32_t record_at(const std::byte* bytes) {
   return record;
 }
 
-// Two stores of 8 bytes. Member by member it would be six, and a third slower.
+// Writes a tag by two stores of 8 bytes. Member by member there would be six stores, and decoding
+// would be a third slower.
 void put(Tag& tag, std::uint64_t time, const Meaning& meaning) {
   static_assert(offsetof(Tag, time_ps) == 0 && offsetof(Tag, value) == sizeof time);
   auto* bytes = reinterpret_cast<std::byte*>(&tag);
@@ -67,20 +68,20 @@ void put(Tag& tag, std::uint64_t time, const Meaning& meaning) {
   std::memcpy(bytes + sizeof time, &meaning, sizeof meaning);
 }
 
-// Times in here are unsigned, so that a damaged file that adds up past 2^63 wraps around and does
-// no harm but to its own times.
+// Times in here are unsigned. The times of a damaged file may add up past 2^63; they then wrap
+// around, which does no other harm.
 struct Clock {
-  std::uint64_t base = 0;       // at the last overflow
-  std::uint64_t unit = 1;       // a tick
-  std::uint64_t wrap = 0;       // an overflow
+  std::uint64_t base = 0;       // clock at the last overflow
+  std::uint64_t unit = 1;       // of a tick
+  std::uint64_t wrap = 0;       // of an overflow
   std::uint64_t overflows = 0;  // records
   std::size_t tags = 0;         // written
 };
 
-// Design note: no branch on what a record is. Overflows and syncs come at random among photons, and
-// a wrong guess costs some 15 cycles where a whole record costs 5; so each record writes its 16
-// bytes, and only those that are tags move the place of the next. What to do comes from a table of
-// 4 KB: working it out takes half as long again.
+// Design note: there is no branch on what a record is. Overflows and syncs come at random among
+// photons, and a wrong guess of the processor costs some 15 cycles, where a whole record costs 5.
+// So each record writes 16 bytes, and only those that are tags move the place of the next. A table
+// of 4 KB says what to do for a record: working it out each time would take half as long again.
 template <bool counted>
 Clock decode_hydra_harp(Clock clock, const std::byte* in, std::size_t count, Tag* out) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -96,8 +97,8 @@ Clock decode_hydra_harp(Clock clock, const std::byte* in, std::size_t count, Tag
   return clock;
 }
 
-// PicoHarp: bits 31 to 28 channel, of which 15 is special: the low 4 bits of its time are marker
-// bits, none of them an overflow.
+// PicoHarp: bits 31 to 28 are the channel. Channel 15 is special: the low 4 bits of its time are
+// the marker bits, and where none is set the record is an overflow.
 constexpr std::array<Action, 31> pico_harp_actions = [] {
   std::array<Action, 31> actions{};
   for (int channel = 0; channel < 15; ++channel) {
@@ -138,7 +139,7 @@ std::int64_t wrap_of(PtuRecordType type) {
   return wrap_hydra_harp;
 }
 
-// Whole numbers both.
+// Two whole numbers.
 struct Fraction {
   double numerator;
   double denominator;

@@ -14,7 +14,8 @@ namespace splid {
 // and give no tag; special records of any other channel are counted and left out.
 //
 // Times are origin_ps plus the record's time, exact where the resolution is a whole number of
-// picoseconds, else rounded to the nearest from an exact fraction, so that no error adds up.
+// picoseconds; otherwise they are rounded to the nearest from an exact fraction, so that no error
+// adds up.
 //
 // Threads: one. No allocation.
 class PtuDecoder {
@@ -26,18 +27,18 @@ class PtuDecoder {
   PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t origin_ps = 0);
 
   struct Progress {
-    std::size_t bytes = 0;  // used, a whole number of records; a cut record is left for the caller
+    std::size_t bytes = 0;  // used, a whole number of records; a cut record is left over
     std::size_t tags = 0;   // written
   };
 
-  // Decodes until either side is used up. `records` may start at any alignment; the clock goes on
-  // from the call before. Elements of `out` past the tags written hold nothing of use.
+  // Decodes until either `records` or `out` is used up. `records` may start at any alignment. The
+  // clock goes on from the last call. Elements of `out` past the tags written hold nothing of use.
   Progress decode(std::span<const std::byte> records, std::span<Tag> out);
 
-  // Records so far that are no photon, sync, marker or overflow.
+  // How many records so far were no photon, sync, marker or overflow.
   [[nodiscard]] std::uint64_t unknown_records() const { return unknown_records_; }
   [[nodiscard]] std::uint64_t overflow_records() const { return overflow_records_; }
-  // What later tags do not precede: the clock at the last overflow, in the tags' time.
+  // The clock at the last overflow, in the tags' time. No later tag is earlier than this.
   [[nodiscard]] std::int64_t reached_ps() const;
 
  private:

@@ -9,7 +9,8 @@ namespace splid {
 namespace {
 
 constexpr std::int64_t wrap_ps = 1 << 25;
-// Design note: the format has 25 bits for it, but readers in wide use keep the count in 7.
+// The largest overflow count. Design note: the format has 25 bits for the count, but readers in
+// wide use keep it in 7.
 constexpr std::int64_t max_wraps_a_record = 127;
 constexpr std::uint32_t special = 1U << 31U;
 constexpr std::uint32_t overflow_record = special | (63U << 25U);
@@ -25,8 +26,8 @@ constexpr std::int64_t longest_step_ps = 86'400'000'000'000'000;
 // is written early instead of growing the buffer.
 constexpr std::size_t max_waiting = 4096;
 
-// Zero: no record can hold the tag. No tag that one can hold has a zero record, as raw input 0
-// stays unused.
+// The record of a tag, without its time; zero where no record can hold the tag. Zero is no tag's
+// record, since raw input 0 stays unused.
 std::uint32_t record_of(const Tag& tag) {
   const bool input = tag.kind == TagKind::photon && tag.value >= 1 && tag.value <= 62;
   const bool marker = tag.kind == TagKind::marker && tag.value >= 1 && tag.value <= 15;

@@ -10,19 +10,20 @@
 
 namespace splid {
 
-// Of records that PtuEncoder made, those that stand for a tag: all but overflows. A cut last record
-// is none.
+// How many of the records that PtuEncoder made stand for a tag: all but overflows. A last record
+// that is cut off does not count.
 std::uint64_t ptu_tags(std::span<const std::byte> records);
 
 // Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
 // Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
 //
 // Takes photons of inputs 1 to 62, syncs and markers 1 to 15. Heartbeats only move the clock.
-// Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold:
-// one that comes after a later one was written (more than 1 us too late), one before origin_ps, one
-// of another input. A tag whose clock was set anew (clock_break), or that is more than a day ahead
-// of all before, is written 1 s after the last record, the gap being a loss of unknown count, so
-// that a recording's time never runs backwards; tags in it then no longer show the tagger's clock.
+// Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold: a
+// tag that comes after a later tag was written (more than 1 us too late), a tag before origin_ps,
+// and a tag of another input. A tag after the clock was set anew (clock_break), or more than a day
+// ahead of all tags before it, is written 1 s after the last record. The gap is a loss of unknown
+// count. So a recording's time never runs backwards, but its later tags no longer show the tagger's
+// clock.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuEncoder {
@@ -30,16 +31,17 @@ class PtuEncoder {
   // origin_ps: tagger's clock at time 0 of the recording.
   explicit PtuEncoder(std::int64_t origin_ps);
 
-  // Appends the records of all tags that none in the order of time can precede any more.
+  // Takes tags, and appends the records of all tags that no later tag can precede.
   void encode(std::span<const Tag> tags, std::vector<std::byte>& out);
   // Appends the records that still wait. Tags that come before them afterwards are late.
   void flush(std::vector<std::byte>& out);
 
   [[nodiscard]] std::uint64_t records() const { return records_; }    // written, overflows included
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }  // tags that got no record
-  // In the recording's clock: see now_ps().
+  // The losses, in the recording's clock: see now_ps().
   [[nodiscard]] const LossCollector& losses() const { return losses_; }
-  // Newest time seen, in the recording's clock (that of the tags but for clock breaks).
+  // The latest time so far, in the recording's clock, which is the tags' clock up to the first
+  // clock break.
   [[nodiscard]] std::int64_t now_ps() const { return now_ps_; }
 
  private:

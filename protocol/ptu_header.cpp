@@ -18,8 +18,8 @@ constexpr std::size_t preamble_bytes = 16;  // magic and version
 constexpr std::size_t name_bytes = 32;
 constexpr std::size_t entry_bytes = 48;  // name, index, type, 8 bytes of value or length
 
-// Design note: vendors' headers are 4 to 100 KB. A header past this is a wrong length somewhere,
-// which would otherwise have the whole recording read into memory in search of its end.
+// Design note: vendors' headers are 4 to 100 KB. In a header that is longer than this some length
+// is wrong, and the whole recording would be read into memory in search of the header's end.
 constexpr std::size_t max_header_bytes = 64U << 20U;
 
 constexpr double days_to_unix_epoch = 25'569;  // from 1899-12-30
@@ -78,7 +78,8 @@ bool is_known(PtuTagType type) {
   return false;
 }
 
-// The entries of a header, one after the other. A null entry: the bytes given end before it does.
+// Reads the entries of a header, one after the other. An entry is absent where the bytes end before
+// the entry does.
 class Entries {
  public:
   explicit Entries(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -211,7 +212,7 @@ void check_bits(const PtuHeader& header) {
        "TTResultFormat_BitsPerRecord is " + std::to_string(*bits) + "; T2 records have 32");
 }
 
-// splid's own tags; absent ones leave the defaults.
+// Reads splid's own tags. Where a tag is absent the default stays.
 void read_own_facts(PtuHeader& header) {
   header.pattern_json = header.text("Splid_Pattern").value_or("");
   header.config_json = header.text("Splid_Config").value_or("");

@@ -41,8 +41,9 @@ enum class PtuTagType : std::uint32_t {
   blob = 0xFFFFFFFF,
 };
 
-// One entry of the header. The value is a string for string (up to its first NUL), real_array,
-// wide_string and blob (the bytes as they are), a double for real and date_time, else an integer.
+// One entry of the header. The value is a string for the types string (up to its first NUL),
+// real_array, wide_string and blob (the bytes as they are), a double for real and date_time, and an
+// integer for all others.
 struct PtuTag {
   std::string name;
   std::int32_t index = -1;  // -1: not one of several
@@ -53,7 +54,8 @@ struct PtuTag {
   friend bool operator==(const PtuTag&, const PtuTag&) = default;
 };
 
-// What the header of a T2 recording says: every tag as it stands, and those that decoding needs.
+// What the header of a T2 recording says: every tag as it stands, and the values that decoding
+// needs.
 struct PtuHeader {
   std::vector<PtuTag> tags;  // in the file's order, Header_End left out
   PtuRecordType record_type = PtuRecordType::hydra_harp_v2;
@@ -62,28 +64,29 @@ struct PtuHeader {
   std::size_t header_bytes = 0;          // records start here
   std::optional<double> created_unix_s;  // UTC, to a microsecond; time 0 of the records
 
-  // splid's own facts; defaults in recordings of others.
+  // splid's own facts, which have their defaults in the recordings of other programs.
   std::int64_t origin_ps = 0;  // tagger's clock at time 0 of the records
   std::string pattern_json;    // empty: none
   std::string config_json;     // empty: none
   std::vector<Loss> losses;    // tagger's clock, sorted; begin == end: no interval known
 
-  // Null where no tag has that name and index.
+  // The tag of that name and index; null where there is none.
   [[nodiscard]] const PtuTag* find(std::string_view name, std::int32_t index = -1) const;
-  // Absent also where the tag is of another type.
+  // The value of a tag; absent where there is none, and where the tag is of another type.
   [[nodiscard]] std::optional<std::int64_t> integer(std::string_view name) const;
   [[nodiscard]] std::optional<double> real(std::string_view name) const;
   [[nodiscard]] std::optional<std::string> text(std::string_view name) const;
 };
 
-// Reads a header from the first bytes of a recording. Null: the header goes on past `prefix`; call
-// again with more. `complete` says that there is no more, so that a cut header is an error.
+// Reads a header from the first bytes of a recording. Absent where the header goes on past
+// `prefix`: call it again with more bytes. `complete` says that there are no more, so that a cut
+// header is an error.
 //
-// Errors: Error(Fault::data) with the byte offset, for what is no PTU, a cut header, a T3
+// Errors: Error(Fault::data) with the byte offset, for a file that is no PTU, a cut header, a T3
 // recording, an unknown record type and values that make no sense.
 std::optional<PtuHeader> parse_ptu_header(std::span<const std::byte> prefix, bool complete);
 
-// What a recording's header is to say. Strings are cut at their first NUL.
+// What make_ptu_header() writes into a header. Strings are cut at their first NUL.
 struct PtuFacts {
   double created_unix_s = 0;         // UTC at origin_ps, to a microsecond
   std::int64_t origin_ps = 0;        // tagger's clock at time 0 of the records
@@ -96,9 +99,9 @@ struct PtuFacts {
   std::string guid;                  // empty: made from created_unix_s and origin_ps
   std::string pattern_json;          // Splid_Pattern
   std::string config_json;           // Splid_Config
-  std::string encoder_file;          // Splid_Encoder: with its counts, beside this; empty: none
-  std::vector<Loss> losses;          // Splid_Losses, sorted; neighbours are joined until they fit
-  std::size_t losses_room_bytes = 65'536;  // fixed room for them, at least 128
+  std::string encoder_file;          // Splid_Encoder: the file beside this with counts; empty: none
+  std::vector<Loss> losses;          // Splid_Losses, sorted; neighbours are joined until all fit
+  std::size_t losses_room_bytes = 65'536;  // fixed room for the losses, at least 128
 };
 
 // The bytes of a header for records of PtuEncoder: type hydra_harp_v2, 1 ps. Their number depends
@@ -108,10 +111,10 @@ struct PtuFacts {
 // Errors: Error(Fault::data) where a string holds the words Header_End, which readers search for.
 std::vector<std::byte> make_ptu_header(const PtuFacts& facts);
 
-// Where the record count of such a header stands, so that it alone can be written over as the file
-// grows: its first byte of 8, little endian, never on two pages.
+// The offset of the record count in such a header, so that the count alone can be written over as
+// the file grows: 8 bytes, little endian, which are never on two pages.
 constexpr std::size_t ptu_record_count_at(std::size_t header_bytes) { return header_bytes - 56; }
-// Sets it. header: of make_ptu_header().
+// Sets the record count. header: made by make_ptu_header().
 void set_ptu_record_count(std::span<std::byte> header, std::uint64_t count);
 
 }  // namespace splid

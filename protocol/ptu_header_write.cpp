@@ -66,8 +66,9 @@ class Writer {
   std::vector<std::byte> bytes_;
 };
 
-// Readers want a GUID and compare nothing with it; made from the facts, the same recording gets
-// the same one, so that a simulated file repeats itself byte for byte. Constants: FNV-1a, 64 bits.
+// Readers want a GUID but compare it with nothing. It is made from the facts of the recording, so
+// that a simulated file repeats itself byte for byte. The constants are those of FNV-1a with 64
+// bits.
 std::string guid_of(const PtuFacts& facts) {
   std::uint64_t hash = 0xCBF29CE484222325;
   const auto mix = [&hash](std::uint64_t value) {
@@ -81,7 +82,8 @@ std::string guid_of(const PtuFacts& facts) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "{%08X-%04X-%04X-%04X-%012llX}",
                 static_cast<unsigned>(high >> 32U), static_cast<unsigned>(high >> 16U & 0xFFFFU),
-                static_cast<unsigned>(0x8000U | (high & 0xFFFU)),  // version 8: made as one likes
+                static_cast<unsigned>(
+                    0x8000U | (high & 0xFFFU)),  // version 8: made in a way of the maker's own
                 static_cast<unsigned>(0x8000U | (low >> 48U & 0x3FFFU)),
                 static_cast<unsigned long long>(low & 0xFFFFFFFFFFFF));
   return text.data();
@@ -121,7 +123,7 @@ std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
   if (!facts.encoder_file.empty()) writer.string("Splid_Encoder", facts.encoder_file);
   const std::size_t room_bytes = std::max<std::size_t>(facts.losses_room_bytes, 128);
   writer.string("Splid_Losses", losses_to_text(facts.losses, room_bytes - 1), room_bytes);
-  // Last, see ptu_record_count_at().
+  // The record count is the last entry: see ptu_record_count_at().
   writer.integer("TTResult_NumberOfRecords", static_cast<std::int64_t>(facts.record_count));
   return writer.finish();
 }

@@ -19,7 +19,7 @@ std::string to_text(const std::vector<Loss>& losses) {
   return text;
 }
 
-// Takes what stands before the next `separator`, or all, off the front of `text`.
+// Takes the text before the next `separator`, or the whole text, off the front of `text`.
 std::string_view take_until(std::string_view& text, char separator) {
   const std::size_t length = std::min(text.find(separator), text.size());
   const std::string_view taken = text.substr(0, length);
@@ -40,7 +40,7 @@ std::optional<Loss> loss_from_text(std::string_view text) {
 std::string losses_to_text(std::vector<Loss> losses, std::size_t max_chars) {
   std::string text = to_text(losses);
   while (text.size() > max_chars && losses.size() > 1) {
-    // In proportion to what is too long, at least one: a few rounds, whatever the number.
+    // The losses are cut in proportion to the length, by at least one. So a few rounds are enough.
     const std::size_t fitting = losses.size() * max_chars / text.size();
     join_losses(losses, std::clamp<std::size_t>(fitting, 1, losses.size() - 1));
     text = to_text(losses);

@@ -20,7 +20,8 @@ constexpr std::int64_t max_disorder_ps = 1'000'000;
 // skips. Of 20 bytes at random, taken for a header's times, one in 10^12 is as near as that.
 constexpr std::int64_t far_ps = 10'000'000'000'000;
 
-// How far outside its block the end of an overflow, say, is still taken for what it says.
+// How far outside its block the time of a record that is no tag may be, such as the end of an
+// overflow.
 constexpr std::int64_t near_ps = 1'000'000'000;
 constexpr int most_outside_in_row = 16;
 
@@ -52,7 +53,7 @@ bool is_magic(std::span<const std::byte> bytes) {
   return std::equal(tags16_magic.begin(), tags16_magic.end(), bytes.begin());
 }
 
-// How each header begins: magic, version, flags.
+// The begin of each header: magic, version, flags.
 constexpr std::array<std::byte, 8> beginning = {tags16_magic[0],
                                                 tags16_magic[1],
                                                 tags16_magic[2],
@@ -74,14 +75,14 @@ std::int32_t missed_of(std::uint64_t head) {
 }
 std::uint32_t channel_of(std::uint64_t head) { return static_cast<std::uint32_t>(head >> 32U); }
 
-// All but the time of a photon tag, as its last 8 bytes.
+// The last 8 bytes of a photon tag: all but its time.
 struct Photon {
   std::uint32_t channel = 0;
   std::uint32_t kind_and_reserved = 0;
 };
 
-// Two stores of 8 bytes. As an assignment of a Tag it is six times as slow: the compiler makes the
-// tag on the stack and waits to read it back.
+// Writes a tag by two stores of 8 bytes. The assignment of a Tag is six times as slow: the compiler
+// makes the tag on the stack and waits to read it back.
 void put_photon(std::uint64_t time, std::uint32_t channel, Tag& tag) {
   static_assert(offsetof(Tag, time_ps) == 0 && offsetof(Tag, value) == sizeof time);
   static_assert(static_cast<int>(TagKind::photon) == 0 && sizeof(Photon) == 8);
@@ -132,7 +133,7 @@ void Tags16Decoder::cut() {
   fresh_ = true;
 }
 
-// Completes the `bytes` that are held; false where they are still too few.
+// Takes bytes until `bytes` of them are held; false where there are too few.
 bool Tags16Decoder::hold(Input& in, std::size_t bytes) {
   if (held_bytes_ >= bytes) return true;
   const std::size_t taken = std::min(bytes - held_bytes_, in.left.size());
@@ -153,7 +154,7 @@ bool Tags16Decoder::read_header(Input& in) {
     skip_to_magic();
     return true;
   }
-  // Byte by byte, so that no more is waited for than it takes to tell.
+  // Byte by byte, so that it waits for no more bytes than it needs to decide.
   Verdict verdict = judge_header();
   while (verdict == Verdict::more && hold(in, held_bytes_ + 1)) verdict = judge_header();
   if (verdict == Verdict::more) return false;
@@ -167,7 +168,7 @@ bool Tags16Decoder::read_header(Input& in) {
 }
 
 struct Tags16Decoder::Header {
-  bool is_known;  // its version and flags are
+  bool is_known;  // whether its version and flags are known
   std::uint32_t count;
   std::uint32_t sequence;
   std::int64_t begin_ps, end_ps;
@@ -204,10 +205,10 @@ Tags16Decoder::Verdict Tags16Decoder::judge_header() const {
   return judge_what_follows(header);
 }
 
-// None where a header begins inside this one, of which then only a part came.
+// The verdict is none where a header begins inside this header, of which then only a part came.
 Tags16Decoder::Verdict Tags16Decoder::find_header_inside() const {
   Verdict verdict = Verdict::credible;
-  // In nearly all headers no byte is the magic's first.
+  // In nearly all headers no byte equals the first byte of the magic.
   if (std::memchr(&held_[1], 'S', header_bytes - 1) == nullptr) return verdict;
   for (std::size_t at = 1; at < header_bytes; ++at) {
     const auto bytes = std::span(held_).first(held_bytes_).subspan(at);
@@ -247,7 +248,7 @@ Tags16Decoder::Verdict Tags16Decoder::judge_what_follows(const Header& header) c
   return Verdict::credible;
 }
 
-// Leaves away the first held byte, and all up to the next that could begin a block.
+// Drops the first held byte, and all bytes up to the next that could begin a block.
 void Tags16Decoder::skip_to_magic() {
   const auto held_end = held_.begin() + held_bytes_;
   const auto place = std::find(held_.begin() + 1, held_end, tags16_magic.front());
@@ -258,12 +259,12 @@ void Tags16Decoder::skip_to_magic() {
   fresh_ = false;
 }
 
-// Says how the block that begins follows the one before.
+// Writes into the stream how the block that begins follows the block before it.
 void Tags16Decoder::follow(std::uint32_t sequence) {
   const std::uint32_t gap = sequence - next_sequence_;
   next_sequence_ = sequence + 1;
   const bool followed = !doubted_ && gap == 0;
-  // A sequence that steps back is that of a sender which began anew.
+  // A sequence number steps back where a sender began anew.
   if (begun_ && gap < (1U << 31U)) counts_.lost_blocks += gap;
   doubted_ = fresh_ = false;
   if (begun_) {
@@ -302,7 +303,7 @@ bool Tags16Decoder::read_tags(Input& in, Output& out) {
   return true;
 }
 
-// The hot loop: tags up to the first that is none, or lies outside its block.
+// The hot loop: takes tags up to the first record that is no tag, or lies outside its block.
 void Tags16Decoder::read_run(Input& in, Output& out) {
   const std::size_t most =
       std::min({std::size_t{tags_left_}, in.left.size() / tag_bytes, out.room.size()});
@@ -326,7 +327,8 @@ void Tags16Decoder::read_run(Input& in, Output& out) {
   out.room = out.room.subspan(count);
 }
 
-// A record that read_run left. False, and nothing taken, where it is none and the block ends.
+// Takes a record that read_run left. Where it is no record it takes nothing, ends the block and
+// returns false.
 bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
   const auto head = little_endian<std::uint64_t>(record);
   const std::int64_t record_ps = time_at(record + 8);
@@ -340,7 +342,7 @@ bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
     damaged();
     return false;
   }
-  if (!is_near) type = type_tag;  // whatever it says is not of this block
+  if (!is_near) type = type_tag;  // its content does not belong to this block
   switch (type) {
     case type_tag:
       ++counts_.outside_tags;
@@ -354,7 +356,7 @@ bool Tags16Decoder::read_special(const std::byte* record, Output& out) {
       out.put({time_ps, 0, TagKind::loss_begin, {}});
       break;
     case type_overflow_end:
-      // Records of missed events have said how many, where the sender knows.
+      // Where the sender knows the count, records of missed events have told it.
       out.put({time_ps, counted_overflow_ ? 0 : -1, TagKind::loss_end, {}});
       break;
     default:

@@ -29,14 +29,14 @@ struct Tags16Counts {
 //  - time between two blocks, a gap in the sequence and bytes that are no block are a loss of
 //    unknown count from where the stream was to where the next block begins.
 //
-// Nothing is said about the time before the first block.
+// The time before the first block is no loss.
 //
-// A header is believed where its version, flags, count and end are ones that can be, and no other
-// header begins inside it, as one does where a block was cut off in its header. One that is more
-// than 10 s ahead, or covers more than 10 s, or is early without the next sequence number, has to
-// be confirmed by what follows it: up to three records of its time or, of an empty block, the
-// header of a block that goes on from there. Sixteen records in a row that are outside their block
-// are none: the block ends with the first of a row that is misaligned, as one that was cut off.
+// A header is believed where its version, flags, count and end are possible, and no other header
+// begins inside it, as happens where a block was cut off in its header. A header that is more than
+// 10 s ahead, or covers more than 10 s, or is early without the next sequence number, must be
+// confirmed by what follows it: up to three records of its time or, for an empty block, the header
+// of a block that goes on from there. Sixteen records in a row outside their block are taken for
+// misaligned bytes: the block then ends before the first of them, as a block that was cut off.
 //
 // Threads: one. Errors: none, whatever the bytes; see counts(). No allocation.
 class Tags16Decoder {
@@ -52,15 +52,16 @@ class Tags16Decoder {
     std::size_t tags = 0;   // written
   };
 
-  // Decodes until either side is used up. Call it again, with what is left of the bytes or none,
-  // as long as it fills `out`: more tags may be waiting.
+  // Decodes until either `bytes` or `out` is used up. As long as `out` was filled, more tags may be
+  // waiting: call it again, with the bytes that are left, or with none.
   Progress decode(std::span<const std::byte> bytes, std::span<Tag> out);
 
-  // What comes next does not follow what came before, as after a new connection.
+  // The bytes that come next do not follow those before, as after a new connection.
   void cut();
 
   [[nodiscard]] const Tags16Counts& counts() const { return counts_; }
-  // Up to where the blocks so far told of all tags, in the tagger's time; 0 before the first.
+  // The time up to which the blocks so far told of all tags, in the tagger's clock; 0 before the
+  // first block.
   [[nodiscard]] std::int64_t reached_ps() const { return reached_ps_; }
 
  private:
@@ -89,10 +90,10 @@ class Tags16Decoder {
   void end_block();
   void wait(const Tag& tag) { waiting_[waiting_count_++] = tag; }
 
-  // Of a header and what it is confirmed by, or of a tag that the bytes cut in two.
+  // The bytes of a header and of what confirms it, or of a tag that came in two pieces.
   std::array<std::byte, probe_bytes> held_{};
   std::size_t held_bytes_ = 0;
-  std::array<Tag, 3> waiting_{};  // between blocks, for room to be written
+  std::array<Tag, 3> waiting_{};  // tags between blocks that wait for room
   std::size_t waiting_count_ = 0;
 
   bool in_block_ = false;

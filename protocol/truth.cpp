@@ -18,7 +18,7 @@ Error bad_member(const std::string& key, const std::string& problem) {
   return {Fault::data, "truth: /" + key + " " + problem};
 }
 
-// The result is part of `object`, and nothing of it of `key`.
+// The result refers to a part of `object`, and to nothing of `key`.
 const json& member(const json& object, std::string_view key) {
   const auto found = object.find(key);
   if (found == object.end()) throw bad_member(std::string(key), "is missing");
@@ -67,7 +67,7 @@ std::vector<double> numbers(const json& object, const std::string& key) {
 }
 
 json parse(const std::string& text) {
-  // Printing a value in an error goes down by recursion, so nesting must end somewhere.
+  // A value in an error is printed by recursion, so that its depth must have a bound.
   constexpr int max_depth = 16;
   const auto check_depth = [](int depth, json::parse_event_t /*event*/, json& /*value*/) {
     if (depth > max_depth) throw Error(Fault::data, "truth: nested too deeply for a truth file");
@@ -161,7 +161,7 @@ std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps) const {
   const double to_m = distance_m[before + 1];
   const double from_slope_m = velocity_mps[before] * step_s;
   const double to_slope_m = velocity_mps[before + 1] * step_s;
-  // Hermite's cubic as the straight line plus a correction, which keeps the digits.
+  // Hermite's cubic is written as the straight line plus a correction, so that no digits are lost.
   const double line_m = to_m - from_m;
   const double bend = x * (1 - x);
   const double distance =

@@ -7,27 +7,27 @@
 
 namespace splid {
 
-// Where a simulated target really was, for whoever compares estimates with it, and the constants of
-// its scene. JSON: schema "splid.truth".
+// Where a simulated target really was, to compare estimates with, and the constants of its scene.
+// JSON: schema "splid.truth".
 struct SceneTruth {
   struct State {
     double distance_m = 0;    // from the lidar, without electronic_delay_ns
-    double velocity_mps = 0;  // positive away from it
+    double velocity_mps = 0;  // positive away from the lidar
   };
 
   std::int64_t start_ps = 0;         // tagger's clock at the first sample
   std::int64_t step_ps = 0;          // > 0, between samples
   std::vector<double> distance_m;    // at least one sample
-  std::vector<double> velocity_mps;  // as many
+  std::vector<double> velocity_mps;  // as many samples
   double signal_per_pulse = 0;       // mean detections of a pulse of amplitude 1
   double background_per_s = 0;
   double sigma_ps = 0;             // gaussian part of a detection's time
-  double electronic_delay_ns = 0;  // adds c/2 times itself to what a lidar without offset reads
+  double electronic_delay_ns = 0;  // a lidar without range offset reads c/2 times this more
   double drift_ppm = 0;            // at the stream's start
   double drift_ramp_ppm_per_s = 0;
 
-  // At a time of the tagger's clock, between samples a cubic that keeps their velocities. Absent
-  // before the first and after the last sample.
+  // The state at a time of the tagger's clock. Between two samples the path is a cubic that has
+  // their places and velocities. Absent before the first and after the last sample.
   [[nodiscard]] std::optional<State> at(std::int64_t time_ps) const;
 
   friend bool operator==(const SceneTruth&, const SceneTruth&) = default;

@@ -5,10 +5,10 @@
 namespace splid {
 namespace {
 
-// Design note: outputs are off from the first command on. What an output shows while its levels
-// change is not said, and a laser fires on less.
+// Design note: outputs are off from the first command on. The manuals do not say what an output
+// shows while its levels change, and less than that fires a laser.
 constexpr std::array<AwgStep, 2> stop_all = {{{":ABOR"}, {":OUTP1 OFF"}}};
-// In the marker mode, where the marker has an output of its own. In others channel 3 may be none.
+// In the marker mode the marker has an output of its own. In other modes there may be no channel 3.
 constexpr std::array<AwgStep, 3> stop_marker_too = {{{":ABOR"}, {":OUTP1 OFF"}, {":OUTP3 OFF"}}};
 
 // Sources: M8195A Revision 2 User's Guide, chapters 1.5 (memory), 5 (markers), 6 (commands). In the
@@ -39,7 +39,7 @@ constexpr std::array<AwgStep, 7> play_m8195a = {{
 }};
 
 // Source: M8190A User's Guide, chapters 6 (markers) and 8 (commands). Rate and width go in one
-// line: each alone may be out of the range that the other's old value leaves.
+// line: either alone may be out of the range that the old value of the other leaves.
 constexpr std::array<AwgStep, 1> precision = {{{":FREQ:RAST {rate};:TRAC1:DWID WPR"}}};
 
 constexpr std::array<AwgStep, 8> prepare_m8190a = {{
@@ -63,7 +63,8 @@ constexpr std::array<AwgStep, 6> play_m8190a = {{
 }};
 
 // Design note: an M8190A has 128 Mi samples without its memory option; an M8195A's extended memory
-// has more, but at 54 GSa/s so many last 2.5 ms, and 256 MiB take minutes to send.
+// has more. But at 54 GSa/s even 128 Mi samples last 2.5 ms, and their 256 MiB take minutes to
+// send.
 constexpr std::int64_t large_memory_samples = 134'217'728;
 
 constexpr AwgModel m8195a(const char* name, std::span<const AwgStep> mode,

@@ -11,16 +11,17 @@ enum class SampleFormat {
   word_14,    // 16 bits, little endian: 14 of sample, one unused, bit 0 the marker
 };
 
-// A command, and the query whose answer must end in the command's last number; null: none has.
+// A command, and a query that checks it: the answer must end in the command's last number. The
+// query is null where no check is made.
 //
-// Words in braces are filled in: {rate}, {reference}, {amplitude}, {offset}, {marker},
+// These words in braces are filled in: {rate}, {reference}, {amplitude}, {offset}, {marker},
 // {half_marker}, {samples}.
 struct AwgStep {
   const char* command;
   const char* check = nullptr;
 };
 
-// What a waveform generator can play, and the words it wants to hear.
+// What a waveform generator can play, and the commands that it takes.
 struct AwgModel {
   const char* name;      // in the configuration
   const char* identity;  // the model in its answer to *IDN?
@@ -29,21 +30,21 @@ struct AwgModel {
   std::int64_t granule_samples;  // a waveform is a whole number of these
   std::int64_t min_samples;
   std::int64_t max_samples;
-  std::int64_t marker_gap_samples;  // between markers, so that they do not become one
+  std::int64_t marker_gap_samples;  // between two markers, which would otherwise run together
   double min_amplitude_v;           // from level to level
   double max_amplitude_v;
   double min_marker_v;
   double max_marker_v;
   SampleFormat format;
-  // In their order; the waveform comes before `play`.
-  std::span<const AwgStep> stop;     // nothing is played
-  std::span<const AwgStep> undo;     // after `mode`: nothing is played, and every output is off
-  std::span<const AwgStep> mode;     // which of its kinds of waveform, from which memory
+  // The commands, in the order in which they are sent; the waveform is sent before `play`.
+  std::span<const AwgStep> stop;     // after these nothing is played
+  std::span<const AwgStep> undo;     // undoes `mode`: nothing is played, and every output is off
+  std::span<const AwgStep> mode;     // the kind of waveform, and the memory that it is played from
   std::span<const AwgStep> prepare;  // clock, levels, room for the waveform
   std::span<const AwgStep> play;
 };
 
-// In the order of the configuration's names.
+// All models, in the order of their names in the configuration's schema.
 std::span<const AwgModel> awg_models();
 
 }  // namespace splid

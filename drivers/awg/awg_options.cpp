@@ -47,7 +47,7 @@ std::optional<OptionFault> AwgOptions::validate() const {
   }
   const AwgModel& known = awg_models()[model];
   const double amplitude_v = std::abs(pulse_v - rest_v);
-  // A microvolt for levels that a decimal number cannot hold exactly.
+  // A microvolt more is allowed, since a double does not hold all levels exactly.
   constexpr double slack_v = 1e-6;
   if (amplitude_v < known.min_amplitude_v - slack_v ||
       amplitude_v > known.max_amplitude_v + slack_v) {

@@ -14,23 +14,24 @@ enum class ReferenceClock { internal, external_10_mhz };
 // of [P]'s set-up: -800 mV, 2 ns wide, 9 ns apart at least.
 struct AwgOptions {
   std::size_t model = 0;        // into awg_models()
-  std::string address;          // HOST or HOST:PORT; empty: there is none
+  std::string address;          // HOST or HOST:PORT; empty: there is no generator
   double pulse_width_ns = 2;    // rounded to whole samples
-  double min_spacing_ns = 9;    // from pulse to pulse, that the laser stands
+  double min_spacing_ns = 9;    // the least from pulse to pulse that the laser stands
   double pulse_v = -0.8;        // level of a pulse
   double rest_v = 0;            // level between pulses
-  double marker_width_ns = 10;  // of the pulse at each pattern's start, for the tagger's sync
-  double marker_v = 0.8;        // level of that pulse, from 0 V
+  double marker_width_ns = 10;  // of the marker at each pattern's start, the tagger's sync
+  double marker_v = 0.8;        // level of the marker, which begins at 0 V
   ReferenceClock reference = ReferenceClock::internal;
   bool read_back = true;  // compare what the generator holds with what was sent
-  double timeout_s = 10;  // without an answer
+  double timeout_s = 10;  // the longest wait for an answer
 
   void describe(OptionVisitor& visitor);
-  // Levels against what the model can give, the address's form.
+  // Checks the levels against what the model can give, and the form of the address.
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
-// "tcp:HOST:PORT" for ClientSocket; the port of SCPI over raw sockets, 5025, where none is given.
+// The address as ClientSocket takes it, "tcp:HOST:PORT". Where no port is given it is 5025, the
+// port of SCPI over raw sockets.
 std::string awg_socket_address(const std::string& address);
 
 }  // namespace splid

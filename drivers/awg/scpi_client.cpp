@@ -10,9 +10,9 @@ namespace splid {
 namespace {
 
 constexpr std::size_t max_line_bytes = 4'096;
-// Queues of instruments hold some tens; one that never ends is no queue.
+// The most errors that are read. Instruments' queues hold some tens.
 constexpr int max_errors = 100;
-// How long one look at the socket lasts, for the sake of the stop token.
+// How long a look at the socket lasts; between two looks the stop token is asked.
 constexpr std::chrono::milliseconds slice{50};
 
 }  // namespace
@@ -152,7 +152,7 @@ std::string ScpiClient::read_block(const std::string& query, std::size_t max_byt
   }
   std::string content;
   while (content.size() < parsed->content_bytes) content += next_byte();
-  read_line(query, 2);  // what ends the message
+  read_line(query, 2);  // the end of the message
   return content;
 }
 

@@ -11,13 +11,14 @@
 
 namespace splid {
 
-// Speaks SCPI with an instrument on a raw socket: lines out, lines or blocks of definite length
-// back. No command is taken as done before the instrument has said so and its error queue is empty.
+// Speaks SCPI with an instrument on a raw socket: lines go out, lines or blocks of definite length
+// come back. A command counts as done only when the instrument has said so and its error queue is
+// empty.
 //
-// Threads: one; a stop may be requested from any. Errors: Error(Fault::device) naming the address,
-// the command and the instrument's own words, or why it cannot be heard, and at which command;
-// Error(Fault::usage) where a stop was requested. Timeouts: connecting takes at most a second;
-// bytes that move neither way for `timeout` are an error; a stop ends each wait within 50 ms.
+// Threads: one; a stop may be requested from any thread. Errors: Error(Fault::device) naming the
+// address, the command, and the instrument's own words or the reason why no answer came;
+// Error(Fault::usage) where a stop was requested. Timeouts: connecting takes at most a second; it
+// is an error if no byte moves either way for `timeout`; a stop ends each wait within 50 ms.
 class ScpiClient {
  public:
   // Connects. address: "tcp:HOST:PORT".
@@ -25,10 +26,10 @@ class ScpiClient {
 
   // Sends a line, waits until it is done (*OPC?) and reads the error queue until it is empty.
   void command(const std::string& text);
-  // The same for a line that ends in a block.
+  // Does the same with a line that ends in a block.
   void command(const std::string& text, std::string_view block);
 
-  // One line, without its line feed.
+  // Sends a query and returns the answer, a line without its line feed.
   std::string ask(const std::string& query);
   double ask_number(const std::string& query);
 
@@ -58,9 +59,9 @@ class ScpiClient {
   ClientSocket socket_;
   std::chrono::milliseconds timeout_;
   std::stop_token stop_;
-  std::string doing_;      // the command or query that is waited for, for errors
-  std::string received_;   // not taken yet
-  std::size_t taken_ = 0;  // of it
+  std::string doing_;      // the command or query that waits for its answer, for errors
+  std::string received_;   // what came and is kept until it is taken
+  std::size_t taken_ = 0;  // bytes of received_ that were taken
 };
 
 }  // namespace splid

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t max_shown = 60;
 
-// Up to the next comma, which is taken too.
+// Takes the text up to the next comma, and the comma, off the front.
 std::string_view take_field(std::string_view& rest) {
   const std::size_t comma = std::min(rest.find(','), rest.size());
   const std::string_view field = trimmed(rest.substr(0, comma));
@@ -20,7 +20,7 @@ std::string_view take_field(std::string_view& rest) {
   return field;
 }
 
-// The whole text, with a plus sign or not.
+// The number that the whole text is; it may begin with a plus sign.
 template <class Number>
 std::optional<Number> parse_whole(std::string_view text) {
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);

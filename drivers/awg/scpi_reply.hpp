@@ -9,9 +9,9 @@
 
 namespace splid {
 
-// What instruments answer to SCPI queries (IEEE 488.2), taken apart. Lines come without their line
+// Takes apart what instruments answer to SCPI queries (IEEE 488.2). Lines come without their line
 // feed; spaces around them and a carriage return at the end do not matter. Any bytes may come in:
-// what is not of the form is an absent value, never an error.
+// an answer that does not have the form gives an absent value, never an error.
 //
 // Threads: any. Errors: none.
 
@@ -41,7 +41,8 @@ std::optional<double> parse_scpi_number(std::string_view line);
 // Whole numbers with commas between; at least one.
 std::optional<std::vector<std::int64_t>> parse_scpi_integers(std::string_view line);
 
-// The head of a block of definite length, #<d><d digits>: its own length and that of what follows.
+// The head of a block of definite length, #<d><d digits>: its own length, and the length of the
+// content that follows.
 struct ScpiBlockHead {
   std::size_t head_bytes = 0;
   std::size_t content_bytes = 0;
@@ -49,14 +50,14 @@ struct ScpiBlockHead {
   friend bool operator==(const ScpiBlockHead&, const ScpiBlockHead&) = default;
 };
 
-// `text` starts with the head and may go on. Absent for a block of indefinite length (#0) too.
+// `text` starts with the head and may go on. Also absent for a block of indefinite length (#0).
 std::optional<ScpiBlockHead> parse_scpi_block_head(std::string_view text);
 
 // The head of a block of content_bytes, which are at most 999,999,999.
 std::string scpi_block_head(std::size_t content_bytes);
 
-// At most 60 characters of what an instrument said or was told, for an error's sentence: other than
-// printable ones become '?', and a cut shows as "...".
+// At most 60 characters of what an instrument said or was told, for an error's sentence: characters
+// that cannot be printed become '?', and "..." stands where the text was cut.
 std::string shown_scpi(std::string_view text);
 
 }  // namespace splid

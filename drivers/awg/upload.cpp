@@ -20,11 +20,11 @@ namespace {
 
 using Values = std::vector<std::pair<const char*, std::string>>;
 
-// Samples sent or read at a time: 63 KiB, 42 times 768, which is a whole number of
-// every model's granules (48, 128, 256).
+// How many samples are sent or read at a time: 63 KiB. That is 42 times 768, which is a whole
+// number of every model's granules (48, 128, 256).
 constexpr std::int64_t slice_samples = 32'256;
 
-// Whoever stops an upload waits for so much more, where the generator answers nothing.
+// How much longer the stop of an upload takes where the generator does not answer.
 constexpr double longest_undo_s = 2;
 
 std::string exact(double number) {
@@ -41,7 +41,7 @@ ScpiClient connect(const AwgOptions& options, const std::stop_token& stop) {
   return {awg_socket_address(options.address), timeout, stop};
 }
 
-// What the words in braces of a model's commands stand for.
+// Fills in the words in braces of a model's commands.
 Values values_of(const AwgOptions& options, const WaveformPlan& plan) {
   const bool is_external = options.reference == ReferenceClock::external_10_mhz;
   return {{"{rate}", exact(plan.rate_hz)},
@@ -87,7 +87,7 @@ void run(ScpiClient& client, std::span<const AwgStep> steps, const Values& value
   }
 }
 
-// Makes sure that it is the configured model, and clears its error queue.
+// Makes sure that the instrument is of the configured model, and clears its error queue.
 std::string identify(ScpiClient& client, const AwgModel& model) {
   const std::string line = client.ask("*IDN?");
   const auto identity = parse_scpi_identity(line);
@@ -102,7 +102,7 @@ std::string identify(ScpiClient& client, const AwgModel& model) {
 
 std::string place_of(std::int64_t first) { return ":TRAC1:DATA 1," + std::to_string(first) + ","; }
 
-// The numbers that stand for samples where they come as a line: bytes of a pair or whole words.
+// The samples of an answer that is a line of numbers, each a byte of a pair or a whole word.
 std::vector<std::int64_t> numbers_of(const std::string& bytes, SampleFormat format) {
   std::vector<std::int64_t> numbers;
   const auto byte_at = [&](std::size_t i) { return static_cast<std::int8_t>(bytes[i]); };
@@ -117,9 +117,9 @@ std::vector<std::int64_t> numbers_of(const std::string& bytes, SampleFormat form
   return numbers;
 }
 
-// After something went wrong: ends play and switches the outputs off, over a connection of its own,
-// since answers to what was asked before may still come in the other. Not to be stopped: a laser
-// may be firing. Returns what came of it, for the end of a sentence.
+// After something went wrong, ends play and switches the outputs off. It does so over a connection
+// of its own, since answers to earlier queries may still come in the other. It cannot be stopped,
+// since a laser may be firing. Returns whether it went well, in words for the end of a sentence.
 std::string switched_off(const AwgOptions& options, const AwgModel& model) {
   try {
     AwgOptions hasty = options;
@@ -230,7 +230,7 @@ Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadP
   const WaveformPlan plan = plan_waveform(pattern, model, options);
   progress("connecting", 0);
   Uploaded uploaded;
-  bool is_known = false;  // that it is the configured model, which may be told what to do
+  bool is_known = false;  // whether it is the configured model, to which commands may be sent
   try {
     ScpiClient client = connect(options, stop);
     uploaded.instrument = identify(client, model);

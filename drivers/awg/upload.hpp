@@ -10,28 +10,30 @@
 
 namespace splid {
 
-// What happens, and how far it is: 0 to 1.
+// Is told what happens, and which part of it is done: 0 to 1.
 using UploadProgress = std::function<void(const char* what, double part)>;
 
 struct Uploaded {
-  Pattern played;          // what the generator plays, by the rate that it says it has
+  Pattern played;          // what the generator plays at the rate that it says it has
   std::string instrument;  // maker, model, serial and firmware
 };
 
-// Plans the pattern's waveform, sends it to the configured generator and has it played. Outputs are
-// off until all samples are there and, with read_back, compare; then marker, pulses and play go on.
-// Every command is done and the error queue empty before the next.
+// Plans the pattern's waveform, sends it to the configured generator and has it played. The outputs
+// are off until all samples are in the generator and, with read_back, are those that were sent.
+// Then the marker, the pulses and play are switched on. Each command is done, and the error queue
+// empty, before the next command is sent.
 //
-// Threads: the caller's; a stop may be requested from any. Errors: plan_waveform()'s before
+// Threads: the caller's; a stop may be requested from any thread. Errors: plan_waveform()'s before
 // anything is sent; Error(Fault::usage) where there is no address or a stop was requested;
-// Error(Fault::device) naming the generator, the command and its answer. Whatever goes wrong once
-// the generator is known to be the configured one, play is ended and its outputs are switched off,
-// and the error says whether that went well. Timeouts: options.timeout_s for each answer, 2 s at
-// most for those of the commands that switch off.
+// Error(Fault::device) naming the generator, the command and its answer. If anything goes wrong
+// after the generator was found to be the configured model, play is ended and its outputs are
+// switched off, and the error says whether that went well. Timeouts: options.timeout_s for each
+// answer, at most 2 s for the answers to the commands that switch off.
 Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadProgress& progress,
                 const std::stop_token& stop);
 
-// Ends play and switches the output off. Returns the instrument. Errors, Timeouts: as upload().
+// Ends play and switches the outputs off. Returns the instrument's maker, model, serial and
+// firmware. Errors, timeouts: as upload().
 std::string stop_awg(const AwgOptions& options, const std::stop_token& stop);
 
 }  // namespace splid

@@ -15,8 +15,8 @@ namespace {
 constexpr double ps_per_s = 1e12;
 constexpr double ps_per_ns = 1e3;
 
-// Design note: more periods in memory can bring pulses nearer to their times, but they are within
-// 8 ps at 60 GSa/s anyway; up to an M8195A's internal memory that costs no time worth speaking of.
+// Design note: more periods in memory can bring pulses nearer to their times, which are within 8 ps
+// at 60 GSa/s in any case. As many as an M8195A's internal memory holds take no noticeable time.
 constexpr std::int64_t max_samples_of_copies = 262'144;
 
 [[noreturn]] void refuse(const AwgModel& model, const std::string& what) {
@@ -24,11 +24,11 @@ constexpr std::int64_t max_samples_of_copies = 262'144;
 }
 
 std::string ns_text(double time_ps) {
-  // Three decimals of a nanosecond, none that are zero.
+  // At most three decimals of a nanosecond, without zeros at the end.
   return number_text(std::round(time_ps) / ps_per_ns) + " ns";
 }
 
-// Of all pulses in one pattern period, ascending.
+// The times of all pulses in one pattern period, ascending.
 std::vector<double> all_pulse_times_ps(const Pattern& pattern) {
   std::vector<double> times_ps;
   times_ps.reserve(pulses_per_period(pattern));
@@ -43,7 +43,7 @@ std::vector<double> all_pulse_times_ps(const Pattern& pattern) {
 }
 
 double least_spacing_ps(const AwgOptions& options) {
-  // A thousandth of a picosecond for times that doubles cannot hold exactly.
+  // A thousandth of a picosecond more is allowed, since doubles do not hold all times exactly.
   return options.min_spacing_ns * ps_per_ns - 1e-3;
 }
 
@@ -74,8 +74,8 @@ double lowest_rate_hz(const AwgModel& model, const AwgOptions& options) {
   return std::max(model.min_rate_hz, needed_hz);
 }
 
-// The repeats of each segment cut alike until the whole is within longest_ps; empty: not even one
-// of each is.
+// The repeats of the segments, all cut by the same factor until the whole is within longest_ps.
+// Empty where one repeat of each is too long.
 std::string fitting_repeats(const Pattern& pattern, double longest_ps) {
   const double part = longest_ps / pattern_period_ps(pattern);
   std::string text;
@@ -104,7 +104,8 @@ void check_memory(const Pattern& pattern, double lowest_hz, const AwgModel& mode
                     std::to_string(model.max_samples) + "; " + nearest);
 }
 
-// Of the pulse that lies worst, ps; given up at the first that is not better than `best_ps`.
+// The largest deviation of a pulse from its time, ps. The search ends at the first pulse whose
+// deviation is not below `best_ps`.
 double worst_deviation_ps(const std::vector<double>& times_ps, double sample_ps, double best_ps) {
   double worst_ps = 0;
   for (const double time_ps : times_ps) {
@@ -127,8 +128,8 @@ struct Pair {
   double second_ps = 0;
 };
 
-// The pulses that may be played nearer to each other than allowed: each lies half a sample from its
-// time at most.
+// The pairs of pulses that may be played nearer to each other than allowed, as each pulse lies up
+// to half a sample from its time.
 class TightPairs {
  public:
   TightPairs(const std::vector<double>& times_ps, double period_ps, double lowest_hz,
@@ -142,7 +143,8 @@ class TightPairs {
     }
   }
 
-  // Whether all are far enough from each other when they are played; keeps the nearest miss.
+  // Whether the pulses are far enough apart when they are played. Takes note of the grid that came
+  // nearest to that.
   bool hold(double sample_ps) {
     double apart_ps = std::numeric_limits<double>::infinity();
     Pair nearest;
@@ -178,10 +180,11 @@ class TightPairs {
   Pair missed_;
 };
 
-// Tries every period length at which `copies` of it are whole granules, the highest rate first.
+// Tries every length of the period at which `copies` periods are whole granules, the highest rate
+// first.
 void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double period_ps,
                 double lowest_hz, const AwgModel& model, TightPairs& tight, Grid& best) {
-  // Deviations less different than this are the same but for rounding.
+  // Deviations that differ by less than this differ by rounding only.
   constexpr double same_ps = 1e-3;
   const std::int64_t step = model.granule_samples / copies;
   const std::int64_t most = copies == 1 ? model.max_samples : max_samples_of_copies / copies;
@@ -194,7 +197,7 @@ void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double
   for (std::int64_t samples = highest / step * step;
        samples > 0 && static_cast<double>(samples) >= lowest && best.max_deviation_ps > same_ps;
        samples -= step) {
-    // Enough of them to reach the shortest waveform.
+    // Enough periods to reach the shortest waveform.
     const std::int64_t least = model.min_samples;
     const std::int64_t groups =
         std::max<std::int64_t>(1, (least + samples * copies - 1) / (samples * copies));
@@ -270,7 +273,7 @@ WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
                             model.min_rate_hz, model.max_rate_hz);
   const double sample_ps = period_ps / static_cast<double>(grid.samples_per_period);
   for (const double time_ps : times_ps) {
-    // A pulse nearest to the period's end is one of the next period's start.
+    // A pulse that is nearest to the period's end is played at the start of the next period.
     plan.pulse_starts.push_back(std::llround(time_ps / sample_ps) % grid.samples_per_period);
   }
   std::sort(plan.pulse_starts.begin(), plan.pulse_starts.end());
@@ -311,7 +314,7 @@ Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double 
   }
   const double last_sample = pattern.segments.front().pulse_times_ps.back() / sample_ps * stretch;
   if (std::llround(last_sample) == plan.samples_per_period) {
-    // It became the next period's first.
+    // The pulse became the first of the next period.
     std::rotate(segment.amplitudes.begin(), segment.amplitudes.end() - 1, segment.amplitudes.end());
   }
   return played;

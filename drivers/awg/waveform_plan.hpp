@@ -10,38 +10,38 @@
 
 namespace splid {
 
-// A pattern as samples: which rate, how many, and where the pulses begin.
+// A pattern as samples: their rate, their number, and where the pulses begin.
 struct WaveformPlan {
-  double rate_hz = 0;                      // at which samples_per_period last exactly the period
-  std::int64_t samples_per_period = 0;     // of the pattern
-  std::int64_t periods = 0;                // in memory, alike; together whole granules
+  double rate_hz = 0;                   // at this rate samples_per_period last exactly one period
+  std::int64_t samples_per_period = 0;  // of the pattern's period
+  std::int64_t periods = 0;             // equal periods in memory, together whole granules
   std::vector<std::int64_t> pulse_starts;  // first sample of each pulse in a period, ascending
   std::int64_t pulse_samples = 0;          // width of a pulse
   std::int64_t marker_samples = 0;         // width of the marker that begins each period
-  double max_deviation_ps = 0;             // of a pulse from where the pattern has it
+  double max_deviation_ps = 0;  // largest distance of a pulse from its time in the pattern
 
   [[nodiscard]] std::int64_t samples() const { return samples_per_period * periods; }
 };
 
 // Finds the rate at which the period is a whole number of samples, the waveform whole granules, and
-// the pulses as near to their times as can be; of equals the fewest samples in memory, then the
-// highest rate. The period is always played exactly: a waveform filled up to a granule would change
-// it. Each pulse is within half a sample of its time, and no two are played nearer to each other
-// than options.min_spacing_ns.
+// the pulses as near to their times as can be. Of equally good plans it takes the plan with the
+// fewest samples in memory, then the plan with the highest rate. The period is always played
+// exactly: a waveform filled up to a granule would change it. Each pulse is within half a sample of
+// its time, and no two are played nearer to each other than options.min_spacing_ns.
 //
-// Errors: Error(Fault::data) saying what cannot be played and the nearest that can: the longest
-// period, the largest repeats, the two pulses that are too close.
+// Errors: Error(Fault::data) saying what cannot be played, and the nearest thing that can: the
+// longest period, the largest repeats, or the two pulses that are too close.
 WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
                            const AwgOptions& options);
 
 // "241920 samples at 64 GSa/s, 241920 a period; pulses 2 ns wide, at most 0 ps from their times".
 std::string in_words(const WaveformPlan& plan);
 
-// The pattern as the generator plays it when its rate is rate_hz: pulses where their samples begin,
-// relative to the marker's first, and every time as long as the samples make it. Of several
-// segments (MRR) each stands for its repeats, whose pulses may be rounded differently: they keep
-// their times, which all are within the plan's max_deviation_ps. A calibrated period belongs to the
-// start before and is left out.
+// The pattern as the generator plays it at the rate rate_hz: each pulse is where its samples begin,
+// relative to the marker's first sample, and all times are as long as the samples make them. In a
+// pattern of several segments (MRR), pulses may be rounded differently in each repeat of a segment.
+// They keep the times that the pattern gives, which are within the plan's max_deviation_ps of those
+// played. A calibrated period was measured after an earlier start and is left out.
 Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double rate_hz);
 
 }  // namespace splid

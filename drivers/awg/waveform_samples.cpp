@@ -9,8 +9,8 @@ namespace {
 constexpr std::uint8_t is_pulse = 1;
 constexpr std::uint8_t is_marker = 2;
 
-// Sets `bit` from `begin` on for `length` samples, as far as they are in flags, which begin at
-// `first`.
+// Sets `bit` in `length` flags from sample `begin` on, as far as there are flags for them. The
+// first flag is that of sample `first`.
 void mark(std::vector<std::uint8_t>& flags, std::int64_t first, std::int64_t begin,
           std::int64_t length, std::uint8_t bit) {
   const auto size = static_cast<std::int64_t>(flags.size());
@@ -20,7 +20,8 @@ void mark(std::vector<std::uint8_t>& flags, std::int64_t first, std::int64_t beg
   }
 }
 
-// What each sample is. Begins one period early, for a pulse that runs over into the first.
+// The flags of each sample. The loop begins one period early, for a pulse that runs over into the
+// first period.
 std::vector<std::uint8_t> flags_of(const WaveformPlan& plan, std::int64_t first,
                                    std::int64_t count) {
   std::vector<std::uint8_t> flags(static_cast<std::size_t>(count));

@@ -8,12 +8,12 @@
 
 namespace splid {
 
-// Bytes of one sample, its marker included, in every format.
+// The bytes of one sample, its marker included, which are as many in every format.
 inline constexpr std::int64_t sample_bytes = 2;
 
-// Samples `first` to before `first + count` of a plan's memory as the model takes them: a full
-// swing up (pulse_is_up) or down for a pulse and the other end for rest, so that the levels are
-// amplitude and offset alone. What runs beyond the end goes on at the beginning, as the generator
+// The samples [first, first + count) of a plan's memory, as the model takes them. A pulse is a full
+// swing up (pulse_is_up) or down and rest is the other end, so that the amplitude and the offset
+// alone set the levels. A pulse that runs beyond the end goes on at the beginning, as the generator
 // loops.
 //
 // Threads: any. Errors: none.

@@ -7,8 +7,9 @@
 
 namespace splid {
 
-// An encoder on the target, to compare with. JSON: `encoder`. Its counts come from a file or a
-// bridge; without either, a simulated scene with a sample clock makes its own.
+// An encoder on the target, whose position frames are compared with. JSON: `encoder`. Its counts
+// come from a file or a bridge. Where neither is named, a simulated scene that has a sample clock
+// makes the counts itself.
 struct EncoderOptions {
   std::string file;           // lines as EncoderBatch has them; empty: none
   std::string address;        // of a bridge that sends such lines; empty: none

@@ -23,7 +23,7 @@ constexpr int slices_between_attempts = 25;
 constexpr std::size_t buffer_bytes = 1 << 16;
 constexpr std::size_t longest_line_bytes = 1 << 20;
 
-// Batches that nobody took: an hour of 100 a second.
+// The most batches that may wait to be taken: an hour of 100 a second.
 constexpr std::size_t most_batches = 360'000;
 
 class EncoderSocket final : public EncoderSource {
@@ -90,7 +90,7 @@ class EncoderSocket final : public EncoderSource {
     }
     if (batch->counts.empty() && !batch->overrun) return true;
     const std::lock_guard lock(mutex_);
-    // What is dropped here shows in the index.
+    // The gap in the index shows that batches were dropped here.
     if (batches_.size() < most_batches) batches_.push_back(std::move(*batch));
     return true;
   }
@@ -101,13 +101,14 @@ class EncoderSocket final : public EncoderSource {
     warn_(sentence);
   }
 
-  ClientSocket socket_;                           // thread_ only
-  std::string text_;                              // likewise: what came since the last line feed
-  std::string warned_;                            // likewise
-  std::function<void(const std::string&)> warn_;  // likewise
+  // These are for thread_ only.
+  ClientSocket socket_;
+  std::string text_;    // what came since the last line feed
+  std::string warned_;  // the sentence that was given last
+  std::function<void(const std::string&)> warn_;
   std::mutex mutex_;
   std::deque<EncoderBatch> batches_;  // guarded by mutex_
-  std::jthread thread_;               // last, so that it ends first
+  std::jthread thread_;               // the last member, so that the thread ends first
 };
 
 }  // namespace

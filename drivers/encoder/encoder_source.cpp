@@ -20,7 +20,7 @@ class EncoderFile final : public EncoderSource {
     if (!lines_.is_open()) {
       refuse(std::string("cannot open the encoder's counts: ") + std::strerror(errno));
     }
-    // Looked at before anything begins: without counts no frame would have a reference.
+    // The first batch is read before anything begins: without counts no frame has a reference.
     if (!read(first_)) refuse("holds no counts");
     has_first_ = true;
   }

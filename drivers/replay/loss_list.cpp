@@ -6,7 +6,7 @@
 namespace splid {
 namespace {
 
-// A tag's value has 32 bits; counts beyond are joins of many losses.
+// A tag's value has 32 bits. Only a loss that many were joined to has a larger count.
 std::int32_t clipped(std::int64_t count) {
   constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
   return static_cast<std::int32_t>(std::min(count, most));

@@ -9,15 +9,15 @@
 
 namespace splid {
 
-// The losses that a recording's header lists, as the tags that told of them in the live stream, in
-// the order of time.
+// The losses that a recording's header lists, as loss_begin, loss_end and missed tags in the order
+// of time: the tags that told of these losses in the live stream.
 //
 // Threads: one. No allocation after construction.
 class LossList {
  public:
   explicit LossList(std::span<const Loss> losses);
 
-  // Null when all were taken.
+  // The next tag; null when all were taken.
   [[nodiscard]] const Tag* next() const { return taken_ < tags_.size() ? &tags_[taken_] : nullptr; }
   void take() { ++taken_; }
 

@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::size_t buffer_bytes = 1 << 20;
 
-// Enough to tell a file that is no recording.
+// The first bytes of a file that is no recording, enough to tell what it is.
 constexpr std::size_t kind_bytes = 4096;
 
 // Design note: headers in the wild have a few KB; splid's own hold a pattern of some 100 KB at most
-// and 64 KiB of losses. What has no end after 64 MiB is no header.
+// and 64 KiB of losses. A header that has no end after 64 MiB is taken for none.
 constexpr std::size_t max_header_bytes = 64 << 20;
 
 }  // namespace

@@ -16,9 +16,9 @@ namespace splid {
 
 // Reads a PTU recording from its beginning to its end, however large, in 1 MiB of memory.
 //
-// A record count of 0 (the recorder was stopped) or one too large reads up to the end of the file.
-// What follows the last counted record is left out. Each of these and a cut last record is a
-// warning, given once.
+// Where the header's record count is 0 (the recorder was stopped) or too large, the file is read up
+// to its end. Bytes after the last counted record are left out. Each of these cases, and a last
+// record that is cut off, gives one warning.
 //
 // Threads: one. Errors: Error(Fault::data) with the file and the byte offset. No allocation after
 // construction but for warnings.
@@ -34,17 +34,17 @@ class RecordingReader {
 
   [[nodiscard]] const PtuHeader& header() const { return header_; }
 
-  // Writes the next tags; 0 only at the end. `out` is not empty; elements past the tags written
-  // hold nothing of use.
+  // Writes the next tags and returns their number, 0 only at the end. `out` is not empty; its
+  // elements past the tags written hold nothing of use.
   std::size_t read(std::span<Tag> out);
 
-  // So far.
+  // The records that were read so far.
   [[nodiscard]] std::uint64_t records() const { return records_; }
   [[nodiscard]] const PtuDecoder& decoder() const { return *decoder_; }
 
  private:
   void read_header();
-  // For an error: what a file that is no recording seems to be, and what to do with it.
+  // What a file that is no recording seems to be, and what to do with it, for an error's sentence.
   [[nodiscard]] std::optional<std::string> what_else_it_is() const;
   bool refill();
   std::size_t read_bytes(std::size_t max_bytes);
@@ -58,9 +58,9 @@ class RecordingReader {
   PtuHeader header_;
   std::optional<PtuDecoder> decoder_;
   std::vector<std::byte> buffer_;
-  std::size_t begin_ = 0;  // of what is not decoded yet, in buffer_
+  std::size_t begin_ = 0;  // begin and end in buffer_ of the bytes that are not decoded yet
   std::size_t end_ = 0;
-  std::uint64_t file_bytes_ = 0;  // read from the file
+  std::uint64_t file_bytes_ = 0;  // bytes read from the file
   std::uint64_t records_ = 0;
   bool ended_ = false;
 };

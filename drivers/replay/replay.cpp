@@ -9,14 +9,14 @@
 namespace splid {
 namespace {
 
-// 1 MiB of tags.
+// How many tags are read at a time: 1 MiB.
 constexpr std::size_t claim_tags = 65'536;
 
-// Of real time: what a paced replay hands on at once.
+// The real time that a paced replay hands on at once.
 constexpr double slice_s = 5e-3;
 
-// Slow paces have slices of at least a microsecond of recorded time, within which streams may be
-// unsorted; fast ones of at most 1000 s.
+// The recorded time of a slice. At a slow pace it is at least a microsecond, within which streams
+// may be unsorted; at a fast pace it is at most 1000 s.
 std::int64_t slice_ps(double speed) {
   return static_cast<std::int64_t>(std::clamp(slice_s * speed * 1e12, 1e6, 1e15));
 }
@@ -67,7 +67,8 @@ void ReplaySource::run(TagSink& sink, std::stop_token stop) {
   if (direct ? run_directly(sink, stop) : run_in_slices(sink, stop)) end(sink);
 }
 
-// Records are decoded straight into the sink's room. False once a stop was requested; so below.
+// Decodes records straight into the sink's room. False once a stop was requested, as of the
+// functions below.
 bool ReplaySource::run_directly(TagSink& sink, const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const std::span<Tag> room = sink.claim(claim_tags);
@@ -95,7 +96,7 @@ bool ReplaySource::run_in_slices(TagSink& sink, const std::stop_token& stop) {
   return !stop.stop_requested();
 }
 
-// The losses that come before an event at time_ps or with it.
+// Writes the losses that come before an event at time_ps, or at the same time.
 bool ReplaySource::put_before(std::int64_t time_ps, TagWriter& out, const std::stop_token& stop) {
   while (const Tag* loss = losses_.next()) {
     if (loss->time_ps > time_ps) break;

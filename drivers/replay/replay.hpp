@@ -19,7 +19,7 @@ namespace splid {
 // A recording played again. JSON: `source` with the driver "replay".
 struct ReplayOptions : SourceOptions {
   std::string recording;  // PTU, T2 mode
-  double speed = 0;       // recorded time a real time; 0: as fast as possible
+  double speed = 0;       // recorded time per real time; 0: as fast as possible
 
   void describe(OptionVisitor& visitor) override;
   [[nodiscard]] std::optional<OptionFault> start_fault() const override;
@@ -27,10 +27,10 @@ struct ReplayOptions : SourceOptions {
 };
 
 // The tags of a recording, with the losses that its header lists in their places, and a heartbeat
-// at the end. Never drops; the same tags at any speed.
+// at the end. No tag is dropped, and the tags are the same at any speed.
 //
-// Threads, timeouts: as TagSource. Errors: Error(Fault::data) with the file and the byte offset; a
-// header that cannot be used is one at construction.
+// Threads, timeouts: as TagSource. Errors: Error(Fault::data) with the file and the byte offset.
+// The constructor throws it for a header that cannot be used.
 class ReplaySource : public TagSource {
  public:
   ReplaySource(const ReplayOptions& options, const SourceContext& context);
@@ -53,9 +53,9 @@ class ReplaySource : public TagSource {
   Pace pace_{0};
   std::int64_t first_ps_ = 0;
   std::int64_t slice_end_ps_ =
-      std::numeric_limits<std::int64_t>::min();  // of the recorded time that may go out now
+      std::numeric_limits<std::int64_t>::min();  // end of the recorded time that may go out now
   bool started_ = false;
-  std::int64_t reached_ps_;  // newest time so far
+  std::int64_t reached_ps_;  // latest time so far
 };
 
 }  // namespace splid

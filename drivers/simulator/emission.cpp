@@ -32,8 +32,8 @@ double EmissionSchedule::pulse_time_ps(double accumulated) const {
   const double repeat =
       std::clamp(std::floor(within / stretch->amplitude), 0.0, stretch->repeats - 1);
   within -= repeat * stretch->amplitude;
-  // Rounding may leave `within` at the very end of the repeat: then it is the last pulse with
-  // light.
+  // Rounding may leave `within` at the very end of the repeat. The pulse is then the last that
+  // sends light.
   auto pulse = std::upper_bound(stretch->accumulated.begin(), stretch->accumulated.end(), within);
   if (pulse == stretch->accumulated.end()) {
     pulse = std::lower_bound(stretch->accumulated.begin(), stretch->accumulated.end(),

@@ -8,7 +8,7 @@
 
 namespace splid::simulator {
 
-// Which pulse of a pattern period sends how much light.
+// How much light each pulse of a pattern period sends.
 //
 // Threads: any. No allocation after construction.
 class EmissionSchedule {
@@ -19,8 +19,8 @@ class EmissionSchedule {
   // Sum of all amplitudes in one pattern period.
   [[nodiscard]] double amplitude() const { return amplitude_; }
 
-  // The pulse in which the amplitude accumulated since the period's start passes `accumulated`,
-  // in [0, amplitude()): its time in ps since the period's start, in the generator's clock.
+  // The time of the pulse in which the amplitude accumulated since the period's start passes
+  // `accumulated`, in [0, amplitude()); in ps since the period's start, in the generator's clock.
   [[nodiscard]] double pulse_time_ps(double accumulated) const;
 
  private:
@@ -32,23 +32,23 @@ class EmissionSchedule {
     double amplitude;  // of one repeat
     double repeats;
     std::vector<double> times_ps;
-    std::vector<double> accumulated;  // up to and with each pulse
+    std::vector<double> accumulated;  // amplitudes up to and including each pulse
   };
 
   std::vector<Stretch> stretches_;
   double amplitude_ = 0;
 };
 
-// A ramp ends here, so that an endless run keeps a clock that goes forwards.
+// A ramp of the drift ends here, so that the clock of an endless run goes forwards.
 inline constexpr double max_drift_ppm = 1000;
 
 struct DriftRate {
   double ppm = 0;             // at and before the stream's start
-  double ramp_ppm_per_s = 0;  // from then on
+  double ramp_ppm_per_s = 0;  // after the stream's start
 };
 
 // The generator's clock as the tagger sees it, one pattern period after the other. Within a period
-// its rate is constant.
+// the clock's rate is constant.
 //
 // Threads: one. No allocation.
 class GeneratorClock {
@@ -64,14 +64,15 @@ class GeneratorClock {
   }
 
   void next_period();
-  // count: at least 1; only before the first next_period().
+  // Goes back by `count` periods, at least 1. May be called before the first next_period() only.
   void back_periods(std::int64_t count);
 
  private:
   void set_rate();
 
   double period_ps_;  // generator's clock
-  // Of the tagger's clock to the generator's without drift: not 1 where the pattern is calibrated.
+  // The rate of the tagger's clock to the generator's where there is no drift. It is not 1 where
+  // the pattern is calibrated.
   double calibration_;
   DriftRate drift_;
   FineTime start_;

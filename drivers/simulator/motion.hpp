@@ -11,11 +11,12 @@ namespace splid::simulator {
 
 enum class MotionKind { linear, sinusoid, points };
 
-// Where the target is. JSON: `source`/`target`.
+// How the target moves. JSON: `source`/`target`.
 //
-// Design note: the default is a card carried to and fro at up to 1.26 m/s. An estimator that takes
-// the velocity of a 50 ms frame as constant is off at mid-frame by a t^2 / 24, and the largest
-// acceleration here, 0.39 m/s^2, makes that 0.04 mm, a fifteenth of the bound on its own error
+// Design note: the default is a card that is carried to and fro at up to 1.26 m/s. An estimator
+// that takes the velocity of a 50 ms frame as constant is off at mid-frame by a t^2 / 24, and the
+// largest acceleration here, 0.39 m/s^2, makes that 0.04 mm, a fifteenth of the bound on its own
+// error
 // ([P]'s set-up: 0.62 mm).
 struct TargetOptions {
   struct Point {
@@ -35,18 +36,18 @@ struct TargetOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
-// Largest speed along the line of sight that a scene may have: the equation for the meeting point
-// then gains four digits a step.
+// The largest speed along the line of sight that a scene may have. Up to this speed the solution
+// for the meeting point gains four digits a step.
 inline constexpr double max_speed_mps = 30'000;
 inline constexpr double max_distance_m = 1e9;
 
 struct MotionState {
   double distance_m = 0;    // from the lidar
-  double velocity_mps = 0;  // positive away from it
+  double velocity_mps = 0;  // positive away from the lidar
 };
 
-// A target's path for all times, also before the stream's start (negative), whose light comes in
-// after it.
+// A target's path for all times. Negative times are before the stream's start: light that met the
+// target then comes in after the start.
 //
 // Threads: any. Errors: none. No allocation after construction.
 class Motion {

@@ -7,9 +7,9 @@
 
 namespace splid::simulator {
 
-// Times that are made nearly in order and handed on in order.
+// A queue of times that come nearly in order and are handed on in order.
 //
-// Threads: one. Allocates only where it has to hold more than ever before.
+// Threads: one. Allocates only where the queue has to hold more times than ever before.
 class PendingTimes {
  public:
   static constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max();
@@ -23,13 +23,13 @@ class PendingTimes {
     times_ps_[place] = time_ps;
   }
 
-  // Earliest, or `none`.
+  // The earliest time, or `none`.
   [[nodiscard]] std::int64_t front() const {
     return first_ < times_ps_.size() ? times_ps_[first_] : none;
   }
   void pop() { ++first_; }
 
-  // Gives the room of popped times back; to be called now and then.
+  // Gives the room of popped times back. Must be called now and then.
   void compact() {
     times_ps_.erase(times_ps_.begin(), times_ps_.begin() + static_cast<std::ptrdiff_t>(first_));
     first_ = 0;

@@ -10,8 +10,8 @@
 namespace splid::simulator {
 namespace {
 
-// Both series are in odd powers up to the 23rd, the highest first here; divisions are done by the
-// compiler.
+// The coefficients of both series, which are in odd powers up to the 23rd, with the highest power
+// first. The compiler does the divisions.
 constexpr std::size_t terms = 12;
 
 constexpr std::array<double, terms> log_terms = [] {

@@ -11,14 +11,15 @@ namespace {
 
 constexpr std::size_t layers = 256;
 
-// Edges and densities of the layers of a ziggurat, from the widest (0, which holds the tail) to the
-// top. x[0] is the width of a box that has the base layer's area; x[1] is where the tail begins.
+// Edges and densities of the layers of a ziggurat, from the widest layer (0, which holds the tail)
+// to the top. x[0] is the width of a box that has the base layer's area; x[1] is where the tail
+// begins.
 struct Ziggurat {
   std::array<double, layers + 1> x{};
   std::array<double, layers + 1> density{};
 };
 
-// area: of each layer; density_at_tail: of the distribution where the tail begins.
+// area: of each layer; density_at_tail: the distribution's density where the tail begins.
 // quantile: the x of a density, by portable_log.
 template <class Quantile>
 Ziggurat make_ziggurat(double tail, double area, double density_at_tail, Quantile quantile) {

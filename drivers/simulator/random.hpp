@@ -11,8 +11,8 @@ namespace splid::simulator {
 // Threads: one. No allocation.
 class Random {
  public:
-  // stream: independent sequences of one seed, so that an option that one part of the scene uses
-  // does not change what the others draw.
+  // stream: which of a seed's independent sequences this is. Each part of a scene has its own, so
+  // that an option of one part does not change what the other parts draw.
   Random(std::uint64_t seed, std::uint64_t stream);
 
   std::uint64_t bits();

@@ -55,7 +55,7 @@ bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
   return true;
 }
 
-// The earliest of signal, syncs and markers.
+// Writes the earliest event of signal, syncs and markers.
 bool Scene::write_first(TagWriter& out) {
   const std::int64_t signal_ps = signal_.pending().front();
   const std::int64_t sync_ps = sync_.pending().front();

@@ -12,7 +12,7 @@
 
 namespace splid::simulator {
 
-// What a tagger records of a scene, in the order of time.
+// The events that a tagger records of a scene, in the order of time.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
 class Scene {
@@ -20,8 +20,8 @@ class Scene {
   // Pattern and options are valid.
   Scene(const Pattern& pattern, const SimulatorOptions& options);
 
-  // Writes the events before until_ps (since the stream's start) that were not written yet. False
-  // once a stop was requested: the rest of the stream is then lost.
+  // Writes the events before until_ps (since the stream's start) that were not written yet. Returns
+  // false once a stop was requested; the rest of the stream is then lost.
   bool write_until(std::int64_t until_ps, TagWriter& out);
 
  private:
@@ -39,9 +39,9 @@ class Scene {
   bool near_photons_only_;
   bool photon_since_sync_ = false;
   double background_gap_ps_;  // mean; 0: no background
-  FineTime background_;       // next; far away where there is none
+  FineTime background_;       // next event; far in the future where there is no background
   double marker_gap_ps_;      // 0: no markers
-  FineTime marker_;           // next
+  FineTime marker_;           // next marker
 };
 
 }  // namespace splid::simulator

@@ -5,11 +5,11 @@
 
 namespace splid::simulator {
 
-// The truth of a scene: a sample each 1 ms, of the whole stream or, of an endless one, of its first
-// 600 s. A stream longer than 600 s has 600,000 steps too, of more than 1 ms each.
+// The truth of a scene, with a sample each 1 ms, for the whole stream; for an endless stream, for
+// its first 600 s. A stream that is longer than 600 s has 600,000 steps of more than 1 ms.
 SceneTruth scene_truth(const SimulatorOptions& options);
 
-// Writes it to options.truth, whole or not at all.
+// Writes a scene's truth to options.truth, as a whole file or not at all.
 //
 // Errors: Error(Fault::device) with the file and the system's reason.
 void write_truth_file(const SimulatorOptions& options);

@@ -18,8 +18,8 @@ SignalStream::SignalStream(const Pattern& pattern, const DetectionOptions& optio
   next_photon();
 }
 
-// Goes back until light of the first period is in before the stream starts, tail and jitter
-// included.
+// Goes back in time until the light of the first period comes in before the stream starts, with its
+// tail and jitter.
 void SignalStream::start_in_steady_state() {
   const double latest_ps =
       Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) +
@@ -41,7 +41,8 @@ std::optional<FineTime> SignalStream::arrival(const FineTime& emitted) const {
 }
 
 // Design note: detections are a Poisson process in the accumulated amplitude, so the step to the
-// next one is exponential and pulses without a detection cost nothing. Several may be of one pulse.
+// next detection is exponential, and pulses without a detection cost nothing. A pulse may have
+// several detections.
 void SignalStream::next_photon() {
   accumulated_ += random_.exponential() / options_.signal_per_pulse;
   while (accumulated_ >= schedule_.amplitude()) {
@@ -74,7 +75,7 @@ void SignalStream::fill(std::int64_t until_ps) {
   const double early_ps =
       Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) + 1;
   const FineTime settled = FineTime{until_ps, 0}.after(early_ps);
-  // Photons that meet no target still have to be passed by, in the order of their emission.
+  // Photons that meet no target are passed over, in the order of their emission.
   while ((arrival_ ? arrival_->ps : emitted_.ps) < settled.ps) {
     detect();
     next_photon();

@@ -16,13 +16,13 @@ namespace splid::simulator {
 struct DetectionOptions {
   double signal_per_pulse = 13.5e-4;  // mean detections of a pulse of amplitude 1
   double sigma_ps = 100;              // gaussian, pulse and detector together
-  double tail_fraction = 0;           // of the detections, with an exponential delay on top
-  double tail_ps = 0;                 // its mean
+  double tail_fraction = 0;           // of the detections, which an exponential delay is added to
+  double tail_ps = 0;                 // mean of that delay
   double emission_jitter_ps = 0;      // gaussian, the same for all photons of a pulse
   double electronic_delay_ns = 0;     // between sync and detector channels
 };
 
-// Detections of laser light, among them those of pulses that left before the stream's start.
+// The detections of laser light, also of pulses that left before the stream's start.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
 class SignalStream {
@@ -30,7 +30,7 @@ class SignalStream {
   SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
                Motion motion, std::uint64_t seed);
 
-  // Makes all detections before until_ps available in pending(), and some later ones.
+  // Makes all detections before until_ps available in pending(), and some later detections.
   void fill(std::int64_t until_ps);
   PendingTimes& pending() { return pending_; }
 

@@ -9,11 +9,11 @@
 
 namespace splid {
 
-// The counts of an encoder on a simulated target: its true place at each tick of the scene's sample
-// clock, to the nearest count. Without end.
+// The counts of an encoder on a simulated target: the target's true place at each tick of the
+// scene's sample clock, to the nearest count. The counts have no end.
 class SimulatedEncoder final : public EncoderSource {
  public:
-  // scene: with encoder_rate_hz > 0.
+  // scene: its encoder_rate_hz is > 0.
   SimulatedEncoder(const SimulatorOptions& scene, EncoderOptions options);
 
   bool next(EncoderBatch& batch) override;

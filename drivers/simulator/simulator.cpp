@@ -20,13 +20,13 @@ namespace {
 constexpr std::int64_t slice_ps = 1'000'000'000;
 constexpr std::int64_t heartbeat_ps = 5 * slice_ps;
 
-// Design note: 2026-01-01 00:00 UTC. A scene as fast as possible has no time of day of its own, and
-// one seed gives one recording, byte for byte: a date that never changes, and that no reader takes
-// for a broken clock, as it would 1970.
+// Design note: 2026-01-01 00:00 UTC. A scene that runs as fast as possible has no time of day of
+// its own, and one seed must give one recording, byte for byte. So the date never changes. Readers
+// would take the year 1970 for a broken clock.
 constexpr double scene_begins_unix_s = 1'767'225'600;
 
-// Since the stream's start. For ever is until the tagger's clock would overflow, some 50 days or
-// more.
+// The stream's end, in ps since its start. A stream that lasts for ever ends before the tagger's
+// clock would overflow, after some 50 days or more.
 std::int64_t end_ps_of(const SimulatorOptions& options) {
   if (options.seconds > 0) {
     return static_cast<std::int64_t>(std::llround(options.seconds * simulator::ps_per_s));

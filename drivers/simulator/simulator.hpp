@@ -9,12 +9,12 @@
 
 namespace splid {
 
-// Tags of a simulated scene, from first principles: a pulse leaves, meets the moving target and
-// comes back; with background, syncs and an encoder's sample clock. The tagger's clock is the true
-// one; the generator's drifts against it.
+// The tags of a simulated scene, from first principles: a pulse leaves, meets the moving target and
+// comes back. Background, syncs and an encoder's sample clock come with them. The tagger's clock is
+// true; the generator's clock drifts against it.
 //
-// Threads, errors, timeouts: as TagSource. A heartbeat every 5 ms of the tagger's time, and one at
-// the end. Errors: the truth file cannot be written (at the start of run()).
+// Threads, errors, timeouts: as TagSource. There is a heartbeat every 5 ms of the tagger's time,
+// and one at the end. Errors: run() throws at its start where the truth file cannot be written.
 class SimulatorSource : public TagSource {
  public:
   SimulatorSource(SimulatorOptions options, Pattern pattern);

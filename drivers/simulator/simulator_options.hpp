@@ -20,18 +20,19 @@ enum class SimulatorPace {
 
 // A simulated scene; the defaults are [P]'s set-up. JSON: `source` with the driver "simulator".
 //
-// Design note: [P] stood 1855 ns of electronics for most of its range. The default scene has the
-// whole 1898 ns as distance, so that a configuration without range offset reads the truth.
+// Design note: of [P]'s delay of 1898 ns, 1855 ns were in the electronics. In the default scene the
+// whole delay is distance, so that a configuration without range offset reads the truth.
 struct SimulatorOptions : SourceOptions {
   simulator::TargetOptions target;
-  simulator::DetectionOptions detection;  // its keys stand beside the others, in no block
+  simulator::DetectionOptions
+      detection;  // its keys stand in `source` itself, in no block of their own
   simulator::SyncOptions sync;
-  double ambient_per_s = 174'500;   // with the dark counts 1.75e-4 a ns
-  double dark_per_s = 500;          // detector
-  double drift_ppm = 2;             // pattern period as the tagger sees it, against the calibrated
-  double drift_ramp_ppm_per_s = 0;  // its change
+  double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
+  double dark_per_s = 500;          // dark counts of the detector
+  double drift_ppm = 2;             // pattern period in the tagger's clock, against the calibrated
+  double drift_ramp_ppm_per_s = 0;  // change of the drift
   double encoder_rate_hz = 0;       // DAQ sample clock on marker 1; 0: none
-  double encoder_start_s = 0.2;     // its first tick: late enough for its start to be seen
+  double encoder_start_s = 0.2;     // first tick: late enough for the start to be seen
   std::int64_t start_ps = 0;        // tagger's clock at the stream's start
   std::int64_t seed = 1;
   double seconds = 0;  // of the tagger's time; 0: for ever
@@ -40,7 +41,7 @@ struct SimulatorOptions : SourceOptions {
   std::int64_t photon_input = 1;
 
   [[nodiscard]] double background_per_s() const { return ambient_per_s + dark_per_s; }
-  // Of the encoder's first tick, since the stream's start.
+  // The time of the encoder's first tick, since the stream's start.
   [[nodiscard]] simulator::FineTime encoder_start() const {
     return simulator::FineTime{}.after(encoder_start_s * simulator::ps_per_s);
   }

@@ -12,14 +12,14 @@ namespace splid::simulator {
 // How the tagger sees the pattern's syncs. JSON: `source`/`sync`.
 struct SyncOptions {
   double jitter_ps = 10;           // gaussian; 9.4 to 11 were measured on a real tagger
-  double missing_fraction = 0;     // of all, at random
-  double doubled_fraction = 0;     // of those not missing: a second one 1 to 50 ns later
-  bool near_photons_only = false;  // the instrument passes the first sync after a photon alone
+  double missing_fraction = 0;     // of all syncs, at random
+  double doubled_fraction = 0;     // of the others: a second sync comes 1 to 50 ns later
+  bool near_photons_only = false;  // the instrument passes only the first sync after a photon
 
   void describe(OptionVisitor& visitor);
 };
 
-// One sync at the start of each pattern period.
+// The syncs: one at the start of each pattern period.
 //
 // Threads: one. No allocation once the fullest stretch has passed.
 class SyncStream {
@@ -27,7 +27,7 @@ class SyncStream {
   SyncStream(const Pattern& pattern, const SyncOptions& options, DriftRate drift,
              std::uint64_t seed);
 
-  // Makes all syncs before until_ps available in pending(), and some later ones.
+  // Makes all syncs before until_ps available in pending(), and some later syncs.
   void fill(std::int64_t until_ps);
   PendingTimes& pending() { return pending_; }
 

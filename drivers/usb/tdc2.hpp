@@ -12,7 +12,7 @@ namespace splid {
 // An S-Fifteen TDC2 time tagger. JSON: `source` with the driver "tdc2".
 struct Tdc2Options : SourceOptions {
   std::vector<double> thresholds_mv = {-448, -448, -448, -448};  // of inputs 1 to 4; NIM
-  // Bits of the instrument's status word that mean lost tags when they come up.
+  // The bits of the instrument's status word that mean lost tags when they become 1.
   std::int64_t loss_bits = 0xFFFFFFFF;
   UsbOptions usb;
 

@@ -13,7 +13,8 @@ constexpr double last_step = 4095;
 // Above this step, -0.25 mV, an input waits for a rising edge.
 constexpr int last_falling_step = 1365;
 
-// What the polarity's outputs are set to. Odd inputs' lines are swapped.
+// The values that the outputs for the polarity are set to. The lines of every second input are
+// swapped.
 constexpr std::uint16_t polarity_high = 0xB0E;
 constexpr std::uint16_t polarity_low = 0x72D;
 

@@ -7,17 +7,17 @@
 
 namespace splid {
 
-// What the S-Fifteen TDC2 (timestamp7) understands on its command endpoint. Source: readevents7 and
-// the usbtmst4 driver, both public.
+// The commands that the S-Fifteen TDC2 (timestamp7) takes on its command endpoint. Source:
+// readevents7 and the usbtmst4 driver, which are both public.
 enum class Tdc2Command : std::uint8_t {
-  write_config = 54,      // u16: Tdc2Config bits. No reply
+  write_config = 54,      // u16: bits of tdc2_config. No reply
   start_stream = 55,      // reply: u8, 0: started, else busy
   stop_stream = 57,       // no reply
-  flush = 60,             // sends what waits in a packet that is not full. No reply
+  flush = 60,             // sends the data that wait in a packet that is not full. No reply
   reset_transfer = 61,    // no reply
   write_parameters = 64,  // two u16, of the converter and of the output. No reply
-  power_state = 66,       // reply: u8 of Tdc2Power bits
-  status_word = 67,       // reply: u32; all ones where it cannot be read
+  power_state = 66,       // reply: u8, bits of tdc2_power
+  status_word = 67,       // reply: u32; all bits are 1 where it cannot be read
   write_threshold = 68,   // u16: bits 15 to 12 the converter's output, 11 to 0 its value. No reply
   read_ram = 81,          // u32: byte address. Reply: u32, the word in its upper half
   load_table = 82,        // EEPROM to RAM. Reply: u8, 0: done
@@ -42,19 +42,19 @@ inline constexpr std::uint8_t powered = 0x20;
 inline constexpr std::uint8_t booted = 0x80;
 }  // namespace tdc2_power
 
-// Length, command, arguments, and last the sum of all of those.
+// The bytes of a command: its length, the command, its arguments, and last the sum of all these.
 std::vector<std::byte> tdc2_command(Tdc2Command command,
                                     std::initializer_list<std::uint8_t> arguments = {});
-// With an argument of two bytes, little endian.
+// A command with an argument of two bytes, little endian.
 std::vector<std::byte> tdc2_command16(Tdc2Command command, std::uint16_t argument);
-// Of four bytes.
+// A command with an argument of four bytes, little endian.
 std::vector<std::byte> tdc2_command32(Tdc2Command command, std::uint32_t argument);
 
 // The threshold of an input, 1 to 4, as the argument of write_threshold. threshold_mv: -1024 to
 // 2047.25, in steps of 0.75 mV, rounded to the nearest.
 std::uint16_t tdc2_threshold(int input, double threshold_mv);
-// The edge of an input, likewise: falling through thresholds up to -0.25 mV, as NIM pulses do, and
-// rising through higher ones.
+// The edge that an input waits for, as the argument of write_threshold: a falling edge for
+// thresholds up to -0.25 mV, as NIM pulses have, and a rising edge for higher thresholds.
 std::uint16_t tdc2_polarity(int input, double threshold_mv);
 
 }  // namespace splid

@@ -14,14 +14,15 @@ constexpr std::int64_t units_per_ms = 256'000'000;
 constexpr std::int64_t units_per_s = 1000 * units_per_ms;
 constexpr int strays_of_a_new_clock = 64;
 
-// Of two records that show that a stream is no longer adrift: of random ones 1 in 10^7 are as near.
+// How near two records must be to show that a stream is no longer adrift. Of random records 1 pair
+// in 10^7 is as near.
 constexpr std::int64_t most_apart = 20 * units_per_ms;
 
-// 53 days, half of what 64 bits of ps hold.
+// 53 days, half of the time that 64 bits of ps hold.
 constexpr std::int64_t last_ps = std::int64_t{1} << 62U;
 constexpr std::int64_t last_units = last_ps / 125 * 32;
 
-// One of 32 bits for each value that the internal bits can have.
+// A mask with one of 32 bits set, for the value of the record's internal bits.
 std::uint32_t internal_bit(std::uint64_t record) { return 1U << ((record >> 5U) & 31U); }
 
 std::uint64_t record_at(const std::byte* bytes) {
@@ -103,8 +104,9 @@ bool Tdc2Decoder::fits(std::uint64_t units, std::int64_t step) const {
   return since_stray >= -units_per_ms && since_stray <= most_apart;
 }
 
-// Design note: read with some bytes missing, records can make a clock that only runs too fast; but
-// then their internal bits are others, which in good records are 24 or 25.
+// Design note: records that are read with some bytes missing can look like a clock that runs too
+// fast. But their internal bits then have other values than in good records, where they are 24
+// or 25.
 void Tdc2Decoder::count_stray(std::uint64_t record) {
   const std::uint64_t units = record >> time_shift;
   const std::int64_t step = step_between(stray_units_, units);
@@ -118,7 +120,7 @@ void Tdc2Decoder::count_stray(std::uint64_t record) {
 
 bool Tdc2Decoder::is_possible(std::int64_t step) const {
   if (step < 0) return step >= -units_per_ms && since_origin_ + step >= 0;
-  // Past what tags hold the origin moves; the horizon need not be known there.
+  // Beyond the largest time that tags hold, the origin moves, and the horizon does not apply.
   if (since_origin_ + step > last_units) return true;
   return to_ps(since_origin_ + step) <= horizon_ps_;
 }

@@ -11,21 +11,23 @@
 namespace splid {
 
 // Turns the records of an S-Fifteen TDC2 (timestamp7) into tags. A record is 64 bits, little
-// endian: bits 63 to 10 time in 1/256 ns; 9 to 5 internal; 4 dummy; 3 to 0 the inputs that it saw.
+// endian: bits 63 to 10 are the time in 1/256 ns; 9 to 5 are internal; 4 marks a dummy; 3 to 0 are
+// the inputs that saw an event.
 // Source: readevents7 of S-Fifteen's qcrypto.
 //
 //  - each input's bit gives a photon tag; value: the input, 1 to 4;
-//  - a dummy gives a heartbeat and no photon, an all-zero word, which is padding, nothing;
-//  - a time more than 1 ms before the latest, or past the horizon, cannot be: the record is left
-//    out and is one missed tag. After 64 of those in a row that agree with each other, and whose
-//    internal bits are ones that good records had, the clock is taken to have been set anew:
-//    clock_break. After 64 that do not, the stream is adrift, which is a loss of unknown count,
-//    until two records in a row agree with the clock and with each other. So garbage, and records
-//    read from somewhere inside one another, are no times.
+//  - a dummy gives a heartbeat and no photon; an all-zero word, which is padding, gives nothing;
+//  - a record whose time is more than 1 ms before the latest, or past the horizon, is a stray: it
+//  is
+//    left out and counts as one missed tag. After 64 strays in a row that agree with each other,
+//    and whose internal bits good records had too, the clock is taken to have been set anew:
+//    clock_break. After 64 strays that do not agree, the stream is adrift, which is a loss of
+//    unknown count, until two records in a row agree with the clock and with each other. So neither
+//    garbage nor misaligned records become times.
 //
 // Times are 125/32 ps a unit, rounded to the nearest from the whole count, so that no error adds
-// up. The 54 bits wrap every 19.5 h, which is followed as long as a record comes in half of that. A
-// tag's 64 bits last 106 days: every 53 days there is a clock_break and times go on from 0.
+// up. The 54 bits wrap every 19.5 h; the wrap is followed as long as a record comes within half of
+// that. A tag's 64 bits last 106 days: every 53 days there is a clock_break and times go on from 0.
 //
 // Threads: one. Errors: none, whatever the bytes. No allocation.
 class Tdc2Decoder {
@@ -34,21 +36,21 @@ class Tdc2Decoder {
   static constexpr std::size_t most_tags_a_record = 6;
 
   struct Progress {
-    std::size_t bytes = 0;  // used, a whole number of records; a cut one is left for the caller
+    std::size_t bytes = 0;  // used, a whole number of records; a cut record is left
     std::size_t tags = 0;   // written
   };
 
   // Decodes until fewer than record_bytes are left, or less room than most_tags_a_record.
   Progress decode(std::span<const std::byte> bytes, std::span<Tag> out);
 
-  // No later record can be later than this, in the tags' time.
+  // No record that comes now can have a later time than this, in the tags' time.
   void set_horizon(std::int64_t time_ps) { horizon_ps_ = time_ps; }
 
   // Time of the latest record; absent before the first.
   [[nodiscard]] std::optional<std::int64_t> reached_ps() const { return reached_ps_; }
-  // Whether what comes is no records: 64 or more in a row were left out.
+  // Whether the bytes make no sense as records: 64 or more in a row were left out.
   [[nodiscard]] bool is_adrift() const { return strays_in_row_ >= adrift_from; }
-  // Records left out since their time cannot be.
+  // How many records were left out because their time cannot be right.
   [[nodiscard]] std::uint64_t strays() const { return strays_; }
 
  private:
@@ -61,13 +63,13 @@ class Tdc2Decoder {
   void begin_at(std::uint64_t units);
 
   std::optional<std::int64_t> reached_ps_;
-  std::uint64_t latest_units_ = 0;  // time of the latest record, as it came
-  std::int64_t since_origin_ = 0;   // that, in units since the tags' time 0
+  std::uint64_t latest_units_ = 0;  // time of the latest record, as the instrument gave it
+  std::int64_t since_origin_ = 0;   // the same time, in units since the tags' time 0
   std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
   int strays_in_row_ = 0;
-  int agreeing_strays_ = 0;        // the last of these, each with the one before
-  std::uint64_t stray_units_ = 0;  // time of the last stray, as it came
-  std::uint32_t internals_ = 0;    // values of the internal bits that records had, a bit each
+  int agreeing_strays_ = 0;        // the last of these, each of which agrees with the one before it
+  std::uint64_t stray_units_ = 0;  // time of the last stray, as the instrument gave it
+  std::uint32_t internals_ = 0;  // a bit for each value of the internal bits that good records had
   std::uint64_t strays_ = 0;
 };
 

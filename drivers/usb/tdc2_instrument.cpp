@@ -18,7 +18,7 @@ constexpr std::uint8_t command_endpoint = 0x01;
 constexpr std::uint8_t reply_endpoint = 0x81;
 constexpr std::uint8_t boot = 2;
 
-// Commands take 0.1 ms. Booting, and the table from its EEPROM, take longer than the rest.
+// Most commands take 0.1 ms. To boot, and to load the table from the EEPROM, takes longer.
 constexpr milliseconds patience = Tdc2Instrument::patience;
 constexpr milliseconds short_patience{30};
 
@@ -28,8 +28,8 @@ constexpr milliseconds between_polls{50};
 constexpr int most_unanswered = 4;
 constexpr milliseconds between_beats{10};
 
-// How late the instrument's records may be once it was asked to send what waits, and how far its
-// clock may run from the host's.
+// How late the instrument's records may come after it was asked to send what waits, and how far its
+// clock may be from the host's.
 constexpr milliseconds beat_margin{50};
 constexpr milliseconds horizon_margin{1000};
 
@@ -38,10 +38,11 @@ constexpr int unreadable_said = 20;     // polls: 1 s
 constexpr int unreadable_ended = 40;    // 2 s
 constexpr int unreadable_again = 1200;  // said every minute
 
-// What comes may be garbage for so long.
+// For how long records may make no sense.
 constexpr milliseconds nonsense_patience{500};
 
-// In its RAM, after the table: a count, so many words, and one that makes the sum of all zero.
+// The parameters are in the instrument's RAM, after the table: a count, as many words, and a word
+// that makes the sum of all of them zero.
 constexpr std::uint32_t parameter_address = 4096;
 constexpr std::uint32_t most_parameters = 126;
 
@@ -54,7 +55,8 @@ void send(UsbDevice& device, const std::vector<std::byte>& command, milliseconds
   device.write(command_endpoint, command, timeout);
 }
 
-// Up to four bytes, little endian; absent where nothing came in time.
+// Sends a command and returns its answer: up to four bytes, little endian. Absent where no answer
+// came in time.
 std::optional<std::uint32_t> ask(UsbDevice& device, const std::vector<std::byte>& command,
                                  milliseconds timeout) {
   send(device, command, timeout);
@@ -81,7 +83,7 @@ std::uint32_t ask_surely(UsbDevice& device, const std::vector<std::byte>& comman
 }  // namespace
 
 void Tdc2Instrument::prepare(UsbDevice& device) {
-  // An answer that nobody waited for, of a program that was killed.
+  // Throws away an answer that was left over by a program that was killed.
   std::array<std::byte, 64> stale{};
   device.read(reply_endpoint, stale, milliseconds{1});
   const auto command = [&](const std::vector<std::byte>& bytes) { send(device, bytes, patience); };
@@ -122,7 +124,8 @@ void Tdc2Instrument::load_table(UsbDevice& device) {
   }
 }
 
-// Of the converter (lower half) and the output (upper half), as the maker stored them.
+// The parameters of the converter (lower half) and of the output (upper half), as the maker stored
+// them.
 std::uint32_t Tdc2Instrument::read_parameters(UsbDevice& device) {
   const auto word = [&](std::uint32_t index) {
     const auto command = tdc2_command32(Tdc2Command::read_ram, parameter_address + 2 * index);
@@ -148,7 +151,7 @@ void Tdc2Instrument::start(UsbDevice& device) {
     throw UsbError(device.name() + ": it is busy and does not start; switch it off and on again",
                    0);
   }
-  // Bits that are up by now tell of no loss.
+  // Bits that are 1 at the start tell of no loss.
   const auto status = ask(device, tdc2_command(Tdc2Command::status_word), patience);
   was_readable_ = status && *status != unreadable;
   status_ = was_readable_ ? *status : 0;
@@ -181,7 +184,7 @@ std::string Tdc2Instrument::tend(UsbDevice& device, TagSink& sink) {
          " of its records are none that can be";
 }
 
-// Never ahead of a record that is still to come.
+// Makes a heartbeat that is not later than any record that is still to come.
 void Tdc2Instrument::beat(TagSink& sink) {
   const auto passed = Clock::now() - heard_ - beat_margin;
   if (!decoder_.reached_ps() || passed <= passed.zero()) return;
@@ -238,7 +241,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
     decoder_.set_horizon(*decoder_.reached_ps() + to_ps(now - heard_ + horizon_margin));
   }
   heard_ = now;
-  // Where a loss by failed transfers ends is known with the first record after it.
+  // A loss by failed transfers ends with the first record after it.
   bool ends_loss = loss_open_ && !loss_seen_by_status_;
   while (bytes.size() >= Tdc2Decoder::record_bytes) {
     const std::size_t most = ends_loss ? Tdc2Decoder::record_bytes : bytes.size();
@@ -251,7 +254,7 @@ void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
     }
   }
   if (!decoder_.is_adrift()) fitted_ = now;
-  // A transfer begins with a whole record, so the rest of one belongs to nothing.
+  // A transfer begins with a whole record, so that a part of a record at its end is lost.
   if (!bytes.empty() && decoder_.reached_ps()) {
     ++cut_records_;
     put(Tag{*decoder_.reached_ps(), 1, TagKind::missed, {}}, sink);

@@ -20,20 +20,23 @@ struct Tdc2Settings {
 
 // Starts, watches and stops an S-Fifteen TDC2, and decodes its records.
 //
-// Lost tags: its status word is read every 50 ms. A bit that comes up tells of a loss, from where
-// the stream is, since what the instrument had stored before comes first, to where it is when the
-// word is read again. While the word cannot be read, which its maker's library tells by -1 too,
-// nobody knows: after 1 s that is said, and each reading is a loss of unknown count. Where the word
-// could be read before, the instrument is opened anew after 2 s.
+// Lost tags: the instrument's status word is read every 50 ms. A bit that becomes 1 tells of a
+// loss. The loss begins where the stream is at that time, since the tags that the instrument had
+// stored before come first, and ends where the stream is when the word is read again. A word of
+// which all bits are 1 could not be read, which the maker's library gives as -1: whether tags are
+// lost is then unknown. After 1 s this is reported, and each such reading is a loss of unknown
+// count. If the word could be read before, the instrument is opened anew after 2 s.
 //
-// Records that make no sense for 0.5 s have the instrument opened anew, which aligns them.
+// After 0.5 s of records that make no sense the instrument is opened anew, which aligns the
+// records.
 //
-// Heartbeats: the instrument is asked to insert dummy records, which are ones. Where nothing has
-// come for 10 ms, what waits in a packet that is not full is asked for, and the time then surely
-// passed, by the host's clock and 50 ms late, is the heartbeat.
+// Heartbeats: the instrument is asked to insert dummy records, which become heartbeats. Where
+// nothing has come for 10 ms, the instrument is asked to send what waits in a packet that is not
+// full. The heartbeat is then the time that has surely passed: that of the host's clock, less 50
+// ms.
 class Tdc2Instrument final : public UsbInstrument {
  public:
-  // For one command to be taken, and for its answer.
+  // How long the instrument may take to accept a command, and again to answer it.
   static constexpr std::chrono::milliseconds patience{250};
 
   explicit Tdc2Instrument(const Tdc2Settings& settings) : settings_(settings) {}
@@ -47,7 +50,8 @@ class Tdc2Instrument final : public UsbInstrument {
   void decode(std::span<const std::byte> bytes, TagSink& sink) override;
   void cut(TagSink& sink) override;
   void end(TagSink& sink) override;
-  // How often it sends dummies is not published; what hangs does not answer commands either.
+  // How often it sends dummies is not published. An instrument that hangs does not answer commands
+  // either, which poll_status() notices.
   [[nodiscard]] bool owes_data() const override { return false; }
 
  private:
@@ -66,10 +70,10 @@ class Tdc2Instrument final : public UsbInstrument {
 
   Tdc2Settings settings_;
   Tdc2Decoder decoder_;
-  std::array<Tag, 1024> decoded_;  // a sink's room may be too small for a record's tags
-  std::uint32_t status_ = 0;       // word, when last read
-  int unanswered_ = 0;             // questions for it, in a row
-  int unreadable_ = 0;             // answers in a row that say nothing
+  std::array<Tag, 1024> decoded_;  // since a sink's room may be too small for a record's tags
+  std::uint32_t status_ = 0;       // the status word when it was last read
+  int unanswered_ = 0;             // questions in a row for the status word
+  int unreadable_ = 0;             // answers in a row of which all bits are 1
   bool was_readable_ = false;      // since it was opened
   std::uint64_t cut_records_ = 0;
   std::uint64_t told_strays_ = 0;

@@ -13,7 +13,7 @@ constexpr std::int64_t pause_ps = 100'000'000'000;
 constexpr double early_or_late = 0.25;
 constexpr double most_ahead_s = 2;
 
-// Counts that wait for their markers: an hour at 1 kHz. Beyond, the markers are not coming.
+// The most counts that may wait for their markers: an hour at 1 kHz. By then no marker will come.
 constexpr std::size_t most_waiting = 1 << 22;
 
 }  // namespace
@@ -91,7 +91,7 @@ void EncoderJoin::take_counts(const EncoderBatch& batch) {
   lost_step_ = more * run_s > most_ahead_s * static_cast<double>(next_index_ - 1);
 }
 
-// The runs before that of the markers, and the counts before the frame.
+// Forgets the runs before the run of the markers, and the counts before the frame.
 void EncoderJoin::forget_old_counts() {
   runs_.erase(runs_.begin(), runs_.lower_bound(marker_run_));
   const auto found = runs_.find(marker_run_);
@@ -127,7 +127,7 @@ std::optional<EncoderPosition> EncoderJoin::position() const {
     return std::nullopt;
   }
   if (2 * (times_ps_.back() - times_ps_.front()) < end_ps_ - start_ps_) return std::nullopt;
-  // Relative to mid-frame and to the first count, so that no digit is lost.
+  // Times are relative to mid-frame and counts to the first count, so that no digit is lost.
   const std::int64_t mid_ps = start_ps_ + (end_ps_ - start_ps_) / 2;
   const std::int64_t first_count = counts->counts[static_cast<std::size_t>(skipped)];
   double sum_t = 0;
