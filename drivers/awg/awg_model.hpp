@@ -38,7 +38,7 @@ struct AwgModel {
   SampleFormat format;
   // The commands, in the order in which they are sent; the waveform is sent before `play`.
   std::span<const AwgStep> stop;     // after these nothing is played
-  std::span<const AwgStep> undo;     // undoes `mode`: nothing is played, and every output is off
+  std::span<const AwgStep> undo;     // sent after `mode`: nothing is played, every output is off
   std::span<const AwgStep> mode;     // the kind of waveform, and the memory that it is played from
   std::span<const AwgStep> prepare;  // clock, levels, room for the waveform
   std::span<const AwgStep> play;

@@ -13,7 +13,7 @@ namespace splid {
 // A pattern as samples: their rate, their number, and where the pulses begin.
 struct WaveformPlan {
   double rate_hz = 0;                   // at this rate samples_per_period last exactly one period
-  std::int64_t samples_per_period = 0;  // of the pattern's period
+  std::int64_t samples_per_period = 0;  // samples in one period of the pattern
   std::int64_t periods = 0;             // equal periods in memory, together whole granules
   std::vector<std::int64_t> pulse_starts;  // first sample of each pulse in a period, ascending
   std::int64_t pulse_samples = 0;          // width of a pulse

@@ -24,8 +24,7 @@ enum class SimulatorPace {
 // whole delay is distance, so that a configuration without range offset reads the truth.
 struct SimulatorOptions : SourceOptions {
   simulator::TargetOptions target;
-  simulator::DetectionOptions
-      detection;  // its keys stand in `source` itself, in no block of their own
+  simulator::DetectionOptions detection;  // its keys stand in `source` itself
   simulator::SyncOptions sync;
   double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
   double dark_per_s = 500;          // dark counts of the detector

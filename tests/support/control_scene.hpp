@@ -13,6 +13,7 @@
 
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 

@@ -266,9 +266,13 @@ TEST_F(UsbSourceOnDouble, OneThatKeepsFailingIsOpenedAnew) {
   device.plug();
   test::SourceRun run(options());
   ASSERT_TRUE(goes_on(run));
+  const auto blocks = [&] { return run.counter("splid_tags16_blocks_total"); };
+  const std::uint64_t blocks_before = blocks();
+  EXPECT_GT(blocks_before, 0U);
   firmware.fail(-EPROTO, 100);
   EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "in a row failed"); }));
   EXPECT_TRUE(goes_on(run));
+  EXPECT_GT(blocks(), blocks_before);  // they go on, though the decoder is a new one
   EXPECT_EQ(run.reports().back().state, DeviceState::connected);
   EXPECT_EQ(run.counter("splid_usb_reopens_total"), 1U);
   EXPECT_GE(run.count(TagKind::clock_break), 1U);

@@ -1,0 +1,53 @@
+#include "drivers/tags16_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/support/tags16_block.hpp"
+#include "tests/support/vector_sink.hpp"
+
+namespace splid {
+namespace {
+
+std::map<std::string, std::uint64_t> values(const Tags16Counters& counters) {
+  std::map<std::string, std::uint64_t> all;
+  for (const SourceCounter& each : counters.list()) all[each.name] = each.value;
+  return all;
+}
+
+TEST(Tags16Stream, TagsGoToTheSinkAndAreCounted) {
+  Tags16Counters counters;
+  Tags16Stream stream(counters);
+  test::VectorSink sink;
+  const std::vector<std::byte> bytes = test::block_bytes({0, 0, 100, {{10, 1}, {20, 2}}});
+  EXPECT_TRUE(stream.feed(bytes, sink));
+  EXPECT_EQ(sink.tags,
+            (std::vector<Tag>{photon_tag(10, 1), photon_tag(20, 2), heartbeat_tag(100)}));
+  EXPECT_EQ(stream.reached_ps(), 100);
+  EXPECT_EQ(values(counters)["splid_tags16_bytes_total"], bytes.size());
+  EXPECT_EQ(values(counters)["splid_tags16_blocks_total"], 1U);
+}
+
+// As when a device is opened again: its decoder is a new one, but counters never fall.
+TEST(Tags16Stream, CountersGoOnFromStreamToStream) {
+  Tags16Counters counters;
+  const std::vector<std::byte> bytes = test::block_bytes({5, 0, 100, {}});
+  const std::vector<std::byte> garbage(50);
+  for (int i = 0; i < 3; ++i) {
+    Tags16Stream stream(counters);
+    test::VectorSink sink;
+    stream.feed(bytes, sink);
+    stream.feed(garbage, sink);
+    stream.cut();
+    EXPECT_EQ(stream.counts().blocks, 1U);
+  }
+  EXPECT_EQ(values(counters)["splid_tags16_blocks_total"], 3U);
+  EXPECT_EQ(values(counters)["splid_tags16_bytes_total"], 3 * (bytes.size() + garbage.size()));
+  EXPECT_EQ(values(counters)["splid_tags16_bytes_skipped_total"], 3 * garbage.size());
+}
+
+}  // namespace
+}  // namespace splid
