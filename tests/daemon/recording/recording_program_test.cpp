@@ -100,8 +100,10 @@ TEST_F(RecordingProgram, AKilledDaemonLosesHalfASecondAtMost) {
   double most_lost_ms = 0;
   for (int round = 0; round < 4; ++round) {
     std::filesystem::remove_all(folder.path("kept"));
+    // So few tags that a block of them takes seconds: what is there was flushed.
     const std::string file =
-        config(round % 2 == 0 ? R"("folder":"kept")" : R"("folder":"kept","max_file_s":1)");
+        config(round % 2 == 0 ? R"("folder":"kept")" : R"("folder":"kept","max_file_s":1)",
+               R"(,"sync":{"missing_fraction":0.95})");
     Program daemon({"run", "--config", file});
     Subscriber subscriber(endpoint, {""});
     const auto wanted_ps =
@@ -120,7 +122,7 @@ TEST_F(RecordingProgram, AKilledDaemonLosesHalfASecondAtMost) {
       EXPECT_EQ(run_program({"check", recording}).exit_code, 0);
       const std::vector<Tag> tags = read_back(recording);
       if (tags.empty()) continue;  // just begun
-      EXPECT_LT(tags.front().time_ps - before_ps, 100'000'000);
+      EXPECT_LT(tags.front().time_ps - before_ps, 1'000'000'000);
       before_ps = tags.back().time_ps;
     }
     const std::int64_t end_ps = seen_ps + 50'000'000'000;

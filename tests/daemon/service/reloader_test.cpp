@@ -26,6 +26,18 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
+// What this thread blocks is afterwards as it was, so that programs of later tests hear SIGTERM.
+class SignalMask {
+ public:
+  SignalMask() { pthread_sigmask(SIG_SETMASK, nullptr, &before_); }
+  ~SignalMask() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalMask(const SignalMask&) = delete;
+  SignalMask& operator=(const SignalMask&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
 class ReloaderTest : public ::testing::Test {
  protected:
   void configure(const std::string& more) const {
@@ -49,6 +61,7 @@ class ReloaderTest : public ::testing::Test {
     return notices.empty() ? "" : notices.front();
   }
 
+  SignalMask mask;
   StopSignals signals{true};  // before any other thread, which would take SIGHUP and end
   test::TempFolder folder;
   std::string file = (configure(""), folder.path("config.json"));
