@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "estimator/frame_estimator.hpp"
+#include "estimator/sync/sync_clock.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/frame_maker.hpp"
 

@@ -100,7 +100,6 @@ TEST_F(RecordingProgram, AKilledDaemonLosesHalfASecondAtMost) {
   double most_lost_ms = 0;
   for (int round = 0; round < 4; ++round) {
     std::filesystem::remove_all(folder.path("kept"));
-    // So few tags that a block of them takes seconds: what is there was flushed.
     const std::string file =
         config(round % 2 == 0 ? R"("folder":"kept")" : R"("folder":"kept","max_file_s":1)",
                R"(,"sync":{"missing_fraction":0.95})");
