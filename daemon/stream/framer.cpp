@@ -219,8 +219,8 @@ void Framer::settle_last_suspect() {
   settle_suspect(near ? suspect_->time_ps : last_ps_);
 }
 
-// Whether a tag is before the open frame. The tag first decides on the suspect, which may begin a
-// new frame; then the question is asked again for that frame.
+// Whether a tag is before the open frame. Where it is not, the tag first decides on the suspect.
+// That may begin a new frame, so that the tag is then compared with the new frame.
 bool Framer::comes_late(std::int64_t time_ps) {
   if (is_early(time_ps)) return true;
   settle_suspect(time_ps);
@@ -364,8 +364,8 @@ void Framer::fix_end() {
 }
 
 // The frame's end from a fit of its syncs: the pattern start that lies the frame's number of
-// periods after its start, or the first later pattern start that keeps all tags already taken in
-// the frame. So a frame that did not begin at a pattern start still ends at one.
+// periods after its start. Where the frame has taken tags that are later, the first pattern start
+// after those tags. So a frame that did not begin at a pattern start still ends at one.
 std::int64_t Framer::end_by_grid(const SyncFit& grid) const {
   const auto index = [&](std::int64_t time_ps) {
     return (static_cast<double>(time_ps - grid.origin_ps) - grid.phase_ps) / grid.period_ps;
@@ -377,10 +377,10 @@ std::int64_t Framer::end_by_grid(const SyncFit& grid) const {
   return grid.origin_ps + to_ps(grid.phase_ps + end * grid.period_ps);
 }
 
-// The frame's end where its syncs cannot be fitted: the pattern start nearest to the nominal end,
-// counted from the last sync, if it is no further from the nominal end than 500 ppm of clock drift
-// can explain; otherwise the nominal end. So frames with one or two syncs still end at pattern
-// starts.
+// The frame's end where its syncs cannot be fitted. Pattern starts are counted from the last sync,
+// and the frame ends at the pattern start nearest to its nominal end. If that start is further from
+// the nominal end than 500 ppm of clock drift can explain, the frame ends at the nominal end. So
+// frames with one or two syncs still end at pattern starts.
 std::int64_t Framer::end_by_last_sync() const {
   constexpr double max_drift = 500e-6;
   const std::int64_t taken_ps = std::max(limit_ps_, last_ps_ + disorder_ps_ + 1);

@@ -61,8 +61,8 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
         report(DeviceState::failing, error.what());
         pause = between_tries;
       } else if (last_report_.state != DeviceState::no_device) {
-        // In the other case the device was unplugged, which has been reported, and the kernel
-        // still lists it.
+        // Otherwise the device was unplugged, which has been reported, and the kernel still lists
+        // it: there is nothing new to report.
         report(DeviceState::no_device, error.device_is_gone() ? error.what() : choice_.absence());
       }
     }
@@ -107,8 +107,8 @@ bool UsbSource::vanishes(const UsbContext& context, TagSink& sink, const std::st
   return false;
 }
 
-// A fault that is reported already is not reported again. What a `connected` report tells is over
-// and new each time, even if its words are those of the last report.
+// A fault that lasts is reported once. A `connected` report tells of an event that is over, so each
+// of them is reported, even with the words of the last one.
 void UsbSource::report(DeviceState state, const std::string& reason) {
   const bool is_there = state != DeviceState::no_device;
   const DeviceReport report{state, reason, is_there ? choice_.name() : "",

@@ -89,7 +89,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
   }
   LogSum logs;
   for (std::size_t k = 0; k < near.photons(); ++k) {
-    // Sums over the photon's pulses of the derivatives of a h by delay (1) and travel (2).
+    // Sums over the photon's pulses of the derivatives of a_p h by delay (1) and travel (2).
     double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
     for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
       const double a = near.amplitude[j];
@@ -110,7 +110,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     const double lambda = b + S * density_[k];
     const double n = near.weight[k];
     const double inverse = 1 / lambda;
-    // Derivatives of log lambda: first ones are those of lambda over lambda.
+    // A first derivative of log lambda is that of lambda, divided by lambda.
     const double weight = n * inverse;
     logs.add_times(n, lambda);
     const double l1 = S * g1 * inverse;

@@ -8,6 +8,7 @@ Line Line::at_origin() const {
   return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps};
 }
 
+// [P] Eq. 19, the measured pattern period, as the slope of a regression through all syncs.
 Line regressed(const Line& line, const Sums& sums) {
   const double sxx = sums.sxx();
   const double slope = sxx > 0 ? (sums.kr - sums.k * sums.r / sums.n) / sxx : 0;
@@ -28,7 +29,8 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
   fit.std_period_ps = sigma_ps / std::sqrt(sxx);
   fit.std_phase_ps = sigma_ps * std::sqrt(1 / s.n + mean_k * mean_k / sxx);
   if (method == DriftMethod::endpoints) {
-    // [P] Eq. 19 as printed: the time from the first sync to the last over the periods between.
+    // [P] Eq. 19 as it is printed: the time from the first sync to the last, divided by the number
+    // of periods between them.
     const Point& first = accepted.first;
     const Point& last = accepted.last;
     const double span = last.k - first.k;
