@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "daemon/base/clock.hpp"
@@ -110,24 +111,30 @@ bool Measuring::resume() {
     prepare(open_source(config_, device_.hears()));
     spdlog::info("measuring again from {}", stream_->info().name);
     return true;
+  } catch (const Error& error) {
+    give_up(error.fault(), error.what());
   } catch (const std::exception& error) {
-    const std::scoped_lock lock(mutex_);
-    failure_ = std::current_exception();
-    wanted_ = false;
-    reason_ = error.what();
-    changed_.notify_all();
-    return false;
+    give_up(Fault::device, error.what());
   }
+  return false;
+}
+
+void Measuring::give_up(Fault fault, const std::string& sentence) {
+  const std::scoped_lock lock(mutex_);
+  failure_ = fault;
+  wanted_ = false;
+  reason_ = sentence;
+  changed_.notify_all();
 }
 
 bool Measuring::start(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   if (stream_ && wanted_) return false;
   wanted_ = true;
-  failure_ = nullptr;
+  failure_.reset();
   changed_.notify_all();
   changed_.wait(lock, stop, [this] { return stream_ || failure_ || over_; });
-  if (failure_) std::rethrow_exception(failure_);
+  if (failure_) throw Error(*failure_, reason_);
   if (!stream_) throw Error(Fault::usage, ending);
   return true;
 }

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <condition_variable>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -14,6 +14,7 @@
 #include "daemon/recording/recording_tap.hpp"
 #include "daemon/stream/stream.hpp"
 #include "drivers/source.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 
@@ -64,6 +65,7 @@ class Measuring {
   StreamSummary measure(const std::stop_token& stop);
   bool wait_until_wanted(const std::stop_token& stop);
   bool resume();
+  void give_up(Fault fault, const std::string& sentence);
   void record(Stream& stream);
   void finish_recording();
 
@@ -83,7 +85,8 @@ class Measuring {
   std::string reason_;  // why it is not to measure
   // The reason that the status gives while the source is closed; empty while the source is open.
   std::string waits_for_;
-  std::exception_ptr failure_;  // of the last attempt to measure again
+  // Of the last attempt to measure again, which reason_ tells.
+  std::optional<Fault> failure_;
   std::shared_ptr<const Config> reloaded_;
   std::unique_ptr<Stream> stream_;  // null: there is none
   bool pausing_ = false;            // pause() has asked the stream to end

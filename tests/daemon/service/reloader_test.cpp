@@ -8,6 +8,7 @@
 #include <csignal>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <string>
@@ -69,31 +70,44 @@ class ReloaderTest : public ::testing::Test {
   test::NotifySocket manager{"0"};
   DeviceMonitor device;
 
-  // What the apply function was given, and what it does.
-  int applied = 0;
-  bool is_new = false;
-  std::shared_ptr<const Config> given;
+  void answer_with(std::function<std::string()> next) {
+    const std::scoped_lock lock(mutex);
+    answer = std::move(next);
+  }
+  // What the apply function was given.
+  struct Applied {
+    int times = 0;
+    bool is_new = false;
+    std::shared_ptr<const Config> given;
+  };
+  Applied applied() {
+    const std::scoped_lock lock(mutex);
+    return last;
+  }
+
+  // The apply function runs on the thread that waits for signals.
+  std::mutex mutex;
+  Applied last;
   std::function<std::string()> answer = [] { return ""; };
   std::optional<Reloader> reloader{std::in_place, original, device, &signals,
-                                   [this](const std::shared_ptr<const Config>& next, bool what) {
-                                     ++applied;
-                                     is_new = what;
-                                     given = next;
+                                   [this](const std::shared_ptr<const Config>& next, bool is_new) {
+                                     const std::scoped_lock lock(mutex);
+                                     last = {last.times + 1, is_new, next};
                                      return answer();
                                    }};
 };
 
 TEST_F(ReloaderTest, SaysWhatItTookOverAndThatNothingElseIsNew) {
   configure(R"(,"scene":{"max_speed_mps":15})");
-  answer = [] { return std::string("3 readers are listed"); };
+  answer_with([] { return std::string("3 readers are listed"); });
   reload();
-  EXPECT_TRUE(is_new);
-  EXPECT_EQ(given->scene.max_speed_mps, 15);
+  EXPECT_TRUE(applied().is_new);
+  EXPECT_EQ(applied().given->scene.max_speed_mps, 15);
   EXPECT_EQ(notice(), "reloaded " + file + ": /scene/max_speed_mps; 3 readers are listed");
-  answer = [] { return ""; };
+  answer_with([] { return ""; });
   reload();
-  EXPECT_EQ(applied, 2);
-  EXPECT_FALSE(is_new);
+  EXPECT_EQ(applied().times, 2);
+  EXPECT_FALSE(applied().is_new);
   EXPECT_EQ(notice(), "reloaded " + file + ": nothing new");
   EXPECT_EQ(device.configuration_fault(), "");
 }
@@ -111,22 +125,22 @@ TEST_F(ReloaderTest, WhatTakesARestartIsInTheStatusUntilTheFileSaysAgainWhatRuns
 TEST_F(ReloaderTest, WhatIsRefusedChangesNothingAndIsInTheStatusUntilTheNextReload) {
   configure(R"(,"frame":{"min_seen_fraction":2})");
   reload();
-  EXPECT_EQ(applied, 0);
+  EXPECT_EQ(applied().times, 0);
   EXPECT_THAT(device.configuration_fault(),
               testing::AllOf(StartsWith("not reloaded, going on as before: "),
                              HasSubstr("/frame/min_seen_fraction")));
   configure(R"(,"scene":{"max_speed_mps":15})");
-  answer = []() -> std::string { throw Error(Fault::usage, "the estimator refuses it"); };
+  answer_with([]() -> std::string { throw Error(Fault::usage, "the estimator refuses it"); });
   reload();
   EXPECT_EQ(device.configuration_fault(),
             "not reloaded, going on as before: the estimator refuses it");
-  answer = []() -> std::string { throw std::bad_alloc(); };
+  answer_with([]() -> std::string { throw std::bad_alloc(); });
   reload();
   EXPECT_THAT(device.configuration_fault(), HasSubstr("not enough memory"));
   EXPECT_TRUE(device.take_notices().empty());
-  answer = [] { return ""; };
+  answer_with([] { return ""; });
   reload();
-  EXPECT_TRUE(is_new);  // what was refused is not in use
+  EXPECT_TRUE(applied().is_new);  // what was refused is not in use
   EXPECT_EQ(device.configuration_fault(), "");
 }
 
@@ -140,7 +154,7 @@ TEST_F(ReloaderTest, NothingIsReadOnceItIsGone) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }
   EXPECT_TRUE(signals.token().stop_requested());
-  EXPECT_EQ(applied, 0);
+  EXPECT_EQ(applied().times, 0);
 }
 
 }  // namespace
