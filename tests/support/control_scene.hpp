@@ -14,6 +14,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
@@ -25,15 +26,15 @@ using std::chrono::steady_clock;
 // A daemon with a control socket, and splid ctl to ask it.
 class ControlScene : public ::testing::Test {
  protected:
-  static constexpr const char* scene = R"("driver":"simulator")";
-
-  std::string configure(const std::string& source = scene, const std::string& more = "") const {
+  std::string configure(const std::string& source = light_source,
+                        const std::string& more = "") const {
     return folder.write(
         "config.json",
         R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" + more + "}");
+            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" + with_light_scene(more) +
+            "}");
   }
   // Runs it until it measures.
   void run(const std::string& config) {

@@ -9,6 +9,7 @@
 
 #include "protocol/pattern_json.hpp"
 #include "tests/support/faulty_bridge.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/watched_daemon.hpp"
 #include "tests/support/yardstick.hpp"
 
@@ -53,7 +54,7 @@ class FaultScene : public ::testing::Test {
             R"("},"channels":{"photon":[1],"sync":"8"},"estimator":{"effort":"fast"},)"
             R"("pipeline":{"ring_capacity_tags":524288},"pattern":{"file":")" +
             pattern_file + R"("},"publish":{"endpoint":"tcp://127.0.0.1:*")" + publish + "}" +
-            more + "}");
+            with_light_scene(more) + "}");
   }
 
   // Where the log says that the daemon listens, after these words.

@@ -16,6 +16,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "drivers/bridge/bridge.hpp"
 #include "drivers/source.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/patience.hpp"
@@ -52,9 +53,10 @@ class MetricsProgram : public ::testing::Test {
   std::string config(const std::string& metrics) const {
     return folder.write(
         "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
-        R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            endpoint + R"("},"metrics":)" + metrics + "}");
+        R"({"schema":"splid.config","v":[1,0],"source":{)" + std::string(test::light_source) +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+            R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
+            endpoint + R"("},"metrics":)" + metrics + test::with_light_scene("") + "}");
   }
 
   // Where the program said that it listens; 0: it did not.

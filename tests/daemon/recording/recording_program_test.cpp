@@ -14,6 +14,7 @@
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
 #include "tests/support/fault_record.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/read_back.hpp"
@@ -49,7 +50,8 @@ class RecordingProgram : public ::testing::Test {
                             (pace.empty() ? "" : "," + pace) + source +
                             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
                             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
-                            record + R"(},"publish":{"endpoint":")" + endpoint + "\"}}");
+                            record + R"(},"publish":{"endpoint":")" + endpoint + "\"}" +
+                            test::with_light_scene("") + "}");
   }
 
   // SPLID_KILLS: more of them, for a table.

@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
@@ -63,9 +64,10 @@ class SecurityProgram : public testing::Test {
   std::string config(const std::string& publish, const std::string& security) const {
     return folder.write(
         "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
-        R"(/config/patterns/interleaved-180-189.json"},"publish":)" +
-            publish + R"(,"security":)" + security + "}");
+        R"({"schema":"splid.config","v":[1,0],"source":{)" + std::string(test::light_source) +
+            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+            R"(/config/patterns/interleaved-180-189.json"},"publish":)" +
+            publish + R"(,"security":)" + security + test::with_light_scene("") + "}");
   }
   std::string secured() const {
     return config(

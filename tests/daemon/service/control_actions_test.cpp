@@ -55,7 +55,7 @@ constexpr const char* at_rest =
     R"("distance_m":30,"velocity_mps":0})";
 
 TEST_F(Asked, RecordsWhenItIsAskedAndNotBefore) {
-  run(configure(scene, R"(,"record":{"folder":"kept","when":"asked"})"));
+  run(configure(test::light_source, R"(,"record":{"folder":"kept","when":"asked"})"));
   const test::FrameWatch watch(frames);
   ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
   EXPECT_THAT(ctl({"record", "stop"}).err, HasSubstr("it records nothing"));
@@ -82,7 +82,7 @@ TEST_F(Asked, RecordsWhenItIsAskedAndNotBefore) {
 }
 
 TEST_F(Asked, ARecordingGoesOnWhereMeasuringDoes) {
-  run(configure(scene, R"(,"record":{"folder":"kept"})"));
+  run(configure(test::light_source, R"(,"record":{"folder":"kept"})"));
   EXPECT_THAT(status(), HasSubstr(R"("recording":true)"));
   EXPECT_EQ(ctl({"stop"}).exit_code, 0);
   EXPECT_EQ(recordings_in(folder.path("kept")).size(), 1u);
@@ -99,7 +99,7 @@ TEST_F(Asked, ARecordingGoesOnWhereMeasuringDoes) {
 
 TEST_F(Asked, UploadsItsPatternWhileItMeasures) {
   AwgDouble awg;
-  run(configure(scene, R"(,"awg":{"address":")" + awg.address() + "\"}"));
+  run(configure(test::light_source, R"(,"awg":{"address":")" + awg.address() + "\"}"));
   const test::FrameWatch watch(frames);
   const std::string output = folder.path("played.json");
   const ProgramResult result = ctl({"upload", "--output", output});
@@ -119,7 +119,8 @@ TEST_F(Asked, IsBusyMeanwhileAndEndsAllTheSame) {
   AwgFaults faults;
   faults.silent_at = ":TRAC1:DATA";
   AwgDouble awg(AwgDouble::Model::m8195a, faults);
-  run(configure(scene, R"(,"awg":{"timeout_s":60,"address":")" + awg.address() + "\"}"));
+  run(configure(test::light_source,
+                R"(,"awg":{"timeout_s":60,"address":")" + awg.address() + "\"}"));
   Program uploading({"ctl", "--endpoint", endpoint, "upload"});
   ASSERT_TRUE(eventually(
       [this] { return status().find(R"("doing":"upload","progress":")") != std::string::npos; }));
