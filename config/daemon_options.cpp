@@ -114,6 +114,10 @@ void RecordOptions::describe(OptionVisitor& visitor) {
   static constexpr std::array<const char*, 2> times = {"always", "asked"};
   choose(visitor, "when", when, times,
          "always: from the start; asked: once splid ctl record start asks for it");
+  static constexpr std::array<const char*, 3> tables = {"off", "h5", "csv"};
+  choose(visitor, "frames", frames, tables,
+         "h5, csv: beside each recording, its frames as a table, HDF5 or text, in "
+         "RECORDING.frames.h5 or .csv, of splid record too; off: no table");
   visitor.number("max_file_mib", max_file_mib, {1, 1e6},
                  "size from which on a new file is begun, MiB");
   visitor.number("max_file_s", max_file_s, {1, 1e6}, "time that a file holds at most, s");

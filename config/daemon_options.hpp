@@ -67,10 +67,17 @@ enum class RecordWhen {
   asked,   // record when a control request asks for it
 };
 
+enum class RecordFrames {
+  off,   // frames are published and not kept
+  hdf5,  // in a table beside each recording, as HDF5
+  csv,   // the same as text
+};
+
 // JSON: `record`.
 struct RecordOptions {
   std::string folder;  // empty: nothing is recorded
   RecordWhen when = RecordWhen::always;
+  RecordFrames frames = RecordFrames::off;
   double max_file_mib = 1024;  // of 2^20 bytes
   double max_file_s = 600;     // of the tagger's clock
   double max_folder_gib = 50;  // of 2^30 bytes

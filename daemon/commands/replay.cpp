@@ -11,7 +11,9 @@
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/output_check.hpp"
 #include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/frame_log.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -34,6 +36,8 @@ struct ReplayCommand {
   std::string config;
   std::string encoder;
   std::string speed = "max";
+  std::string output;
+  bool force = false;
   bool json = false;
   bool no_publish = false;
   double wait_for_subscriber_s = 0;
@@ -114,6 +118,25 @@ void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
   }
 }
 
+// Null where no table is asked for.
+std::unique_ptr<FrameLog> open_table(const Config& config, const ReplayCommand& options) {
+  if (options.output.empty()) return nullptr;
+  (void)table_format_of(options.output, "--output");
+  OutputCheck outputs(config);
+  outputs.add_input("the recording", options.recording);
+  outputs.check("--output", options.output);
+  const auto say = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  return std::make_unique<FrameLog>(options.output, table_facts(config, options.recording),
+                                    options.force, say);
+}
+
+// Errors: Error(Fault::device) where not every frame is in the table.
+void finish(FrameLog& frames, const std::stop_token& stop) {
+  frames.finish(stop);
+  if (const std::string fault = frames.fault(); !fault.empty()) throw Error(Fault::device, fault);
+  spdlog::info("{}", frames.summary());
+}
+
 int replay(const ReplayCommand& options) {
   const StopSignals signals;
   const double speed = speed_of(options.speed);
@@ -128,11 +151,16 @@ int replay(const ReplayCommand& options) {
   std::unique_ptr<TagSource> recording = open_source(config, device.hears());
   warn_of_what_does_not_fit(config, options.recording);
   SessionOptions session;
-  session.json = session.may_only_print = options.json;
+  const std::unique_ptr<FrameLog> frames = open_table(config, options);
+  session.frames = frames.get();
+  session.json = options.json;
+  session.may_only_print = options.json || frames;
   session.publish = !options.no_publish;
   session.queue_messages = queue_messages;
   session.wait_for_subscriber_s = options.wait_for_subscriber_s;
-  return run_session(config, std::move(recording), device, session, signals.token());
+  const int code = run_session(config, std::move(recording), device, session, signals.token());
+  if (frames) finish(*frames, signals.token());
+  return code;
 }
 
 }  // namespace
@@ -147,6 +175,9 @@ void add_replay(CLI::App& app, Action& action) {
                       "Counts of the encoder; else those in RECORDING.encoder.csv, if it is there");
   command->add_option("--speed", options->speed, "max, or how many times the recorded pace")
       ->capture_default_str();
+  CLI::Option* output = command->add_option(
+      "--output,-o", options->output, "Each frame as a row of a table: .h5 is HDF5, .csv is text");
+  command->add_flag("--force", options->force, "Overwrite an existing table")->needs(output);
   command->add_flag("--json", options->json, "Each frame as a line of JSON on standard output");
   CLI::Option* wait =
       command
@@ -155,7 +186,8 @@ void add_replay(CLI::App& app, Action& action) {
           ->check(CLI::NonNegativeNumber);
   command
       ->add_flag("--no-publish", options->no_publish,
-                 "Bind no endpoint: the frames go to --json alone, and the end's count to people")
+                 "Bind no endpoint: frames go to --json and --output alone, and the end's count to "
+                 "people")
       ->excludes(wait);
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return replay(*options); }; });

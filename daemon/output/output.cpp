@@ -80,6 +80,7 @@ void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
   if (ends_.metrics != nullptr) {
     ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
   }
+  give_frame(message);
   tell_observer(message, json);
 }
 
@@ -178,6 +179,11 @@ void Output::record(RecordingTap* recording) {
 void Output::give_counts(const EncoderBatch& batch) {
   const std::scoped_lock lock(recording_mutex_);
   if (recording_ != nullptr) recording_->take_counts(batch);
+}
+
+void Output::give_frame(const FrameMessage& message) {
+  const std::scoped_lock lock(recording_mutex_);
+  if (recording_ != nullptr) recording_->take_frame(message);
 }
 
 void Output::reload(const OutputOptions& next) {

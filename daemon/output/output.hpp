@@ -79,7 +79,8 @@ class Output {
   // The run is over. reason: why; empty where nothing is wrong.
   void stop(const std::string& reason);
 
-  // From now on the status tells the faults of `recording`, which is given the encoder's counts;
+  // From now on the status tells the faults of `recording`, which is given the frames and the
+  // encoder's counts;
   // null: there is no recording.
   void record(RecordingTap* recording);
   // Messages from now on follow these options in what can change while frames flow: the context,
@@ -95,6 +96,7 @@ class Output {
   void end(Stream& stream, StreamSummary& summary);
   void take_reloaded();
   void give_counts(const EncoderBatch& batch);
+  void give_frame(const FrameMessage& message);
 
   const OutputOptions options_;
   Ends ends_;

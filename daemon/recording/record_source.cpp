@@ -92,6 +92,7 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
     extent.take(tags);
     recorder.write(tags);
     if (encoder) encoder->write(tags);
+    limit.see(tags);
     ring.consume(tags.size());
     const std::int64_t now_ns = clock.steady_ns();
     if (now_ns - flushed_ns > flush_interval_ns) {

@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <stop_token>
 #include <string>
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
 #include "drivers/source.hpp"
+#include "protocol/tag.hpp"
 
 namespace splid {
 
@@ -23,6 +25,8 @@ struct RecordLimit {
   double seconds = 0;  // of the tagger's clock; 0: to the end of the stream
   // Called a few times a second with the seconds recorded so far.
   std::function<void(double seconds)> progress = [](double) {};
+  // Called with all tags, in stream order, once they were given to the recording.
+  std::function<void(std::span<const Tag>)> see = [](std::span<const Tag>) {};
 };
 
 // Records a source's tags into one PTU file, until the stream ends, the limit is reached or a stop

@@ -27,6 +27,11 @@ PtuFacts recording_facts(const Config& config, const SourceInfo& source,
   return facts;
 }
 
+TableFacts table_facts(const Config& config, const std::string& recording) {
+  return {std::string("splid ") + SPLID_VERSION, config_to_json(config), to_json(config.pattern),
+          recording};
+}
+
 std::string other_pattern_than_recorded(const Config& config, const PtuHeader& header,
                                         const std::string& file) {
   if (header.pattern_json.empty()) return {};

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/recording/table_head.hpp"
 #include "drivers/source.hpp"
 #include "protocol/ptu_header.hpp"
 
@@ -15,6 +16,9 @@ namespace splid {
 // of encoder counts beside the recording; empty: there is none.
 PtuFacts recording_facts(const Config& config, const SourceInfo& source,
                          const std::string& encoder_file);
+
+// The facts beside a table of frames. recording: the recording's path; empty: not known yet.
+TableFacts table_facts(const Config& config, const std::string& recording);
 
 // Compares the pattern in a recording's header with the configured pattern. Returns a sentence for
 // people where fewer than 70 % of the pulses of one pattern lie on pulses of the other, at the

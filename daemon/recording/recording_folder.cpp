@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/table_head.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -31,7 +32,7 @@ constexpr std::size_t least_digits = 6;
 struct Kept {
   std::uint64_t number = 0;
   std::string path;
-  std::uint64_t bytes = 0;  // of the recording and its encoder counts
+  std::uint64_t bytes = 0;  // of the recording and the files beside it
 };
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -65,6 +66,13 @@ std::uint64_t size_of(const std::string& path) {
   return absent ? 0 : bytes;
 }
 
+// The recording, its encoder counts and the tables of its frames, whether they are there or not.
+std::vector<std::string> files_of(const std::string& recording) {
+  std::vector<std::string> files = {recording, encoder_file_of(recording)};
+  for (std::string& table : table_files_beside(recording)) files.push_back(std::move(table));
+  return files;
+}
+
 // Sorted from the oldest to the newest: by number and not by name, since the host's UTC may have
 // been set back.
 std::vector<Kept> recordings_in(const std::string& folder) {
@@ -73,7 +81,8 @@ std::vector<Kept> recordings_in(const std::string& folder) {
     const auto number = number_of(entry.path().filename().string());
     if (!number || !entry.is_regular_file()) continue;
     const std::string path = entry.path().string();
-    kept.push_back({*number, path, size_of(path) + size_of(encoder_file_of(path))});
+    kept.push_back({*number, path, 0});
+    for (const std::string& file : files_of(path)) kept.back().bytes += size_of(file);
   }
   std::sort(kept.begin(), kept.end(),
             [](const Kept& a, const Kept& b) { return a.number < b.number; });
@@ -107,8 +116,7 @@ std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
     for (const Kept& file : kept) bytes += file.bytes;
     for (const Kept& file : kept) {
       if (bytes <= max_bytes_) break;
-      fs::remove(file.path);
-      fs::remove(encoder_file_of(file.path));
+      for (const std::string& path : files_of(file.path)) fs::remove(path);
       bytes -= file.bytes;
     }
     if (!kept.empty()) number_ = std::max(number_, kept.back().number);

@@ -16,7 +16,7 @@ namespace splid {
 class RecordingFolder {
  public:
   // path: the folder need not exist yet. max_bytes: limit for all recordings in it together with
-  // their files of encoder counts.
+  // the files beside them.
   RecordingFolder(std::string path, std::uint64_t max_bytes)
       : path_(std::move(path)), max_bytes_(max_bytes) {}
   ~RecordingFolder();

@@ -17,6 +17,7 @@ namespace {
 constexpr std::chrono::milliseconds tap_idle{100};
 constexpr std::size_t tap_tags_at_once = 65'536;
 constexpr std::size_t max_batches = 65'536;
+constexpr std::size_t max_early_frames = 256;
 
 // A killed daemon may lose half a second of tags; flushing a little more often leaves time for the
 // write itself.
@@ -66,6 +67,10 @@ RecordingTap::RecordingTap(const Config& config, const SourceInfo& source, const
           {config.record, config.channels, source, recording_facts(config, source, "")}, clock,
           [this] { return open_counts(); },
           [this](const std::string& sentence) { news_.push_back(sentence); }),
+      tables_(config.record.frames),
+      frames_(tables_ == RecordFrames::off
+                  ? nullptr
+                  : std::make_unique<FrameLog>(table_facts(config, ""), say_)),
       thread_([this] { run(); }) {}
 
 RecordingTap::~RecordingTap() { finish(); }
@@ -82,6 +87,20 @@ void RecordingTap::take(std::span<const Tag> tags) {
     }
     tags = tags.subspan(room.size());
   }
+}
+
+// The first frames may come before the recorder has made its first file.
+void RecordingTap::take_frame(const FrameMessage& frame) {
+  if (!frames_) return;
+  early_.push_back(frame);
+  if (early_.size() >= max_early_frames || !file().empty()) put_frames();
+}
+
+void RecordingTap::put_frames() {
+  const std::string recording = file();
+  const std::string table = recording.empty() ? "" : table_beside(recording, tables_);
+  for (const FrameMessage& frame : early_) frames_->put(frame, table, recording);
+  early_.clear();
 }
 
 std::unique_ptr<EncoderSource> RecordingTap::open_counts() {
@@ -134,8 +153,11 @@ void RecordingTap::look_around() {
 }
 
 std::string RecordingTap::fault() const {
-  const std::scoped_lock lock(mutex_);
-  return fault_;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (!fault_.empty() || !frames_) return fault_;
+  }
+  return frames_->fault();
 }
 
 std::string RecordingTap::file() const {
@@ -146,8 +168,13 @@ std::string RecordingTap::file() const {
 std::string RecordingTap::summary() {
   finish();
   if (thread_.joinable()) thread_.join();
-  return fmt::format("{} recordings; {} tags lost to the disk", grouped(recorder_.files()),
-                     grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
+  const std::string text =
+      fmt::format("{} recordings; {} tags lost to the disk", grouped(recorder_.files()),
+                  grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
+  if (!frames_) return text;
+  put_frames();
+  frames_->finish({});
+  return text + "; " + frames_->summary();
 }
 
 }  // namespace splid

@@ -12,6 +12,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/recording/frame_log.hpp"
 #include "daemon/recording/rotating_writer.hpp"
 #include "daemon/stream/ring.hpp"
 #include "daemon/stream/tag_tap.hpp"
@@ -53,13 +54,13 @@ class CountsQueue {
 // that. They are not forced onto the disk: a machine that loses power loses what the system had not
 // written yet.
 //
-// Threads: take() and finish() the framer's; take_counts() the publisher's; fault() and file() any;
-// summary() once finish() was called. Errors: none; faults of the disk are in fault(). take()
-// allocates nothing and takes no lock.
+// Threads: take() and finish() the framer's; take_counts() and take_frame() the publisher's;
+// fault() and file() any; summary() once finish() was called. Errors: none; faults of the disk are
+// in fault(). take() allocates nothing and takes no lock.
 class RecordingTap final : public TagTap {
  public:
-  // clock: outlives this. say: takes a sentence, on the recorder's thread, about what is lost and
-  // why.
+  // clock: outlives this. say: takes a sentence about what is lost and why, on the recorder's
+  // thread and on the thread of its FrameLog.
   RecordingTap(const Config& config, const SourceInfo& source, const Clock& clock,
                std::function<void(const std::string&)> say);
   ~RecordingTap() override;
@@ -73,6 +74,9 @@ class RecordingTap final : public TagTap {
   // before the first tag.
   void expect_counts() { has_counts_ = true; }
   void take_counts(const EncoderBatch& batch) { counts_.put(batch); }
+  // A frame was published: where the configuration asks for tables, it goes into the table beside
+  // the recording that is being written now. Never waits for the disk.
+  void take_frame(const FrameMessage& frame);
 
   // Why nothing is recorded at present, in a sentence; empty while all is well.
   [[nodiscard]] std::string fault() const;
@@ -85,6 +89,7 @@ class RecordingTap final : public TagTap {
  private:
   void run();
   void look_around();
+  void put_frames();
   [[nodiscard]] std::unique_ptr<EncoderSource> open_counts();
 
   const Clock& clock_;
@@ -103,6 +108,9 @@ class RecordingTap final : public TagTap {
   mutable std::mutex mutex_;
   std::string fault_;  // guarded by mutex_
   std::string file_;   // guarded by mutex_
+  RecordFrames tables_;
+  std::unique_ptr<FrameLog> frames_;  // null: frames are not kept
+  std::vector<FrameMessage> early_;   // the publisher's thread; wait for the first recording
   std::jthread thread_;
 };
 

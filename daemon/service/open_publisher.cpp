@@ -68,7 +68,8 @@ std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOpt
     return std::make_unique<Publisher>(config.publish.endpoint, options.queue_messages, access);
   } catch (const EndpointTaken& error) {
     if (options.may_only_print) {
-      spdlog::warn("{}; frames are printed and not published", taken(error));
+      spdlog::warn("{}; frames are {} and not published", taken(error),
+                   options.json ? "printed" : "written");
       return unbound();
     }
     throw Error(Fault::device,

@@ -13,6 +13,7 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/output/publisher.hpp"
+#include "daemon/recording/frame_log.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/service/control/control_endpoint.hpp"
 #include "daemon/service/control/control_server.hpp"
@@ -100,6 +101,11 @@ std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions
   }
 }
 
+void keep(const FrameMessage& message, FrameLog& frames) {
+  frames.put(message);
+  if (const std::string fault = frames.fault(); !fault.empty()) throw Error(Fault::device, fault);
+}
+
 // Sums of what is too frequent for a line in the log each time.
 void say_who_came(const Refusals& refusals, const Publisher& publisher) {
   if (refusals.kept_out() > 0) {
@@ -132,6 +138,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   const auto observer = [&](const FrameMessage& message, const std::string& json) {
     encoder.take(message);
     if (progress.due()) progress.show(in_words(message));
+    if (options.frames != nullptr) keep(message, *options.frames);
     return !options.json || out.write(json);
   };
   Output output(output_options(config), {publisher, &device, metrics.get(), observer},

@@ -10,6 +10,8 @@
 
 namespace splid {
 
+class FrameLog;
+
 // What `run` and `replay` share.
 
 struct SessionOptions {
@@ -21,12 +23,14 @@ struct SessionOptions {
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
   bool is_service = false;           // records and can be controlled, as the configuration says
+  FrameLog* frames = nullptr;        // of a replay: takes each frame too; may be null
   StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; may be null
 };
 
 // Measures from the source to the subscribers, and returns the exit code. The log says what is done
 // and at the end what came of it, with the RMSE against an encoder where there is one. A control
-// request may end a stream and begin another; see Measuring.
+// request may end a stream and begin another; see Measuring. A fault of options.frames ends the
+// stream.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
 // frame could lock although syncs came.

@@ -39,6 +39,9 @@ TEST(RecordingFolder, RemovesItsOldestAndNothingElse) {
   // The clock was set back between them: the numbers tell which came first.
   (void)folder.write("splid-20270101T000000Z-000007.ptu", hundred);
   (void)folder.write("splid-20270101T000000Z-000007.ptu.encoder.csv", hundred);
+  (void)folder.write("splid-20270101T000000Z-000007.ptu.frames.h5", "");
+  (void)folder.write("splid-20270101T000000Z-000007.ptu.frames.csv", "");
+  (void)folder.write("splid-20270101T000000Z-000007.ptu.frames.csv.facts.json", "");
   (void)folder.write("splid-20260101T000000Z-000008.ptu", hundred);
   (void)folder.write("splid-20260101T000000Z-000009.ptu", hundred);
   for (const char* other : {"splid-20260101T000000Z-000001.ptu2", "splid-2026-000001.ptu",

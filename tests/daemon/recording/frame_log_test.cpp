@@ -1,0 +1,146 @@
+#include "daemon/recording/frame_log.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocol/frame_columns.hpp"
+#include "tests/support/patience.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/small_disk.hpp"
+
+namespace splid {
+namespace {
+
+using test::file_text;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+const TableFacts facts{"splid", "{}", "{}", ""};
+
+FrameMessage frame(std::uint64_t sequence) {
+  FrameMessage message;
+  message.sequence = sequence;
+  return message;
+}
+
+std::size_t lines_in(const std::string& file) {
+  const std::string text = file_text(file);
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+// What a log says, from its own thread.
+struct Said {
+  void operator()(const std::string& sentence) {
+    const std::scoped_lock lock(mutex);
+    sentences.push_back(sentence);
+  }
+  std::mutex mutex;
+  std::vector<std::string> sentences;
+};
+
+template <class Condition>
+bool comes_true(Condition condition) {
+  const auto until = std::chrono::steady_clock::now() + test::patience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  return true;
+}
+
+TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
+  const test::TempFolder folder;
+  Said said;
+  TableFacts replayed = facts;
+  replayed.recording = folder.write("a.ptu", "abc");
+  FrameLog log(folder.path("a.csv"), replayed, false, std::ref(said));
+  // More than the queue holds: put() waits for room.
+  constexpr std::uint64_t count = 10'000;
+  for (std::uint64_t i = 0; i < count; ++i) log.put(frame(i));
+  log.finish({});
+  EXPECT_EQ(log.fault(), "");
+  EXPECT_EQ(log.summary(), "10,000 frames in " + folder.path("a.csv"));
+  EXPECT_EQ(lines_in(folder.path("a.csv")), count + 1);
+  EXPECT_THAT(file_text(folder.path("a.csv.facts.json")), HasSubstr("\"ba7816bf8f01cfea"));
+  EXPECT_TRUE(said.sentences.empty());
+}
+
+TEST(FrameLog, ALiveSourceHasATableForEachRecording) {
+  const test::TempFolder folder;
+  Said said;
+  FrameLog log(facts, std::ref(said));
+  log.put(frame(0), folder.path("1.csv"), "1.ptu");
+  log.put(frame(1), folder.path("1.csv"), "1.ptu");
+  log.put(frame(2), folder.path("2.csv"), "2.ptu");
+  log.finish({});
+  EXPECT_EQ(log.summary(), "3 frames in 2 tables");
+  EXPECT_EQ(file_text(folder.path("1.csv")),
+            frame_csv_head() + frame_csv_row(frame(0)) + frame_csv_row(frame(1)));
+  EXPECT_EQ(file_text(folder.path("2.csv")), frame_csv_head() + frame_csv_row(frame(2)));
+  EXPECT_THAT(file_text(folder.path("2.csv.facts.json")), HasSubstr("\"recording\":\"2.ptu\""));
+}
+
+// The frames come far faster than a disk or the queue could take them.
+TEST(FrameLog, ALiveSourceNeverWaits) {
+  const test::TempFolder folder;
+  Said said;
+  FrameLog log(facts, std::ref(said));
+  constexpr std::uint64_t count = 400'000;
+  for (std::uint64_t i = 0; i < count; ++i) log.put(frame(i), folder.path("1.csv"), "1.ptu");
+  log.finish({});
+  const std::uint64_t written = lines_in(folder.path("1.csv")) - 1;
+  ASSERT_LT(written, count);
+  EXPECT_GE(written, 4096U);
+  const std::string text = log.summary();
+  std::string digits;
+  std::copy_if(text.begin() + static_cast<std::ptrdiff_t>(text.find(';')), text.end(),
+               std::back_inserter(digits), [](unsigned char c) { return std::isdigit(c) != 0; });
+  EXPECT_EQ(written + std::stoull(digits), count) << text;
+  ASSERT_FALSE(said.sentences.empty());
+  EXPECT_THAT(said.sentences.front(), HasSubstr("the disk is too slow; "));
+}
+
+TEST(FrameLog, AFullDiskIsSaidAndCountedAndOver) {
+  const test::SmallDisk disk(4);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  Said said;
+  FrameLog log(facts, std::ref(said));
+  const std::string file = disk.path("1.csv");
+  log.put(frame(0), file, "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return lines_in(file) == 2; }));
+  disk.fill_but(0);
+  for (std::uint64_t i = 1; i <= 1000; ++i) log.put(frame(i), file, "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return !log.fault().empty(); }));
+  EXPECT_THAT(log.fault(), HasSubstr("No space left on device"));
+  disk.clear();
+  log.put(frame(1001), file, "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return log.fault().empty(); }));
+  log.finish({});
+  EXPECT_THAT(log.summary(), HasSubstr("2 frames in " + file + "; 1,000 frames are in no table"));
+  EXPECT_THAT(said.sentences, ElementsAre(HasSubstr("frames are not written: "),
+                                          HasSubstr("frames are written again, into ")));
+}
+
+TEST(FrameLog, ATableThatCannotBeMadeIsTriedAgain) {
+  const test::TempFolder folder;
+  Said said;
+  FrameLog log(facts, std::ref(said));
+  const std::string file = folder.path("later/1.csv");
+  log.put(frame(0), file, "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return !log.fault().empty(); }));
+  std::filesystem::create_directory(folder.path("later"));
+  log.put(frame(1), file, "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return log.fault().empty(); }));
+  log.finish({});
+  EXPECT_EQ(log.summary(), "1 frames in " + file + "; 1 frames are in no table");
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,171 @@
+#include "daemon/recording/frame_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "protocol/error.hpp"
+#include "protocol/frame_columns.hpp"
+#include "tests/support/error_text.hpp"
+#include "tests/support/python_program.hpp"
+#include "tests/support/small_disk.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+using test::file_text;
+using ::testing::HasSubstr;
+
+const TableFacts facts{"splid 1.2.3", R"({"a":1})", R"({"b":2})", "my.ptu"};
+
+FrameMessage frame(std::uint64_t sequence) {
+  FrameMessage message;
+  message.sequence = sequence;
+  message.status = FrameStatus::ok;
+  message.distance_m = 0.1 * static_cast<double>(sequence);
+  return message;
+}
+
+std::string python_reads(std::vector<std::string> arguments) {
+  const test::ProgramResult read =
+      test::python("tests/support/python/read_table.py", arguments).wait();
+  EXPECT_EQ(read.exit_code, 0) << read.err;
+  return read.out;
+}
+
+TEST(FrameTable, H5pyReadsWhatWasFlushedAtAnyMoment) {
+  const test::TempFolder folder;
+  const std::string file = folder.path("a.h5");
+  FrameTable table(file, facts, false);
+  std::vector<std::string> copies;
+  const auto copy = [&] {
+    copies.push_back(folder.path(std::to_string(copies.size()) + ".h5"));
+    std::filesystem::copy_file(file, copies.back());
+  };
+  copy();
+  table.flush();
+  copy();
+  table.add(frame(0));
+  copy();
+  table.flush();
+  copy();
+  for (std::uint64_t i = 1; i < 1000; ++i) table.add(frame(i));
+  table.flush();
+  table.add(frame(1000));
+  copy();
+  EXPECT_EQ(table.rows(), 1000U);
+  copies.insert(copies.begin(), "rows");
+  EXPECT_EQ(python_reads(copies), "0\n0\n0\n1\n1000\n");
+  const std::string frames = python_reads({"frames", file});
+  const auto last = json::parse(frames.substr(frames.rfind('\n', frames.size() - 2) + 1));
+  EXPECT_EQ(last["sequence"], 999);
+  EXPECT_EQ(last["distance_m"], 0.1 * 999);
+  EXPECT_EQ(last["status"], "ok");
+  EXPECT_EQ(last["valid"], true);
+}
+
+TEST(FrameTable, HoldsItsFacts) {
+  const test::TempFolder folder;
+  const std::string file = folder.path("a.h5");
+  const std::string large = "\"" + std::string(300'000, 'x') + "\"";  // an attribute holds 64 KiB
+  FrameTable table(file, {facts.program, large, facts.pattern_json, facts.recording}, false);
+  auto read = json::parse(python_reads({"facts", file}));
+  EXPECT_EQ(read["recording_sha256"], "");
+  table.write_checksum(std::string(64, 'e'));
+  read = json::parse(python_reads({"facts", file}));
+  EXPECT_EQ(read["recording_sha256"], std::string(64, 'e'));
+  EXPECT_EQ(read["program"], "splid 1.2.3");
+  EXPECT_EQ(read["recording"], "my.ptu");
+  EXPECT_EQ(read["configuration"].get<std::string>().size(), 300'000U);
+  EXPECT_EQ(read["pattern"]["b"], 2);
+  EXPECT_EQ(read["units"]["distance_m"], "m");
+  EXPECT_EQ(read["units"]["sync_drift_ppm"], "ppm");
+  EXPECT_EQ(read["units"]["status"], "");
+  EXPECT_EQ(read["units"].size(), frame_columns().size());
+}
+
+// The file as a kill leaves it between any two of the writes of a flush().
+TEST(TableHead, ATableThatIsHalfExtendedIsReadAsItWasBefore) {
+  const test::TempFolder folder;
+  const TableHead head = make_hdf5_head(facts);
+  std::string rows;
+  for (std::uint64_t i = 0; i < 3; ++i) append_frame_row(frame(i), rows);
+  const auto table = [&](std::size_t fields, std::uint64_t count, std::uint64_t then) {
+    std::string bytes = head.bytes;
+    for (std::size_t i = 0; i < head.fields.size(); ++i) {
+      const auto& field = head.fields[i];
+      const std::uint64_t value = field.begin + field.per_row * (i < fields ? then : count);
+      std::memcpy(&bytes[field.at], &value, sizeof value);
+    }
+    return bytes + rows;
+  };
+  std::vector<std::string> files = {"rows"};
+  std::string expected;
+  for (std::size_t fields = 0; fields <= head.fields.size(); ++fields) {
+    files.push_back(folder.write("from0-" + std::to_string(fields), table(fields, 0, 3)));
+    files.push_back(folder.write("from1-" + std::to_string(fields), table(fields, 1, 3)));
+    expected += fields < head.fields.size() ? "0\n1\n" : "3\n3\n";
+  }
+  EXPECT_EQ(python_reads(files), expected);
+}
+
+TEST(FrameTable, TextHasItsFactsBesideIt) {
+  const test::TempFolder folder;
+  const std::string file = folder.path("a.csv");
+  FrameTable table(file, facts, false);
+  table.add(frame(7));
+  table.flush();
+  EXPECT_EQ(file_text(file), frame_csv_head() + frame_csv_row(frame(7)));
+  table.write_checksum("abc");
+  const auto beside = json::parse(file_text(facts_file_of(file)));
+  EXPECT_EQ(beside["recording_sha256"], "abc");
+  EXPECT_EQ(beside["configuration"]["a"], 1);
+}
+
+TEST(FrameTable, NeverWritesOverWhatIsThereUnlessItMay) {
+  const test::TempFolder folder;
+  const std::string file = folder.write("a.h5", "mine");
+  EXPECT_THAT(test::error_text([&] { FrameTable(file, facts, false); }),
+              HasSubstr("the file exists; give another name, or --force"));
+  EXPECT_EQ(file_text(file), "mine");
+  FrameTable(file, facts, true);
+  EXPECT_EQ(python_reads({"rows", file}), "0\n");
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("none/a.h5"), facts, false); }),
+              HasSubstr("cannot be made: No such file"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("a.h5.part")));
+  std::filesystem::create_directory(folder.path("b.csv"));
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("b.csv"), facts, true); }),
+              HasSubstr("is no file but a folder"));
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("a.txt"), facts, true); }),
+              HasSubstr("ends in .h5 (HDF5) or in .csv (text)"));
+}
+
+TEST(FrameTable, OnAFullDiskTheRowsWrittenBeforeStay) {
+  const test::SmallDisk disk(4);
+  if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
+  for (const char* name : {"a.h5", "a.csv"}) {
+    FrameTable table(disk.path(name), facts, false);
+    table.add(frame(0));
+    table.flush();
+    disk.fill_but(0);
+    for (std::uint64_t i = 1; i < 1000; ++i) table.add(frame(i));
+    EXPECT_THAT(test::error_text([&] { table.flush(); }),
+                HasSubstr("No space left on device after 1 frames; these can be read"));
+    EXPECT_EQ(table.give_up(), 999U);
+    disk.clear();
+    table.add(frame(1000));
+    table.flush();
+    EXPECT_EQ(table.rows(), 2U);
+  }
+  EXPECT_EQ(python_reads({"rows", disk.path("a.h5")}), "2\n");
+  EXPECT_EQ(file_text(disk.path("a.csv")),
+            frame_csv_head() + frame_csv_row(frame(0)) + frame_csv_row(frame(1000)));
+}
+
+}  // namespace
+}  // namespace splid
