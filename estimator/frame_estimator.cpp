@@ -51,6 +51,7 @@ constexpr double longest_gap_ps = 1e12;
 }  // namespace
 
 struct FrameEstimator::Workspace {
+  ClockReference reference;
   PulseTrain train;
   Mode mode;
   double unambiguous_ns;
@@ -65,8 +66,10 @@ struct FrameEstimator::Workspace {
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
-            const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons)
-      : train(pattern),
+            const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
+            ClockReference clock_reference)
+      : reference(clock_reference),
+        train(pattern),
         mode(pattern.mode),
         unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
         shape(make_shape(pattern, pulse)),
@@ -100,6 +103,11 @@ struct FrameEstimator::Workspace {
   // The circle that delays are told apart on: equal delays modulo this are the same.
   [[nodiscard]] double told_apart_ns() const {
     return mode == Mode::ambiguous ? unambiguous_ns : train.circle_ns;
+  }
+
+  // From a delay in the pattern's clock to that delay in the clock that is taken to be right.
+  [[nodiscard]] double to_reference() const {
+    return reference == ClockReference::tagger ? frame.scale : 1;
   }
 
   // How far a delay that is looked at may travel. Fits are not held to the speeds that the search
@@ -139,8 +147,8 @@ std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track,
   }
   const double beta = track.velocity_mps / speed_of_light_mps;
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
-  Fit fit = search.find_near(
-      frame, {delay_ns / frame.scale / (1 + beta), travel_of(track.velocity_mps, frame.length_ns)});
+  Fit fit = search.find_near(frame, {delay_ns / to_reference() / (1 + beta),
+                                     travel_of(track.velocity_mps, frame.length_ns)});
   const double least =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, threshold_nats + 6);
   if (fit.gain_nats < least || !fit.has_covariance) return std::nullopt;
@@ -192,6 +200,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double g = p.line.travel_ns / frame.length_ns;
   const double beta = g / (2 - g);
   // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the tagger's clock.
+  const double scale = to_reference();
   const double circle_ns = told_apart_ns();
   const auto wrap = [](double delay, double circle) {
     const double turned = delay - circle * std::floor(delay / circle);
@@ -202,9 +211,8 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   const double delay_ns = wrap(p.line.delay_ns, circle_ns);
   estimate.has_values = true;
   estimate.velocity_mps = beta * speed_of_light_mps;
-  estimate.delay_ns = wrap(delay_ns * (1 + beta), circle_ns) * frame.scale;
-  estimate.delay_start_ns =
-      wrap(delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * frame.scale;
+  estimate.delay_ns = wrap(delay_ns * (1 + beta), circle_ns) * scale;
+  estimate.delay_start_ns = wrap(delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * scale;
   estimate.signal_per_pulse = p.signal_per_pulse;
   estimate.background_per_ns = p.background_per_ns;
   estimate.significance_nats = fit.gain_nats;
@@ -220,7 +228,7 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   // clock's phase is an error of the delay, and an error of its period is an error of the velocity
   // (with 10 ps of sync jitter in 50 ms 4.2 cm/s by endpoints, 0.09 cm/s by regression).
   estimate.std_delay_ns =
-      std::hypot(std::sqrt(std::max(0.0, variance)) * frame.scale, sync.std_phase_ps * ns_per_ps);
+      std::hypot(std::sqrt(std::max(0.0, variance)) * scale, sync.std_phase_ps * ns_per_ps);
   if (C(1, 1) > 0) {
     estimate.std_velocity_mps =
         speed_of_light_mps *
@@ -244,9 +252,10 @@ void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& 
 
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
                                const SceneOptions& scene, const EstimatorOptions& options,
-                               double frame_length_ms, std::size_t max_photons)
+                               double frame_length_ms, std::size_t max_photons,
+                               ClockReference reference)
     : workspace_(std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
-                                             max_photons)) {}
+                                             max_photons, reference)) {}
 
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;

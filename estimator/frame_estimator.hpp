@@ -46,10 +46,12 @@ namespace splid {
 // method search, for frames of up to max_photons; a frame with more makes the memory grow.
 class FrameEstimator {
  public:
-  // frame_length_ms: nominal, > 0. max_photons: that a frame may have.
+  // frame_length_ms: nominal, > 0. max_photons: that a frame may have. reference: whose clock the
+  // estimate's delays are in.
   // Errors: Error(Fault::usage) where the pattern and the options do not fit together.
   FrameEstimator(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
-                 const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons);
+                 const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
+                 ClockReference reference = ClockReference::tagger);
   ~FrameEstimator();
   FrameEstimator(FrameEstimator&&) noexcept;
 

@@ -129,7 +129,7 @@ const SyncDiagnosis* Stream::diagnosis() const {
 
 EstimatorInUse Stream::make_estimator(const StreamOptions& from) const {
   return {FrameEstimator(options_.pattern, from.pulse, from.scene, from.estimator,
-                         options_.frame.length_ms, max_photons_),
+                         options_.frame.length_ms, max_photons_, options_.drift.reference),
           from.estimator.tracked};
 }
 

@@ -82,9 +82,11 @@ std::optional<OptionFault> TargetOptions::validate() const {
   return std::nullopt;
 }
 
-Motion::Motion(TargetOptions options) : options_(std::move(options)) {}
+Motion::Motion(TargetOptions options, double clock_rate)
+    : options_(std::move(options)), clock_rate_(clock_rate) {}
 
-MotionState Motion::at(double time_s) const {
+MotionState Motion::at(double tagger_s) const {
+  const double time_s = tagger_s / clock_rate_;
   switch (options_.motion) {
     case MotionKind::sinusoid:
       return on_sinusoid(time_s);

@@ -46,21 +46,24 @@ struct MotionState {
   double velocity_mps = 0;  // positive away from the lidar
 };
 
-// A target's path for all times. Negative times are before the stream's start: light that met the
-// target then comes in after the start.
+// A target's path for all times of the tagger's clock. Negative times are before the stream's
+// start: light that met the target then comes in after the start.
 //
 // Threads: any. Errors: none. No allocation after construction.
 class Motion {
  public:
-  // options: valid
-  explicit Motion(TargetOptions options);
+  // options: valid. clock_rate: the seconds that the tagger counts in a true second.
+  explicit Motion(TargetOptions options, double clock_rate = 1);
+  // time_s: in the tagger's clock. The state is in true metres and seconds.
   [[nodiscard]] MotionState at(double time_s) const;
+  [[nodiscard]] double clock_rate() const { return clock_rate_; }
 
  private:
   [[nodiscard]] MotionState on_sinusoid(double time_s) const;
   [[nodiscard]] MotionState between_points(double time_s) const;
 
   TargetOptions options_;
+  double clock_rate_;
 };
 
 }  // namespace splid::simulator

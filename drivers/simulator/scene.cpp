@@ -20,8 +20,8 @@ constexpr FineTime never = {PendingTimes::none, 0};
 }  // namespace
 
 Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
-    : signal_(pattern, options.detection, drift_of(options), Motion(options.target),
-              seed_of(options)),
+    : signal_(pattern, options.detection, drift_of(options),
+              Motion(options.target, options.tagger_rate()), seed_of(options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
       random_(seed_of(options), 3),
       start_ps_(options.start_ps),

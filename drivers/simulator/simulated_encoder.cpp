@@ -11,7 +11,7 @@ constexpr std::int64_t batch_counts = 100;
 }  // namespace
 
 SimulatedEncoder::SimulatedEncoder(const SimulatorOptions& scene, EncoderOptions options)
-    : motion_(scene.target),
+    : motion_(scene.target, scene.tagger_rate()),
       options_(std::move(options)),
       time_(scene.encoder_start()),
       gap_ps_(simulator::ps_per_s / scene.encoder_rate_hz) {}

@@ -35,6 +35,9 @@ void describe_clocks(SimulatorOptions& options, OptionVisitor& visitor) {
                  "pattern period in the tagger's clock against the calibrated one, ppm");
   visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
                  "change of the drift, ppm a second, until it is 1000 ppm either way");
+  visitor.number(
+      "tagger_ppm", options.tagger_ppm, {-max_ppm, max_ppm},
+      "by which the tagger's clock is fast: an echo takes so much more of its time, ppm");
   visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
                  "sample clock of an encoder on marker 1, Hz; 0: none");
   visitor.number("encoder_start_s", options.encoder_start_s, {0, 1e6},

@@ -30,6 +30,7 @@ struct SimulatorOptions : SourceOptions {
   double dark_per_s = 500;          // dark counts of the detector
   double drift_ppm = 2;             // pattern period in the tagger's clock, against the calibrated
   double drift_ramp_ppm_per_s = 0;  // change of the drift
+  double tagger_ppm = 0;            // by which the tagger's clock is fast
   double encoder_rate_hz = 0;       // DAQ sample clock on marker 1; 0: none
   double encoder_start_s = 0.2;     // first tick: late enough for the start to be seen
   std::int64_t start_ps = 0;        // tagger's clock at the stream's start
@@ -40,6 +41,8 @@ struct SimulatorOptions : SourceOptions {
   std::int64_t photon_input = 1;
 
   [[nodiscard]] double background_per_s() const { return ambient_per_s + dark_per_s; }
+  // The seconds that the tagger counts in a true second.
+  [[nodiscard]] double tagger_rate() const { return 1 + 1e-6 * tagger_ppm; }
   // The time of the encoder's first tick, since the stream's start.
   [[nodiscard]] simulator::FineTime encoder_start() const {
     return simulator::FineTime{}.after(encoder_start_s * simulator::ps_per_s);

@@ -31,7 +31,9 @@ enum class Stop {
 
 // What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
 // no_target, ambiguous, no_sync and, before the estimator ran, not_run. Where has_values is true
-// all values are finite. Delays are in the tagger's clock; rates count the tagger's nanoseconds.
+// all values are finite. Delays are in the clock of `drift.reference`, the tagger's by default;
+// rates count the tagger's nanoseconds. The velocity is the same in either clock, as it is a ratio
+// of two rates that the same tagger has counted.
 struct Estimate {
   FrameStatus status = FrameStatus::not_run;
   bool has_values = false;       // false: of the values below only background_per_ns holds

@@ -9,6 +9,7 @@ constexpr std::array<const char*, 3> motion_names = {"static", "moving", "auto"}
 constexpr std::array<const char*, 2> method_names = {"search", "paper"};
 constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
 constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
+constexpr std::array<const char*, 2> reference_names = {"tagger", "pattern"};
 constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
 
 }  // namespace
@@ -53,6 +54,16 @@ void DriftOptions::describe(OptionVisitor& visitor) {
       visitor, "method", method, drift_names,
       "regression: line through all syncs; endpoints: first and last sync (Eq. 19, 20); off: the "
       "calibrated period");
+  choose(visitor, "reference", reference, reference_names,
+         "whose oscillator is the better one, and distances are in its clock: the tagger's, or the "
+         "pattern's, whose period is then just what the pattern file says");
+}
+
+std::optional<OptionFault> DriftOptions::validate() const {
+  if (reference != ClockReference::pattern || method != DriftMethod::off) return std::nullopt;
+  return OptionFault{"/reference",
+                     "is \"pattern\", which needs the pattern's period as the syncs have it, but "
+                     "/drift/method is \"off\"; take \"regression\""};
 }
 
 }  // namespace splid

@@ -48,10 +48,17 @@ struct PulseOptions {
   void describe(OptionVisitor& visitor);
 };
 
-// How the drift of the pattern's clock is measured. JSON: `drift`.
+// Whose clock is taken to be right, so that delays are in its time. tagger: the one that stamped
+// the photons. pattern: the generator's, which plays the pattern file's period in just that time.
+enum class ClockReference { tagger, pattern };
+
+// How the drift of the pattern's clock is measured, and which of the two clocks distances are in.
+// JSON: `drift`.
 struct DriftOptions {
   DriftMethod method = DriftMethod::regression;
+  ClockReference reference = ClockReference::tagger;
   void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
 }  // namespace splid

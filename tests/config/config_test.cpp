@@ -66,7 +66,7 @@ TEST_F(ConfigTest, EveryOtherKeyHasADefault) {
 
 TEST_F(ConfigTest, ReadsEverySection) {
   const Config config = load(R"(, "channels": {"photon": [1, 2], "sync": 5, "encoder": "marker:2"},
-      "pulse": {"sigma_ps": 120}, "frame": {"length_ms": 20}, "drift": {"method": "endpoints"},
+      "pulse": {"sigma_ps": 120}, "frame": {"length_ms": 20}, "drift": {"method": "endpoints", "reference": "pattern"},
       "scene": {"motion": "static", "range_offset_m": -3}, "estimator": {"effort": "fast"},
       "detector": {"dead_time_ns": 40}, "pipeline": {"estimation_threads": 2},
       "encoder": {"file": "rail.csv", "m_per_count": -0.001, "offset_m": 7},
@@ -77,6 +77,7 @@ TEST_F(ConfigTest, ReadsEverySection) {
   EXPECT_EQ(config.pulse.sigma_ps, 120);
   EXPECT_EQ(config.frame.length_ms, 20);
   EXPECT_EQ(config.drift.method, DriftMethod::endpoints);
+  EXPECT_EQ(config.drift.reference, ClockReference::pattern);
   EXPECT_EQ(config.scene.motion, Motion::static_target);
   EXPECT_EQ(config.scene.range_offset_m, -3);
   EXPECT_EQ(config.estimator.effort, Effort::fast);

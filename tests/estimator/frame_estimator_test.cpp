@@ -41,6 +41,38 @@ void expect_all_finite(const Estimate& e) {
   }
 }
 
+// One of the two oscillators is 100 ppm off, which is 190 ps of delay and 28.5 mm, 46 deviations of
+// a frame. Distances are right in the clock of the other one, and off by just that in the clock of
+// this one. The velocity is right in both: 100 ppm of it would be 1.5 cm/s, a third of its
+// deviation, and of the pattern's drift 15 km/s.
+TEST(FrameEstimator, DelaysAreInTheClockThatIsTakenToBeRight) {
+  constexpr int frames = 40;
+  for (const bool tagger_is_off : {false, true}) {
+    test::FrameMaker made = paper_scene();
+    made.velocity_mps = 140;
+    made.drift_ppm = 100;  // in either case the tagger counts more in a period than it should
+    made.tagger_ppm = tagger_is_off ? 100 : 0;
+    for (const ClockReference reference : {ClockReference::tagger, ClockReference::pattern}) {
+      FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 200'000, reference);
+      double off_ns = 0, off_mps = 0, variance = 0, velocity_variance = 0;
+      for (int n = 0; n < frames; ++n) {
+        const auto frame = made.make(static_cast<std::uint64_t>(n));
+        const Estimate estimate = estimator.estimate(frame.view());
+        ASSERT_EQ(estimate.status, FrameStatus::ok);
+        off_ns += delay_error(estimate, made) / frames;
+        off_mps += (estimate.velocity_mps - made.velocity_mps) / frames;
+        variance += std::pow(estimate.std_delay_ns / frames, 2);
+        velocity_variance += std::pow(estimate.std_velocity_mps / frames, 2);
+      }
+      const bool trusts_the_wrong = tagger_is_off == (reference == ClockReference::tagger);
+      const double way_ns = 2 * made.distance_m / c_m_per_ns;
+      const double wrong_ns = tagger_is_off ? 1e-4 * way_ns : -1e-4 * way_ns;
+      EXPECT_NEAR(off_ns, trusts_the_wrong ? wrong_ns : 0, 4 * std::sqrt(variance));
+      EXPECT_NEAR(off_mps, 0, 4 * std::sqrt(velocity_variance));
+    }
+  }
+}
+
 // 120 frames a pattern: the rms of 120 normal errors over their deviation is 1 within 0.2 (3
 // sigma).
 TEST(FrameEstimator, ErrorsAreWhatTheDeviationsSay) {

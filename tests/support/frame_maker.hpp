@@ -21,7 +21,8 @@ struct FrameMaker {
   double signal_per_pulse = 13.5e-4;
   double background_per_ns = 1.75e-4;
   double sigma_ns = 0.1;
-  double drift_ppm = 0;  // of the pattern's clock
+  double drift_ppm = 0;   // of the pattern's clock, as the tagger counts
+  double tagger_ppm = 0;  // by which the tagger's clock is fast
   std::int64_t start_ps = 0;
 
   struct Frame {
@@ -42,8 +43,9 @@ struct FrameMaker {
     frame.end_ps = start_ps + std::llround(periods * period_ps);
     const std::int64_t mid = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
     const long double length_ps = frame.end_ps - frame.start_ps;
-    const long double c = 299792458.0L * 1e-12L;  // m/ps
-    const long double v = velocity_mps * 1e-12L;  // m/ps
+    const long double rate = 1 + tagger_ppm * 1e-6L;     // tagger's seconds in a true second
+    const long double c = 299792458.0L * 1e-12L / rate;  // m in a ps of the tagger's
+    const long double v = velocity_mps * 1e-12L / rate;
     // A pulse leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
     const auto arrival = [&](long double e) {
       const long double hit = (c * e + distance_m) / (c - v);

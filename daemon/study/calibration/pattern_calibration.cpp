@@ -164,15 +164,16 @@ CalibrationFacts facts_of(const CalibrationPlan& plan, const Calibration& found)
   return facts;
 }
 
-// The pulses at the times when they left the laser: without the delay to a target whose distance is
-// known.
-std::vector<CalibratedPulse> emitted(const Calibration& found, double delay_ps) {
+// The pulses at the times when they left the laser, in a clock in which the pattern takes
+// period_ps: without the delay to a target whose distance is known.
+std::vector<CalibratedPulse> emitted(const Calibration& found, double period_ps, double delay_ps) {
   std::vector<CalibratedPulse> pulses = found.pulses;
+  const double per_tagger_ps = period_ps / found.period_ps;
   for (CalibratedPulse& pulse : pulses) {
-    const double time_ps = pulse.time_ps - delay_ps;
-    pulse.time_ps = time_ps - found.period_ps * std::floor(time_ps / found.period_ps);
+    const double time_ps = pulse.time_ps * per_tagger_ps - delay_ps;
+    pulse.time_ps = time_ps - period_ps * std::floor(time_ps / period_ps);
     // A time that is 0 except for rounding.
-    if (pulse.time_ps >= found.period_ps) pulse.time_ps = 0;
+    if (pulse.time_ps >= period_ps) pulse.time_ps = 0;
   }
   std::sort(pulses.begin(), pulses.end(), [](const CalibratedPulse& a, const CalibratedPulse& b) {
     return a.time_ps < b.time_ps;
@@ -187,18 +188,20 @@ Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Cali
     pattern.mode = found.pulses.size() == 1 ? Mode::baseline : Mode::random;
     pattern.subperiods_ps.clear();
   }
-  // The subperiods become parts of the measured period instead of the nominal period.
-  for (double& subperiod_ps : pattern.subperiods_ps) {
-    subperiod_ps *= found.period_ps / pattern_period_ps(config.pattern);
-  }
-  if (pattern.mode != Mode::ambiguous) pattern.unambiguous_delay_ps = found.period_ps;
-  segment = {found.period_ps, {}, {}, 0};
+  // In the pattern's own clock its period is the nominal one, whatever the tagger counts.
+  const double nominal_ps = pattern_period_ps(config.pattern);
+  const double period_ps =
+      config.drift.reference == ClockReference::pattern ? nominal_ps : found.period_ps;
+  // The subperiods become parts of that period.
+  for (double& subperiod_ps : pattern.subperiods_ps) subperiod_ps *= period_ps / nominal_ps;
+  if (pattern.mode != Mode::ambiguous) pattern.unambiguous_delay_ps = period_ps;
+  segment = {period_ps, {}, {}, 0};
   pattern.calibrated_period_ps = found.period_ps;
   pattern.pulse = found.shape;
   pattern.calibration = facts_of(plan, found);
   const double delay_ps =
       plan.distance_m ? (*plan.distance_m + config.scene.range_offset_m) / m_per_ps : 0;
-  for (const CalibratedPulse& pulse : emitted(found, delay_ps)) {
+  for (const CalibratedPulse& pulse : emitted(found, period_ps, delay_ps)) {
     segment.pulse_times_ps.push_back(pulse.time_ps);
     segment.amplitudes.push_back(pulse.amplitude);
     pattern.calibration->std_pulse_times_ps.push_back(pulse.std_time_ps);

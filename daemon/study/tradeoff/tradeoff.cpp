@@ -127,7 +127,8 @@ class Estimation {
   Estimation(const Context& context, const TradeoffSetting& setting, std::size_t max_photons)
       : clock_(context.clocks.thread_ms),
         estimator_(context.config.pattern, context.config.pulse, context.config.scene,
-                   setting.estimator, setting.length_ms, max_photons),
+                   setting.estimator, setting.length_ms, max_photons,
+                   context.config.drift.reference),
         tracked_(setting.estimator.tracked),
         range_risk_(setting.estimator.range_risk) {}
 

@@ -53,6 +53,23 @@ TEST(Echo, MeetsASwingingTarget) {
   }
 }
 
+// A tagger that is 100 ppm fast counts a ten-thousandth more of the light's time, and sees the
+// target pass its places as much later.
+TEST(Echo, AFastTaggerCountsMoreOfTheLightsTime) {
+  TargetOptions options;
+  options.motion = MotionKind::linear;
+  options.distance_m = 284.5;
+  options.velocity_mps = 150;
+  const long double rate = 1 + 1e-4L;
+  for (const std::int64_t emitted_ps : {0LL, 999'999'999'999LL}) {
+    const long double true_ps = emitted_ps / rate;
+    const long double v = 150e-12L;
+    const long double flight_ps = (284.5L + v * true_ps) / (c_m_per_ps - v);
+    EXPECT_NEAR(round_trip_ps(Motion(options, 1 + 1e-4), {emitted_ps, 0}).value(),
+                static_cast<double>(2 * flight_ps * rate), 1e-4);
+  }
+}
+
 TEST(Echo, NoneFromBehindTheLidar) {
   EXPECT_FALSE(round_trip_ps(linear_motion(-1, 0), {}));
   EXPECT_FALSE(round_trip_ps(linear_motion(10, -5), FineTime{3'000'000'000'000, 0}));

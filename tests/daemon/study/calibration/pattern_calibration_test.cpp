@@ -113,6 +113,29 @@ TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
   }
 }
 
+// With the pattern's clock as the reference the times are those that the generator was told to
+// play, 10 ppm slow as it is: at the end of the period 10 ps less than the tagger counts.
+TEST(PatternCalibration, InThePatternsClockThePeriodIsTheNominalOne) {
+  CalibrationPlan plan;
+  plan.distance_m = 30;
+  Config config = config_of_one_pulse();
+  config.drift.reference = ClockReference::pattern;
+  SimulatorOptions scene = scene_at_rest();
+  scene.drift_ppm = 10;
+  scene.tagger_ppm = 10;
+  const Pattern found = calibrate_scene(scene, plan, {}, config).pattern;
+  const PatternSegment& segment = found.segments.front();
+  const std::vector<double> played_ps = played().segments.front().pulse_times_ps;
+  ASSERT_EQ(segment.pulse_times_ps.size(), played_ps.size());
+  EXPECT_EQ(segment.period_ps, 1'000'000);
+  EXPECT_EQ(found.unambiguous_delay_ps, 1'000'000);
+  EXPECT_NEAR(*found.calibrated_period_ps, 1'000'010, 1e-4);
+  for (std::size_t p = 0; p < played_ps.size(); ++p) {
+    EXPECT_NEAR(segment.pulse_times_ps[p], played_ps[p], 2) << p;
+  }
+  EXPECT_EQ(validate(found), std::nullopt);
+}
+
 struct Distances {
   double bias_mm = 0;  // mean error
   double rms_mm = 0;
