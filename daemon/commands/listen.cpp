@@ -19,6 +19,8 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "daemon/study/truth_score.hpp"
+#include "daemon/view/terminal_screen.hpp"
+#include "daemon/view/watch_picture.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
@@ -30,6 +32,7 @@ struct ListenCommand {
   std::string endpoint = "tcp://127.0.0.1:9872";
   std::vector<std::string> topics;
   bool json = false;
+  bool watch = false;
   std::uint64_t count = 0;  // 0: no limit
   double timeout_s = 0;     // 0: none
   std::string key;          // file of a secret key; empty: none
@@ -79,6 +82,12 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
                         error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");
   }
   return line;
+}
+
+Error silence(const ListenCommand& options, HandshakeWatch::State state,
+              const std::optional<CurveClient>& client) {
+  return {Fault::device, fmt::format("nothing came for {:g} s: ", options.timeout_s) +
+                             in_words(state, options.endpoint, client ? &*client : nullptr)};
 }
 
 class Listening {
@@ -163,8 +172,7 @@ class Listening {
   void check_timeout() {
     const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
     if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
-    throw Error(Fault::device, fmt::format("nothing came for {:g} s: ", options_.timeout_s) +
-                                   connection(subscriber_.state()));
+    throw silence(options_, subscriber_.state(), client_);
   }
 
   int finish() const {
@@ -185,6 +193,61 @@ class Listening {
   bool done_ = false;
 };
 
+// Fills the terminal with what a daemon publishes, until a signal comes or --count frames did. A
+// daemon that stops is waited for.
+class Watching {
+ public:
+  explicit Watching(const ListenCommand& options)
+      : options_(options),
+        client_(client_of(options)),
+        subscriber_(options.endpoint, {topic_frame, topic_status, topic_version}, client_),
+        picture_(options.endpoint, terminal_characters()) {}
+
+  int run(const std::stop_token& stop) {
+    heard_ns_ = host_clock().steady_ns();
+    TerminalScreen screen;
+    draw(screen);
+    while (!stop.stop_requested() && (options_.count == 0 || frames_ < options_.count)) {
+      const auto message = subscriber_.receive(std::chrono::milliseconds{100});
+      if (message) {
+        heard_ns_ = host_clock().steady_ns();
+        frames_ += message->topic == topic_frame ? 1 : 0;
+        picture_.take(message->topic, message->json);
+      }
+      look_at_connection();
+      if (screen.look_at_size() || is_due()) draw(screen);
+    }
+    return 0;
+  }
+
+ private:
+  // Ten pictures a second are enough for eyes, and little for a line over ssh.
+  bool is_due() const { return host_clock().steady_ns() - drawn_ns_ >= 100'000'000; }
+
+  void draw(const TerminalScreen& screen) {
+    drawn_ns_ = host_clock().steady_ns();
+    screen.show(picture_.lines({screen.columns(), screen.rows()}, true));
+  }
+
+  void look_at_connection() {
+    const HandshakeWatch::State state = subscriber_.state();
+    const bool well = state == HandshakeWatch::State::connected;
+    picture_.set_connection(
+        well ? "" : in_words(state, options_.endpoint, client_ ? &*client_ : nullptr));
+    const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
+    if (options_.timeout_s == 0 || silent_s < options_.timeout_s) return;
+    throw silence(options_, state, client_);
+  }
+
+  const ListenCommand& options_;
+  std::optional<CurveClient> client_;
+  Subscriber subscriber_;
+  WatchPicture picture_;
+  std::int64_t heard_ns_ = 0;
+  std::int64_t drawn_ns_ = 0;
+  std::uint64_t frames_ = 0;
+};
+
 int listen(ListenCommand options) {
   const StopSignals signals;
   if (options.key.empty() != options.server_key.empty()) {
@@ -195,6 +258,9 @@ int listen(ListenCommand options) {
   if (options.topics.empty()) options.topics = {topic_frame};
   if (options.limits.any() && options.truth.empty()) {
     throw Error(Fault::usage, "--max-distance-rmse-mm and --max-velocity-rmse-cmps need --truth");
+  }
+  if (options.watch && TerminalScreen::can_be_had()) {
+    return Watching(options).run(signals.token());
   }
   return Listening(options).run(signals.token());
 }
@@ -223,7 +289,12 @@ void add_listen(CLI::App& app, Action& action) {
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");
-  command->add_flag("--json", options->json, "Print the messages as they are");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print the messages as they are");
+  command
+      ->add_flag("--watch,-w", options->watch,
+                 "Fill the terminal with state, values and their last seconds; plain lines where "
+                 "standard output is none")
+      ->excludes(json);
   command->add_option("--count,-n", options->count, "End after so many messages")
       ->check(whole_number());
   command

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/view/sparkline.hpp"
+#include "protocol/frame_json.hpp"
+
+namespace splid {
+
+// The picture of `splid listen --watch`, made of what the daemon publishes: its state, the values
+// of the last frame with their deviations, sparklines of the last seconds, and the ring's fill.
+//
+// Threads: one. Errors: take() throws Error(Fault::data) for a frame that cannot be read.
+class WatchPicture {
+ public:
+  // endpoint: which daemon is watched, for the first line.
+  WatchPicture(std::string endpoint, Characters characters);
+
+  // Takes one message of the topics frame, status and version.
+  void take(const std::string& topic, const std::string& json);
+
+  // The daemon cannot be reached, in words; empty: it can. The values shown are then old, and the
+  // picture says so.
+  void set_connection(const std::string& trouble) { trouble_ = trouble; }
+
+  struct Size {
+    std::size_t columns = 80, rows = 24;
+  };
+  // At most `rows` lines of at most `columns` characters each, what matters most first. colour:
+  // with the terminal's codes for colours, which take no column.
+  [[nodiscard]] std::vector<std::string> lines(Size size, bool colour) const;
+
+ private:
+  struct Status {
+    std::string state, reason, device, device_name;
+    std::uint64_t lost_tags = 0, uncounted_losses = 0, frames = 0, valid_frames = 0;
+    double ring_fill_ratio = 0;
+  };
+  void take_status(const std::string& json);
+  void take_version(const std::string& json);
+  void take_frame(const std::string& json);
+  void add_head(std::vector<std::string>& to, std::size_t columns, bool colour) const;
+  void add_values(std::vector<std::string>& to, std::size_t columns, bool colour) const;
+  void add_sparklines(std::vector<std::string>& to, std::size_t columns) const;
+  [[nodiscard]] std::string ring_bar(std::size_t columns) const;
+  [[nodiscard]] std::string counts() const;
+
+  std::string endpoint_;
+  Characters characters_;
+  std::string trouble_;
+  std::optional<Status> status_;
+  std::string release_, pattern_;
+  std::optional<FrameMessage> frame_;
+  Sparkline distance_, velocity_, signal_;
+};
+
+// The characters that the terminal of this process shows, by the locale in its environment.
+Characters terminal_characters();
+
+}  // namespace splid

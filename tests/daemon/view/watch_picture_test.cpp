@@ -1,0 +1,113 @@
+#include "daemon/view/watch_picture.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "protocol/status_json.hpp"
+
+namespace splid {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+FrameMessage frame_at(double timestamp_s, FrameStatus status) {
+  FrameMessage frame;
+  frame.timestamp_s = timestamp_s;
+  frame.status = status;
+  frame.duration_ms = 50;
+  frame.distance_m = 284.5;
+  frame.std_distance_m = 0.00055;
+  frame.velocity_mps = -1.25;
+  frame.signal_per_pulse = 1.35e-3;
+  frame.photons = 12'345;
+  return frame;
+}
+
+std::string all_of(const WatchPicture& picture, WatchPicture::Size size = {}) {
+  std::string text;
+  for (const std::string& line : picture.lines(size, false)) text += line + "\n";
+  return text;
+}
+
+TEST(WatchPicture, ShowsValuesStateAndLosses) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  EXPECT_THAT(all_of(picture), HasSubstr("no frame yet"));
+  StatusMessage status;
+  status.state = DaemonState::degraded;
+  status.reason = "the ring is full";
+  status.lost_tags = 1'234'567;
+  status.uncounted_losses = 2;
+  status.ring_fill_ratio = 0.5;
+  picture.take("status", to_json(status));
+  picture.take("frame", to_json(frame_at(100, FrameStatus::ok)));
+  EXPECT_THAT(all_of(picture),
+              AllOf(StartsWith("degraded"), HasSubstr("the ring is full"),
+                    HasSubstr("lost tags 1,234,567 and 2 losses"), HasSubstr("284.50000 m"),
+                    HasSubstr("+- 0.55 mm"), HasSubstr("-1.2500 m/s"), HasSubstr("12,345 photons"),
+                    HasSubstr(" 50 % full")));
+  picture.set_connection("nobody answers");
+  EXPECT_THAT(all_of(picture), AllOf(StartsWith("no connection"), HasSubstr("nobody answers")));
+}
+
+TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
+  WatchPicture picture("tcp://[::1]:9872", Characters::utf8);
+  picture.take("status", R"({"state":"degraded","reason":"\u001b[2J\u0007 überlang )" +
+                             std::string(300, 'x') + R"("})");
+  picture.take("frame", to_json(frame_at(100, FrameStatus::ok)));
+  for (const WatchPicture::Size size : {WatchPicture::Size{80, 24}, {20, 3}, {1, 1}, {300, 60}}) {
+    const auto lines = picture.lines(size, false);
+    EXPECT_LE(lines.size(), size.rows);
+    for (const std::string& line : lines) {
+      std::size_t width = 0;
+      for (const char byte : line) width += (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
+      EXPECT_LE(width, size.columns) << line;
+    }
+    EXPECT_THAT(lines, Each(Not(HasSubstr("\033"))));
+  }
+}
+
+TEST(WatchPicture, PassesOverWhatIsNoStatus) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  for (const char* json : {"", "[]", "{", R"({"state":3,"lost_tags":-1,"ring_fill_ratio":"full"})",
+                           R"({"lost_tags":"many","device":null})"}) {
+    EXPECT_NO_THROW(picture.take("status", json)) << json;
+    EXPECT_NO_THROW(picture.take("version", json)) << json;
+  }
+  EXPECT_THAT(all_of(picture), HasSubstr("lost tags 0"));
+}
+
+TEST(Sparkline, ColumnsAreSecondsAndGapsStayBlank) {
+  Sparkline line;
+  EXPECT_EQ(line.draw(4, Characters::ascii), "    ");
+  EXPECT_FALSE(line.range(4));
+  line.add(1000.1, 1.0);
+  line.add(1000.9, 3.0);
+  line.add(1001.5, std::nullopt);
+  line.add(1002.5, 16.0);
+  EXPECT_EQ(line.draw(4, Characters::ascii), " _ #");
+  EXPECT_EQ(line.draw(3, Characters::utf8), "▁ █");
+  ASSERT_TRUE(line.range(4));
+  EXPECT_EQ(line.range(4)->low, 2.0);
+  EXPECT_EQ(line.range(4)->high, 16.0);
+  EXPECT_EQ(line.draw(1, Characters::ascii), "~");
+}
+
+TEST(Sparkline, ForgetsWhatIsOldAndBeginsAnewWithAnotherReplay) {
+  Sparkline line;
+  for (int second = 0; second < 2000; ++second) line.add(second, second);
+  ASSERT_TRUE(line.range(10'000));
+  EXPECT_EQ(line.range(10'000)->low, 1999 - Sparkline::kept_s);
+  line.add(10, 5.0);
+  EXPECT_EQ(line.draw(2, Characters::ascii), " ~");
+  line.add(1e300, 5.0);  // no date
+  EXPECT_EQ(line.draw(2, Characters::ascii), " ~");
+}
+
+}  // namespace
+}  // namespace splid
