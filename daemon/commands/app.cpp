@@ -158,6 +158,7 @@ int parse_and_run(int argc, char** argv) {
   add_replay(app, action);
   add_record(app, action);
   add_listen(app, action);
+  add_view(app, action);
   add_check(app, action);
   add_pattern(app, action);
   add_calibrate(app, action);

@@ -28,6 +28,7 @@ void add_simulate(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_record(CLI::App& app, Action& action);
 void add_listen(CLI::App& app, Action& action);
+void add_view(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_pattern(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);

@@ -1,5 +1,6 @@
 #include "daemon/sockets/subscriber.hpp"
 
+#include <array>
 #include <zmq.hpp>
 
 #include "protocol/error.hpp"
@@ -13,15 +14,14 @@ struct Subscriber::Socket {
 };
 
 Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
-                       const std::optional<CurveClient>& client)
+                       const std::optional<CurveClient>& client, int most_waiting)
     : endpoint_(endpoint), socket_(std::make_unique<Socket>()) {
   zmq::socket_t& sub = socket_->sub;
   sub.set(zmq::sockopt::linger, 0);
   // Tries to connect ten times a second, so that a daemon that is just starting is found at once.
   sub.set(zmq::sockopt::reconnect_ivl, 100);
-  // No limit: a replay at full speed sends thousands of messages a second, and none may be lost
-  // here.
-  sub.set(zmq::sockopt::rcvhwm, 0);
+  // A replay at full speed sends thousands of messages a second.
+  sub.set(zmq::sockopt::rcvhwm, most_waiting);
   sub.set(zmq::sockopt::ipv6, endpoint.find('[') != std::string::npos);
   if (client) use_as_curve_client(sub, *client);
   for (const std::string& topic : topics) sub.set(zmq::sockopt::subscribe, topic);
@@ -54,6 +54,16 @@ void Subscriber::try_again() {
 }
 
 HandshakeWatch::State Subscriber::state() { return socket_->watch.state(); }
+
+void Subscriber::wait(int descriptor, std::chrono::milliseconds timeout) {
+  std::array<zmq::pollitem_t, 2> items{
+      {{socket_->sub.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, descriptor, ZMQ_POLLIN, 0}}};
+  try {
+    zmq::poll(items.data(), items.size(), timeout);
+  } catch (const zmq::error_t&) {
+    // A signal's handler ran: as good as a message.
+  }
+}
 
 std::optional<Subscriber::Message> Subscriber::receive(std::chrono::milliseconds timeout) {
   socket_->sub.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));

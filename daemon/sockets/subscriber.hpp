@@ -11,7 +11,7 @@
 
 namespace splid {
 
-// The client's end of a Publisher, for `splid listen`.
+// The client's end of a Publisher, for `splid listen` and `splid view`.
 //
 // Threads: one. Errors: the constructor throws Error(Fault::usage) for an endpoint that ZeroMQ
 // cannot read. Connecting never fails: it is tried again until a daemon answers and, once a second,
@@ -23,9 +23,10 @@ class Subscriber {
     std::string json;
   };
 
-  // client: the subscriber's keys; absent: it has none.
+  // client: the subscriber's keys; absent: it has none. most_waiting: how many messages may wait to
+  // be received, beyond which the newest are lost; 0: no limit.
   Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
-             const std::optional<CurveClient>& client = std::nullopt);
+             const std::optional<CurveClient>& client = std::nullopt, int most_waiting = 0);
   ~Subscriber();
   Subscriber(const Subscriber&) = delete;
   Subscriber& operator=(const Subscriber&) = delete;
@@ -33,6 +34,9 @@ class Subscriber {
   // The next message; absent when none came within the timeout. A message that has not two parts is
   // passed over.
   std::optional<Message> receive(std::chrono::milliseconds timeout);
+
+  // Waits until a message can be received or the descriptor can be read, at most for `timeout`.
+  void wait(int descriptor, std::chrono::milliseconds timeout);
 
   // The state of the connection.
   HandshakeWatch::State state();

@@ -35,6 +35,8 @@ completes replay --speed 1 --js // --json
 completes run --log-level de // debug
 completes run --config --log // --log-level
 completes listen st // status
+completes view --ht // --http
+completes listen --wat // --watch
 completes pattern inter // interleaved
 completes pattern interleaved --subp // --subperiods-ns
 completes run --config my. //

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/view/view_history.hpp"
+
+namespace splid {
+
+// All that the live page can show: the daemon's last messages as they came, and the history of the
+// values. Its size does not grow with time.
+//
+// Threads: one. Errors: none.
+class LiveView {
+ public:
+  // endpoint: which daemon is shown.
+  explicit LiveView(std::string endpoint);
+
+  // Takes one message of the topics frame, status and version. One that cannot be read, or is
+  // larger than any that a daemon sends, is counted and passed over.
+  void take(const std::string& topic, const std::string& json);
+
+  // Why the daemon cannot be reached, in words; empty: it can.
+  void set_connection(const std::string& trouble);
+  struct Web {
+    std::uint64_t viewers = 0, refused = 0;
+    friend bool operator==(const Web&, const Web&) = default;
+  };
+  void set_web(const Web& web);
+
+  // How much of all this a viewer has got.
+  struct Cursor {
+    std::size_t window = 0;  // index of its history
+    std::uint64_t epoch = 0, change = 0;
+    bool has_bins = false;
+    std::uint64_t frame = 0, status = 0, version = 0, page = 0;
+  };
+  // Of a viewer that has nothing yet. seconds: what it wants to see; the shortest history that has
+  // it is taken, or the longest.
+  [[nodiscard]] static Cursor cursor(std::int64_t seconds);
+  [[nodiscard]] bool has_news(const Cursor& cursor) const;
+  // What the viewer has not got, as server-sent events; afterwards it has got all. A viewer that
+  // fell behind gets the last of each message and the bins that changed: what is older is dropped.
+  std::string news(Cursor& cursor) const;
+
+  [[nodiscard]] std::uint64_t unread() const { return unread_; }
+
+ private:
+  // A message as it came, and the number of its arrival; 0: none came.
+  struct Last {
+    std::string json;
+    std::uint64_t number = 0;
+  };
+  static void put(Last& last, std::string json);
+  void take_frame(const std::string& json);
+  [[nodiscard]] std::string page_json() const;
+  [[nodiscard]] std::string bins_json(const ViewHistory& history, const Cursor& cursor) const;
+
+  std::string endpoint_;
+  std::string trouble_;
+  Web web_;
+  std::uint64_t unread_ = 0;
+  double ring_fill_ratio_ = 0;
+  Last frame_, status_, version_;
+  std::uint64_t page_ = 1;
+  std::vector<ViewHistory> histories_;  // shortest first
+};
+
+}  // namespace splid

@@ -1,0 +1,42 @@
+#include "daemon/view/page_asset.hpp"
+
+#include <algorithm>
+#include <array>
+
+// Written by daemon/view/page/embed.cmake when splid is built.
+extern const unsigned char splid_page_index[];
+extern const std::size_t splid_page_index_size;
+extern const unsigned char splid_page_view_js[];
+extern const std::size_t splid_page_view_js_size;
+extern const unsigned char splid_page_view_css[];
+extern const std::size_t splid_page_view_css_size;
+extern const unsigned char splid_page_dygraph_js[];
+extern const std::size_t splid_page_dygraph_js_size;
+extern const unsigned char splid_page_dygraph_css[];
+extern const std::size_t splid_page_dygraph_css_size;
+extern const unsigned char splid_page_icon[];
+extern const std::size_t splid_page_icon_size;
+
+namespace splid {
+namespace {
+
+constexpr const char* script = "text/javascript; charset=utf-8";
+constexpr const char* style = "text/css; charset=utf-8";
+
+}  // namespace
+
+const PageAsset* find_page_asset(std::string_view path) {
+  static const std::array<PageAsset, 6> assets{{
+      {"", "text/html; charset=utf-8", splid_page_index, splid_page_index_size},
+      {"view.js", script, splid_page_view_js, splid_page_view_js_size},
+      {"view.css", style, splid_page_view_css, splid_page_view_css_size},
+      {"dygraph.js", script, splid_page_dygraph_js, splid_page_dygraph_js_size},
+      {"dygraph.css", style, splid_page_dygraph_css, splid_page_dygraph_css_size},
+      {"icon.svg", "image/svg+xml", splid_page_icon, splid_page_icon_size},
+  }};
+  const auto* found = std::find_if(assets.begin(), assets.end(),
+                                   [&](const PageAsset& asset) { return asset.path == path; });
+  return found == assets.end() ? nullptr : found;
+}
+
+}  // namespace splid

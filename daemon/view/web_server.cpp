@@ -1,0 +1,252 @@
+#include "daemon/view/web_server.hpp"
+
+#include <fcntl.h>
+#include <microhttpd.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "daemon/sockets/listening_socket.hpp"
+#include "daemon/view/page_asset.hpp"
+#include "daemon/view/request_check.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::size_t connection_bytes = 24U << 10U;  // headers of the request and its answer
+constexpr unsigned patience_s = 15;                   // for a connection on which nothing moves
+constexpr std::size_t block_bytes = 16U << 10U;       // of events that are sent at once
+constexpr std::int64_t heartbeat_ns = 5'000'000'000;
+constexpr std::int64_t default_window_s = 60;
+
+// What a browser lets the page do: load its own files and listen to its own server, nothing else,
+// and be shown in no other page.
+constexpr const char* content_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string machine_name() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return {};
+  return name.data();
+}
+
+std::string_view header(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? "" : value;
+}
+
+bool has_header(MHD_Connection* connection, const char* name) {
+  return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name) != nullptr;
+}
+
+bool is_reading(std::string_view method) { return method == "GET" || method == "HEAD"; }
+
+void add_headers(MHD_Response* response, const char* type) {
+  for (const auto& [name, value] : {std::pair{"Content-Type", type},
+                                    {"Content-Security-Policy", content_policy},
+                                    {"X-Content-Type-Options", "nosniff"},
+                                    {"Referrer-Policy", "no-referrer"},
+                                    {"Cross-Origin-Opener-Policy", "same-origin"},
+                                    {"Cross-Origin-Resource-Policy", "same-origin"},
+                                    {"Cache-Control", "no-store"}}) {
+    MHD_add_response_header(response, name, value);
+  }
+}
+
+int send(MHD_Connection* connection, unsigned code, MHD_Response* response) {
+  const int done = MHD_queue_response(connection, code, response);
+  MHD_destroy_response(response);
+  return done;
+}
+
+}  // namespace
+
+// One page that listens. Lives until libmicrohttpd lets go of its answer.
+struct WebServer::Viewer {
+  WebServer* server;
+  MHD_Connection* connection;
+  LiveView::Cursor cursor;
+  std::string outgoing;  // composed, and sent up to `sent`
+  std::size_t sent = 0;
+  std::int64_t told_ns = 0;  // when it was last composed
+  bool suspended = false;    // nothing to send: libmicrohttpd does not look at it
+};
+
+// Functions in C's manner, which hand on to the server that they are given.
+struct WebServer::Callbacks {
+  static MHD_Result may_connect(void* server, const sockaddr* /*peer*/, socklen_t /*size*/) {
+    auto* self = static_cast<WebServer*>(server);
+    if (self->connections_ < most_connections) return MHD_YES;
+    ++self->refused_;
+    return MHD_NO;
+  }
+
+  static void notify(void* server, MHD_Connection* /*connection*/, void** /*socket*/,
+                     MHD_ConnectionNotificationCode code) {
+    auto* self = static_cast<WebServer*>(server);
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) ++self->connections_;
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) --self->connections_;
+  }
+
+  // Called twice for a request: with its headers, and when it is whole. One that is answered at the
+  // first call costs its connection, which is right for those that bring a body.
+  static MHD_Result handle(void* server, MHD_Connection* connection, const char* url,
+                           const char* method, const char* /*version*/, const char* /*body*/,
+                           std::size_t* /*body_bytes*/, void** request) {
+    auto* self = static_cast<WebServer*>(server);
+    const bool reads = is_reading(method);
+    if (reads && *request == nullptr) {
+      *request = self;
+      return MHD_YES;
+    }
+    return self->answer(connection, url, method) == MHD_YES ? MHD_YES : MHD_NO;
+  }
+
+  static ssize_t read_events(void* viewer, std::uint64_t /*position*/, char* to, std::size_t room) {
+    auto* self = static_cast<Viewer*>(viewer);
+    const WebServer& server = *self->server;
+    if (self->sent == self->outgoing.size() && server.is_due(*self)) {
+      self->told_ns = server.clock_.steady_ns();
+      self->outgoing = server.view_.news(self->cursor);
+      if (self->outgoing.empty()) self->outgoing = ":\n\n";  // a heartbeat
+      self->sent = 0;
+    }
+    const std::size_t count = std::min(room, self->outgoing.size() - self->sent);
+    if (count == 0) {
+      self->suspended = true;
+      MHD_suspend_connection(self->connection);
+      return 0;
+    }
+    std::memcpy(to, self->outgoing.data() + self->sent, count);
+    self->sent += count;
+    return static_cast<ssize_t>(count);
+  }
+
+  static void forget(void* viewer) {
+    auto* self = static_cast<Viewer*>(viewer);
+    self->server->viewers_.remove_if([&](const auto& one) { return one.get() == self; });
+  }
+};
+
+WebServer::WebServer(const std::string& address, const LiveView& view, const Clock& clock)
+    : view_(view), clock_(clock), machine_name_(machine_name()) {
+  const ListeningSocket listener("--http", "tcp://" + address, address);
+  constexpr std::size_t scheme_bytes = 6;  // tcp://
+  place_ = listener.endpoint().substr(scheme_bytes);
+  // libmicrohttpd closes the socket that it is given.
+  const int socket = ::fcntl(listener.get(), F_DUPFD_CLOEXEC, 0);
+  daemon_ = MHD_start_daemon(
+      MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, &Callbacks::may_connect, this,
+      &Callbacks::handle, this, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
+      most_connections + 1, MHD_OPTION_CONNECTION_MEMORY_LIMIT, connection_bytes,
+      MHD_OPTION_CONNECTION_TIMEOUT, patience_s, MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::notify,
+      this, MHD_OPTION_END);
+  if (daemon_ == nullptr) {
+    throw Error(Fault::device, "--http " + address + ": libmicrohttpd cannot serve there");
+  }
+  descriptor_ = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_EPOLL_FD)->epoll_fd;
+}
+
+WebServer::~WebServer() {
+  // None may be suspended when the daemon stops.
+  for (const auto& viewer : viewers_) {
+    if (viewer->suspended) MHD_resume_connection(viewer->connection);
+    viewer->suspended = false;
+  }
+  MHD_stop_daemon(daemon_);
+}
+
+std::string WebServer::url() const { return "http://" + place_ + "/"; }
+
+bool WebServer::is_due(const Viewer& viewer) const {
+  const std::int64_t silent_ns = clock_.steady_ns() - viewer.told_ns;
+  if (viewer.told_ns == 0 || silent_ns >= heartbeat_ns) return true;
+  return silent_ns >= between_news_ns && view_.has_news(viewer.cursor);
+}
+
+std::chrono::milliseconds WebServer::patience() const {
+  constexpr std::int64_t longest_ms = 100;
+  std::int64_t least_ms = longest_ms;
+  const std::int64_t now_ns = clock_.steady_ns();
+  for (const auto& viewer : viewers_) {
+    if (!view_.has_news(viewer->cursor)) continue;
+    const std::int64_t left_ns = viewer->told_ns + between_news_ns - now_ns;
+    least_ms = std::clamp<std::int64_t>(left_ns / 1'000'000 + 1, 0, least_ms);
+  }
+  MHD_UNSIGNED_LONG_LONG own_ms = 0;
+  if (MHD_get_timeout(daemon_, &own_ms) == MHD_YES) {
+    least_ms = std::min(least_ms, static_cast<std::int64_t>(std::min<std::uint64_t>(
+                                      own_ms, static_cast<std::uint64_t>(longest_ms))));
+  }
+  return std::chrono::milliseconds{least_ms};
+}
+
+void WebServer::run() {
+  for (const auto& viewer : viewers_) {
+    if (!viewer->suspended || !is_due(*viewer)) continue;
+    viewer->suspended = false;
+    MHD_resume_connection(viewer->connection);
+  }
+  MHD_run(daemon_);
+}
+
+int WebServer::refuse(MHD_Connection* connection, unsigned code, const std::string& why) {
+  // The first of many is enough in the log; the page shows the count.
+  if (refused_++ == 0) spdlog::warn("refused a request for the page: {}", why);
+  const std::string text = why + "\n";
+  MHD_Response* response = MHD_create_response_from_buffer(
+      text.size(), const_cast<char*>(text.data()), MHD_RESPMEM_MUST_COPY);
+  add_headers(response, "text/plain; charset=utf-8");
+  if (code == MHD_HTTP_METHOD_NOT_ALLOWED) MHD_add_response_header(response, "Allow", "GET, HEAD");
+  MHD_add_response_header(response, "Connection", "close");
+  return send(connection, code, response);
+}
+
+int WebServer::answer(MHD_Connection* connection, std::string_view path, std::string_view method) {
+  const std::string_view host = header(connection, "Host");
+  if (!is_own_host(host, machine_name_)) {
+    return refuse(connection, MHD_HTTP_FORBIDDEN,
+                  "the request names another host than this machine; ask for the page by the "
+                  "machine's address, by localhost or by its own name");
+  }
+  if (has_header(connection, "Origin") && !is_own_origin(header(connection, "Origin"), host)) {
+    return refuse(connection, MHD_HTTP_FORBIDDEN, "the request comes from another site's page");
+  }
+  if (!is_reading(method)) {
+    return refuse(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "the page is for reading: GET or HEAD");
+  }
+  if (path == "/events") return serve_events(connection);
+  const PageAsset* asset = path.starts_with('/') ? find_page_asset(path.substr(1)) : nullptr;
+  if (asset == nullptr) {
+    return refuse(connection, MHD_HTTP_NOT_FOUND, "there is no such file; the page is at /");
+  }
+  MHD_Response* response = MHD_create_response_from_buffer(
+      asset->size, const_cast<unsigned char*>(asset->bytes), MHD_RESPMEM_PERSISTENT);
+  add_headers(response, asset->type);
+  MHD_add_response_header(response, "Content-Encoding", "gzip");
+  return send(connection, MHD_HTTP_OK, response);
+}
+
+int WebServer::serve_events(MHD_Connection* connection) {
+  if (viewers_.size() >= most_viewers) {
+    return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
+                  "there are as many viewers as there may be; close another page");
+  }
+  const char* asked = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "seconds");
+  const auto seconds = seconds_from(asked == nullptr ? "" : asked);
+  viewers_.push_back(std::make_unique<Viewer>(Viewer{
+      this, connection, LiveView::cursor(seconds.value_or(default_window_s)), {}, 0, 0, false}));
+  MHD_Response* response =
+      MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, block_bytes, &Callbacks::read_events,
+                                        viewers_.back().get(), &Callbacks::forget);
+  add_headers(response, "text/event-stream; charset=utf-8");
+  return send(connection, MHD_HTTP_OK, response);
+}
+
+}  // namespace splid

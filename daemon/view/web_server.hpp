@@ -1,0 +1,76 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/base/clock.hpp"
+#include "daemon/base/file_descriptor.hpp"
+#include "daemon/view/live_view.hpp"
+
+struct MHD_Connection;
+struct MHD_Daemon;
+struct MHD_Response;
+
+namespace splid {
+
+// Serves the live page over HTTP (libmicrohttpd) and, to each viewer, what the page shows as
+// server-sent events. It only reads: no request changes anything.
+//
+// A request is refused, and counted, where its Host is not this machine (403), its Origin another
+// page's (403), its method neither GET nor HEAD (405), its path unknown (404), or where there are
+// too many viewers (503) or connections (closed at once). libmicrohttpd itself refuses what is no
+// HTTP or has headers of more than some 16 KiB.
+//
+// A viewer that reads too slowly is sent less often, and gets the newest then (LiveView::news); one
+// that reads nothing for 15 s is let go.
+//
+// Threads: one calls everything. Errors: the constructor throws Error(Fault::usage) for an address
+// that is malformed, and Error(Fault::device) where the port cannot be had.
+class WebServer {
+ public:
+  static constexpr unsigned most_connections = 256;
+  static constexpr std::size_t most_viewers = 64;
+  // Viewers get news at most so often, 25 times a second.
+  static constexpr std::int64_t between_news_ns = 40'000'000;
+
+  // address: HOST:PORT as ListeningSocket takes it. view and clock outlive this.
+  WebServer(const std::string& address, const LiveView& view, const Clock& clock);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  // Readable when run() has something to do.
+  [[nodiscard]] int descriptor() const { return descriptor_; }
+  // After so long run() is to be called, whatever the descriptor says.
+  [[nodiscard]] std::chrono::milliseconds patience() const;
+  // Reads and writes as far as that goes without waiting.
+  void run();
+
+  // The address of the page: http://127.0.0.1:9874/
+  [[nodiscard]] std::string url() const;
+  [[nodiscard]] LiveView::Web counts() const { return {viewers_.size(), refused_}; }
+
+ private:
+  struct Viewer;
+  struct Callbacks;  // what libmicrohttpd calls
+  int answer(MHD_Connection* connection, std::string_view path, std::string_view method);
+  int refuse(MHD_Connection* connection, unsigned code, const std::string& why);
+  int serve_events(MHD_Connection* connection);
+  [[nodiscard]] bool is_due(const Viewer& viewer) const;
+
+  const LiveView& view_;
+  const Clock& clock_;
+  std::string place_;  // HOST:PORT as bound
+  std::string machine_name_;
+  std::list<std::unique_ptr<Viewer>> viewers_;
+  std::uint64_t refused_ = 0;
+  unsigned connections_ = 0;
+  MHD_Daemon* daemon_ = nullptr;
+  int descriptor_ = -1;
+};
+
+}  // namespace splid

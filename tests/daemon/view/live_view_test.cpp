@@ -1,0 +1,165 @@
+#include "daemon/view/live_view.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "protocol/status_json.hpp"
+
+namespace splid {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+FrameMessage frame_at(double timestamp_s, double distance_m, FrameStatus status = FrameStatus::ok) {
+  FrameMessage frame;
+  frame.timestamp_s = timestamp_s;
+  frame.status = status;
+  frame.duration_ms = 50;
+  frame.distance_m = distance_m;
+  frame.std_distance_m = 0.25;
+  frame.photons = 1000;
+  frame.signal_per_period = 0.004;
+  frame.sync.emplace();
+  frame.sync->period_ps = 4e6;
+  return frame;
+}
+
+// The data of the last event of that name; null: there is none.
+json data_of(const std::string& events, const std::string& name) {
+  const std::string head = "event: " + name + "\ndata: ";
+  const auto at = events.rfind(head);
+  if (at == std::string::npos) return nullptr;
+  const auto begin = at + head.size();
+  return json::parse(events.substr(begin, events.find('\n', begin) - begin));
+}
+
+TEST(ViewHistory, ABinKeepsMeanAndReachWithTheDeviation) {
+  ViewHistory history(1000);  // bins of a second
+  history.add(frame_at(100.1, 10), 0.5);
+  history.add(frame_at(100.2, 12), 0.5);
+  history.add(frame_at(101.0, 20, FrameStatus::no_target), 0.25);
+  const json rows = json::parse(history.rows_after(0));
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0][0], 100);
+  EXPECT_EQ(rows[0][1], 2);
+  EXPECT_EQ(rows[0][2], 2);
+  EXPECT_EQ(rows[0][3], static_cast<int>(FrameStatus::ok));
+  EXPECT_EQ(rows[0][4], json({9.75, 11.0, 12.25}));
+  EXPECT_EQ(rows[0][4 + static_cast<int>(Series::ring)], json({0.5}));
+  EXPECT_EQ(rows[0][4 + static_cast<int>(Series::count_rate)], json({20'000.0}));
+  EXPECT_EQ(rows[0][4 + static_cast<int>(Series::signal_rate)], json({1000.0}));
+  EXPECT_EQ(rows[0].size(), 4 + series_count);
+  // What is not valid has no distance, and says why.
+  EXPECT_EQ(rows[1][1], 1);
+  EXPECT_EQ(rows[1][2], 0);
+  EXPECT_EQ(rows[1][3], static_cast<int>(FrameStatus::no_target));
+  EXPECT_EQ(rows[1][4], 0);
+  EXPECT_EQ(history.best(Series::distance), 12.25);
+  EXPECT_FALSE(history.best(Series::drift));
+}
+
+TEST(ViewHistory, NeverHoldsMoreThanItsBinsWhateverComes) {
+  ViewHistory history(10);
+  for (int i = 0; i < 200'000; ++i) history.add(frame_at(1.7e9 + 0.005 * i, i), 0);
+  EXPECT_LE(history.bins().size(), 1000u);
+  EXPECT_GE(history.bins().size(), 990u);
+  EXPECT_EQ(history.epoch(), 0u);
+  // A thinned outlier is still there.
+  ViewHistory hour(3600);
+  for (int i = 0; i < 1000; ++i) hour.add(frame_at(1.7e9 + 0.05 * i, i == 500 ? 99 : 10), 0);
+  EXPECT_EQ(hour.best(Series::distance), 99.25);
+  EXPECT_LE(hour.bins().size(), 15u);
+}
+
+TEST(ViewHistory, BeginsAnewWithAnotherReplayButNotWithAClockSetBackALittle) {
+  ViewHistory history(10);
+  history.add(frame_at(1000, 1), 0);
+  history.add(frame_at(999.9, 2), 0);
+  EXPECT_EQ(history.epoch(), 0u);
+  ASSERT_EQ(history.bins().size(), 1u);
+  EXPECT_EQ(history.bins().back().frames, 2u);
+  history.add(frame_at(900, 3), 0);
+  EXPECT_EQ(history.epoch(), 1u);
+  ASSERT_EQ(history.bins().size(), 1u);
+  EXPECT_EQ(history.bins().back().frames, 1u);
+  for (const double no_date : {1e300, -1e300}) history.add(frame_at(no_date, 3), 0);
+  EXPECT_EQ(history.bins().size(), 1u);
+}
+
+TEST(LiveView, AViewerGetsMessagesAsTheyCameAndEachOnce) {
+  LiveView view("tcp://127.0.0.1:9872");
+  StatusMessage status;
+  status.ring_fill_ratio = 0.5;
+  const std::string frame = to_json(frame_at(100, 10));
+  view.take("version", to_json(VersionMessage{}));
+  view.take("status", to_json(status));
+  view.take("frame", frame);
+  LiveView::Cursor cursor = LiveView::cursor(60);
+  EXPECT_TRUE(view.has_news(cursor));
+  const std::string first = view.news(cursor);
+  EXPECT_THAT(first, HasSubstr("event: frame\ndata: " + frame + "\n\n"));
+  EXPECT_THAT(first, HasSubstr("event: status\ndata: " + to_json(status) + "\n\n"));
+  EXPECT_EQ(data_of(first, "bins")["anew"], true);
+  EXPECT_EQ(data_of(first, "bins")["window_s"], 60);
+  EXPECT_EQ(data_of(first, "page")["endpoint"], "tcp://127.0.0.1:9872");
+  EXPECT_FALSE(view.has_news(cursor));
+  EXPECT_THAT(view.news(cursor), IsEmpty());
+
+  view.take("frame", to_json(frame_at(100.05, 11)));
+  view.take("frame", to_json(frame_at(100.10, 12)));
+  const std::string second = view.news(cursor);
+  EXPECT_EQ(data_of(second, "frame")["distance_m"], 12);
+  EXPECT_EQ(data_of(second, "bins")["anew"], false);
+  EXPECT_THAT(second, Not(HasSubstr("event: status")));
+  view.set_connection("nobody answers");
+  EXPECT_EQ(data_of(view.news(cursor), "page")["trouble"], "nobody answers");
+}
+
+TEST(LiveView, AViewerThatFellBehindGetsTheNewestAndNoMore) {
+  LiveView view("ipc:///tmp/x");
+  LiveView::Cursor slow = LiveView::cursor(10);
+  view.take("frame", to_json(frame_at(1000, 1)));
+  view.news(slow);
+  for (int i = 1; i < 20'000; ++i) view.take("frame", to_json(frame_at(1000 + 0.05 * i, i)));
+  const std::string news = view.news(slow);
+  EXPECT_LT(news.size(), 300'000u);
+  EXPECT_LE(data_of(news, "bins")["rows"].size(), 1000u);
+  EXPECT_EQ(data_of(news, "frame")["distance_m"], 19'999);
+  // After another replay began, it is told to forget.
+  view.take("frame", to_json(frame_at(10, 5)));
+  EXPECT_EQ(data_of(view.news(slow), "bins")["anew"], true);
+}
+
+TEST(LiveView, TakesTheShortestHistoryThatHasTheSeconds) {
+  LiveView view("ipc:///tmp/x");
+  for (const auto& [seconds, window_s] : std::vector<std::pair<std::int64_t, int>>{
+           {0, 10}, {10, 10}, {11, 30}, {3600, 3600}, {99'999, 3600}}) {
+    LiveView::Cursor cursor = LiveView::cursor(seconds);
+    EXPECT_EQ(data_of(view.news(cursor), "bins")["window_s"], window_s) << seconds;
+  }
+}
+
+TEST(LiveView, CountsWhatItCannotReadAndLetsNoLineFeedThrough) {
+  LiveView view("ipc:///tmp/x");
+  view.take("frame", "{");
+  view.take("status", "[]");
+  view.take("version", "");
+  view.take("status", std::string(1 << 20, ' '));
+  EXPECT_EQ(view.unread(), 4u);
+  view.take("status", "{\"state\":\n\n\"event: frame\"\r}");
+  LiveView::Cursor cursor = LiveView::cursor(10);
+  const std::string news = view.news(cursor);
+  EXPECT_THAT(news, HasSubstr("data: {\"state\":  \"event: frame\" }\n\n"));
+  EXPECT_EQ(data_of(news, "frame"), nullptr);
+}
+
+}  // namespace
+}  // namespace splid
