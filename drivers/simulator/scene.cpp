@@ -23,6 +23,7 @@ Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
     : signal_(pattern, options.detection, drift_of(options),
               Motion(options.target, options.tagger_rate()), seed_of(options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
+      detectors_(options.detector, seed_of(options)),
       random_(seed_of(options), 3),
       start_ps_(options.start_ps),
       photon_input_(static_cast<int>(options.photon_input)),
@@ -38,9 +39,11 @@ bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
   signal_.fill(until_ps);
   sync_.fill(until_ps);
   for (;;) {
-    const std::int64_t first_ps = std::min(
-        {signal_.pending().front(), sync_.pending().front(), marker_.rounded_ps(), until_ps});
+    const std::int64_t first_ps =
+        std::min({signal_.pending().front(), sync_.pending().front(), marker_.rounded_ps(),
+                  detectors_.next_release_ps(), until_ps});
     if (!write_background(first_ps, out)) return false;
+    if (detectors_.next_release_ps() < first_ps) continue;  // the background has trapped a carrier
     if (first_ps >= until_ps) return true;
     if (!write_first(out)) return false;
   }
@@ -48,21 +51,25 @@ bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
 
 // The hot loop of a scene with much background.
 bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
-  while (background_.ps < until_ps) {
-    if (!put_photon(background_.ps, out)) return false;
+  while (background_.ps < std::min(until_ps, detectors_.next_release_ps())) {
+    if (!put_light(background_.ps, out)) return false;
     next_background();
   }
   return true;
 }
 
-// Writes the earliest event of signal, syncs and markers.
+// Writes the earliest event of afterpulses, signal, syncs and markers.
 bool Scene::write_first(TagWriter& out) {
   const std::int64_t signal_ps = signal_.pending().front();
   const std::int64_t sync_ps = sync_.pending().front();
   const std::int64_t marker_ps = marker_.rounded_ps();
+  const std::int64_t release_ps = detectors_.next_release_ps();
+  if (release_ps <= std::min({signal_ps, sync_ps, marker_ps})) {
+    return put_photon(release_ps, detectors_.take_release(), out);
+  }
   if (signal_ps <= std::min(sync_ps, marker_ps)) {
     signal_.pending().pop();
-    return put_photon(signal_ps, out);
+    return put_light(signal_ps, out);
   }
   if (sync_ps <= marker_ps) {
     sync_.pending().pop();
@@ -72,9 +79,14 @@ bool Scene::write_first(TagWriter& out) {
   return out.put(marker_tag(start_ps_ + marker_ps, 1));
 }
 
-bool Scene::put_photon(std::int64_t time_ps, TagWriter& out) {
+bool Scene::put_light(std::int64_t time_ps, TagWriter& out) {
+  return put_photon(time_ps, detectors_.detect(time_ps), out);
+}
+
+bool Scene::put_photon(std::int64_t time_ps, std::optional<int> detector, TagWriter& out) {
+  if (!detector) return true;
   photon_since_sync_ = true;
-  return out.put(photon_tag(start_ps_ + time_ps, photon_input_));
+  return out.put(photon_tag(start_ps_ + time_ps, photon_input_ + *detector));
 }
 
 bool Scene::put_sync(std::int64_t time_ps, TagWriter& out) {

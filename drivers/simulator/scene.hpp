@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/random.hpp"
 #include "drivers/simulator/signal_stream.hpp"
@@ -27,12 +29,14 @@ class Scene {
  private:
   bool write_background(std::int64_t until_ps, TagWriter& out);
   bool write_first(TagWriter& out);
-  bool put_photon(std::int64_t time_ps, TagWriter& out);
+  bool put_light(std::int64_t time_ps, TagWriter& out);
+  bool put_photon(std::int64_t time_ps, std::optional<int> detector, TagWriter& out);
   bool put_sync(std::int64_t time_ps, TagWriter& out);
   void next_background();
 
   SignalStream signal_;
   SyncStream sync_;
+  Detectors detectors_;
   Random random_;
   std::int64_t start_ps_;
   int photon_input_;

@@ -8,6 +8,8 @@
 namespace splid {
 namespace {
 
+constexpr std::int64_t largest_input = 62;
+
 constexpr std::array<const char*, 2> pace_names = {"live", "max"};
 
 void describe_light(SimulatorOptions& options, OptionVisitor& visitor) {
@@ -56,19 +58,29 @@ void SimulatorOptions::describe(OptionVisitor& visitor) {
       "where the target is");
   describe_light(*this, visitor);
   visitor.object(
+      "detector", [this](OptionVisitor& members) { detector.describe(members); },
+      "what the detectors make of the light");
+  visitor.object(
       "sync", [this](OptionVisitor& members) { sync.describe(members); },
       "the pattern's syncs as the tagger sees them");
   describe_clocks(*this, visitor);
   visitor.number("seconds", seconds, {0, 4e6}, "length of the stream, s; 0: for ever");
   choose(visitor, "pace", pace, pace_names, "live: as time goes by; max: as fast as possible");
   visitor.path("truth", truth, "file that the true distances and velocities are written to");
-  visitor.integer("photon_input", photon_input, 0, 62, "input number of the photons");
+  visitor.integer("photon_input", photon_input, 0, largest_input, "input number of the photons");
 }
 
 std::optional<OptionFault> SimulatorOptions::validate() const {
   std::optional<OptionFault> fault = target.validate();
-  if (fault) fault->pointer = "/target" + fault->pointer;
-  return fault;
+  if (fault) {
+    fault->pointer = "/target" + fault->pointer;
+    return fault;
+  }
+  if (photon_input + detector.inputs - 1 <= largest_input) return std::nullopt;
+  return OptionFault{"/detector/inputs", std::to_string(detector.inputs) +
+                                             " inputs from photon_input " +
+                                             std::to_string(photon_input) + " on go beyond " +
+                                             std::to_string(largest_input) + ", the last input"};
 }
 
 std::optional<OptionFault> SimulatorOptions::start_fault() const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/motion.hpp"
 #include "drivers/simulator/signal_stream.hpp"
@@ -25,6 +26,7 @@ enum class SimulatorPace {
 struct SimulatorOptions : SourceOptions {
   simulator::TargetOptions target;
   simulator::DetectionOptions detection;  // its keys stand in `source` itself
+  simulator::DetectorModel detector;
   simulator::SyncOptions sync;
   double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
   double dark_per_s = 500;          // dark counts of the detector

@@ -21,5 +21,14 @@ TEST(SimulatorOptions, FaultsOfTheTargetKeepTheirPlace) {
   EXPECT_EQ(options.validate().value().pointer, "/target/points");
 }
 
+TEST(SimulatorOptions, SplitDetectorsNeedAnInputEach) {
+  SimulatorOptions options;
+  options.photon_input = 61;
+  options.detector.inputs = 2;
+  EXPECT_FALSE(options.validate());
+  options.detector.inputs = 3;
+  EXPECT_EQ(options.validate().value().pointer, "/detector/inputs");
+}
+
 }  // namespace
 }  // namespace splid
