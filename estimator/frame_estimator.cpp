@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include "estimator/fit/pattern_check.hpp"
@@ -13,6 +15,7 @@
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/paper/paper_method.hpp"
+#include "estimator/search/bend_search.hpp"
 #include "estimator/search/target_search.hpp"
 #include "protocol/error.hpp"
 
@@ -48,6 +51,15 @@ constexpr int most_followed = 20;
 constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 
+// Scene `auto`: how much more a path that bends must gain than the best straight one. 4.5 nats are
+// three standard deviations of the acceleration.
+constexpr double nats_for_acceleration = 4.5;
+
+// bend = a t_a^2 / c, over a frame of length_ns.
+double acceleration_of(double bend_ns, double length_ns) {
+  return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
+}
+
 }  // namespace
 
 struct FrameEstimator::Workspace {
@@ -64,6 +76,8 @@ struct FrameEstimator::Workspace {
   TargetSearch search;
   PatternCheck pattern_check;
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
+  std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
+  double bent_threshold_nats;                    // for a path that bends
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
@@ -90,11 +104,19 @@ struct FrameEstimator::Workspace {
                 options.effort,
                 mode != Mode::ambiguous},
                max_photons),
-        pattern_check(train, *shape, frame.reach_ns()) {
+        pattern_check(train, *shape, frame.reach_ns()),
+        bent_threshold_nats(threshold_nats) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
+    if (may_accelerate()) look_for_bends(options, frame_length_ms * 1e6, max_photons);
   }
+
+  [[nodiscard]] bool may_accelerate() const {
+    return moving() && scene.max_acceleration_mps2 > 0 &&
+           (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
+  }
+  void look_for_bends(const EstimatorOptions& options, double length_ns, std::size_t max_photons);
 
   [[nodiscard]] bool moving() const {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
@@ -118,12 +140,20 @@ struct FrameEstimator::Workspace {
   }
 
   std::optional<Fit> find(const FrameView& view, TargetTrack* track, Effort most);
-  std::optional<Fit> follow(const TargetTrack& track, std::int64_t mid_ps);
+  std::optional<Fit> follow(const TargetTrack& track, std::int64_t mid_ps,
+                            const FoldedFrame& photons, double bend_ns = 0);
   [[nodiscard]] double range_odds_nats(const Fit& fit, const TargetTrack* track) const;
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   bool moves_after_all(const Fit& still_fit);
-  void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync) const;
+  std::optional<BentFit> find_bent(const FrameView& view, TargetTrack* track, Effort most);
+  std::optional<BentFit> bent_if_seen(const std::optional<Fit>& straight, Effort most);
+  [[nodiscard]] double bent_odds_nats(const BentFit& bent, const TargetTrack* track) const;
+  bool has_pattern(const FoldedFrame& photons, const Fit& fit, Estimate& estimate);
+  void finish(const FrameView& view, Estimate& estimate, TargetTrack* track) const;
+  void take(const BentFit& bent, const FrameView& view, Estimate& estimate, TargetTrack* track);
+  void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync, double bend_ns = 0) const;
+  void fill_acceleration(Estimate& estimate, const BentFit& bent) const;
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
@@ -133,26 +163,29 @@ std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, Target
   const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   std::optional<Fit> fit;
   if (track != nullptr) {
-    fit = follow(*track, mid_ps);
+    fit = follow(*track, mid_ps, frame);
     track->followed = fit ? track->followed + 1 : 0;
   }
   return fit ? fit : search.find(frame, most);
 }
 
-std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track,
-                                                     std::int64_t mid_ps) {
+// photons: the frame, without the bend that the track foretells.
+std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track, std::int64_t mid_ps,
+                                                     const FoldedFrame& photons, double bend_ns) {
   const auto gap_ps = static_cast<double>(mid_ps - track.mid_ps);
   if (!track.valid || track.followed >= most_followed || std::abs(gap_ps) > longest_gap_ps) {
     return std::nullopt;
   }
-  const double beta = track.velocity_mps / speed_of_light_mps;
+  const double gained_mps = track.acceleration_mps2 * gap_ps * 1e-12;
+  const double beta = (track.velocity_mps + gained_mps / 2) / speed_of_light_mps;  // over the gap
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
-  Fit fit = search.find_near(frame, {delay_ns / to_reference() / (1 + beta),
-                                     travel_of(track.velocity_mps, frame.length_ns)});
+  Fit fit =
+      search.find_near(photons, {delay_ns / to_reference() / (1 + beta) + bend_ns / 12,
+                                 travel_of(track.velocity_mps + gained_mps, frame.length_ns)});
   const double least =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, threshold_nats + 6);
   if (fit.gain_nats < least || !fit.has_covariance) return std::nullopt;
-  if (track.odds_per_nat * fit.gain_nats < sure_odds_nats) fit = search.look_beside(frame, fit);
+  if (track.odds_per_nat * fit.gain_nats < sure_odds_nats) fit = search.look_beside(photons, fit);
   return fit;
 }
 
@@ -185,6 +218,103 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
 }
 
+void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, double length_ns,
+                                               std::size_t max_photons) {
+  if (by_paper) {
+    if (scene.motion == Motion::automatic) return;
+    throw Error(Fault::usage,
+                "scene.motion is accelerating, which the method of [P] does not know; take "
+                "estimator.method search, or scene.motion moving");
+  }
+  bends = std::make_unique<BendSearch>(search, train, shape->width_ns(),
+                                       scene.max_acceleration_mps2, max_photons);
+  // In so short a frame not even a million photons show that the path bends.
+  constexpr double least_widths = 0.01;
+  const double bend_ns = bends->max_bend_ns(length_ns);
+  const bool too_many = bends->looks(length_ns) > BendSearch::most_looks;
+  if (too_many && scene.motion == Motion::accelerating) {
+    std::ostringstream text;
+    text << "scene.max_acceleration_mps2 is " << scene.max_acceleration_mps2
+         << ", with which the path may bend in " << bends->looks(length_ns)
+         << " ways in a frame of " << length_ns * 1e-6 << " ms; more than "
+         << BendSearch::most_looks << " take too long: lower it, or frame.length_ms";
+    throw Error(Fault::usage, text.str());
+  }
+  if (too_many ||
+      (scene.motion == Motion::automatic && bend_ns < least_widths * shape->width_ns())) {
+    bends.reset();
+    return;
+  }
+  bent_threshold_nats =
+      significance_threshold_nats({train.circle_ns, travel_looked_at_ns(), shape->width_ns(),
+                                   bend_ns + BendSearch::least_reach_widths * shape->width_ns()},
+                                  options.false_alarm_rate);
+}
+
+std::optional<BentFit> FrameEstimator::Workspace::find_bent(const FrameView& view,
+                                                            TargetTrack* track, Effort most) {
+  if (track != nullptr) {
+    const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
+    const double bend_ns = track->acceleration_mps2 / acceleration_of(1, frame.length_ns);
+    const std::optional<Fit> fit =
+        follow(*track, mid_ps, bends->straightened(frame, bend_ns), bend_ns);
+    track->followed = fit ? track->followed + 1 : 0;
+    if (fit) return bends->refine(frame, fit->parameters.line, bend_ns);
+  }
+  return bends->find(frame, most);
+}
+
+// Scene `auto`: the path is straight unless the photons say otherwise. Where paths may bend by more
+// than a bin, the best straight line may be one that touches the path in a part of the frame, at a
+// wrong delay even, so that all bends are looked at.
+std::optional<BentFit> FrameEstimator::Workspace::bent_if_seen(const std::optional<Fit>& straight,
+                                                               Effort most) {
+  double least = bent_threshold_nats;
+  std::optional<BentFit> best;
+  if (straight && straight->gain_nats >= threshold_nats && straight->has_covariance) {
+    least = std::max(least, straight->gain_nats + nats_for_acceleration);
+    best = bends->refine(frame, straight->parameters.line, 0);
+    if (best->fit.gain_nats < least && bends->looks(frame.length_ns) == 1) {
+      return std::nullopt;
+    }
+  }
+  const std::optional<BentFit> found = bends->find(frame, most);
+  if (found && (!best || found->fit.gain_nats > best->fit.gain_nats)) best = found;
+  if (!best || best->fit.gain_nats < least || !best->at_mid_frame().has_covariance) {
+    return std::nullopt;
+  }
+  return best;
+}
+
+// The prior of a path that may bend is spread over all bends, as it is over all delays and travels.
+double FrameEstimator::Workspace::bent_odds_nats(const BentFit& bent,
+                                                 const TargetTrack* track) const {
+  const double bends_ns = 2 * bends->max_bend_ns(frame.length_ns);
+  const double share = std::sqrt(2 * std::numbers::pi * bent.variance_ns2) / bends_ns;
+  return range_odds_nats(bent.fit, track) + std::min(0.0, std::log(share));
+}
+
+void FrameEstimator::Workspace::take(const BentFit& bent, const FrameView& view, Estimate& estimate,
+                                     TargetTrack* track) {
+  const Fit at_mid = bent.at_mid_frame();
+  estimate.threshold_nats = bent_threshold_nats;
+  estimate.significance_nats = bent.fit.gain_nats;
+  if (bent.fit.gain_nats < bent_threshold_nats || !at_mid.has_covariance) return;
+  estimate.range_odds_nats = bent_odds_nats(bent, track);
+  if (!has_pattern(bends->straightened(frame, bent.bend_ns), bent.fit, estimate)) return;
+  fill(estimate, at_mid, view.sync, bent.bend_ns);
+  fill_acceleration(estimate, bent);
+  finish(view, estimate, track);
+}
+
+void FrameEstimator::Workspace::fill_acceleration(Estimate& estimate, const BentFit& bent) const {
+  const double per_bend = acceleration_of(1, frame.length_ns);
+  estimate.acceleration_mps2 = bent.bend_ns * per_bend;
+  estimate.std_acceleration_mps2 = std::sqrt(bent.variance_ns2) * per_bend;
+  // Light that comes back at mid-frame met the target half a delay before.
+  estimate.velocity_mps += estimate.acceleration_mps2 * estimate.delay_ns * 1e-9 / 2;
+}
+
 // Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
 // then be far too small. 10 nats are 4.5 standard deviations of velocity, which a target at rest
 // shows in 7 frames of a million.
@@ -194,8 +324,8 @@ bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
          still_fit.gain_nats + nats_for_motion;
 }
 
-void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
-                                     const SyncFit& sync) const {
+void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit, const SyncFit& sync,
+                                     double bend_ns) const {
   const FrameParameters& p = fit.parameters;
   const double g = p.line.travel_ns / frame.length_ns;
   const double beta = g / (2 - g);
@@ -212,7 +342,8 @@ void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit,
   estimate.has_values = true;
   estimate.velocity_mps = beta * speed_of_light_mps;
   estimate.delay_ns = wrap(delay_ns * (1 + beta), circle_ns) * scale;
-  estimate.delay_start_ns = wrap(delay_ns * (1 + beta) - beta * frame.length_ns, circle_ns) * scale;
+  estimate.delay_start_ns =
+      wrap(delay_ns * (1 + beta) - beta * frame.length_ns + bend_ns / 4, circle_ns) * scale;
   estimate.signal_per_pulse = p.signal_per_pulse;
   estimate.background_per_ns = p.background_per_ns;
   estimate.significance_nats = fit.gain_nats;
@@ -245,9 +376,26 @@ void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& 
   track.mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   track.delay_ns = estimate.delay_ns;
   track.velocity_mps = estimate.velocity_mps;
+  track.acceleration_mps2 = estimate.acceleration_mps2;
   if (track.followed > 0) return;
   track.nats_per_ns = estimate.significance_nats / frame.seen_ns;
   track.odds_per_nat = estimate.range_odds_nats / estimate.significance_nats;
+}
+
+bool FrameEstimator::Workspace::has_pattern(const FoldedFrame& photons, const Fit& fit,
+                                            Estimate& estimate) {
+  const PatternVerdict pattern = pattern_check.judge(photons, fit.parameters);
+  estimate.pattern_fault = pattern.fault;
+  if (pattern.fault != PatternFault::none) return false;
+  estimate.amplitude_misfit = pattern.amplitude_misfit;
+  return true;
+}
+
+void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate,
+                                       TargetTrack* track) const {
+  const bool is_sure = estimate.range_odds_nats >= least_odds_nats;
+  estimate.status = mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
+  if (track != nullptr) remember(view, estimate, *track);
 }
 
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
@@ -280,25 +428,33 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
   if (estimate.photons == 0 || seen_ns <= 0) return estimate;
 
   w.frame.fold(view, w.train);
+  if (w.bends && w.scene.motion == Motion::accelerating) {
+    estimate.threshold_nats = w.bent_threshold_nats;
+    if (const auto bent = w.find_bent(view, track, most)) w.take(*bent, view, estimate, track);
+    return estimate;
+  }
   std::optional<Fit> fit = w.find(view, track, most);
+  const double odds_nats = fit && fit->gain_nats >= w.threshold_nats && fit->has_covariance
+                               ? w.range_odds_nats(*fit, track)
+                               : 0;
+  if (w.bends) {
+    if (const auto bent = w.bent_if_seen(fit, most)) {
+      w.take(*bent, view, estimate, track);
+      return estimate;
+    }
+  }
   if (!fit) return estimate;
   estimate.significance_nats = fit->gain_nats;
   if (fit->gain_nats < w.threshold_nats || !fit->has_covariance) return estimate;
-  estimate.range_odds_nats = w.range_odds_nats(*fit, track);
+  estimate.range_odds_nats = odds_nats;
   if (w.moving() && w.scene.motion == Motion::automatic) {
     fit = w.drop_motion_unless_seen(*fit);
     if (!fit->has_covariance) return estimate;
   }
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
-  const PatternVerdict pattern = w.pattern_check.judge(w.frame, fit->parameters);
-  estimate.pattern_fault = pattern.fault;
-  if (pattern.fault != PatternFault::none) return estimate;
+  if (!w.has_pattern(w.frame, *fit, estimate)) return estimate;
   w.fill(estimate, *fit, view.sync);
-  estimate.amplitude_misfit = pattern.amplitude_misfit;
-  const bool is_sure = estimate.range_odds_nats >= w.least_odds_nats;
-  estimate.status =
-      w.mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
-  if (track != nullptr) w.remember(view, estimate, *track);
+  w.finish(view, estimate, track);
   return estimate;
 }
 

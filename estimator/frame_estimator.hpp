@@ -21,7 +21,8 @@
 //                 and folds them on the pattern period. A target at constant velocity is then a
 //                 straight line, a DelayLine: a delay at mid-frame, and how far the delay travels
 //                 over the frame.
-//   search/       TargetSearch looks at all lines for the one with the most photons.
+//   search/       TargetSearch looks at all lines for the one with the most photons. BendSearch
+//                 does so for a target that accelerates, whose line bends.
 //   fit/          Refinement climbs from there to the maximum of the likelihood ([P] Eq. 4 and 7)
 //   in
 //                 delay, travel, signal and background. Its curvature gives the standard

@@ -30,6 +30,7 @@ std::optional<std::int64_t> whole(std::optional<std::uint64_t> value) {
 void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("distance_m", "m", message.distance_m);
   columns.number("velocity_mps", "m/s", message.velocity_mps);
+  columns.number("acceleration_mps2", "m/s2", message.acceleration_mps2);
   columns.number("signal_per_pulse", "counts/pulse", message.signal_per_pulse);
   columns.number("background_per_s", "counts/s", message.background_per_s);
   columns.number("signal_per_period", "counts/period", message.signal_per_period);
@@ -43,6 +44,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
                message.pattern_fault ? to_string(*message.pattern_fault) : "");
   columns.number("std_distance_m", "m", message.std_distance_m);
   columns.number("std_velocity_mps", "m/s", message.std_velocity_mps);
+  columns.number("std_acceleration_mps2", "m/s2", message.std_acceleration_mps2);
   columns.number("std_signal_per_pulse", "counts/pulse", message.std_signal_per_pulse);
   columns.number("std_background_per_s", "counts/s", message.std_background_per_s);
 }

@@ -14,6 +14,7 @@ namespace {
 void write_estimates(JsonWriter& json, const FrameMessage& message) {
   json.number("distance_m", message.distance_m)
       .number("velocity_mps", message.velocity_mps)
+      .number("acceleration_mps2", message.acceleration_mps2)
       .number("signal_per_pulse", message.signal_per_pulse)
       .number("background_per_s", message.background_per_s)
       .number("signal_per_period", message.signal_per_period)
@@ -27,6 +28,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
       .number("velocity_mps", message.std_velocity_mps)
+      .number("acceleration_mps2", message.std_acceleration_mps2)
       .number("signal_per_pulse", message.std_signal_per_pulse)
       .number("background_per_s", message.std_background_per_s);
   json.object("std", std_members);
@@ -142,6 +144,7 @@ std::optional<PatternFault> pattern_fault(const Members& members) {
 void read_estimates(const Members& members, FrameMessage& message) {
   message.distance_m = members.number("distance_m");
   message.velocity_mps = members.number("velocity_mps");
+  message.acceleration_mps2 = members.number("acceleration_mps2");
   message.signal_per_pulse = members.number("signal_per_pulse");
   message.background_per_s = members.number("background_per_s");
   message.signal_per_period = members.number("signal_per_period");
@@ -156,6 +159,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
     const Members std_members(*json, "/std");
     message.std_distance_m = std_members.number("distance_m");
     message.std_velocity_mps = std_members.number("velocity_mps");
+    message.std_acceleration_mps2 = std_members.number("acceleration_mps2");
     message.std_signal_per_pulse = std_members.number("signal_per_pulse");
     message.std_background_per_s = std_members.number("background_per_s");
   }

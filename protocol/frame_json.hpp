@@ -26,6 +26,7 @@ struct FrameMessage {
   // Estimates; std_* are one standard deviation.
   std::optional<double> distance_m, std_distance_m;
   std::optional<double> velocity_mps, std_velocity_mps;
+  std::optional<double> acceleration_mps2, std_acceleration_mps2;
   std::optional<double> signal_per_pulse, std_signal_per_pulse;
   std::optional<double> background_per_s, std_background_per_s;
   std::optional<double> signal_per_period, background_per_period;  // counts a pattern period

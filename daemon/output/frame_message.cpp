@@ -52,6 +52,10 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.velocity_mps = estimate.velocity_mps;
   // A target that is taken to be at rest has a velocity of zero, and no deviation of the velocity.
   if (estimate.std_velocity_mps > 0) message.std_velocity_mps = estimate.std_velocity_mps;
+  if (estimate.std_acceleration_mps2 > 0) {
+    message.acceleration_mps2 = estimate.acceleration_mps2;
+    message.std_acceleration_mps2 = estimate.std_acceleration_mps2;
+  }
   message.signal_per_pulse = estimate.signal_per_pulse;
   message.std_signal_per_pulse = estimate.std_signal_per_pulse;
   message.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;

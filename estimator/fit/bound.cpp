@@ -74,11 +74,16 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
 // The share of the frame that a stretch of the train takes, and the first two moments of where in
 // the frame that is, from -1/2 to 1/2.
 struct Moments {
-  double share = 0, first = 0, second = 0;
+  double share = 0, first = 0, second = 0, third = 0, fourth = 0;
+
+  // Those with the bend's s^2 - 1/12: alone, times s, and squared.
+  [[nodiscard]] double bend() const { return second - share / 12; }
+  [[nodiscard]] double first_bend() const { return third - first / 12; }
+  [[nodiscard]] double bend_squared() const { return fourth - second / 6 + share / 144; }
 };
 
 Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, double length_ns) {
-  if (train.single()) return {1, 0, 1.0 / 12};
+  if (train.single()) return {1, 0, 1.0 / 12, 0, 1.0 / 80};
   Moments m;
   const auto turns = static_cast<std::size_t>(std::ceil(length_ns / train.period_ns));
   for (std::size_t n = 0; n < turns; ++n) {
@@ -88,17 +93,20 @@ Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, 
     m.share += to - from;
     m.first += (to * to - from * from) / 2;
     m.second += (to * to * to - from * from * from) / 3;
+    m.third += (std::pow(to, 4) - std::pow(from, 4)) / 4;
+    m.fourth += (std::pow(to, 5) - std::pow(from, 5)) / 5;
   }
   return m;
 }
 
-}  // namespace
+using Matrix5d = Eigen::Matrix<double, 5, 5>;
+constexpr int bend_index = 4;  // after those of ParameterIndex; see BentFit for the bend
 
-Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
-                                   const Exposure& exposure, const FrameParameters& at) {
+Matrix5d information_with_bend(const PulseShape& shape, const PulseTrain& train,
+                               const Exposure& exposure, const FrameParameters& at) {
   const double one_less_g = 1 - at.line.travel_ns / exposure.length_ns;
   const double dilation = exposure.scale / one_less_g;
-  Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
+  Matrix5d J = Matrix5d::Zero();
   for (const PulseTrain::Stretch& part : train.stretches) {
     const Eigen::Matrix3d each =
         information_per_ns(shape, part.comb, dilation, at.signal_per_pulse, at.background_per_ns) *
@@ -106,16 +114,28 @@ Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& tr
     const Moments m = moments_of(train, part, exposure.length_ns);
     // A change of the travel moves a photon at position s of the frame by s times that change. Its
     // effect on the rate and on the pulse's width is 1e-6 of that, and is left out.
-    Eigen::Matrix<double, 4, 3> to = Eigen::Matrix<double, 4, 3>::Zero();
+    Eigen::Matrix<double, 5, 3> to = Eigen::Matrix<double, 5, 3>::Zero();
     to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = 1;
     J += m.share * (to * each * to.transpose());
     J(travel_index, travel_index) += m.second * each(0, 0);
     J(delay_index, travel_index) += m.first * each(0, 0);
     J(travel_index, signal_index) += m.first * each(0, 1);
     J(travel_index, background_index) += m.first * each(0, 2);
+    J(delay_index, bend_index) += m.bend() * each(0, 0);
+    J(travel_index, bend_index) += m.first_bend() * each(0, 0);
+    J(signal_index, bend_index) += m.bend() * each(0, 1);
+    J(background_index, bend_index) += m.bend() * each(0, 2);
+    J(bend_index, bend_index) += m.bend_squared() * each(0, 0);
   }
   J.triangularView<Eigen::StrictlyLower>() = J.transpose();
   return J;
+}
+
+}  // namespace
+
+Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
+                                   const Exposure& exposure, const FrameParameters& at) {
+  return information_with_bend(shape, train, exposure, at).topLeftCorner<4, 4>();
 }
 
 Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const BoundScene& scene) {
@@ -129,38 +149,47 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   const FrameParameters at = {{scene.delay_ns / (1 + beta), g * scene.length_ns},
                               scene.signal_per_pulse,
                               scene.background_per_ns};
-  const Eigen::Matrix4d J = fisher_information(shape, train, exposure, at);
+  const Matrix5d J = information_with_bend(shape, train, exposure, at);
 
   // In units that make the matrix well conditioned. Parameters that are known have no row.
   const double width = shape.width_ns();
-  const Eigen::Vector4d unit(width, width, at.signal_per_pulse,
-                             std::max(at.background_per_ns, 1 / scene.seen_ns));
-  Eigen::Matrix4d scaled = unit.asDiagonal() * J * unit.asDiagonal();
+  Eigen::Vector<double, 5> unit;
+  unit << width, width, at.signal_per_pulse, std::max(at.background_per_ns, 1 / scene.seen_ns),
+      width;
+  Matrix5d scaled = unit.asDiagonal() * J * unit.asDiagonal();
   const auto know = [&](int index) {
     scaled.row(index).setZero();
     scaled.col(index).setZero();
     scaled(index, index) = 1;
   };
   if (!scene.moving) know(travel_index);
+  if (!scene.accelerating) know(bend_index);
   if (!(at.background_per_ns > 0)) know(background_index);
   const double infinite = std::numeric_limits<double>::infinity();
-  const Eigen::LLT<Eigen::Matrix4d> cholesky(scaled);
-  if (cholesky.info() != Eigen::Success) return {infinite, infinite, infinite, infinite, infinite};
-  Eigen::Matrix4d C =
-      unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
+  const Eigen::LLT<Matrix5d> cholesky(scaled);
+  if (cholesky.info() != Eigen::Success) {
+    return {infinite, infinite, infinite, infinite, infinite, infinite};
+  }
+  Matrix5d C = unit.asDiagonal() * cholesky.solve(Matrix5d::Identity()) * unit.asDiagonal();
   if (!scene.moving) C(travel_index, travel_index) = 0;
+  if (!scene.accelerating) C(bend_index, bend_index) = 0;
 
   // tau = D (1 + beta) at mid-frame, less beta t_a at the start; d beta / d travel = 2 / ((2 - g)^2
   // t_a).
   const double per_travel = 2 / ((2 - g) * (2 - g) * scene.length_ns);
-  const auto deviation = [&](double by_delay, double by_travel) {
-    const Eigen::Vector2d by(by_delay, by_travel);
-    return std::sqrt(by.dot(C.topLeftCorner<2, 2>() * by));
+  // At mid-frame the delay is 1/12 of the bend below its mean, and at the start 1/6 above it.
+  const auto deviation = [&](double by_delay, double by_travel, double by_bend) {
+    Eigen::Vector<double, 5> by;
+    by << by_delay, by_travel, 0, 0, by_bend;
+    return std::sqrt(by.dot(C * by));
   };
   Bound bound;
-  bound.delay_ns = deviation(1 + beta, at.line.delay_ns * per_travel);
-  bound.delay_start_ns = deviation(1 + beta, (at.line.delay_ns - scene.length_ns) * per_travel);
-  bound.velocity_mps = deviation(0, per_travel) * speed_of_light_mps;
+  bound.delay_ns = deviation(1 + beta, at.line.delay_ns * per_travel, -1.0 / 12);
+  bound.delay_start_ns =
+      deviation(1 + beta, (at.line.delay_ns - scene.length_ns) * per_travel, 1.0 / 6);
+  bound.velocity_mps = deviation(0, per_travel, 0) * speed_of_light_mps;
+  bound.acceleration_mps2 = std::sqrt(C(bend_index, bend_index)) * speed_of_light_mps * 1e9 /
+                            (scene.length_ns * scene.length_ns);
   bound.signal_per_pulse = std::sqrt(C(signal_index, signal_index));
   if (at.background_per_ns > 0) {
     bound.background_per_ns = std::sqrt(C(background_index, background_index));

@@ -29,6 +29,7 @@ struct BoundScene {
   double signal_per_pulse = 0;   // S > 0
   double background_per_ns = 0;  // b
   bool moving = true;            // false: the velocity is known to be zero
+  bool accelerating = false;     // true: the acceleration is unknown too, and near zero
 };
 
 // The smallest standard deviations that an unbiased estimate of a scene can have. They are infinite
@@ -39,6 +40,7 @@ struct Bound {
   double velocity_mps = 0;
   double signal_per_pulse = 0;
   double background_per_ns = 0;
+  double acceleration_mps2 = 0;
 };
 
 // The bound of a scene, from fisher_information(). scene: signal_per_pulse > 0. Threads: any.

@@ -12,10 +12,14 @@ double excursions(const SearchVolume& volume, double u) {
   const double per_travel = per_delay / std::sqrt(12.0);
   const double circle = volume.period_ns * per_delay;
   const double height = 2 * volume.max_travel_ns * per_travel;
+  const double depth = 2 * volume.max_bend_ns * per_delay / std::sqrt(180.0);
   const double two_pi = 2 * std::numbers::pi;
   const double fall = std::exp(-0.5 * u * u);
   // The second term is that of half the plane's edge: the edge is two circles, so half is one.
-  return circle * height * u * fall / std::pow(two_pi, 1.5) + circle * fall / two_pi;
+  const double plane = circle * height * u * fall / std::pow(two_pi, 1.5) + circle * fall / two_pi;
+  if (depth == 0) return plane;
+  const double space = circle * height * depth * (u * u - 1) * fall / (two_pi * two_pi);
+  return plane + circle * depth * u * fall / std::pow(two_pi, 1.5) + space;
 }
 
 }  // namespace

@@ -83,6 +83,34 @@ void FoldedFrame::group_by_stretch(const PulseTrain& train) {
   next.back() = size();
 }
 
+void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const PulseTrain& train) {
+  length_ns = bent.length_ns;
+  seen_ns = bent.seen_ns;
+  scale = bent.scale;
+  lost_begin_ns = bent.lost_begin_ns;
+  lost_end_ns = bent.lost_end_ns;
+  group_end = bent.group_end;
+  time_ns = bent.time_ns;
+  phase_ns = bent.phase_ns;
+  phase_32 = bent.phase_32;
+  if (bend_ns == 0) return;
+  const double share = 1 / length_ns;
+  for (std::size_t group = 0; group < group_end.size(); ++group) {
+    // The photons of the last group of several are taken by their phase alone.
+    const std::size_t stretch = std::min(group, train.stretches.size() - 1);
+    const double to_turns = 1 / train.stretches[stretch].comb.period_ns;
+    for (std::size_t i = group_begin(group); i < group_end[group]; ++i) {
+      const double s = time_ns[i] * share;
+      const double shift = bend_ns * (s * s - 1.0 / 12);
+      const double phase = phase_ns[i] - shift;
+      phase_ns[i] = phase - train.period_ns * std::floor(phase / train.period_ns);
+      const double turns = shift * to_turns;
+      phase_32[i] -= static_cast<std::uint32_t>(
+          static_cast<std::uint64_t>((turns - std::floor(turns)) * 0x1p32));
+    }
+  }
+}
+
 void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
   length_ns = all.length_ns;
   seen_ns = all.seen_ns;

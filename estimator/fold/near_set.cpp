@@ -90,6 +90,12 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
 }
 
+void NearSet::straighten(double bend_ns) {
+  for (std::size_t j = 0; j < entries(); ++j) {
+    residual_ns[j] -= bend_ns * (position[j] * position[j] - 1.0 / 12);
+  }
+}
+
 // Notes which photons of each stretch may be near the line, and returns how many these are.
 std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombWindow> windows,
                                  const PulseTrain& train) {

@@ -39,6 +39,8 @@ struct NearSet {
   // which is (1/8)^2 / 12 of the pulse's variance.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                const PulseTrain& train, DelayLine about, double gather_width_ns = 0);
+  // Moves the photons back along a bend: by bend_ns (s^2 - 1/12), with s their position.
+  void straighten(double bend_ns);
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 

@@ -40,10 +40,12 @@ struct Estimate {
   double delay_ns = 0;           // round trip at mid-frame, in [0, unambiguous delay)
   double delay_start_ns = 0;     // round trip at the frame's start, as [P] gives it
   double velocity_mps = 0;       // radial, positive away from the lidar
+  double acceleration_mps2 = 0;  // holds where its deviation is above 0
   double signal_per_pulse = 0;   // S, counts for each pulse of amplitude 1
   double background_per_ns = 0;  // b, counts
   double std_delay_ns = 0;       // std_*: one standard deviation, from the observed information
   double std_velocity_mps = 0;
+  double std_acceleration_mps2 = 0;  // 0: the path was taken as straight
   double std_signal_per_pulse = 0;
   double std_background_per_ns = 0;
   double significance_nats = 0;  // log-likelihood gained over no target
@@ -67,6 +69,7 @@ struct TargetTrack {
   std::int64_t mid_ps = 0;  // the middle of the frame it was seen in, tagger's clock
   double delay_ns = 0;      // round trip at mid_ps
   double velocity_mps = 0;
+  double acceleration_mps2 = 0;
   double nats_per_ns = 0;   // significance of the last frame that was searched, over its time seen
   double odds_per_nat = 0;  // range odds of that frame, over its significance
   int followed = 0;         // frames since then

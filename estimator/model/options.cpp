@@ -5,7 +5,7 @@
 namespace splid {
 namespace {
 
-constexpr std::array<const char*, 3> motion_names = {"static", "moving", "auto"};
+constexpr std::array<const char*, 4> motion_names = {"static", "moving", "auto", "accelerating"};
 constexpr std::array<const char*, 2> method_names = {"search", "paper"};
 constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
 constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
@@ -17,13 +17,19 @@ constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
 const char* to_string(Effort effort) { return effort_names.at(static_cast<std::size_t>(effort)); }
 
 void SceneOptions::describe(OptionVisitor& visitor) {
-  choose(visitor, "motion", motion, motion_names,
-         "static: velocity is zero and not estimated, a frame whose target moves has status "
-         "no_target; "
-         "moving: always estimated; auto: estimated, and "
-         "reported as zero where the photons do not ask for it");
+  choose(
+      visitor, "motion", motion, motion_names,
+      "static: velocity is zero and not estimated, a frame whose target moves has status "
+      "no_target; "
+      "moving: always estimated; auto: estimated, and "
+      "reported as zero where the photons do not ask for it, and with an acceleration where they "
+      "do ask for that; accelerating: velocity and acceleration are always estimated");
   visitor.number("max_speed_mps", max_speed_mps, {0, 30000},
                  "largest speed along the line of sight that is searched, m/s");
+  visitor.number(
+      "max_acceleration_mps2", max_acceleration_mps2, {0, 1e5},
+      "accelerating, auto: largest acceleration along the line of sight that is searched, "
+      "m/s²");
   visitor.number("range_offset_m", range_offset_m, {-1e7, 1e7},
                  "subtracted from every distance: cables, fibres, electronics, m");
 }

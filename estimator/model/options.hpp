@@ -12,8 +12,9 @@ namespace splid {
 // describe() names every key with its bounds; the configuration's reader, its schema, its manual
 // and its error messages come from there.
 
-// Whether the target may move. automatic: the photons decide, frame by frame.
-enum class Motion { static_target, moving, automatic };
+// Whether the target may move. automatic: the photons decide, frame by frame, whether it moves and
+// whether it accelerates. accelerating: its velocity changes evenly over a frame.
+enum class Motion { static_target, moving, automatic, accelerating };
 // search: this project's own method. paper: that of [P], for comparison.
 enum class Method { search, paper };
 // How often the search halves its steps while nothing significant shows: not, once, twice.
@@ -26,8 +27,9 @@ const char* to_string(Effort effort);
 // What the scene may hold. JSON: `scene`.
 struct SceneOptions {
   Motion motion = Motion::moving;
-  double max_speed_mps = 150;  // speeds up to this are searched, towards and away
-  double range_offset_m = 0;   // the instrument's own, which is subtracted from each distance
+  double max_speed_mps = 150;          // speeds up to this are searched, towards and away
+  double max_acceleration_mps2 = 100;  // with motion `accelerating` and `auto`, towards and away
+  double range_offset_m = 0;  // the instrument's own, which is subtracted from each distance
   void describe(OptionVisitor& visitor);
 };
 

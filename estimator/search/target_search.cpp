@@ -31,20 +31,10 @@ constexpr double shoulder_margin_nats = 60;
 // against its range.
 constexpr double rival_margin_nats = 3;
 
-// Design note: to search 65,536 of a million photons takes 3 ms instead of 20. A target that stands
-// 30 nats above the threshold in such a sample is not there by chance, and is not mistaken for one
-// of its own shoulders.
-constexpr std::size_t sampled_photons = 65536;
-constexpr std::size_t sampled_from = 3 * sampled_photons;
+// Design note: to search 65,536 (sampled_photons) of a million photons takes 3 ms instead of 20. A
+// target that stands 30 nats above the threshold in such a sample is not there by chance, and is
+// not mistaken for one of its own shoulders.
 constexpr double sample_margin_nats = 30;
-
-// Design note: with few photons many cells are alike, and each costs little. With 19 signal
-// photons, eight cells miss the best maximum in 0.03 % of the frames, sixteen cells in none of
-// 6,000. With a million photons a single zoom costs 3 ms.
-std::size_t cells_tried(std::size_t photons) {
-  if (photons < 4096) return LineSearch::max_cells;
-  return photons < 131072 ? 8 : 4;
-}
 
 // Near copies of a comb have near copies of their own, which lead back to the same delays. Each
 // delay is tried once, and so many at most.
@@ -79,6 +69,14 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t leve
 }
 
 }  // namespace
+
+// Design note: with few photons many cells are alike, and each costs little. With 19 signal
+// photons, eight cells miss the best maximum in 0.03 % of the frames, sixteen cells in none of
+// 6,000. With a million photons a single zoom costs 3 ms.
+std::size_t TargetSearch::cells_tried(std::size_t photons) {
+  if (photons < 4096) return LineSearch::max_cells;
+  return photons < 131072 ? 8 : 4;
+}
 
 TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
                            const SearchScope& scope, std::size_t max_photons)
@@ -317,6 +315,46 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
   return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
          std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;
+}
+
+std::size_t TargetSearch::levels(Effort most) const {
+  return std::min(levels_.size(), levels_of(most));
+}
+
+double TargetSearch::settled_nats() const { return threshold_nats_ + settled_margin_nats; }
+
+double TargetSearch::sure_in_sample_nats() const { return threshold_nats_ + sample_margin_nats; }
+
+std::span<const SearchCell> TargetSearch::cells(const FoldedFrame& photons, std::size_t level) {
+  return search_.run(photons, levels_[level].grid, max_slope_ * photons.length_ns);
+}
+
+double TargetSearch::sure_signal_photons(const FoldedFrame& photons, std::size_t level,
+                                         std::uint32_t count) const {
+  const double mean =
+      static_cast<double>(photons.size()) * train_.pulses_per_ns * levels_[level].grid.bin_ns;
+  return std::max(0.0, count - mean - 3 * std::sqrt(mean));
+}
+
+BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, DelayLine line,
+                                 double step_ns, int steps, bool is_cell) {
+  if (is_cell) line.delay_ns -= shape_.peak_offset_ns();
+  line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
+  near_.collect(photons, levels_[level].windows, train_, line);
+  near_.straighten(-steps * step_ns);
+  ZoomResult best;
+  BentSpot spot = {line, 0, 0, 0};
+  for (int step = -steps; step <= steps; ++step) {
+    const ZoomResult zoomed = zoom_.find(near_, levels_[level].reach_ns, moving_);
+    near_.straighten(step_ns);
+    if (zoomed.count <= best.count) continue;
+    best = zoomed;
+    spot = {zoomed.line, step * step_ns, 0, 0};
+  }
+  spot.box_gain_nats = box_gain_nats(photons, best.count, best.box_ns);
+  spot.signal_photons =
+      best.count - static_cast<double>(photons.size()) * train_.pulses_per_ns * best.box_ns;
+  return spot;
 }
 
 Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {

@@ -18,6 +18,7 @@
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // travels. Open this file first. Its parts:
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
+//   bend_search.hpp     the same for paths that bend, of targets that accelerate
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
@@ -33,6 +34,14 @@ struct SearchScope {
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
   bool near_copies = true;  // whether delays at which the comb nearly falls on itself are tried
+};
+
+// Where a zoom over bends has ended (see BendSearch).
+struct BentSpot {
+  DelayLine line;
+  double bend_ns = 0;  // beside that of the frame
+  double box_gain_nats = 0;
+  double signal_photons = 0;  // in the box, beyond the background's
 };
 
 // Finds a frame's target. All delays and travels are searched, with coarse cells at first and with
@@ -68,6 +77,25 @@ class TargetSearch {
   // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
   // photons, the odds are not above those of the sample.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
+
+  // What BendSearch needs to look for paths that bend, level by level.
+  static constexpr std::size_t sampled_photons = 65536;
+  static constexpr std::size_t sampled_from = 3 * sampled_photons;
+  static std::size_t cells_tried(std::size_t photons);
+  [[nodiscard]] std::size_t levels(Effort most) const;
+  [[nodiscard]] double bin_ns(std::size_t level) const { return levels_[level].grid.bin_ns; }
+  // A gain that settles the search, in a frame and in a sample of it.
+  [[nodiscard]] double settled_nats() const;
+  [[nodiscard]] double sure_in_sample_nats() const;
+  // The photons of a cell that are beyond three deviations of its background.
+  [[nodiscard]] double sure_signal_photons(const FoldedFrame& photons, std::size_t level,
+                                           std::uint32_t count) const;
+  // The best cells of a frame. Valid until the next call.
+  std::span<const SearchCell> cells(const FoldedFrame& photons, std::size_t level);
+  // Zooms into a cell, and tries `steps` bends on either side of none. is_cell: the line is where
+  // the photons are, as a cell's is, and not where the target is.
+  BentSpot zoom_bent(const FoldedFrame& photons, std::size_t level, DelayLine line, double step_ns,
+                     int steps, bool is_cell);
 
  private:
   // One size of cells, and the windows that a zoom into such a cell needs.

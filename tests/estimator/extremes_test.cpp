@@ -83,6 +83,12 @@ void at_speed(Scene& scene, double velocity_mps) {
   scene.options.max_speed_mps = std::max(150.0, std::abs(velocity_mps));
 }
 
+void with_acceleration(Scene& scene, double acceleration_mps2) {
+  scene.made.acceleration_mps2 = acceleration_mps2;
+  scene.options.motion = Motion::accelerating;
+  scene.options.max_acceleration_mps2 = std::abs(acceleration_mps2);
+}
+
 void without_target(Scene& scene) {
   scene.made.signal_per_pulse = 0;
   scene.measured = 0;
@@ -93,7 +99,7 @@ void of_length(Scene& scene, double length_ms, int frames) {
   scene.frames = scene.measured = frames;
 }
 
-const std::array<Extreme, 48> extremes = {{
+const std::array<Extreme, 51> extremes = {{
     {"b = 0", [](Scene& s) { s.made.background_per_ns = 0; }},
     {"b = 1e-6 /ns", [](Scene& s) { s.made.background_per_ns = 1e-6; }},
     {"b = 1e-2 /ns, S = 5e-3",
@@ -181,6 +187,19 @@ const std::array<Extreme, 48> extremes = {{
      [](Scene& s) {
        s.made.velocity_mps = 400;
        s.measured = 0;
+     }},
+    {"a = 100 m/s^2, accelerating", [](Scene& s) { with_acceleration(s, 100); }},
+    {"a = -100 m/s^2, accelerating, 200 ms",
+     [](Scene& s) {
+       with_acceleration(s, -100);
+       of_length(s, 200, 6);
+     }},
+    {"a = 1e5 m/s^2, auto, 5 ms, S = 1e-2",
+     [](Scene& s) {
+       with_acceleration(s, 1e5);
+       s.options.motion = Motion::automatic;
+       s.made.signal_per_pulse = 1e-2;
+       of_length(s, 5, 6);
      }},
     {"delay 0", [](Scene& s) { s.made.distance_m = 0; }},
     {"delay of a pattern period", [](Scene& s) { s.made.distance_m = 3780 * light_m_per_ns / 2; }},

@@ -427,8 +427,9 @@ TEST(FrameEstimator, RefusesWhatDoesNotFitTogether) {
 }
 
 // Bright and dark frames of a scene, each on its own and followed.
-void expect_no_allocation(test::FrameMaker made, const EstimatorOptions& options = {}) {
-  FrameEstimator estimator(made.pattern, {}, {}, options, made.length_ms, 400000);
+void expect_no_allocation(test::FrameMaker made, const EstimatorOptions& options = {},
+                          Motion motion = Motion::moving) {
+  FrameEstimator estimator(made.pattern, {}, {.motion = motion}, options, made.length_ms, 400000);
   const auto bright = made.make(1);
   made.signal_per_pulse = 0;
   made.background_per_ns = 5e-4;
@@ -450,6 +451,13 @@ TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
   expect_no_allocation(made);
   made.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2 * 3780000);
   expect_no_allocation(made);
+  made = paper_scene();
+  for (const Motion motion : {Motion::automatic, Motion::accelerating}) {
+    made.acceleration_mps2 = 0;
+    expect_no_allocation(made, {}, motion);
+    made.acceleration_mps2 = 100;
+    expect_no_allocation(made, {}, motion);
+  }
   // So many that they are sampled, and those near the pulses gathered.
   made = paper_scene();
   made.signal_per_pulse = 0.6;

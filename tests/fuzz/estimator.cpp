@@ -28,6 +28,7 @@ Setting make_setting(const Pattern& pattern, Motion motion, Method method, doubl
   pulse.sigma_ps = sigma_ps;
   SceneOptions scene;
   scene.motion = motion;
+  scene.max_acceleration_mps2 = 2e8;  // bends these short frames by 7 ns, so that all looks happen
   EstimatorOptions options;
   options.method = method;
   options.effort = Effort::fast;
@@ -36,16 +37,19 @@ Setting make_setting(const Pattern& pattern, Motion motion, Method method, doubl
           pattern_period_ps(pattern)};
 }
 
-std::array<Setting, 6>& settings() {
+std::array<Setting, 8>& settings() {
   static const Pattern interleaved = interleaved_pattern({180'000, 189'000}, 3'780'000);
-  static std::array<Setting, 6> made = {
+  static std::array<Setting, 8> made = {
       make_setting(interleaved, Motion::moving, Method::search, 100),
       make_setting(interleaved, Motion::automatic, Method::search, 1000),
       make_setting(interleaved, Motion::moving, Method::paper, 100),
       make_setting(periodic_pattern(100'000), Motion::static_target, Method::search, 50),
       make_setting(random_pattern(1'000'000, 8, 9'000, 1), Motion::moving, Method::search, 100),
       make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::moving, Method::search,
-                   100)};
+                   100),
+      make_setting(interleaved, Motion::accelerating, Method::search, 100),
+      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::accelerating,
+                   Method::search, 300)};
   return made;
 }
 
@@ -110,10 +114,20 @@ void add_photons(FuzzInput& input, double period_ps, MadeFrame& frame) {
 }
 
 void check_values(const Estimate& e, const Pattern& pattern) {
-  const std::array values = {e.delay_ns,          e.delay_start_ns,       e.velocity_mps,
-                             e.signal_per_pulse,  e.background_per_ns,    e.std_delay_ns,
-                             e.std_velocity_mps,  e.std_signal_per_pulse, e.std_background_per_ns,
-                             e.significance_nats, e.threshold_nats,       e.range_odds_nats};
+  const std::array values = {e.delay_ns,
+                             e.delay_start_ns,
+                             e.velocity_mps,
+                             e.acceleration_mps2,
+                             e.signal_per_pulse,
+                             e.background_per_ns,
+                             e.std_delay_ns,
+                             e.std_velocity_mps,
+                             e.std_signal_per_pulse,
+                             e.std_acceleration_mps2,
+                             e.std_background_per_ns,
+                             e.significance_nats,
+                             e.threshold_nats,
+                             e.range_odds_nats};
   for (const double value : values) must(std::isfinite(value), "values are finite");
   must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
@@ -126,8 +140,8 @@ void check_values(const Estimate& e, const Pattern& pattern) {
       std::max(pattern.unambiguous_delay_ps, pattern_period_ps(pattern)) * 1e-3 * 1.0006;
   must(e.delay_ns >= 0 && e.delay_ns <= circle_ns, "a delay is within the unambiguous one");
   must(e.signal_per_pulse >= 0, "a flux is not negative");
-  must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_signal_per_pulse >= 0 &&
-           e.std_background_per_ns >= 0,
+  must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_acceleration_mps2 >= 0 &&
+           e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0,
        "deviations are not negative");
 }
 

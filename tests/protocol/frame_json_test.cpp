@@ -44,6 +44,8 @@ FrameMessage typical() {
   message.pattern_fault = PatternFault::dark_pulses;
   message.std_distance_m = 0.00062;
   message.std_velocity_mps = 0.043;
+  message.acceleration_mps2 = 0.75;
+  message.std_acceleration_mps2 = 0.125;
   message.std_signal_per_pulse = 5.5e-05;
   message.std_background_per_s = 1870;
   message.photons = 9'480;
@@ -60,11 +62,11 @@ FrameMessage typical() {
 const char* const typical_json =
     R"({"schema":"splid.frame","v":[1,0],"timestamp":1774000000.025,"sequence":42,)"
     R"("status":"ok","valid":true,"mode":"interleaved","start_ps":"340000000000000001",)"
-    R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,)"
+    R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,"acceleration_mps2":0.75,)"
     R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
     R"("amplitude_misfit":0.25,"pattern_fault":"dark_pulses",)"
-    R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05,)"
+    R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
     R"("background_per_s":1870},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
     R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"

@@ -17,7 +17,8 @@ struct FrameMaker {
   Pattern pattern;
   double length_ms = 50;
   double distance_m = 284.5;  // at mid-frame
-  double velocity_mps = 0;
+  double velocity_mps = 0;    // at mid-frame
+  double acceleration_mps2 = 0;
   double signal_per_pulse = 13.5e-4;
   double background_per_ns = 1.75e-4;
   double sigma_ns = 0.1;
@@ -47,8 +48,12 @@ struct FrameMaker {
     const long double c = 299792458.0L * 1e-12L / rate;  // m in a ps of the tagger's
     const long double v = velocity_mps * 1e-12L / rate;
     // A pulse leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
+    const long double a = acceleration_mps2 * 1e-24L / (rate * rate);
+    // With a = 0 the root is c - v, and this is the line's own solution.
     const auto arrival = [&](long double e) {
-      const long double hit = (c * e + distance_m) / (c - v);
+      const long double ahead = c * e + distance_m;
+      const long double root = std::sqrt((c - v) * (c - v) - 2 * a * ahead);
+      const long double hit = a == 0 ? ahead / (c - v) : 2 * ahead / (c - v + root);
       return 2 * hit - e;
     };
     std::normal_distribution<double> jitter(0, sigma_ns * 1e3);

@@ -93,11 +93,12 @@ class SchemaTable {
 
   static std::string unit(std::string_view key) {
     // The longest ending first.
-    static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> units = {{
+    static constexpr std::array<std::pair<std::string_view, std::string_view>, 16> units = {{
         {"_ppm_per_s", "ppm/s"},
         {"_per_pulse", "counts a pulse"},
         {"_per_s", "counts/s"},
         {"_mps", "m/s"},
+        {"_mps2", "m/s²"},
         {"_ppm", "ppm"},
         {"_turns", "turns"},
         {"seconds", "s"},

@@ -186,6 +186,7 @@ Yardstick make_yardstick(const Config& config, const std::optional<SceneTruth>& 
   scene.length_ns = unit.length_ns;
   scene.seen_ns = unit.length_ns * median(seen);
   scene.moving = unit.moving;
+  scene.accelerating = unit.moving && config.scene.motion == Motion::accelerating;
   scene.signal_per_pulse = constants ? constants->signal_per_pulse : median(signal);
   scene.background_per_ns = constants ? constants->background_per_s * 1e-9 : median(background);
   if (scene.signal_per_pulse > 0) unit.bound = cramer_rao_bound(config.pattern, *shape, scene);

@@ -15,6 +15,7 @@ TEST(Significance, ThresholdGrowsWithWhatIsSearched) {
   EXPECT_GT(base, significance_threshold_nats({378, 50, 0.1}, 1e-3));
   EXPECT_GT(base, significance_threshold_nats({3780, 50, 1}, 1e-3));
   EXPECT_GT(base, significance_threshold_nats({3780, 0, 0.1}, 1e-3));
+  EXPECT_LT(base, significance_threshold_nats({3780, 50, 0.1, 13}, 1e-3));
   // A tenth of the rate costs ln 10 nats, and a little less for the factor u before the
   // exponential.
   const double tenth = significance_threshold_nats({3780, 50, 0.1}, 1e-4);

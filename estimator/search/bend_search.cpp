@@ -1,0 +1,210 @@
+#include "estimator/search/bend_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/model/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double ns_per_s = 1e9;
+
+// Half the distance, in delay bins, of the bends that are tried. A path whose bend is off by two
+// bins lies within half a bin about its best straight line.
+constexpr double half_step_bins = 2;
+
+// A zoom changes the bend in steps of eight pulse widths, which leave a path within 0.7 widths of
+// its best line.
+constexpr double zoom_step_widths = 8;
+constexpr int most_zooms = 6;
+
+constexpr std::size_t most_cells = 16;
+
+// Of the signal of a cell that a zoom must keep. A box of four widths holds 95 % of a pulse.
+constexpr double least_signal_kept = 0.6;
+
+// In the order of ParameterIndex.
+Eigen::Vector4d values_of(const Fit& fit) {
+  const FrameParameters& p = fit.parameters;
+  return {p.line.delay_ns, p.line.travel_ns, p.signal_per_pulse, p.background_per_ns};
+}
+
+}  // namespace
+
+Fit BentFit::at_mid_frame() const {
+  Fit mid = fit;
+  mid.parameters.line.delay_ns -= bend_ns / 12;
+  Eigen::Vector4d change = by_bend;
+  change[delay_index] -= 1.0 / 12;
+  mid.covariance += variance_ns2 * change * change.transpose();
+  mid.has_covariance = fit.has_covariance && variance_ns2 > 0 && mid.covariance.allFinite();
+  return mid;
+}
+
+BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
+                       double max_acceleration_mps2, std::size_t max_photons)
+    : search_(search),
+      train_(train),
+      width_ns_(width_ns),
+      max_acceleration_mps2_(max_acceleration_mps2),
+      straight_(train, max_photons),
+      sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
+  best_.reserve(most_cells + 1);
+}
+
+double BendSearch::max_bend_ns(double length_ns) const {
+  return max_acceleration_mps2_ / speed_of_light_mps * length_ns * length_ns / ns_per_s;
+}
+
+const FoldedFrame& BendSearch::straightened(const FoldedFrame& frame, double bend_ns) {
+  straight_.straighten(frame, bend_ns, train_);
+  return straight_;
+}
+
+std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
+  const std::optional<Start> start = find_start(frame, most);
+  if (!start) return std::nullopt;
+  BentFit best = refine(frame, start->line, start->bend_ns);
+  // The frame without this bend is searched as any other, since the delay may be one at which the
+  // comb falls on itself in part, and for the odds of the range.
+  const std::optional<Fit> found = search_.find(straightened(frame, best.bend_ns), most);
+  if (!found) return best;
+  const DelayLine there = found->parameters.line;
+  const DelayLine here = best.fit.parameters.line;
+  const double apart = std::abs(std::remainder(there.delay_ns - here.delay_ns, train_.circle_ns)) +
+                       std::abs(there.travel_ns - here.travel_ns) / 2;
+  if (found->gain_nats > best.fit.gain_nats && apart > width_ns_) {
+    best = refine(frame, there, best.bend_ns);
+  }
+  return best;
+}
+
+std::optional<BendSearch::Start> BendSearch::find_start(const FoldedFrame& frame, Effort most) {
+  if (frame.size() >= TargetSearch::sampled_from) {
+    sample_.take_every(frame.size() / TargetSearch::sampled_photons, frame);
+    const std::optional<Start> start = find_at_level(sample_, 0);
+    if (start && start->box_gain_nats > search_.sure_in_sample_nats()) return start;
+  }
+  std::optional<Start> best;
+  for (std::size_t level = 0; level < search_.levels(most); ++level) {
+    const std::optional<Start> start = find_at_level(frame, level);
+    if (start && (!best || start->box_gain_nats > best->box_gain_nats)) best = start;
+    if (best && best->box_gain_nats > search_.settled_nats()) break;
+  }
+  return best;
+}
+
+std::optional<BendSearch::Start> BendSearch::find_at_level(const FoldedFrame& photons,
+                                                           std::size_t level) {
+  look(photons, level);
+  std::optional<Start> best;
+  const std::size_t tried = std::min(best_.size(), TargetSearch::cells_tried(photons.size()));
+  for (std::size_t i = 0; i < tried; ++i) {
+    const Start start = zoom_into(photons, level, best_[i]);
+    if (!best || start.box_gain_nats > best->box_gain_nats) best = start;
+    // The zoom has found the path where it keeps the cell's signal. It loses most of that where the
+    // cell has the wrong bend, and holds a part of the path alone.
+    const double in_cell = search_.sure_signal_photons(photons, level, best_[i].count);
+    if (start.box_gain_nats > search_.settled_nats() &&
+        start.signal_photons > least_signal_kept * in_cell) {
+      break;
+    }
+  }
+  return best;
+}
+
+// How many bends on either side of none are looked at.
+double BendSearch::steps(double length_ns, std::size_t level) const {
+  const double half_step_ns = half_step_bins * search_.bin_ns(level);
+  const double beyond_ns = max_bend_ns(length_ns) - half_step_ns;
+  return std::max(0.0, std::ceil(beyond_ns / (2 * half_step_ns)));
+}
+
+// Fills best_ with the cells of all bends that hold the most photons.
+void BendSearch::look(const FoldedFrame& photons, std::size_t level) {
+  const double step_ns = 2 * half_step_bins * search_.bin_ns(level);
+  const int most = static_cast<int>(steps(photons.length_ns, level));
+  best_.clear();
+  for (int step = -most; step <= most; ++step) {
+    const double bend_ns = step * step_ns;
+    for (const SearchCell& cell : search_.cells(straightened(photons, bend_ns), level)) {
+      keep({cell.line, bend_ns, cell.count});
+    }
+  }
+}
+
+void BendSearch::keep(const Cell& cell) {
+  const auto place = std::find_if(best_.begin(), best_.end(),
+                                  [&](const Cell& other) { return other.count < cell.count; });
+  best_.insert(place, cell);
+  if (best_.size() > most_cells) best_.pop_back();
+}
+
+BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t level,
+                                        const Cell& cell) {
+  const double step_ns = zoom_step_widths * width_ns_;
+  const double half_ns =
+      std::min(half_step_bins * search_.bin_ns(level), max_bend_ns(photons.length_ns));
+  const int steps = static_cast<int>(std::ceil(half_ns / step_ns));
+  Start at = {cell.line, cell.bend_ns, 0, 0};
+  bool peaked = true;  // the line is where the photons are, and not where the target is
+  for (int zoom = 0; zoom < most_zooms; ++zoom) {
+    const BentSpot spot = search_.zoom_bent(straightened(photons, at.bend_ns), level, at.line,
+                                            step_ns, steps, peaked);
+    at = {spot.line, at.bend_ns + spot.bend_ns, spot.box_gain_nats, spot.signal_photons};
+    peaked = false;
+    if (std::abs(spot.bend_ns) < (steps - 0.5) * step_ns) break;
+  }
+  return at;
+}
+
+Fit BendSearch::climb(const FoldedFrame& frame, DelayLine line, double bend_ns) {
+  return search_.fit_moving(straightened(frame, bend_ns), line);
+}
+
+// Newton's method in the bend, on the likelihood whose other parameters are at their best. The
+// derivatives are differences over about a deviation of the bend, so that they hold whatever the
+// likelihood is made of.
+BentFit BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend_ns) {
+  constexpr int most_rounds = 24;
+  BentFit best;
+  best.bend_ns = bend_ns;
+  best.fit = climb(frame, line, bend_ns);
+  const double farthest_ns = max_bend_ns(frame.length_ns) + least_reach_widths * width_ns_;
+  double step_ns = width_ns_;
+  for (int round = 0; round < most_rounds; ++round) {
+    const DelayLine from = best.fit.parameters.line;
+    const Fit low = climb(frame, from, best.bend_ns - step_ns);
+    const Fit high = climb(frame, from, best.bend_ns + step_ns);
+    const double slope = (high.gain_nats - low.gain_nats) / (2 * step_ns);
+    const double curvature =
+        (2 * best.fit.gain_nats - low.gain_nats - high.gain_nats) / (step_ns * step_ns);
+    const bool is_hill = curvature > 0;
+    const double move = is_hill ? std::clamp(slope / curvature, -2 * step_ns, 2 * step_ns)
+                                : std::copysign(2 * step_ns, slope);
+    const bool is_top = is_hill && std::abs(move) < 0.5 * step_ns;
+    const double deviation_ns = is_hill ? 1 / std::sqrt(curvature) : width_ns_;
+    if (std::abs(best.bend_ns + move) > farthest_ns) break;  // nobody would believe it
+    const Fit next = climb(frame, from, best.bend_ns + move);
+    if (!is_top && next.gain_nats < best.fit.gain_nats) {
+      step_ns /= 4;  // too far: beyond the top, or off the hill
+      continue;
+    }
+    if (is_top && step_ns < 2 * deviation_ns) {
+      best.variance_ns2 = 1 / curvature;
+      best.by_bend = (values_of(high) - values_of(low)) / (2 * step_ns);
+    }
+    best.bend_ns += move;
+    best.fit = next;
+    if (best.variance_ns2 > 0) break;
+    if (is_top) {
+      step_ns = std::min(step_ns, deviation_ns);
+    } else if (std::abs(move) > step_ns) {
+      step_ns *= 2;
+    }
+  }
+  return best;
+}
+
+}  // namespace splid
