@@ -12,6 +12,7 @@
 
 #include "protocol/ptu_decode.hpp"
 #include "protocol/ptu_header.hpp"
+#include "protocol/ptu_t3_decode.hpp"
 
 namespace splid {
 namespace {
@@ -38,11 +39,30 @@ std::vector<std::byte> mixed_records(bool with_counts) {
   return bytes;
 }
 
+// Photons of [P]'s pattern in T3 mode: one in six periods of 3.78 us, and an overflow each 1024.
+std::vector<std::byte> t3_records() {
+  std::mt19937 generator(1);
+  const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
+  std::vector<std::byte> bytes;
+  std::uint32_t sync = 0;
+  for (std::size_t i = 0; i < record_count; ++i) {
+    const bool is_overflow = sync >= 1024;
+    const std::uint32_t record =
+        is_overflow ? 0xFE000001U : (random() & 1U) << 25U | (random() & 0x7FFFU) << 10U | sync;
+    sync = is_overflow ? sync - 1024 : sync + random() % 12;
+    for (unsigned shift = 0; shift < 32; shift += 8) {
+      bytes.push_back(static_cast<std::byte>((record >> shift) & 0xFFU));
+    }
+  }
+  return bytes;
+}
+
+template <class Decoder>
 void decode_in_chunks(benchmark::State& state, std::span<const std::byte> records,
-                      PtuRecordType type, double resolution_s) {
+                      const Decoder& begun) {
   std::vector<Tag> tags(chunk_tags);
   for (auto _ : state) {
-    PtuDecoder decoder(type, resolution_s);
+    Decoder decoder = begun;
     std::span<const std::byte> rest = records;
     while (rest.size() >= PtuDecoder::record_bytes) {
       const auto progress = decoder.decode(rest, tags);
@@ -56,13 +76,21 @@ void decode_in_chunks(benchmark::State& state, std::span<const std::byte> record
 }
 
 void mix(benchmark::State& state, PtuRecordType type, double resolution_s) {
-  decode_in_chunks(state, mixed_records(type != PtuRecordType::hydra_harp_v1), type, resolution_s);
+  decode_in_chunks(state, mixed_records(type != PtuRecordType::hydra_harp_v1),
+                   PtuDecoder(type, resolution_s));
+}
+
+void t3(benchmark::State& state) {
+  decode_in_chunks(state, t3_records(),
+                   PtuT3Decoder(PtuRecordType::hydra_harp_v2_t3, 3.78e6, 128e-12));
 }
 
 BENCHMARK_CAPTURE(mix, hydra_harp_v2, PtuRecordType::hydra_harp_v2, 1e-12);
 BENCHMARK_CAPTURE(mix, hydra_harp_v1, PtuRecordType::hydra_harp_v1, 1e-12);
 BENCHMARK_CAPTURE(mix, pico_harp, PtuRecordType::pico_harp, 4e-12);
 BENCHMARK_CAPTURE(mix, fraction_of_a_ps, PtuRecordType::generic, 3.90625e-12);
+
+BENCHMARK(t3);
 
 // The recording that SPLID_PTU names, decoded over and over.
 void file(benchmark::State& state) {
@@ -75,8 +103,8 @@ void file(benchmark::State& state) {
   const std::vector<char> chars{std::istreambuf_iterator<char>(stream), {}};
   const auto bytes = std::as_bytes(std::span(chars));
   const auto header = parse_ptu_header(bytes, true);
-  decode_in_chunks(state, bytes.subspan(header->header_bytes), header->record_type,
-                   header->resolution_s);
+  decode_in_chunks(state, bytes.subspan(header->header_bytes),
+                   PtuDecoder(header->record_type, header->resolution_s));
 }
 BENCHMARK(file);
 

@@ -50,6 +50,9 @@ struct SourceInfo {
   bool live = false;  // it produces tags at its own pace and cannot wait
   // UTC at device time 0. Where absent, the daemon takes the host's clock.
   std::optional<double> start_unix_s;
+  // The syncs were counted and not timed: times are in the generator's own clock, in which a
+  // pattern period has one length, so that nothing can be said of its drift and jitter.
+  bool syncs_are_counted = false;
 };
 
 // Something that a driver counts, for the metrics.

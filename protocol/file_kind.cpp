@@ -19,9 +19,9 @@ constexpr std::string_view t2_next =
     "have libpicoquant write its times as text, and make a PTU of that (docs/guide/recording.md, "
     "\"Recordings of other kinds\")";
 constexpr std::string_view t3_next =
-    "record again in T2 mode, as PTU: it lacks the syncs' own times, which are the pattern's "
-    "clock, "
-    "and no program brings them back";
+    "record again in T2 mode, as PTU, or in T3 mode as PTU, if that must be: it lacks the syncs' "
+    "own "
+    "times, which are the pattern's clock, and no program brings them back";
 constexpr std::string_view counts_next =
     "record again in T2 mode, as PTU: no program brings single photons back";
 constexpr std::string_view swabian_next =
@@ -31,6 +31,11 @@ constexpr std::string_view hdf5_next =
     "h5py reads it; where it has each detection's time in ps by one clock, have h5py write these "
     "as "
     "text, and make a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
+
+constexpr std::string_view qutag_next =
+    "write its times as text, which stand from byte 40 on as 8 bytes of ps and 2 of channel each, "
+    "little endian, and make a PTU of that (docs/guide/recording.md, \"Recordings of other "
+    "kinds\")";
 
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
@@ -63,6 +68,7 @@ constexpr std::array marks = {
 // Formats that do not begin with a mark that could be relied on.
 constexpr std::array endings = {
     Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
+    Mark{"", ".qutag"sv, {"a quTAG file by its name", qutag_next}},
     Mark{"", ".spc"sv, {"a Becker & Hickl file by its name", t3_next}},
     Mark{"", ".pt2"sv, {"a PicoHarp recording in T2 mode by its name", t2_next}},
     Mark{"", ".ht2"sv, {"a HydraHarp recording in T2 mode by its name", t2_next}},

@@ -135,6 +135,13 @@ std::int64_t wrap_of(PtuRecordType type) {
     case PtuRecordType::generic:
     case PtuRecordType::hydra_harp_v2:
       break;
+    case PtuRecordType::pico_harp_t3:
+    case PtuRecordType::hydra_harp_v1_t3:
+    case PtuRecordType::time_harp_260_nano_t3:
+    case PtuRecordType::time_harp_260_pico_t3:
+    case PtuRecordType::generic_t3:
+    case PtuRecordType::hydra_harp_v2_t3:
+      throw Error(Fault::data, "PTU records: T3 is decoded by PtuT3Decoder");
   }
   return wrap_hydra_harp;
 }
@@ -176,6 +183,7 @@ PtuDecoder::PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t ori
     throw Error(Fault::data, "PTU records: a resolution of " + number_text(resolution_s) +
                                  " s; it must be from 1e-15 to 1e-3 s");
   }
+  wrap_ = wrap_of(type);
   const Fraction ps = fraction_of(resolution_s * 1e12);
   numerator_ = static_cast<std::int64_t>(ps.numerator);
   denominator_ = static_cast<std::int64_t>(ps.denominator);
@@ -187,7 +195,7 @@ PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std:
   const auto origin = static_cast<std::uint64_t>(whole ? origin_ps_ : 0);
   Clock clock;
   clock.unit = unit;
-  clock.wrap = static_cast<std::uint64_t>(wrap_of(type_)) * unit;
+  clock.wrap = static_cast<std::uint64_t>(wrap_) * unit;
   clock.base = base_ + origin;
   std::size_t done = 0;
   // A record writes at most one tag: so many at a time as there is surely room for.

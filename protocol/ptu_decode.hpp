@@ -23,7 +23,7 @@ class PtuDecoder {
   static constexpr std::size_t record_bytes = 4;
 
   // resolution_s: seconds a time unit, 1e-15 to 1e-3.
-  // Errors: Error(Fault::data) for a resolution outside that range.
+  // Errors: Error(Fault::data) for a resolution outside that range and for a type of T3.
   PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t origin_ps = 0);
 
   struct Progress {
@@ -46,6 +46,7 @@ class PtuDecoder {
   void scale(std::span<Tag> tags) const;
 
   PtuRecordType type_;
+  std::int64_t wrap_ = 0;       // ticks
   std::int64_t numerator_ = 1;  // ps a tick is numerator / denominator
   std::int64_t denominator_ = 1;
   std::int64_t origin_ps_;

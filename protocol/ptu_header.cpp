@@ -158,40 +158,53 @@ PtuRecordType record_type(const PtuHeader& header) {
     case 0x00010206:
     case 0x00010207:
     case 0x01010204:
+    case 0x00010303:
+    case 0x00010304:
+    case 0x00010305:
+    case 0x00010306:
+    case 0x00010307:
+    case 0x01010304:
       return static_cast<PtuRecordType>(value);
     default:
       break;
-  }
-  // In all record types known the second byte is the mode.
-  if ((value & 0xFF00U) == 0x0300U) {
-    fail(offset_of(header, name), "record type " + hex(value) +
-                                      " is T3, which keeps a photon's time since the last sync but "
-                                      "not the syncs' own times; no "
-                                      "program brings them back. Record again in T2 mode");
   }
   fail(offset_of(header, name), "unknown record type " + hex(value));
 }
 
 void check_mode(const PtuHeader& header) {
-  const auto mode = header.integer("Measurement_Mode");
-  if (!mode || *mode == 2) return;
-  fail(
-      offset_of(header, "Measurement_Mode"),
-      "Measurement_Mode is " + std::to_string(*mode) +
-          (*mode == 3 ? " (T3), which keeps a photon's time since the last sync but not the syncs' "
-                        "own times; no program brings them back"
-                      : "; only T2 (2) keeps each photon's time") +
-          ". Record again in T2 mode");
+  constexpr std::string_view name = "Measurement_Mode";
+  const auto mode = header.integer(name);
+  const std::int64_t expected = is_t3(header.record_type) ? 3 : 2;
+  if (!mode || *mode == expected) return;
+  const std::string found =
+      "Measurement_Mode is " + std::to_string(*mode) + (*mode == 3 ? " (T3)" : "");
+  if (*mode != 2 && *mode != 3) {
+    fail(offset_of(header, name),
+         found + "; only T2 (2) and T3 (3) keep each photon. Record again in T2 mode");
+  }
+  fail(offset_of(header, name),
+       found + ", and the record type " + hex(static_cast<std::uint32_t>(header.record_type)) +
+           " is of mode " + std::to_string(expected) + "; one of the two is wrong");
 }
 
-double resolution(const PtuHeader& header) {
-  constexpr std::string_view name = "MeasDesc_GlobalResolution";
+// name: of a time in seconds.
+double time_within(const PtuHeader& header, std::string_view name, double least_s, double most_s) {
   const auto value = required<double>(header, name);
-  if (!(value >= 1e-15 && value <= 1e-3)) {
-    fail(offset_of(header, name), "MeasDesc_GlobalResolution is " + number_text(value) +
-                                      " s; it must be from 1e-15 to 1e-3 s");
+  if (value >= least_s && value <= most_s) return value;
+  fail(offset_of(header, name), std::string(name) + " is " + number_text(value) +
+                                    " s; it must be from " + number_text(least_s) + " to " +
+                                    number_text(most_s) + " s");
+}
+
+// In T2 one clock counts everything; in T3 it counts syncs, and a second one the time since each.
+void read_resolution(PtuHeader& header) {
+  constexpr std::string_view clock = "MeasDesc_GlobalResolution";
+  if (is_t3(header.record_type)) {
+    header.sync_period_s = time_within(header, clock, 1e-12, 1);
+    header.resolution_s = time_within(header, "MeasDesc_Resolution", 1e-15, 1e-3);
+  } else {
+    header.resolution_s = time_within(header, clock, 1e-15, 1e-3);
   }
-  return value;
 }
 
 std::uint64_t record_count(const PtuHeader& header) {
@@ -209,7 +222,7 @@ void check_bits(const PtuHeader& header) {
   const auto bits = header.integer("TTResultFormat_BitsPerRecord");
   if (!bits || *bits == 32) return;
   fail(offset_of(header, "TTResultFormat_BitsPerRecord"),
-       "TTResultFormat_BitsPerRecord is " + std::to_string(*bits) + "; T2 records have 32");
+       "TTResultFormat_BitsPerRecord is " + std::to_string(*bits) + "; records have 32");
 }
 
 // Reads splid's own tags. Where a tag is absent the default stays.
@@ -234,10 +247,10 @@ void read_own_facts(PtuHeader& header) {
 }
 
 void read_facts(PtuHeader& header) {
-  check_mode(header);
   header.record_type = record_type(header);
+  check_mode(header);
   check_bits(header);
-  header.resolution_s = resolution(header);
+  read_resolution(header);
   header.record_count = record_count(header);
   if (const auto days = header.real("File_CreatingTime"); days && std::isfinite(*days)) {
     header.created_unix_s = (*days - days_to_unix_epoch) * seconds_a_day;

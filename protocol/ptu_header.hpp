@@ -16,8 +16,8 @@ namespace splid {
 inline constexpr std::string_view ptu_magic = "PQTTTR";         // a file's first bytes
 inline constexpr std::string_view ptu_end_name = "Header_End";  // the tag that ends a header
 
-// How the records of a T2 recording are laid out; the values are those of the header's
-// TTResultFormat_TTTRRecType.
+// How the records of a recording are laid out; the values are those of the header's
+// TTResultFormat_TTTRRecType. The second byte is the mode.
 enum class PtuRecordType : std::uint32_t {
   pico_harp = 0x00010203,
   hydra_harp_v1 = 0x00010204,
@@ -25,7 +25,18 @@ enum class PtuRecordType : std::uint32_t {
   time_harp_260_pico = 0x00010206,
   generic = 0x00010207,  // MultiHarp, PicoHarp 330 and later
   hydra_harp_v2 = 0x01010204,
+  pico_harp_t3 = 0x00010303,
+  hydra_harp_v1_t3 = 0x00010304,
+  time_harp_260_nano_t3 = 0x00010305,
+  time_harp_260_pico_t3 = 0x00010306,
+  generic_t3 = 0x00010307,
+  hydra_harp_v2_t3 = 0x01010304,
 };
+
+// T3: a record has the number of the last sync, and the time since that sync.
+constexpr bool is_t3(PtuRecordType type) {
+  return (static_cast<std::uint32_t>(type) & 0xFF00U) == 0x0300U;
+}
 
 enum class PtuTagType : std::uint32_t {
   empty = 0xFFFF0008,
@@ -54,12 +65,14 @@ struct PtuTag {
   friend bool operator==(const PtuTag&, const PtuTag&) = default;
 };
 
-// What the header of a T2 recording says: every tag as it stands, and the values that decoding
+// What the header of a recording says: every tag as it stands, and the values that decoding
 // needs.
 struct PtuHeader {
   std::vector<PtuTag> tags;  // in the file's order, Header_End left out
   PtuRecordType record_type = PtuRecordType::hydra_harp_v2;
-  double resolution_s = 0;               // seconds a time unit of the records, 1e-15 to 1e-3
+  // Seconds a time unit of the records, 1e-15 to 1e-3; in T3, of the time since the last sync.
+  double resolution_s = 0;
+  double sync_period_s = 0;              // T3: between two syncs, 1e-12 to 1; else 0
   std::uint64_t record_count = 0;        // 0: recorder was stopped; read up to the file's end
   std::size_t header_bytes = 0;          // records start here
   std::optional<double> created_unix_s;  // UTC, to a microsecond; time 0 of the records
@@ -82,8 +95,8 @@ struct PtuHeader {
 // `prefix`: call it again with more bytes. `complete` says that there are no more, so that a cut
 // header is an error.
 //
-// Errors: Error(Fault::data) with the byte offset, for a file that is no PTU, a cut header, a T3
-// recording, an unknown record type and values that make no sense.
+// Errors: Error(Fault::data) with the byte offset, for a file that is no PTU, a cut header, an
+// unknown record type and values that make no sense.
 std::optional<PtuHeader> parse_ptu_header(std::span<const std::byte> prefix, bool complete);
 
 // What make_ptu_header() writes into a header. Strings are cut at their first NUL.

@@ -30,7 +30,7 @@ struct CheckCommand {
   bool schema = false;
 };
 
-constexpr const char* checked_kinds = "a configuration, a pattern or a PTU recording in T2 mode";
+constexpr const char* checked_kinds = "a configuration, a pattern or a PTU recording";
 
 // Whether a text begins like JSON. An editor may have put a byte-order mark before the brace, which
 // the JSON parser accepts.

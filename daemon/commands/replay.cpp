@@ -90,6 +90,10 @@ void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
     warn_unless_it_occurs(info, file, "channels.photon", name);
   }
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
+  for (const std::string& doubt :
+       doubts_of_t3(info, pattern_period_ps(config.pattern), config.pulse.sigma_ps)) {
+    spdlog::warn("{}: {}", file, doubt);
+  }
   const std::string other = other_pattern_than_recorded(config, info.header, file);
   if (!other.empty()) spdlog::warn("{}", other);
 }
@@ -168,7 +172,7 @@ int replay(const ReplayCommand& options) {
 void add_replay(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("replay", "Measure again from a PTU recording");
   const auto options = std::make_shared<ReplayCommand>();
-  command->add_option("recording", options->recording, "PTU file, T2 mode")->required();
+  command->add_option("recording", options->recording, "PTU file, T2 or T3 mode")->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();
   command->add_option("--encoder", options->encoder,

@@ -125,7 +125,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   message.lost_tags = frame.lost_tags;
   message.uncounted_losses = frame.uncounted_losses;
   message.seen_fraction = frame.seen_fraction;
-  message.sync = sync_message(frame.sync);
+  if (!context.syncs_are_counted) message.sync = sync_message(frame.sync);
   message.effort = to_string(times.effort);
   message.compute_ms = times.compute_ms;
   if (times.latency_ms >= 0) message.latency_ms = times.latency_ms;

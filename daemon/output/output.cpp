@@ -43,6 +43,7 @@ StreamSummary Output::publish(Stream& stream) {
   liveness_ = Liveness(options_.status.frame_length_ms);
   sync_fault_.clear();
   if (ends_.device != nullptr) ends_.device->set_wake(&stream.wake());
+  context_.syncs_are_counted = stream.info().syncs_are_counted;
   reporter_.begin(stream.info());
   stream.start();
   StreamSummary summary;
@@ -195,6 +196,7 @@ void Output::reload(const OutputOptions& next) {
 void Output::take_reloaded() {
   const std::unique_lock lock(reload_mutex_, std::try_to_lock);
   if (!lock || !reloaded_context_) return;
+  reloaded_context_->syncs_are_counted = context_.syncs_are_counted;
   context_ = *reloaded_context_;
   reporter_.configure(reloaded_effort_);
   reloaded_context_.reset();

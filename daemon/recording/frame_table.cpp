@@ -28,10 +28,10 @@ std::string little_endian(std::uint64_t value) {
 }  // namespace
 
 // The table takes its name once its head is whole, so that no reader finds less.
-FrameTable::FrameTable(std::string file, const TableFacts& facts, bool overwrite)
+FrameTable::FrameTable(std::string file, TableFacts facts, bool overwrite)
     : file_(std::move(file)),
       format_(table_format_of(file_, "the table")),
-      facts_(facts),
+      facts_(std::move(facts)),
       head_(format_ == TableFormat::hdf5 ? make_hdf5_head(facts_) : make_csv_head()) {
   check_place(overwrite);
   const std::string part = file_ + ".part";

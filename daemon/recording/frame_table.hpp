@@ -20,7 +20,7 @@ namespace splid {
 class FrameTable {
  public:
   // Makes the table, without rows yet. The format is that of the file's name.
-  FrameTable(std::string file, const TableFacts& facts, bool overwrite);
+  FrameTable(std::string file, TableFacts facts, bool overwrite);
   // Leaves the file as the last flush() left it.
   ~FrameTable();
   FrameTable(const FrameTable&) = delete;

@@ -15,6 +15,7 @@
 #include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
+#include "estimator/model/options.hpp"
 #include "estimator/sync/sync_survey.hpp"
 
 namespace splid {
@@ -93,6 +94,19 @@ std::string report_sync_period(const std::optional<MeasuredPeriod>& period, cons
                      std_ps, digits, of);
 }
 
+// What T3 says instead of the syncs' times, and what it leaves in doubt.
+std::string report_t3(const RecordingInfo& info) {
+  const double period_ps = info.header.sync_period_s * 1e12;
+  std::string text = fmt::format(
+      "  sync period    {:>15.6f} ps, as the header has it: T3 counts syncs and does not time "
+      "them,\n                 so that frames say nothing of the pattern's drift and jitter\n",
+      period_ps);
+  for (const std::string& doubt : doubts_of_t3(info, period_ps, PulseOptions{}.sigma_ps)) {
+    text += "  warning: " + doubt + "\n";
+  }
+  return text;
+}
+
 std::string report_own_facts(const PtuHeader& header) {
   std::string text;
   if (!header.pattern_json.empty()) text += "  holds the pattern it was recorded with\n";
@@ -124,13 +138,18 @@ std::string report_recording(const std::string& file) {
   });
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
+  const bool t3 = is_t3(info.header.record_type);
   std::string text = fmt::format(
-      "{}: a PTU recording, T2, record type 0x{:08x}, {:.6g} ps a tick\n", file,
+      "{}: a PTU recording, {}, record type 0x{:08x}, {:.6g} ps a tick\n", file, t3 ? "T3" : "T2",
       static_cast<std::uint32_t>(info.header.record_type), info.header.resolution_s * 1e12);
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);
-  if (syncs > 0) text += report_sync_period(survey.finish(), sync.of);
+  if (t3) {
+    text += report_t3(info);
+  } else if (syncs > 0) {
+    text += report_sync_period(survey.finish(), sync.of);
+  }
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
   return text;

@@ -168,7 +168,7 @@ std::string RecordingTap::file() const {
 std::string RecordingTap::summary() {
   finish();
   if (thread_.joinable()) thread_.join();
-  const std::string text =
+  std::string text =
       fmt::format("{} recordings; {} tags lost to the disk", grouped(recorder_.files()),
                   grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
   if (!frames_) return text;

@@ -114,7 +114,7 @@ std::string MeasuredCopy::finish(const std::stop_token& stop) {
   if (fault_) std::rethrow_exception(fault_);
   frames_.add_checksum(recording_, stop);
   const std::uint64_t dropped = dropping_.dropped_tags();
-  const std::string text = frames_.summary();
+  std::string text = frames_.summary();
   return dropped == 0 ? text : text + fmt::format("; {} tags lost to them", grouped(dropped));
 }
 

@@ -1,11 +1,13 @@
 #include "drivers/replay/recording_info.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <span>
 
 #include "drivers/replay/recording_reader.hpp"
+#include "protocol/json_writer.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
@@ -13,6 +15,9 @@ namespace {
 
 constexpr std::size_t block_tags = 65'536;
 constexpr std::int64_t sorted_within_ps = 1'000'000;
+
+// A header's period comes of a rate in whole hertz: for 264,550 Hz to 2e-6.
+constexpr double most_period_error = 1e-3;
 
 void count_step_back(std::int64_t step_ps, RecordingInfo& info) {
   if (step_ps <= 0) return;
@@ -68,9 +73,49 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags, co
     scanned += tags.size();
   }
   info.records = reader.records();
-  info.overflow_records = reader.decoder().overflow_records();
-  info.unknown_records = reader.decoder().unknown_records();
+  info.overflow_records = reader.overflow_records();
+  info.unknown_records = reader.unknown_records();
+  info.saturated_photons = reader.saturated_photons();
   return info;
+}
+
+std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_ps,
+                                      double pulse_sigma_ps) {
+  const PtuHeader& header = info.header;
+  if (!is_t3(header.record_type)) return {};
+  std::vector<std::string> doubts;
+  const std::int64_t divider = header.integer("HWSync_Divider").value_or(1);
+  if (divider > 1) {
+    doubts.push_back("its syncs were divided by " + std::to_string(divider) +
+                     " (HWSync_Divider), so that a photon's time may be since an earlier pattern "
+                     "period than its sync's; record without a divider");
+  }
+  const double sync_ps = header.sync_period_s * 1e12;
+  if (std::abs(sync_ps - period_ps) > most_period_error * period_ps) {
+    doubts.push_back("its header has a sync every " + number_text(sync_ps) +
+                     " ps, and the pattern a period of " + number_text(period_ps) +
+                     " ps: the syncs were divided, or it is another pattern");
+  }
+  const double tick_ps = header.resolution_s * 1e12;
+  const double steps = header.record_type == PtuRecordType::pico_harp_t3 ? 4096 : 32'768;
+  if (steps * tick_ps < std::min(sync_ps, period_ps)) {
+    doubts.push_back("a photon's time since its sync fits a record up to " +
+                     number_text(steps * tick_ps / 1000) + " ns, and syncs come every " +
+                     number_text(sync_ps / 1000) +
+                     " ns: later photons are lost; record with coarser steps, or in T2 mode");
+  }
+  if (tick_ps > pulse_sigma_ps) {
+    doubts.push_back("photons' times have steps of " + number_text(tick_ps) +
+                     " ps, which are coarser than pulses of " + number_text(pulse_sigma_ps) +
+                     " ps: frames know less than their deviations say; record with finer steps, or "
+                     "in T2 mode");
+  }
+  if (info.saturated_photons > 0) {
+    doubts.push_back(
+        "photons that came later after their sync than a record can say, and count as lost: " +
+        std::to_string(info.saturated_photons));
+  }
+  return doubts;
 }
 
 std::string channels_in_words(const RecordingInfo& info) {

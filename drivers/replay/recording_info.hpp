@@ -19,8 +19,9 @@ struct RecordingInfo {
   std::uint64_t records = 0;                // records that were read, overflows included
   std::uint64_t overflow_records = 0;       // each may stand for several wraps
   std::uint64_t unknown_records = 0;        // neither photon, sync, marker nor overflow
+  std::uint64_t saturated_photons = 0;      // T3: too long after their sync to say when
   std::array<std::uint64_t, 64> photons{};  // counts by input, as the records number it
-  std::uint64_t syncs = 0;
+  std::uint64_t syncs = 0;  // of a T3 recording: those with a photon or marker in their period
   std::array<std::uint64_t, 16> markers{};  // counts by marker bits
   std::optional<std::int64_t> first_ps;     // earliest tag, tagger's clock; absent: no tags
   std::optional<std::int64_t> last_ps;      // latest tag
@@ -42,6 +43,13 @@ using SeeTags = std::function<void(std::span<const Tag>)>;
 // Threads: any. Errors: as RecordingReader.
 RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags = 0,
                              const SeeTags& see = {});
+
+// What a T3 recording cannot say, or says less well than the frames made of it will have it, in
+// sentences for people: divided syncs, times since a sync that do not fit a record, steps of these
+// times that are coarser than a pulse, photons lost by it, and another period than the pattern's.
+// None for a recording in T2 mode. period_ps: of the pattern; pulse_sigma_ps: of its pulses.
+std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_ps,
+                                      double pulse_sigma_ps);
 
 // Which channels have tags, in words: "input 1, input 2 and sync"; "no tags" where there are none.
 std::string channels_in_words(const RecordingInfo& info);

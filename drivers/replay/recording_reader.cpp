@@ -25,8 +25,8 @@ constexpr std::size_t max_header_bytes = 64 << 20;
 
 }  // namespace
 
-RecordingReader::RecordingReader(std::string file, Warn warn)
-    : file_(std::move(file)), warn_(std::move(warn)), buffer_(buffer_bytes) {
+RecordingReader::RecordingReader(std::string file, Warn warn, double period_ps)
+    : file_(std::move(file)), warn_(std::move(warn)), period_ps_(period_ps), buffer_(buffer_bytes) {
   descriptor_ = ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) {
     throw Error(Fault::data, file_ + ": cannot open the recording: " + std::strerror(errno) +
@@ -61,9 +61,39 @@ void RecordingReader::read_header() {
     if (!header) continue;
     header_ = std::move(*header);
     begin_ = header_.header_bytes;
-    decoder_.emplace(header_.record_type, header_.resolution_s, header_.origin_ps);
+    make_decoder();
     return;
   }
+}
+
+void RecordingReader::make_decoder() {
+  if (!is_t3(header_.record_type)) {
+    t2_.emplace(header_.record_type, header_.resolution_s, header_.origin_ps);
+    return;
+  }
+  const double period_ps = period_ps_ > 0 ? period_ps_ : header_.sync_period_s * 1e12;
+  t3_.emplace(header_.record_type, period_ps, header_.resolution_s);
+}
+
+PtuDecoder::Progress RecordingReader::decode(std::span<const std::byte> records,
+                                             std::span<Tag> out) {
+  return t3_ ? t3_->decode(records, out) : t2_->decode(records, out);
+}
+
+std::uint64_t RecordingReader::overflow_records() const {
+  return t3_ ? t3_->overflow_records() : t2_->overflow_records();
+}
+
+std::uint64_t RecordingReader::unknown_records() const {
+  return t3_ ? t3_->unknown_records() : t2_->unknown_records();
+}
+
+std::uint64_t RecordingReader::saturated_photons() const {
+  return t3_ ? t3_->saturated_photons() : 0;
+}
+
+std::int64_t RecordingReader::reached_ps() const {
+  return t3_ ? t3_->reached_ps() : t2_->reached_ps();
 }
 
 std::optional<std::string> RecordingReader::what_else_it_is() const {
@@ -71,7 +101,7 @@ std::optional<std::string> RecordingReader::what_else_it_is() const {
   std::memcpy(start.data(), buffer_.data(), start.size());
   const auto kind = kind_of_file(start, file_);
   if (!kind || *kind == recording_file_kind) return std::nullopt;
-  return misplaced_file(start, file_, "a PTU recording in T2 mode");
+  return misplaced_file(start, file_, "a PTU recording");
 }
 
 std::size_t RecordingReader::read_bytes(std::size_t max_bytes) {
@@ -95,7 +125,7 @@ std::size_t RecordingReader::read(std::span<Tag> out) {
       bytes = std::min(bytes, left < bytes ? left * PtuDecoder::record_bytes : bytes);
     }
     const auto records = std::span(buffer_).subspan(begin_, static_cast<std::size_t>(bytes));
-    const PtuDecoder::Progress progress = decoder_->decode(records, out);
+    const PtuDecoder::Progress progress = decode(records, out);
     begin_ += progress.bytes;
     records_ += progress.bytes / PtuDecoder::record_bytes;
     if (progress.tags > 0) return progress.tags;

@@ -21,12 +21,16 @@ std::int64_t slice_ps(double speed) {
   return static_cast<std::int64_t>(std::clamp(slice_s * speed * 1e12, 1e6, 1e15));
 }
 
+double period_of(const Pattern& pattern) {
+  return pattern.calibrated_period_ps.value_or(pattern_period_ps(pattern));
+}
+
 const bool replay_registered = register_source("replay", std::make_unique<ReplayOptions>);
 
 }  // namespace
 
 void ReplayOptions::describe(OptionVisitor& visitor) {
-  visitor.path("recording", recording, "the recording to play: PTU, T2 mode");
+  visitor.path("recording", recording, "the recording to play: PTU, in T2 or T3 mode");
   visitor.require("recording");
   visitor.number("speed", speed, {0, 1e9},
                  "1: at the recorded pace; N: that many times as fast; 0: as fast as possible");
@@ -47,7 +51,7 @@ std::unique_ptr<TagSource> ReplayOptions::open(const SourceContext& context) con
 
 ReplaySource::ReplaySource(const ReplayOptions& options, const SourceContext& context)
     : speed_(options.speed),
-      reader_(options.recording, context.warn),
+      reader_(options.recording, context.warn, period_of(*context.pattern)),
       losses_(reader_.header().losses),
       block_(claim_tags),
       reached_ps_(reader_.header().origin_ps) {}
@@ -59,6 +63,7 @@ SourceInfo ReplaySource::info() const {
   if (header.created_unix_s) {
     info.start_unix_s = *header.created_unix_s - static_cast<double>(header.origin_ps) * 1e-12;
   }
+  info.syncs_are_counted = is_t3(header.record_type);
   return info;
 }
 
@@ -136,7 +141,7 @@ bool ReplaySource::await(std::int64_t time_ps, TagWriter& out, const std::stop_t
 
 void ReplaySource::end(TagSink& sink) {
   TagWriter out(sink);
-  out.put(heartbeat_tag(std::max(reached_ps_, reader_.decoder().reached_ps())));
+  out.put(heartbeat_tag(std::max(reached_ps_, reader_.reached_ps())));
   out.publish();
 }
 

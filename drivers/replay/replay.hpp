@@ -18,7 +18,7 @@ namespace splid {
 
 // A recording played again. JSON: `source` with the driver "replay".
 struct ReplayOptions : SourceOptions {
-  std::string recording;  // PTU, T2 mode
+  std::string recording;  // PTU, T2 or T3 mode
   double speed = 0;       // recorded time per real time; 0: as fast as possible
 
   void describe(OptionVisitor& visitor) override;

@@ -30,7 +30,7 @@ using ::testing::HasSubstr;
 
 const std::string golden = SPLID_SOURCE_DIR "/tests/data/golden/interleaved";
 
-std::vector<std::string> lines_of(const std::string& text) {
+std::vector<std::string> table_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream in(text);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
@@ -60,8 +60,8 @@ std::map<std::string, json> members_of(const json& message, const std::string& b
 }
 
 // The value of a row, which is absent where the message has none.
-void expect_same(const std::string& name, const json& value,
-                 const std::map<std::string, json>& in) {
+void expect_same_value(const std::string& name, const json& value,
+                       const std::map<std::string, json>& in) {
   const auto member = in.find(name);
   if (name == "uncounted_losses" && value == 0) return;
   if (name == "start_ps") {
@@ -89,7 +89,8 @@ class TablesProgram : public ::testing::Test {
         R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
-            record + R"(},"publish":{"endpoint":"ipc://)" + folder.path("frames") + "\"}}");
+            record + R"(},"control":{"endpoint":"off"},"publish":{"endpoint":"ipc://)" +
+            folder.path("frames") + "\"}}");
   }
   test::TempFolder folder;
 };
@@ -99,13 +100,13 @@ TEST_F(TablesProgram, EachValueOfAReplayIsThatOfItsJson) {
   const ProgramResult result = replay({"--json", "--output", table});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("7 frames in " + table));
-  const std::vector<std::string> messages = lines_of(result.out);
-  const std::vector<std::string> rows = lines_of(read_table("frames", {table}));
+  const std::vector<std::string> messages = table_lines(result.out);
+  const std::vector<std::string> rows = table_lines(read_table("frames", {table}));
   ASSERT_EQ(rows.size(), messages.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto members = members_of(json::parse(messages[i]));
     const json row = json::parse(rows[i]);
-    for (const auto& [name, value] : row.items()) expect_same(name, value, members);
+    for (const auto& [name, value] : row.items()) expect_same_value(name, value, members);
     for (const auto& [name, value] : members) EXPECT_TRUE(row.contains(name)) << name;
   }
 }
@@ -114,8 +115,8 @@ TEST_F(TablesProgram, TextHasTheDigitsOfTheJson) {
   const std::string table = folder.path("a.csv");
   const ProgramResult result = replay({"--json", "--output", table});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const std::vector<std::string> messages = lines_of(result.out);
-  const std::vector<std::string> rows = lines_of(file_text(table));
+  const std::vector<std::string> messages = table_lines(result.out);
+  const std::vector<std::string> rows = table_lines(file_text(table));
   ASSERT_EQ(rows.size(), messages.size() + 1);
   std::vector<std::string> names;
   std::istringstream head(rows[0]);
@@ -187,7 +188,7 @@ TEST_F(TablesProgram, ARunKeepsItsFramesBesideItsRecordings) {
     for (const std::string& recording : recordings) {
       const std::string table = recording + ".frames." + kind;
       rows += kind == "h5" ? std::stoi(read_table("rows", {table}))
-                           : static_cast<int>(lines_of(file_text(table)).size()) - 1;
+                           : static_cast<int>(table_lines(file_text(table)).size()) - 1;
     }
     EXPECT_GE(rows, 30);  // 1.5 s of frames of 50 ms, and what is left of the last
     EXPECT_THAT(result.err, HasSubstr("; " + std::to_string(rows) + " frames in 2 tables"));
@@ -206,8 +207,9 @@ TEST_F(TablesProgram, ARecordingsFramesAreThoseOfItsReplay) {
                          folder.path("b.h5")})
                 .exit_code,
             0);
-  const std::vector<std::string> recorded = lines_of(read_table("frames", {table}));
-  const std::vector<std::string> replayed = lines_of(read_table("frames", {folder.path("b.h5")}));
+  const std::vector<std::string> recorded = table_lines(read_table("frames", {table}));
+  const std::vector<std::string> replayed =
+      table_lines(read_table("frames", {folder.path("b.h5")}));
   // The last frame is cut at the last tag, whose heartbeat a recording does not have.
   ASSERT_EQ(recorded.size(), replayed.size());
   EXPECT_GE(recorded.size(), 20U);
@@ -247,7 +249,7 @@ TEST_F(TablesProgram, AKilledDaemonLeavesATableWithAllThatWasReadBefore) {
     daemon.signal(SIGKILL);
     (void)daemon.wait();
     const std::string table = test::recordings_in(kept)[0] + ".frames.h5";
-    const std::vector<std::string> frames = lines_of(read_table("frames", {table}));
+    const std::vector<std::string> frames = table_lines(read_table("frames", {table}));
     EXPECT_GE(static_cast<int>(frames.size()), rows);
     EXPECT_THAT(frames.back(), HasSubstr("\"sequence\": " + std::to_string(frames.size() - 1)));
   }

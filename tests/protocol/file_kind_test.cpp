@@ -57,6 +57,7 @@ TEST(FileKind, TheSentenceSaysWhetherAPtuInT2ModeCanBeMadeOfIt) {
         {"", "a.pt2", "libpicoquant"},
         {"\x01", "a.ttbin", "FileReader"},
         {"\x89HDF\r\n\x1a\n"sv, "a", "h5py"},
+        {"", "a.qutag", "from byte 40 on as 8 bytes of ps"},
         {"", "a.h5", "h5py"}}) {
     EXPECT_THAT(next(start, name), HasSubstr(program));
     EXPECT_THAT(next(start, name), HasSubstr("make a PTU of that (docs/guide/recording.md"));

@@ -117,12 +117,31 @@ TEST(PtuHeader, KnowsAllT2RecordTypes) {
   }
 }
 
-TEST(PtuHeader, RefusesT3) {
-  for (const std::uint32_t type : {0x00010303U, 0x00010304U, 0x01010304U, 0x00010307U}) {
-    EXPECT_THAT(error_of(usual(type).end().bytes), HasSubstr("T3")) << type;
+TEST(PtuHeader, KnowsAllT3RecordTypes) {
+  for (const std::uint32_t type :
+       {0x00010303U, 0x00010304U, 0x00010305U, 0x00010306U, 0x00010307U, 0x01010304U}) {
+    const auto header = parse_ptu_header(
+        usual(type, 3.78e-6).real("MeasDesc_Resolution", 64e-12).end().bytes, true);
+    EXPECT_EQ(header->record_type, static_cast<PtuRecordType>(type));
+    EXPECT_TRUE(is_t3(header->record_type));
+    EXPECT_EQ(header->sync_period_s, 3.78e-6);
+    EXPECT_EQ(header->resolution_s, 64e-12);
   }
+  const auto t2 = parse_ptu_header(usual().end().bytes, true);
+  EXPECT_FALSE(is_t3(t2->record_type));
+  EXPECT_EQ(t2->sync_period_s, 0);
+  EXPECT_THAT(error_of(usual(0x01010304, 3.78e-6).end().bytes),
+              HasSubstr("MeasDesc_Resolution is missing"));
+  EXPECT_THAT(error_of(usual(0x01010304, 2).real("MeasDesc_Resolution", 64e-12).end().bytes),
+              HasSubstr("MeasDesc_GlobalResolution is 2 s; it must be from 1e-12 to 1 s"));
+}
+
+TEST(PtuHeader, RefusesAnotherModeThanTheRecords) {
   EXPECT_THAT(error_of(usual().integer("Measurement_Mode", 3).end().bytes),
-              testing::AllOf(HasSubstr("byte 112"), HasSubstr("T3")));
+              testing::AllOf(HasSubstr("byte 112"), HasSubstr("is 3 (T3), and the record type"),
+                             HasSubstr("is of mode 2")));
+  EXPECT_THAT(error_of(usual(0x00010307, 3.78e-6).integer("Measurement_Mode", 2).end().bytes),
+              HasSubstr("is of mode 3"));
   EXPECT_THAT(error_of(usual().integer("Measurement_Mode", 0).end().bytes),
               HasSubstr("Measurement_Mode is 0"));
 }

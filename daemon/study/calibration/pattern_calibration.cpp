@@ -310,6 +310,13 @@ PatternCalibration calibrate_recording(const Config& config, const std::string& 
   context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
   ReplayOptions replay;
   replay.recording = file;
+  if (replay.open(context)->info().syncs_are_counted) {
+    throw Error(Fault::data,
+                file +
+                    ": is in T3 mode, which counts syncs and does not time them: the "
+                    "pattern's period cannot be calibrated. Record a target at rest in "
+                    "T2 mode");
+  }
   return calibrate_pattern(
       config, [&] { return replay.open(context); }, plan, progress, stop);
 }

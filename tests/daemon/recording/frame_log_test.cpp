@@ -22,9 +22,9 @@ using test::file_text;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const TableFacts facts{"splid", "{}", "{}", ""};
+const TableFacts live_facts{"splid", "{}", "{}", ""};
 
-FrameMessage frame(std::uint64_t sequence) {
+FrameMessage numbered_frame(std::uint64_t sequence) {
   FrameMessage message;
   message.sequence = sequence;
   return message;
@@ -58,12 +58,12 @@ bool comes_true(Condition condition) {
 TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
   const test::TempFolder folder;
   Said said;
-  TableFacts replayed = facts;
+  TableFacts replayed = live_facts;
   replayed.recording = folder.write("a.ptu", "abc");
   FrameLog log(folder.path("a.csv"), replayed, false, std::ref(said));
   // More than the queue holds: put() waits for room.
   constexpr std::uint64_t count = 10'000;
-  for (std::uint64_t i = 0; i < count; ++i) log.put(frame(i));
+  for (std::uint64_t i = 0; i < count; ++i) log.put(numbered_frame(i));
   log.finish({});
   EXPECT_EQ(log.fault(), "");
   EXPECT_EQ(log.summary(), "10,000 frames in " + folder.path("a.csv"));
@@ -75,15 +75,15 @@ TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
 TEST(FrameLog, ALiveSourceHasATableForEachRecording) {
   const test::TempFolder folder;
   Said said;
-  FrameLog log(facts, std::ref(said));
-  log.put(frame(0), folder.path("1.csv"), "1.ptu");
-  log.put(frame(1), folder.path("1.csv"), "1.ptu");
-  log.put(frame(2), folder.path("2.csv"), "2.ptu");
+  FrameLog log(live_facts, std::ref(said));
+  log.put(numbered_frame(0), folder.path("1.csv"), "1.ptu");
+  log.put(numbered_frame(1), folder.path("1.csv"), "1.ptu");
+  log.put(numbered_frame(2), folder.path("2.csv"), "2.ptu");
   log.finish({});
   EXPECT_EQ(log.summary(), "3 frames in 2 tables");
   EXPECT_EQ(file_text(folder.path("1.csv")),
-            frame_csv_head() + frame_csv_row(frame(0)) + frame_csv_row(frame(1)));
-  EXPECT_EQ(file_text(folder.path("2.csv")), frame_csv_head() + frame_csv_row(frame(2)));
+            frame_csv_head() + frame_csv_row(numbered_frame(0)) + frame_csv_row(numbered_frame(1)));
+  EXPECT_EQ(file_text(folder.path("2.csv")), frame_csv_head() + frame_csv_row(numbered_frame(2)));
   EXPECT_THAT(file_text(folder.path("2.csv.facts.json")), HasSubstr("\"recording\":\"2.ptu\""));
 }
 
@@ -91,9 +91,10 @@ TEST(FrameLog, ALiveSourceHasATableForEachRecording) {
 TEST(FrameLog, ALiveSourceNeverWaits) {
   const test::TempFolder folder;
   Said said;
-  FrameLog log(facts, std::ref(said));
+  FrameLog log(live_facts, std::ref(said));
   constexpr std::uint64_t count = 400'000;
-  for (std::uint64_t i = 0; i < count; ++i) log.put(frame(i), folder.path("1.csv"), "1.ptu");
+  for (std::uint64_t i = 0; i < count; ++i)
+    log.put(numbered_frame(i), folder.path("1.csv"), "1.ptu");
   log.finish({});
   const std::uint64_t written = lines_in(folder.path("1.csv")) - 1;
   ASSERT_LT(written, count);
@@ -111,16 +112,16 @@ TEST(FrameLog, AFullDiskIsSaidAndCountedAndOver) {
   const test::SmallDisk disk(4);
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   Said said;
-  FrameLog log(facts, std::ref(said));
+  FrameLog log(live_facts, std::ref(said));
   const std::string file = disk.path("1.csv");
-  log.put(frame(0), file, "1.ptu");
+  log.put(numbered_frame(0), file, "1.ptu");
   ASSERT_TRUE(comes_true([&] { return lines_in(file) == 2; }));
   disk.fill_but(0);
-  for (std::uint64_t i = 1; i <= 1000; ++i) log.put(frame(i), file, "1.ptu");
+  for (std::uint64_t i = 1; i <= 1000; ++i) log.put(numbered_frame(i), file, "1.ptu");
   ASSERT_TRUE(comes_true([&] { return !log.fault().empty(); }));
   EXPECT_THAT(log.fault(), HasSubstr("No space left on device"));
   disk.clear();
-  log.put(frame(1001), file, "1.ptu");
+  log.put(numbered_frame(1001), file, "1.ptu");
   ASSERT_TRUE(comes_true([&] { return log.fault().empty(); }));
   log.finish({});
   EXPECT_THAT(log.summary(), HasSubstr("2 frames in " + file + "; 1,000 frames are in no table"));
@@ -131,12 +132,12 @@ TEST(FrameLog, AFullDiskIsSaidAndCountedAndOver) {
 TEST(FrameLog, ATableThatCannotBeMadeIsTriedAgain) {
   const test::TempFolder folder;
   Said said;
-  FrameLog log(facts, std::ref(said));
+  FrameLog log(live_facts, std::ref(said));
   const std::string file = folder.path("later/1.csv");
-  log.put(frame(0), file, "1.ptu");
+  log.put(numbered_frame(0), file, "1.ptu");
   ASSERT_TRUE(comes_true([&] { return !log.fault().empty(); }));
   std::filesystem::create_directory(folder.path("later"));
-  log.put(frame(1), file, "1.ptu");
+  log.put(numbered_frame(1), file, "1.ptu");
   ASSERT_TRUE(comes_true([&] { return log.fault().empty(); }));
   log.finish({});
   EXPECT_EQ(log.summary(), "1 frames in " + file + "; 1 frames are in no table");

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "protocol/ptu_decode.hpp"
+#include "protocol/ptu_header.hpp"
+#include "protocol/tag.hpp"
+
+namespace splid {
+
+// Turns the records of a PTU recording in T3 mode into tags. Such a record has the number of the
+// last sync before the photon, and the photon's time since that sync. The syncs are the starts of
+// the pattern, so that their number counts pattern periods: the times that come out are in the
+// generator's own clock, in which each pattern period has the same length.
+//
+//  - Sync k is at k periods. A sync tag comes before the first photon or marker of its period, and
+//    no sync tag in a period without any. These syncs were not measured: they say where the pattern
+//    is, and nothing of its drift and jitter (SourceInfo::syncs_are_counted).
+//  - A photon whose time since its sync is the largest that a record can hold may have come at any
+//    later time; it becomes a `missed` tag and is counted as saturated.
+//  - Overflow records move the number on and give no tag; special records of channel 0 are counted
+//    as unknown and left out.
+//
+// Source: PicoQuant's description of the unified TTTR file format. Threads: one. No allocation.
+class PtuT3Decoder {
+ public:
+  static constexpr std::size_t record_bytes = PtuDecoder::record_bytes;
+
+  // type: one of T3. period_ps: the pattern period, 1 ps to 1 s. resolution_s: a unit of a
+  // photon's time since its sync, 1e-15 to 1e-3 s. Errors: Error(Fault::data) for values outside.
+  PtuT3Decoder(PtuRecordType type, double period_ps, double resolution_s);
+
+  // As PtuDecoder::decode(). A record can give two tags; where `out` has room for the first alone,
+  // the second comes with the next call.
+  PtuDecoder::Progress decode(std::span<const std::byte> records, std::span<Tag> out);
+
+  [[nodiscard]] std::uint64_t unknown_records() const { return unknown_records_; }
+  [[nodiscard]] std::uint64_t overflow_records() const { return overflow_records_; }
+  // Photons whose time since their sync was the largest that a record can hold.
+  [[nodiscard]] std::uint64_t saturated_photons() const { return saturated_photons_; }
+  // When the last sync that was counted came.
+  [[nodiscard]] std::int64_t reached_ps() const { return sync_time_ps(syncs_); }
+
+ private:
+  struct Fields {
+    std::uint64_t sync = 0;   // low bits of its number; of an overflow the count of overflows
+    std::uint64_t ticks = 0;  // since that sync
+    int value = 0;            // input, or marker bits
+    TagKind kind = TagKind::photon;
+    bool is_overflow = false;
+    bool is_unknown = false;
+  };
+
+  [[nodiscard]] Fields fields_of(std::uint32_t record) const;
+  [[nodiscard]] Fields pico_harp_fields(std::uint32_t record) const;
+  [[nodiscard]] Fields hydra_harp_fields(std::uint32_t record) const;
+  // Writes the sync or the event that `fields` stand for; the number of tags written.
+  std::size_t put(const Fields& fields, std::span<Tag> out);
+  [[nodiscard]] Tag event_of(const Fields& fields);
+  [[nodiscard]] std::int64_t sync_time_ps(std::uint64_t number) const;
+
+  PtuRecordType type_;
+  std::int64_t whole_period_ps_;
+  double rest_of_period_ps_;
+  double tick_ps_;
+  std::uint64_t most_ticks_;  // the largest time since a sync
+  std::uint64_t syncs_in_overflow_;
+  std::uint64_t base_ = 0;             // number of the sync at the last overflow
+  std::uint64_t syncs_ = 0;            // number of the last sync
+  std::optional<std::uint64_t> told_;  // number of the last sync that became a tag
+  std::int64_t sync_ps_ = 0;           // its time
+  std::optional<Tag> waiting_;         // an event for which there was no room
+  std::uint64_t unknown_records_ = 0;
+  std::uint64_t overflow_records_ = 0;
+  std::uint64_t saturated_photons_ = 0;
+};
+
+}  // namespace splid
