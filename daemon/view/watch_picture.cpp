@@ -99,7 +99,7 @@ void WatchPicture::take(const std::string& topic, const std::string& json) {
 void WatchPicture::take_status(const std::string& json) {
   const Json message = Json::parse(json, nullptr, false);
   if (!message.is_object()) return;
-  Status& status = status_.emplace();
+  WatchedStatus& status = status_.emplace();
   status.state = text_of(message, "state");
   status.reason = text_of(message, "reason");
   status.device = text_of(message, "device");

@@ -11,6 +11,13 @@
 
 namespace splid {
 
+// What a picture shows of a `status` message; empty and 0 where the message has no such member.
+struct WatchedStatus {
+  std::string state, reason, device, device_name;
+  std::uint64_t lost_tags = 0, uncounted_losses = 0, frames = 0, valid_frames = 0;
+  double ring_fill_ratio = 0;
+};
+
 // The picture of `splid listen --watch`, made of what the daemon publishes: its state, the values
 // of the last frame with their deviations, sparklines of the last seconds, and the ring's fill.
 //
@@ -35,11 +42,6 @@ class WatchPicture {
   [[nodiscard]] std::vector<std::string> lines(Size size, bool colour) const;
 
  private:
-  struct Status {
-    std::string state, reason, device, device_name;
-    std::uint64_t lost_tags = 0, uncounted_losses = 0, frames = 0, valid_frames = 0;
-    double ring_fill_ratio = 0;
-  };
   void take_status(const std::string& json);
   void take_version(const std::string& json);
   void take_frame(const std::string& json);
@@ -52,7 +54,7 @@ class WatchPicture {
   std::string endpoint_;
   Characters characters_;
   std::string trouble_;
-  std::optional<Status> status_;
+  std::optional<WatchedStatus> status_;
   std::string release_, pattern_;
   std::optional<FrameMessage> frame_;
   Sparkline distance_, velocity_, signal_;

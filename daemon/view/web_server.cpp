@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <utility>
 
 #include "daemon/sockets/listening_socket.hpp"
@@ -123,7 +122,7 @@ struct WebServer::Callbacks {
       MHD_suspend_connection(self->connection);
       return 0;
     }
-    std::memcpy(to, self->outgoing.data() + self->sent, count);
+    std::copy_n(self->outgoing.data() + self->sent, count, to);
     self->sent += count;
     return static_cast<ssize_t>(count);
   }
