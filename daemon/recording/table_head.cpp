@@ -145,9 +145,9 @@ std::size_t add_frames(hid_t file, hsize_t rows) {
 }
 
 Image make_image(const TableFacts& facts, hsize_t rows) {
-  constexpr std::size_t growth_bytes = 1 << 16;
+  constexpr std::size_t image_step_bytes = 1 << 16;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  checked(H5Pset_fapl_core(access, growth_bytes, false));
+  checked(H5Pset_fapl_core(access, image_step_bytes, false));
   checked(H5Pset_meta_block_size(access, 0));
   checked(H5Pset_small_data_block_size(access, 0));
   const Handle how(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
