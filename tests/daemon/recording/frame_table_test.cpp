@@ -21,7 +21,7 @@ using nlohmann::json;
 using test::file_text;
 using ::testing::HasSubstr;
 
-const TableFacts facts{"splid 1.2.3", R"({"a":1})", R"({"b":2})", "my.ptu"};
+const TableFacts table_facts{"splid 1.2.3", R"({"a":1})", R"({"b":2})", "my.ptu"};
 
 FrameMessage frame(std::uint64_t sequence) {
   FrameMessage message;
@@ -41,7 +41,7 @@ std::string python_reads(std::vector<std::string> arguments) {
 TEST(FrameTable, H5pyReadsWhatWasFlushedAtAnyMoment) {
   const test::TempFolder folder;
   const std::string file = folder.path("a.h5");
-  FrameTable table(file, facts, false);
+  FrameTable table(file, table_facts, false);
   std::vector<std::string> copies;
   const auto copy = [&] {
     copies.push_back(folder.path(std::to_string(copies.size()) + ".h5"));
@@ -73,7 +73,8 @@ TEST(FrameTable, HoldsItsFacts) {
   const test::TempFolder folder;
   const std::string file = folder.path("a.h5");
   const std::string large = "\"" + std::string(300'000, 'x') + "\"";  // an attribute holds 64 KiB
-  FrameTable table(file, {facts.program, large, facts.pattern_json, facts.recording}, false);
+  FrameTable table(
+      file, {table_facts.program, large, table_facts.pattern_json, table_facts.recording}, false);
   auto read = json::parse(python_reads({"facts", file}));
   EXPECT_EQ(read["recording_sha256"], "");
   table.write_checksum(std::string(64, 'e'));
@@ -92,7 +93,7 @@ TEST(FrameTable, HoldsItsFacts) {
 // The file as a kill leaves it between any two of the writes of a flush().
 TEST(TableHead, ATableThatIsHalfExtendedIsReadAsItWasBefore) {
   const test::TempFolder folder;
-  const TableHead head = make_hdf5_head(facts);
+  const TableHead head = make_hdf5_head(table_facts);
   std::string rows;
   for (std::uint64_t i = 0; i < 3; ++i) append_frame_row(frame(i), rows);
   const auto table = [&](std::size_t fields, std::uint64_t count, std::uint64_t then) {
@@ -117,7 +118,7 @@ TEST(TableHead, ATableThatIsHalfExtendedIsReadAsItWasBefore) {
 TEST(FrameTable, TextHasItsFactsBesideIt) {
   const test::TempFolder folder;
   const std::string file = folder.path("a.csv");
-  FrameTable table(file, facts, false);
+  FrameTable table(file, table_facts, false);
   table.add(frame(7));
   table.flush();
   EXPECT_EQ(file_text(file), frame_csv_head() + frame_csv_row(frame(7)));
@@ -130,18 +131,18 @@ TEST(FrameTable, TextHasItsFactsBesideIt) {
 TEST(FrameTable, NeverWritesOverWhatIsThereUnlessItMay) {
   const test::TempFolder folder;
   const std::string file = folder.write("a.h5", "mine");
-  EXPECT_THAT(test::error_text([&] { FrameTable(file, facts, false); }),
+  EXPECT_THAT(test::error_text([&] { FrameTable(file, table_facts, false); }),
               HasSubstr("the file exists; give another name, or --force"));
   EXPECT_EQ(file_text(file), "mine");
-  FrameTable(file, facts, true);
+  FrameTable(file, table_facts, true);
   EXPECT_EQ(python_reads({"rows", file}), "0\n");
-  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("none/a.h5"), facts, false); }),
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("none/a.h5"), table_facts, false); }),
               HasSubstr("cannot be made: No such file"));
   EXPECT_FALSE(std::filesystem::exists(folder.path("a.h5.part")));
   std::filesystem::create_directory(folder.path("b.csv"));
-  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("b.csv"), facts, true); }),
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("b.csv"), table_facts, true); }),
               HasSubstr("is no file but a folder"));
-  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("a.txt"), facts, true); }),
+  EXPECT_THAT(test::error_text([&] { FrameTable(folder.path("a.txt"), table_facts, true); }),
               HasSubstr("ends in .h5 (HDF5) or in .csv (text)"));
 }
 
@@ -149,7 +150,7 @@ TEST(FrameTable, OnAFullDiskTheRowsWrittenBeforeStay) {
   const test::SmallDisk disk(4);
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   for (const char* name : {"a.h5", "a.csv"}) {
-    FrameTable table(disk.path(name), facts, false);
+    FrameTable table(disk.path(name), table_facts, false);
     table.add(frame(0));
     table.flush();
     disk.fill_but(0);
