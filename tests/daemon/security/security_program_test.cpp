@@ -27,6 +27,7 @@ using splid::test::ProgramResult;
 using splid::test::run_program;
 using splid::test::TempFolder;
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -160,6 +161,12 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, AllOf(HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)),
                                HasSubstr(" connections refused")));
+  // Where one side alone has keys, the refusal names the peer, and not the server's own address.
+  EXPECT_THAT(ended.err,
+              AllOf(ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it gives no CURVE "
+                                  "key [(]its socket asks for NULL[)]"),
+                    ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it asks for CURVE, "
+                                  "which this endpoint does not speak")));
 }
 
 TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
