@@ -27,7 +27,7 @@ FrameMessage frame_at(double timestamp_s, double distance_m, FrameStatus status 
   frame.std_distance_m = 0.25;
   frame.photons = 1000;
   frame.signal_per_period = 0.004;
-  frame.sync.emplace();
+  frame.sync = FrameMessage::Sync{};
   frame.sync->period_ps = 4e6;
   return frame;
 }
