@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/python_program.hpp"
@@ -90,7 +91,7 @@ class TablesProgram : public ::testing::Test {
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
             record + R"(},"control":{"endpoint":"off"},"publish":{"endpoint":"ipc://)" +
-            folder.path("frames") + "\"}}");
+            folder.path("frames") + "\"}" + test::with_light_scene("") + "}");
   }
   test::TempFolder folder;
 };

@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/process_memory.hpp"
@@ -40,7 +41,7 @@ bool becomes_true(const std::function<bool()>& condition) {
   return true;
 }
 
-constexpr const char* live = R"("driver":"simulator","pace":"live")";
+constexpr const char* live = test::light_source;
 
 class ViewProgram : public ::testing::Test {
  protected:
@@ -50,7 +51,7 @@ class ViewProgram : public ::testing::Test {
         R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            endpoint + "\"}}");
+            endpoint + "\"}" + test::with_light_scene("") + "}");
   }
 
   // Starts `splid view`, on a port that the system chooses, and waits until it says which.
@@ -261,7 +262,7 @@ TEST_F(ViewProgram, ViewersThatReadNothingCostNoMemoryAndTheOthersNothing) {
   const LocalConnection viewer(port);
   viewer.send(request("/events?seconds=10"));
   // A minute of frames, as fast as they come.
-  Program daemon({"run", "--config", config(R"("driver":"simulator","pace":"max","seconds":60)")});
+  Program daemon({"run", "--config", config(live + std::string(R"(,"pace":"max","seconds":60)"))});
   events_until(viewer, "event: frame");
   daemon.wait();
   EXPECT_THAT(events_until(viewer, "stopping"), HasSubstr("event: bins"));

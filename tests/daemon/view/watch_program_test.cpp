@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/terminal_program.hpp"
 
@@ -64,12 +65,14 @@ class Watch : public ::testing::Test {
 
   test::TempFolder folder;
   std::string endpoint = "ipc://" + folder.path("socket");
-  std::string config = folder.write(
-      "live.json",
-      R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator","pace":"live"},)"
-      R"("pattern":{"file":")" SPLID_SOURCE_DIR R"(/config/patterns/interleaved-180-189.json"},)"
-      R"("publish":{"endpoint":")" +
-          endpoint + "\"}}");
+  std::string config =
+      folder.write("live.json", R"({"schema":"splid.config","v":[1,0],"source":{)" +
+                                    std::string(test::light_source) +
+                                    R"(},)"
+                                    R"("pattern":{"file":")" SPLID_SOURCE_DIR
+                                    R"(/config/patterns/interleaved-180-189.json"},)"
+                                    R"("publish":{"endpoint":")" +
+                                    endpoint + "\"}" + test::with_light_scene("") + "}");
 };
 
 TEST_F(Watch, FillsTheTerminalFollowsItsSizeAndGivesItBack) {
