@@ -28,6 +28,11 @@ class TerminalProgram {
   TerminalProgram(std::vector<std::string> arguments, unsigned short columns, unsigned short rows,
                   std::vector<std::string> environment) {
     arguments.insert(arguments.begin(), SPLID_BINARY);
+    // What a sanitizer is to pass over holds for this program too.
+    for (const char* name : {"TSAN_OPTIONS", "ASAN_OPTIONS"}) {
+      if (const char* value = std::getenv(name))
+        environment.push_back(std::string(name) + '=' + value);
+    }
     std::vector<char*> argv = pointers(arguments);
     std::vector<char*> envp = pointers(environment);
     master_ = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -161,12 +161,9 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, AllOf(HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)),
                                HasSubstr(" connections refused")));
-  // Where one side alone has keys, the refusal names the peer, and not the server's own address.
-  EXPECT_THAT(ended.err,
-              AllOf(ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it gives no CURVE "
-                                  "key [(]its socket asks for NULL[)]"),
-                    ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it asks for CURVE, "
-                                  "which this endpoint does not speak")));
+  // Where the server alone has keys, the refusal names the peer, and not the server's own address.
+  EXPECT_THAT(ended.err, ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it gives no CURVE key "
+                                       "[(]its socket asks for NULL[)]"));
 }
 
 TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {

