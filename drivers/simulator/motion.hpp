@@ -54,8 +54,8 @@ class Motion {
  public:
   // options: valid. clock_rate: the seconds that the tagger counts in a true second.
   explicit Motion(TargetOptions options, double clock_rate = 1);
-  // time_s: in the tagger's clock. The state is in true metres and seconds.
-  [[nodiscard]] MotionState at(double time_s) const;
+  // tagger_s: in the tagger's clock. The state is in true metres and seconds.
+  [[nodiscard]] MotionState at(double tagger_s) const;
   [[nodiscard]] double clock_rate() const { return clock_rate_; }
 
  private:
