@@ -88,15 +88,9 @@ void FrameLog::run() {
     flush();
     say_what_was_dropped();
   }
-  lost_ += early_.size();
 }
 
 void FrameLog::take(const Entry& entry) {
-  // The recording's first file is made while the first frames are measured; they wait for it.
-  if (!waits_ && entry.file.empty() && early_.size() < max_waiting_frames) {
-    early_.push_back(entry.frame);
-    return;
-  }
   if (!waits_ && entry.file != last_file_) {
     flush();
     table_.reset();
@@ -104,15 +98,13 @@ void FrameLog::take(const Entry& entry) {
   }
   if (!table_ && may_make_) open(entry);
   if (!table_) {
-    lost_ += 1 + early_.size();
-    early_.clear();
+    ++lost_;
     return;
   }
-  for (const FrameMessage& frame : early_) table_->add(frame);
-  early_.clear();
   table_->add(entry.frame);
 }
 
+// A frame of a live source that came before the first recording has no table.
 void FrameLog::open(const Entry& entry) {
   if (entry.file.empty()) return;
   try {

@@ -9,7 +9,6 @@
 #include <stop_token>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "daemon/recording/frame_table.hpp"
 #include "daemon/recording/table_head.hpp"
@@ -83,7 +82,6 @@ class FrameLog {
   std::uint64_t tables_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t lost_ = 0;
-  std::vector<FrameMessage> early_;  // measured before the recording had its first file
   std::string last_file_;
 
   mutable std::mutex mutex_;

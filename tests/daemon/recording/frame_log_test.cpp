@@ -87,22 +87,6 @@ TEST(FrameLog, ALiveSourceHasATableForEachRecording) {
   EXPECT_THAT(file_text(folder.path("2.csv.facts.json")), HasSubstr("\"recording\":\"2.ptu\""));
 }
 
-TEST(FrameLog, WhatIsMeasuredBeforeTheFirstFileIsInTheFirstTable) {
-  const test::TempFolder folder;
-  Said said;
-  FrameLog log(live_facts, std::ref(said));
-  log.put(numbered_frame(0), "", "");
-  log.put(numbered_frame(1), folder.path("1.csv"), "1.ptu");
-  log.finish({});
-  EXPECT_EQ(file_text(folder.path("1.csv")),
-            frame_csv_head() + frame_csv_row(numbered_frame(0)) + frame_csv_row(numbered_frame(1)));
-
-  FrameLog never(live_facts, std::ref(said));
-  never.put(numbered_frame(0), "", "");
-  never.finish({});
-  EXPECT_THAT(never.summary(), HasSubstr("1 frames are in no table"));
-}
-
 // The frames come far faster than a disk or the queue could take them.
 TEST(FrameLog, ALiveSourceNeverWaits) {
   const test::TempFolder folder;
