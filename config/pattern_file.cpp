@@ -27,18 +27,23 @@ std::string pattern_names_in(const std::string& folder) {
 
 }  // namespace
 
-std::string shipped_patterns_folder() {
+std::string shipped_folder() {
   namespace fs = std::filesystem;
   std::error_code failure;
   fs::path folder = fs::read_symlink("/proc/self/exe", failure).parent_path();
   if (failure) return {};
-  const fs::path installed = folder.parent_path() / "share/splid/patterns";
-  if (fs::is_directory(installed, failure)) return installed.string();
+  const fs::path installed = folder.parent_path() / "share/splid";
+  if (fs::is_directory(installed / "patterns", failure)) return installed.string();
   for (int up = 0; up < most_folders_up; ++up, folder = folder.parent_path()) {
-    const fs::path built = folder / "config/patterns";
-    if (fs::is_directory(built, failure)) return built.string();
+    const fs::path built = folder / "config";
+    if (fs::is_directory(built / "patterns", failure)) return built.string();
   }
   return {};
+}
+
+std::string shipped_patterns_folder() {
+  const std::string folder = shipped_folder();
+  return folder.empty() ? "" : folder + "/patterns";
 }
 
 PatternFile find_pattern_file(const std::string& resolved, const std::string& written,

@@ -4,9 +4,12 @@
 
 namespace splid {
 
-// The folder of the patterns that come with splid: share/splid/patterns of the installation that
-// the running program belongs to, or config/patterns of the repository that it was built in.
-// Empty where neither is there.
+// The folder of the configurations and patterns that come with splid: share/splid of the
+// installation that the running program belongs to, or config of the repository that it was built
+// in. It has the folder `patterns` and the demonstration, demo.json. Empty where neither is there.
+std::string shipped_folder();
+
+// The folder `patterns` in there; empty where there is none.
 std::string shipped_patterns_folder();
 
 // Where a configuration's pattern is.

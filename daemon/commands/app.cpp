@@ -159,6 +159,7 @@ int parse_and_run(int argc, char** argv) {
   add_record(app, action);
   add_listen(app, action);
   add_view(app, action);
+  add_demo(app, action);
   add_check(app, action);
   add_pattern(app, action);
   add_calibrate(app, action);

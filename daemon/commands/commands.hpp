@@ -29,6 +29,7 @@ void add_replay(CLI::App& app, Action& action);
 void add_record(CLI::App& app, Action& action);
 void add_listen(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);
+void add_demo(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_pattern(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);

@@ -51,6 +51,12 @@ std::string who_publishes_at(std::string endpoint) {
   return who;
 }
 
+std::string other_endpoint(const Config& config, const SessionOptions& options) {
+  if (!options.other_endpoint.empty()) return options.other_endpoint;
+  return "give " + config.file + " an endpoint of its own, such as tcp://127.0.0.1:9882" +
+         (options.is_service ? "" : ", or replay with --no-publish");
+}
+
 std::string taken(const EndpointTaken& error) {
   const std::string who = who_publishes_at(error.endpoint());
   return error.place() + ", by " +
@@ -72,10 +78,9 @@ std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOpt
                    options.json ? "printed" : "written");
       return unbound();
     }
-    throw Error(Fault::device,
-                taken(error) + "; stop that one (the service: systemctl stop splid), or give " +
-                    config.file + " an endpoint of its own, such as tcp://127.0.0.1:9882" +
-                    (options.is_service ? "" : ", or replay with --no-publish"));
+    throw Error(Fault::device, taken(error) +
+                                   "; stop that one (the service: systemctl stop splid), or " +
+                                   other_endpoint(config, options));
   }
 }
 

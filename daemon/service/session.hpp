@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <stop_token>
+#include <string>
 
 #include "config/config.hpp"
 #include "daemon/output/device_monitor.hpp"
@@ -19,6 +20,9 @@ struct SessionOptions {
   bool publish = true;  // false: binds no endpoint
   // Where another program has the endpoint, frames are printed alone; see open_publisher().
   bool may_only_print = false;
+  // What to do to publish elsewhere, for the error where another program has the endpoint; empty:
+  // the configuration is to name another.
+  std::string other_endpoint;
   // How many messages are kept for a subscriber that does not read: some seconds of them.
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most

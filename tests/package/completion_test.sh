@@ -36,6 +36,8 @@ completes run --log-level de // debug
 completes run --config --log // --log-level
 completes listen st // status
 completes view --ht // --http
+completes dem // demo
+completes demo --ht // --http
 completes listen --wat // --watch
 completes pattern inter // interleaved
 completes pattern interleaved --subp // --subperiods-ns

@@ -1,0 +1,63 @@
+#include "daemon/view/viewing.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include "config/endpoint.hpp"
+#include "daemon/base/clock.hpp"
+#include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
+
+namespace splid {
+namespace {
+
+// Of a replay at full speed a part is lost rather than memory without bound; the frames'
+// `sequence` tells.
+constexpr int most_waiting = 10'000;
+
+}  // namespace
+
+std::string who_can_read(const std::string& http) {
+  if (is_on_this_machine("tcp://" + http)) return {};
+  return "everybody who reaches " + http +
+         " over the network can read what is measured: the page asks for no password and is not "
+         "encrypted. With --http 127.0.0.1:9874 only this machine can";
+}
+
+Viewing::Viewing(std::string endpoint, const std::string& http, std::optional<CurveClient> client)
+    : endpoint_(std::move(endpoint)),
+      client_(std::move(client)),
+      subscriber_(endpoint_, {topic_frame, topic_status, topic_version}, client_, most_waiting),
+      view_(endpoint_),
+      server_(http, view_, host_clock()) {}
+
+void Viewing::run(const std::stop_token& stop, const HearState& hear) {
+  while (!stop.stop_requested()) {
+    subscriber_.wait(server_.descriptor(), server_.patience());
+    take_messages();
+    look_at_connection(hear);
+    view_.set_web(server_.counts());
+    server_.run();
+  }
+}
+
+// As many as came, up to what takes some milliseconds: browsers are not kept waiting.
+void Viewing::take_messages() {
+  constexpr int most_at_once = 200;
+  for (int i = 0; i < most_at_once; ++i) {
+    const auto message = subscriber_.receive(std::chrono::milliseconds{0});
+    if (!message) return;
+    view_.take(message->topic, message->json);
+  }
+}
+
+void Viewing::look_at_connection(const HearState& hear) {
+  const State state = subscriber_.state();
+  if (state == said_) return;
+  said_ = state;
+  const std::string words = in_words(state, endpoint_, client_ ? &*client_ : nullptr);
+  view_.set_connection(state == State::connected ? "" : words);
+  hear(state, words);
+}
+
+}  // namespace splid
