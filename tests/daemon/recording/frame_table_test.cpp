@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "protocol/error.hpp"
@@ -91,6 +93,14 @@ TEST(FrameTable, HoldsItsFacts) {
 }
 
 // The file as a kill leaves it between any two of the writes of a flush().
+// Whoever writes heads finds the fields that change by comparing two heads; were there a time of
+// day in a head, two of them that are made on either side of a full second would differ in it.
+TEST(TableHead, HoldsNoTimeOfDay) {
+  const std::string before = make_hdf5_head(table_facts).bytes;
+  std::this_thread::sleep_for(std::chrono::milliseconds{1100});
+  EXPECT_TRUE(make_hdf5_head(table_facts).bytes == before);
+}
+
 TEST(TableHead, ATableThatIsHalfExtendedIsReadAsItWasBefore) {
   const test::TempFolder folder;
   const TableHead head = make_hdf5_head(table_facts);
