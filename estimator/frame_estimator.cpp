@@ -11,6 +11,7 @@
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
 #include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/configured_pulse.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/model/units.hpp"
@@ -21,16 +22,6 @@
 
 namespace splid {
 namespace {
-
-std::unique_ptr<PulseShape> make_shape(const Pattern& pattern, const PulseOptions& options) {
-  if (options.shape == Shape::gaussian) return make_gaussian(options.sigma_ps * ns_per_ps);
-  if (!pattern.pulse) {
-    throw Error(Fault::usage,
-                "pulse.shape is tabulated, but the pattern file has no pulse block; calibrate the "
-                "pattern or use pulse.shape gaussian");
-  }
-  return make_tabulated(*pattern.pulse);
-}
 
 // g t_a: how far the delay travels over a frame of this length, for a target at this speed.
 double travel_of(double velocity_mps, double length_ns) {
@@ -86,7 +77,7 @@ struct FrameEstimator::Workspace {
         train(pattern),
         mode(pattern.mode),
         unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
-        shape(make_shape(pattern, pulse)),
+        shape(configured_pulse(pattern, pulse)),
         scene(scene_options),
         max_travel_ns(moving() ? travel_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(

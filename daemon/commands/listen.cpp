@@ -22,6 +22,7 @@
 #include "daemon/view/terminal_screen.hpp"
 #include "daemon/view/watch_picture.hpp"
 #include "protocol/error.hpp"
+#include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
 
@@ -284,8 +285,8 @@ void add_listen(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ListenCommand>();
   command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
       ->capture_default_str();
-  command->add_option("topics", options->topics, "frame (default), status, version")
-      ->check(CLI::IsMember({topic_frame, topic_status, topic_version}));
+  command->add_option("topics", options->topics, "frame (default), status, version, fold")
+      ->check(CLI::IsMember({topic_frame, topic_status, topic_version, topic_fold}));
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");

@@ -16,7 +16,8 @@ constexpr std::chrono::milliseconds idle{50};
 }  // namespace
 
 OutputOptions output_options(const Config& config) {
-  return {frame_context(config), status_options(config), config.encoder, config.source.get()};
+  return {frame_context(config), status_options(config), config.encoder, config.source.get(),
+          fold_options(config)};
 }
 
 Output::Output(OutputOptions options, Ends ends, const Clock& clock)
@@ -26,6 +27,7 @@ Output::Output(OutputOptions options, Ends ends, const Clock& clock)
       reporter_(options_.status, ends_.publisher, clock),
       notifier_(clock),
       context_(options_.context),
+      fold_(options_.fold, ends_.publisher, clock),
       liveness_(options_.status.frame_length_ms) {}
 
 Output::~Output() = default;
@@ -83,6 +85,7 @@ void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
   }
   give_frame(message);
   tell_observer(message, json);
+  fold_.frame_published(unit, message);
 }
 
 // An observer that fails ends the stream like an observer that has enough; what is on its way is
@@ -188,6 +191,7 @@ void Output::give_frame(const FrameMessage& message) {
 }
 
 void Output::reload(const OutputOptions& next) {
+  fold_.reload(next.fold.pulse);
   const std::scoped_lock lock(reload_mutex_);
   reloaded_context_ = next.context;
   reloaded_effort_ = next.status.effort;

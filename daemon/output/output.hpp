@@ -13,6 +13,7 @@
 #include "daemon/base/clock.hpp"
 #include "daemon/output/device_monitor.hpp"
 #include "daemon/output/encoder_feed.hpp"
+#include "daemon/output/fold_feed.hpp"
 #include "daemon/output/frame_message.hpp"
 #include "daemon/output/liveness.hpp"
 #include "daemon/output/metrics.hpp"
@@ -38,6 +39,7 @@ struct OutputOptions {
   StatusOptions status;
   EncoderOptions encoder;
   const SourceOptions* source = nullptr;  // whose scene may have the encoder; outlives the output
+  FoldOptions fold;
 };
 
 OutputOptions output_options(const Config& config);
@@ -105,6 +107,7 @@ class Output {
   ServiceNotifier notifier_;
   StreamCounters before_;  // of the streams that have ended
   FrameContext context_;
+  FoldFeed fold_;
   // The rest concerns the stream that is published.
   Liveness liveness_;
   std::optional<EncoderFeed> encoder_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "daemon/output/outgoing_queue.hpp"
 #include "daemon/security/server_security.hpp"
 #include "daemon/sockets/gate.hpp"
+#include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
 
@@ -77,6 +79,7 @@ class Publisher::Service {
   void push(const char* topic, std::string json) {
     if (queue_.push({topic, std::move(json)})) wake_.notify();
   }
+  [[nodiscard]] bool fold_is_wanted() const { return fold_wanted_.load(std::memory_order_relaxed); }
   bool wait_for_subscriber(milliseconds timeout) {
     std::unique_lock lock(mutex_);
     return subscribed_.wait_for(lock, timeout, [this] { return frames_wanted_; });
@@ -112,6 +115,7 @@ class Publisher::Service {
 
   mutable std::mutex mutex_;
   std::condition_variable subscribed_;
+  std::atomic<bool> fold_wanted_{false};
   bool frames_wanted_ = false;  // guarded by mutex_
   std::string status_;          // guarded by mutex_
   bool ending_ = false;         // guarded by mutex_
@@ -198,8 +202,12 @@ void Publisher::Service::read_subscriptions() {
   for (int i = 0; i < subscriptions_a_turn; ++i) {
     if (!xpub_.recv(message, zmq::recv_flags::dontwait)) break;
     const std::string_view text = message.to_string_view();
-    if (text.empty() || text.front() != '\x01') continue;  // 1 subscribes; the topic follows
+    if (text.empty()) continue;
+    // 1 subscribes, and 0 tells that the last subscriber of a topic has gone; the topic follows.
+    const bool subscribes = text.front() == '\x01';
     const std::string_view topic = text.substr(1);
+    if (topic == topic_fold) fold_wanted_.store(subscribes, std::memory_order_relaxed);
+    if (!subscribes) continue;
     version_wanted_ |= is_prefix(topic, topic_version);
     status_wanted_ |= is_prefix(topic, topic_status);
     frames_wanted |= is_prefix(topic, topic_frame);
@@ -265,6 +273,10 @@ void Publisher::publish_status(std::string json) {
 void Publisher::publish_version(std::string json) {
   service_->push(topic_version, std::move(json));
 }
+
+void Publisher::publish_fold(std::string json) { service_->push(topic_fold, std::move(json)); }
+
+bool Publisher::fold_is_wanted() const { return service_->fold_is_wanted(); }
 
 std::string Publisher::last_status() const { return service_->last_status(); }
 

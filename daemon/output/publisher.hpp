@@ -54,6 +54,10 @@ class Publisher {
   // The last status and the last version are kept for new subscribers.
   void publish_status(std::string json);
   void publish_version(std::string json);
+  void publish_fold(std::string json);
+  // Whether somebody subscribes to `fold` by its name; who subscribes to everything does not ask
+  // for it. Never waits.
+  [[nodiscard]] bool fold_is_wanted() const;
   // What publish_status() was last given.
   [[nodiscard]] std::string last_status() const;
 

@@ -35,6 +35,14 @@ Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::strin
 
 Subscriber::~Subscriber() = default;
 
+void Subscriber::subscribe(const std::string& topic) {
+  socket_->sub.set(zmq::sockopt::subscribe, topic);
+}
+
+void Subscriber::unsubscribe(const std::string& topic) {
+  socket_->sub.set(zmq::sockopt::unsubscribe, topic);
+}
+
 // libzmq itself connects again after every failure that may be temporary; it does not count a
 // refusal of the key among these.
 void Subscriber::try_again() {

@@ -31,6 +31,10 @@ class Subscriber {
   Subscriber(const Subscriber&) = delete;
   Subscriber& operator=(const Subscriber&) = delete;
 
+  // Hears a topic from now on, or no longer. Not one that it hears already, or does not hear.
+  void subscribe(const std::string& topic);
+  void unsubscribe(const std::string& topic);
+
   // The next message; absent when none came within the timeout. A message that has not two parts is
   // passed over.
   std::optional<Message> receive(std::chrono::milliseconds timeout);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "protocol/error.hpp"
+#include "protocol/fold_json.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -44,7 +45,7 @@ void LiveView::take(const std::string& topic, const std::string& json) {
     ++unread_;
   } else if (topic == topic_frame) {
     take_frame(json);
-  } else if (topic == topic_status || topic == topic_version) {
+  } else if (topic == topic_status || topic == topic_version || topic == topic_fold) {
     const auto message = nlohmann::json::parse(json, nullptr, false);
     if (!message.is_object()) {
       ++unread_;
@@ -52,7 +53,7 @@ void LiveView::take(const std::string& topic, const std::string& json) {
     }
     const auto fill = message.find("ring_fill_ratio");
     if (fill != message.end() && fill->is_number()) ring_fill_ratio_ = fill->get<double>();
-    put(topic == topic_status ? status_ : version_, json);
+    put(topic == topic_status ? status_ : topic == topic_version ? version_ : fold_, json);
   }
 }
 
@@ -91,7 +92,7 @@ bool LiveView::has_news(const Cursor& cursor) const {
   const ViewHistory& history = histories_.at(cursor.window);
   return !cursor.has_bins || cursor.change != history.change() || cursor.frame != frame_.number ||
          cursor.status != status_.number || cursor.version != version_.number ||
-         cursor.page != page_;
+         cursor.page != page_ || (cursor.wants_fold && cursor.fold != fold_.number);
 }
 
 std::string LiveView::page_json() const {
@@ -132,6 +133,7 @@ std::string LiveView::news(Cursor& cursor) const {
   cursor.change = history.change();
   cursor.epoch = history.epoch();
   add("frame", frame_, cursor.frame);
+  if (cursor.wants_fold) add("fold", fold_, cursor.fold);
   return out;
 }
 

@@ -19,7 +19,7 @@ class LiveView {
   // endpoint: which daemon is shown.
   explicit LiveView(std::string endpoint);
 
-  // Takes one message of the topics frame, status and version. One that cannot be read, or is
+  // Takes one message of the topics frame, fold, status and version. One that cannot be read, or is
   // larger than any that a daemon sends, is counted and passed over.
   void take(const std::string& topic, const std::string& json);
 
@@ -31,12 +31,16 @@ class LiveView {
   };
   void set_web(const Web& web);
 
+  // Nobody looks at the pictures: who asks for them again is not to get old ones.
+  void forget_fold() { fold_ = {}; }
+
   // How much of all this a viewer has got.
   struct Cursor {
     std::size_t window = 0;  // index of its history
     std::uint64_t epoch = 0, change = 0;
     bool has_bins = false;
-    std::uint64_t frame = 0, status = 0, version = 0, page = 0;
+    std::uint64_t frame = 0, status = 0, version = 0, page = 0, fold = 0;
+    bool wants_fold = false;  // the pictures of the topic fold too
   };
   // Of a viewer that has nothing yet. seconds: what it wants to see; the shortest history that has
   // it is taken, or the longest.
@@ -64,7 +68,7 @@ class LiveView {
   Web web_;
   std::uint64_t unread_ = 0;
   double ring_fill_ratio_ = 0;
-  Last frame_, status_, version_;
+  Last frame_, fold_, status_, version_;
   std::uint64_t page_ = 1;
   std::vector<ViewHistory> histories_;  // shortest first
 };

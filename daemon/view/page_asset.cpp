@@ -8,6 +8,8 @@ extern const unsigned char splid_page_index[];
 extern const std::size_t splid_page_index_size;
 extern const unsigned char splid_page_view_js[];
 extern const std::size_t splid_page_view_js_size;
+extern const unsigned char splid_page_photons_js[];
+extern const std::size_t splid_page_photons_js_size;
 extern const unsigned char splid_page_view_css[];
 extern const std::size_t splid_page_view_css_size;
 extern const unsigned char splid_page_dygraph_js[];
@@ -26,9 +28,10 @@ constexpr const char* style = "text/css; charset=utf-8";
 }  // namespace
 
 const PageAsset* find_page_asset(std::string_view path) {
-  static const std::array<PageAsset, 6> assets{{
+  static const std::array<PageAsset, 7> assets{{
       {"", "text/html; charset=utf-8", splid_page_index, splid_page_index_size},
       {"view.js", script, splid_page_view_js, splid_page_view_js_size},
+      {"photons.js", script, splid_page_photons_js, splid_page_photons_js_size},
       {"view.css", style, splid_page_view_css, splid_page_view_css_size},
       {"dygraph.js", script, splid_page_dygraph_js, splid_page_dygraph_js_size},
       {"dygraph.css", style, splid_page_dygraph_css, splid_page_dygraph_css_size},

@@ -5,6 +5,7 @@
 
 #include "config/endpoint.hpp"
 #include "daemon/base/clock.hpp"
+#include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
 
@@ -38,6 +39,7 @@ void Viewing::run(const std::stop_token& stop, const HearState& hear) {
     look_at_connection(hear);
     view_.set_web(server_.counts());
     server_.run();
+    ask_for_fold();
   }
 }
 
@@ -48,6 +50,19 @@ void Viewing::take_messages() {
     const auto message = subscriber_.receive(std::chrono::milliseconds{0});
     if (!message) return;
     view_.take(message->topic, message->json);
+  }
+}
+
+// The daemon makes the pictures of the photons only while somebody looks at them.
+void Viewing::ask_for_fold() {
+  const bool is_wanted = server_.fold_is_wanted();
+  if (is_wanted == hears_fold_) return;
+  hears_fold_ = is_wanted;
+  if (is_wanted) {
+    subscriber_.subscribe(topic_fold);
+  } else {
+    subscriber_.unsubscribe(topic_fold);
+    view_.forget_fold();
   }
 }
 

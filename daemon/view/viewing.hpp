@@ -38,6 +38,7 @@ class Viewing {
  private:
   void take_messages();
   void look_at_connection(const HearState& hear);
+  void ask_for_fold();
 
   std::string endpoint_;
   std::optional<CurveClient> client_;
@@ -45,6 +46,7 @@ class Viewing {
   LiveView view_;
   WebServer server_;
   std::optional<State> said_;
+  bool hears_fold_ = false;
 };
 
 }  // namespace splid

@@ -186,6 +186,11 @@ std::chrono::milliseconds WebServer::patience() const {
   return std::chrono::milliseconds{least_ms};
 }
 
+bool WebServer::fold_is_wanted() const {
+  return std::any_of(viewers_.begin(), viewers_.end(),
+                     [](const auto& viewer) { return viewer->cursor.wants_fold; });
+}
+
 void WebServer::run() {
   for (const auto& viewer : viewers_) {
     if (!viewer->suspended || !is_due(*viewer)) continue;
@@ -239,8 +244,10 @@ int WebServer::serve_events(MHD_Connection* connection) {
   }
   const char* asked = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "seconds");
   const auto seconds = seconds_from(asked == nullptr ? "" : asked);
-  viewers_.push_back(std::make_unique<Viewer>(Viewer{
-      this, connection, LiveView::cursor(seconds.value_or(default_window_s)), {}, 0, 0, false}));
+  LiveView::Cursor cursor = LiveView::cursor(seconds.value_or(default_window_s));
+  const char* fold = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "fold");
+  cursor.wants_fold = fold != nullptr && std::string_view(fold) == "1";
+  viewers_.push_back(std::make_unique<Viewer>(Viewer{this, connection, cursor, {}, 0, 0, false}));
   MHD_Response* response =
       MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, block_bytes, &Callbacks::read_events,
                                         viewers_.back().get(), &Callbacks::forget);

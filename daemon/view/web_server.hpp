@@ -52,6 +52,8 @@ class WebServer {
 
   // The address of the page: http://127.0.0.1:9874/
   [[nodiscard]] std::string url() const;
+  // Whether any viewer looks at the pictures of the photons.
+  [[nodiscard]] bool fold_is_wanted() const;
   [[nodiscard]] LiveView::Web counts() const { return {viewers_.size(), refused_}; }
 
  private:

@@ -26,7 +26,8 @@ void check_header(const std::string& text) {
 void check_message(const std::string& text) {
   LiveView view(text);
   LiveView::Cursor cursor = LiveView::cursor(10);
-  for (const char* topic : {"frame", "status", "version", "other"}) view.take(topic, text);
+  cursor.wants_fold = text.size() % 2 == 0;
+  for (const char* topic : {"frame", "fold", "status", "version", "other"}) view.take(topic, text);
   view.set_connection(text);
   const std::string news = view.news(cursor);
   must(!view.has_news(cursor), "a viewer has got all that there is");

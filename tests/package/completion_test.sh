@@ -35,6 +35,7 @@ completes replay --speed 1 --js // --json
 completes run --log-level de // debug
 completes run --config --log // --log-level
 completes listen st // status
+completes listen fol // fold
 completes view --ht // --http
 completes dem // demo
 completes demo --ht // --http

@@ -71,7 +71,7 @@ function put(id, text, value) {
 
 function listen() {
   if (stream) stream.close();
-  stream = new EventSource('events?seconds=' + shown.seconds);
+  stream = new EventSource(`events?seconds=${shown.seconds}${photons.on ? '&fold=1' : ''}`);
   const on = (name, take) => stream.addEventListener(name, (event) => {
     let message;
     try { message = JSON.parse(event.data); } catch (error) { return; }
@@ -82,6 +82,7 @@ function listen() {
   on('status', take_status);
   on('bins', take_bins);
   on('frame', take_frame);
+  on('fold', take_fold);
   stream.onerror = () => {
     show_state('bad', 'no view', 'The server of this page does not answer. Start splid view again; this page connects by itself.');
     document.body.classList.add('old');
@@ -475,6 +476,7 @@ function set_theme(name) {
   document.documentElement.dataset.theme = name;
   read_palette();
   for (const chart of charts) chart.stale = true;
+  draw_photons();
 }
 
 function toggle_aligning() {
@@ -510,6 +512,7 @@ function start() {
   at('bigger').addEventListener('click', toggle_aligning);
   at('theme').addEventListener('click', () =>
     set_theme(document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark'));
+  start_photons();
   document.addEventListener('keydown', on_key);
   set_seconds(60);
   run();

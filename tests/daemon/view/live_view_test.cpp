@@ -161,5 +161,28 @@ TEST(LiveView, CountsWhatItCannotReadAndLetsNoLineFeedThrough) {
   EXPECT_EQ(data_of(news, "frame"), nullptr);
 }
 
+TEST(LiveView, PicturesOfThePhotonsGoToThoseWhoWantThemAndAreForgotten) {
+  LiveView view("ipc://x");
+  LiveView::Cursor plain = LiveView::cursor(10);
+  LiveView::Cursor looker = LiveView::cursor(10);
+  looker.wants_fold = true;
+  view.news(plain);
+  view.news(looker);
+  view.take("fold", R"({"schema":"splid.fold","sequence":7})");
+  EXPECT_FALSE(view.has_news(plain));
+  EXPECT_TRUE(view.has_news(looker));
+  EXPECT_THAT(view.news(plain), IsEmpty());
+  EXPECT_EQ(data_of(view.news(looker), "fold")["sequence"], 7);
+  EXPECT_FALSE(view.has_news(looker));
+  view.take("fold", "no JSON");
+  view.take("fold", std::string(1 << 19, ' ') + "{}");
+  EXPECT_FALSE(view.has_news(looker));
+  EXPECT_EQ(view.unread(), 2u);
+  view.forget_fold();
+  LiveView::Cursor next = LiveView::cursor(10);
+  next.wants_fold = true;
+  EXPECT_THAT(view.news(next), Not(HasSubstr("event: fold")));
+}
+
 }  // namespace
 }  // namespace splid

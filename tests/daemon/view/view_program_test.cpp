@@ -120,7 +120,8 @@ TEST_F(ViewProgram, ServesThePageItsFilesAndNothingElse) {
                     HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'"),
                     HasSubstr("frame-ancestors 'none'"), HasSubstr("nosniff"),
                     HasSubstr("Content-Type: text/html")));
-  for (const char* file : {"/view.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
+  for (const char* file :
+       {"/view.js", "/photons.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
     EXPECT_THAT(answer(request(file)), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("gzip")))
         << file;
   }
@@ -135,11 +136,11 @@ TEST_F(ViewProgram, TheWholePageIsSmallerThan150KilobytesAndLoadsNothingFromElse
   start_view();
   std::size_t bytes = 0;
   for (const char* file :
-       {"/", "/view.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
+       {"/", "/view.js", "/photons.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
     bytes += answer(request(file)).size();
   }
   EXPECT_LT(bytes, 150'000u);
-  for (const char* file : {"index.html", "view.js", "view.css"}) {
+  for (const char* file : {"index.html", "view.js", "photons.js", "view.css"}) {
     const std::string text =
         test::file_text(SPLID_SOURCE_DIR "/daemon/view/page/" + std::string(file));
     ASSERT_FALSE(text.empty());
@@ -172,6 +173,25 @@ TEST_F(ViewProgram, ShowsTheMessagesAsTheyWerePublished) {
   })) << frame;
   EXPECT_THAT(events_until(viewer, "event: status"), HasSubstr("event: status"));
   EXPECT_EQ(nlohmann::json::parse(frame)["schema"], "splid.frame");
+  end_view();
+}
+
+TEST_F(ViewProgram, AsksForThePicturesOfThePhotonsWhileSomebodyLooksAtThem) {
+  start_view();
+  Program daemon({"run", "--config", config(live)});
+  const LocalConnection viewer(port);
+  viewer.send(request("/events"));
+  EXPECT_THAT(events_until(viewer, "event: frame"), HasSubstr("event: frame"));
+  {
+    const LocalConnection looker(port);
+    looker.send(request("/events?seconds=10&fold=1"));
+    EXPECT_THAT(events_until(looker, "\"gain_nats\""),
+                HasSubstr("event: fold\ndata: {\"schema\":\"splid.fold\""));
+  }
+  // For longer than a second, which is how often the pictures would come.
+  std::string later;
+  for (int i = 0; i < 3; ++i) later += events_until(viewer, "event: status");
+  EXPECT_THAT(later, AllOf(HasSubstr("event: frame"), Not(HasSubstr("event: fold"))));
   end_view();
 }
 
