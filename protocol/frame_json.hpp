@@ -10,7 +10,7 @@
 namespace splid {
 
 // The `frame` message: what splid publishes of each frame, and its JSON
-// (docs/reference/messages.md). daemon/output/frame_message.hpp fills it from an estimate.
+// (docs/reference/messages.md). daemon/stream/frame_message.hpp fills it from an estimate.
 //
 // A value that is not known is absent, never zero. Distance and velocity are along the line of
 // sight, positive away from the lidar, at mid-frame.

@@ -1,9 +1,6 @@
-#include "drivers/replay/replay.hpp"
-
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -12,13 +9,12 @@
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/output_check.hpp"
-#include "daemon/recording/encoder_log.hpp"
 #include "daemon/recording/frame_log.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/stream/open_source.hpp"
-#include "drivers/encoder/encoder_source.hpp"
+#include "daemon/study/replay_frames.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 
@@ -98,30 +94,6 @@ void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   if (!other.empty()) spdlog::warn("{}", other);
 }
 
-// Whether a file of encoder counts has any counts. Beside a recording that was killed early, or was
-// made without an encoder, it may have none.
-bool holds_counts(const std::string& file) {
-  try {
-    return open_encoder_file(file) != nullptr;
-  } catch (const Error& error) {
-    spdlog::warn("no reference: {}", error.what());
-    return false;
-  }
-}
-
-// Chooses the encoder counts: the file that the command line names, or else the file beside the
-// recording, or else the configured file. Never a configured bridge, whose counts are of the
-// present and not of the time of the recording.
-void choose_encoder(const ReplayCommand& options, EncoderOptions& encoder) {
-  encoder.address.clear();
-  const std::string beside = encoder_file_of(options.recording);
-  if (!options.encoder.empty()) {
-    encoder.file = options.encoder;
-  } else if (std::filesystem::exists(beside) && holds_counts(beside)) {
-    encoder.file = beside;
-  }
-}
-
 // Null where no table is asked for.
 std::unique_ptr<FrameLog> open_table(const Config& config, const ReplayCommand& options) {
   if (options.output.empty()) return nullptr;
@@ -145,12 +117,7 @@ int replay(const ReplayCommand& options) {
   const StopSignals signals;
   const double speed = speed_of(options.speed);
   Config config = load_config_aloud(options.config);
-  auto source = std::make_unique<ReplayOptions>();
-  source->recording = options.recording;
-  source->speed = speed;
-  config.source = std::move(source);
-  config.source_driver = "replay";
-  choose_encoder(options, config.encoder);
+  read_from(options.recording, options.encoder, speed, config);
   DeviceMonitor device;
   std::unique_ptr<TagSource> recording = open_source(config, device.hears());
   warn_of_what_does_not_fit(config, options.recording);

@@ -12,9 +12,7 @@
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/output/device_monitor.hpp"
-#include "daemon/output/encoder_feed.hpp"
 #include "daemon/output/fold_feed.hpp"
-#include "daemon/output/frame_message.hpp"
 #include "daemon/output/liveness.hpp"
 #include "daemon/output/metrics.hpp"
 #include "daemon/output/publisher.hpp"
@@ -22,6 +20,8 @@
 #include "daemon/output/status_reporter.hpp"
 #include "daemon/output/stream_summary.hpp"
 #include "daemon/recording/recording_tap.hpp"
+#include "daemon/stream/encoder_feed.hpp"
+#include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/stream.hpp"
 
 // This room tells the world what comes of the streams. Who never saw it reads this header first,

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "daemon/output/frame_message.hpp"
+#include "daemon/stream/frame_message.hpp"
 
 namespace splid {
 namespace {

@@ -12,11 +12,6 @@
 
 namespace splid {
 
-// The file that keeps the encoder counts of a recording.
-inline std::string encoder_file_of(const std::string& recording) {
-  return recording + ".encoder.csv";
-}
-
 // Writes the encoder's counts, unchanged, into a file beside a recording.
 //
 // Threads: one. Errors: Error(Fault::device) where the file cannot be written; those of the

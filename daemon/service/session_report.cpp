@@ -6,17 +6,10 @@
 #include <cstddef>
 
 #include "daemon/base/text.hpp"
-#include "daemon/output/frame_message.hpp"
+#include "daemon/stream/frame_message.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
-namespace {
-
-// From so many syncs in a frame on there are plenty of them: a frame locks from three syncs that
-// agree.
-constexpr std::uint64_t plentiful_syncs = 16;
-
-}  // namespace
 
 std::string in_words(const FrameMessage& message) {
   std::string text =
@@ -47,15 +40,8 @@ std::string in_words(const StreamSummary& summary) {
 }
 
 void check_locked(const StreamSummary& summary) {
-  if (summary.frames == 0 || summary.locked_frames > 0) return;
-  if (summary.diagnosis) throw Error(Fault::data, in_words(*summary.diagnosis));
-  if (summary.tags.syncs >= plentiful_syncs * summary.frames) {
-    throw Error(Fault::data, "no frame could lock: there are " + grouped(summary.tags.syncs) +
-                                 " syncs, but they do not come at the pattern's period; give "
-                                 "pattern.file the pattern that was played");
-  }
-  spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync",
-               summary.tags.syncs, summary.frames);
+  check_locked({summary.frames, summary.locked_frames, summary.tags.syncs},
+               summary.diagnosis ? &*summary.diagnosis : nullptr);
 }
 
 void check_cost(const StreamSummary& summary, double threads) {

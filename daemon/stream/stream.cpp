@@ -13,10 +13,6 @@
 namespace splid {
 namespace {
 
-// Photons that the estimator has room for: 40 M/s in 50 ms, what the fastest taggers deliver. It
-// thins out fuller frames.
-constexpr std::size_t max_estimated_photons = std::size_t{1} << 21;
-
 // How long an estimation thread sleeps before it looks again whether a frame has come.
 constexpr std::chrono::milliseconds idle{100};
 

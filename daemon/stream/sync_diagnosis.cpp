@@ -1,11 +1,19 @@
 #include "daemon/stream/sync_diagnosis.hpp"
 
 #include <fmt/core.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 
+#include "daemon/base/text.hpp"
+#include "protocol/error.hpp"
+
 namespace splid {
 namespace {
+
+// From so many syncs in a frame on there are plenty of them: a frame locks from three syncs that
+// agree.
+constexpr std::uint64_t plentiful_syncs = 16;
 
 // How the syncs' period relates to the pattern's.
 std::string relation(double pattern_ps, double sync_ps) {
@@ -36,6 +44,18 @@ std::string in_words(const SyncDiagnosis& diagnosis) {
       "give the pattern that the generator plays at /pattern/file, or calibrate it",
       sync_ps * 1e-3, diagnosis.pattern_period_ps * 1e-3,
       relation(diagnosis.pattern_period_ps, sync_ps));
+}
+
+void check_locked(const LockCounts& counts, const SyncDiagnosis* diagnosis) {
+  if (counts.frames == 0 || counts.locked_frames > 0) return;
+  if (diagnosis != nullptr) throw Error(Fault::data, in_words(*diagnosis));
+  if (counts.syncs >= plentiful_syncs * counts.frames) {
+    throw Error(Fault::data, "no frame could lock: there are " + grouped(counts.syncs) +
+                                 " syncs, but they do not come at the pattern's period; give "
+                                 "pattern.file the pattern that was played");
+  }
+  spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync", counts.syncs,
+               counts.frames);
 }
 
 }  // namespace splid

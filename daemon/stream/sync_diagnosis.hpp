@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -16,5 +17,17 @@ struct SyncDiagnosis {
 
 // A sentence with both periods, how much they differ and what to do.
 std::string in_words(const SyncDiagnosis& diagnosis);
+
+// What a stream's frames came to, once it is over.
+struct LockCounts {
+  std::uint64_t frames = 0;
+  std::uint64_t locked_frames = 0;
+  std::uint64_t syncs = 0;
+};
+
+// Errors: Error(Fault::data) where there were plenty of syncs and no frame could lock to them, with
+// the diagnosis where there is one (may be null). Where there were few syncs, or none, the log has
+// a warning.
+void check_locked(const LockCounts& counts, const SyncDiagnosis* diagnosis);
 
 }  // namespace splid

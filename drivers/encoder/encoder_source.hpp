@@ -27,6 +27,11 @@ class EncoderSource {
   [[nodiscard]] virtual bool live() const = 0;
 };
 
+// The file that keeps the encoder counts of a recording.
+inline std::string encoder_file_of(const std::string& recording) {
+  return recording + ".encoder.csv";
+}
+
 // The counts of a file of lines (see EncoderBatch), which is read as counts are asked for.
 // Errors: Error(Fault::data) where it cannot be opened, or holds no counts.
 std::unique_ptr<EncoderSource> open_encoder_file(const std::string& file);

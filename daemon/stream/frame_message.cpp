@@ -1,4 +1,4 @@
-#include "daemon/output/frame_message.hpp"
+#include "daemon/stream/frame_message.hpp"
 
 #include <algorithm>
 
@@ -8,7 +8,7 @@ namespace splid {
 namespace {
 
 constexpr double ns_in_a_second = 1e9;
-constexpr double ps_per_ms = 1e9;
+constexpr double ps_in_a_ms = 1e9;
 constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_in_a_second / 2;
 
 // Chance that a signal photon goes unseen because the detector is dead from an earlier one.
@@ -120,7 +120,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   message.status = status_of(frame, estimate, context);
   message.mode = context.mode;
   message.start_ps = frame.start_ps;
-  message.duration_ms = static_cast<double>(frame.end_ps - frame.start_ps) / ps_per_ms;
+  message.duration_ms = static_cast<double>(frame.end_ps - frame.start_ps) / ps_in_a_ms;
   message.photons = frame.photons_ps.size();
   message.lost_tags = frame.lost_tags;
   message.uncounted_losses = frame.uncounted_losses;

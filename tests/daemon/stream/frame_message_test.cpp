@@ -1,4 +1,4 @@
-#include "daemon/output/frame_message.hpp"
+#include "daemon/stream/frame_message.hpp"
 
 #include <gtest/gtest.h>
 

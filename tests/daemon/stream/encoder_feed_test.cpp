@@ -1,4 +1,4 @@
-#include "daemon/output/encoder_feed.hpp"
+#include "daemon/stream/encoder_feed.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "config/config.hpp"
+#include "drivers/source.hpp"
+#include "protocol/frame_json.hpp"
+
+namespace splid {
+
+// Frames of a recording for those who want them all and publish none.
+
+// Makes `recording` the source of a configuration, and chooses the encoder counts: the file
+// `counts`, if it is not empty, or else the file beside the recording, or else the configured file.
+// Never a configured bridge, whose counts are of the present and not of the time of the recording.
+// speed: as in ReplayOptions, where 0 is as fast as possible. Errors: none; where the file beside
+// the recording has no counts, the log says so.
+void read_from(const std::string& recording, const std::string& counts, double speed,
+               Config& config);
+
+// Takes each frame's message, in order.
+using TakeFrame = std::function<void(const FrameMessage&)>;
+// Asked between two frames, and at least twenty times a second. Returns false to end the stream.
+using GoOn = std::function<bool()>;
+
+// Measures a source from its begin to its end, as `splid replay` does: the same frames with the
+// same messages to the last bit, but for compute_ms and latency_ms. The configured source is asked
+// only for an encoder of its own.
+//
+// Threads: the caller's calls take() and go_on(), while those of a Stream measure. Errors: those of
+// Stream, of the source after all its frames were taken, and of open_encoder();
+// Error(Fault::data) where no frame could lock although syncs came; what take() and go_on() throw.
+void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
+                    const GoOn& go_on);
+
+}  // namespace splid
