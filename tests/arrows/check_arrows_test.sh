@@ -12,7 +12,7 @@ failed=0
 expect() {
   rm -rf "$tree"/*
   for folder in protocol estimator/fold estimator/search drivers/replay config daemon/base \
-    daemon/stream daemon/output;  do mkdir -p "$tree/$folder"; done
+    daemon/stream daemon/output python/src; do mkdir -p "$tree/$folder"; done
   printf '// a comment\n%s\n' "$3" >"$tree/$2"
   code=0
   said=$("$check" "$tree") || code=$?
@@ -36,6 +36,12 @@ expect 0 daemon/base/a.cpp '#include <zmq.hpp>'
 expect 0 daemon/output/a.cpp '#include "daemon/stream/a.hpp"'
 expect 0 estimator/a.cpp '#include "estimator/search/a.hpp"'
 
+expect 0 python/src/a.cpp '#include "daemon/stream/a.hpp"'
+expect 0 python/src/a.cpp '#include <pybind11/pybind11.h>'
+
+expect 1 python/src/a.cpp '#include "daemon/output/a.hpp"'
+expect 1 python/src/a.cpp '#include <zmq.hpp>'
+expect 1 daemon/stream/a.cpp '#include "python/src/a.hpp"'
 expect 1 daemon/stream/a.cpp '#include "daemon/output/a.hpp"'
 expect 1 daemon/base/a.cpp '#include "daemon/unknown/a.hpp"'
 expect 1 estimator/fold/a.cpp '#include "estimator/search/a.hpp"'

@@ -27,7 +27,7 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
       failed=1
     fi
   done <"$scratch/links"
-  grep -oE '`(protocol|estimator|drivers|config|daemon|tests|bench|scripts|systemd|docs)/[^` ]+`' \
+  grep -oE '`(protocol|estimator|drivers|config|daemon|python|tests|bench|scripts|systemd|docs)/[^` ]+`' \
     "$scratch/prose" | tr -d '`' | grep -E '[.][a-z0-9]+$' | grep -vE '[*]|[A-Z]{4}' >"$scratch/files" || true
   while read -r file; do
     if [ ! -e "$file" ]; then
@@ -38,11 +38,11 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
 done
 
 # And the other way round: every page that a source file sends its reader to is there.
-grep -rhoE 'docs/[A-Za-z0-9/_-]+[.](md|svg|json|1)' protocol estimator drivers config daemon tests \
+grep -rhoE 'docs/[A-Za-z0-9/_-]+[.](md|svg|json|1)' protocol estimator drivers config daemon python tests \
   bench scripts systemd README.md --exclude-dir=data --exclude-dir=corpus | sort -u >"$scratch/named"
 while read -r file; do
   if [ ! -e "$file" ]; then
-    echo "FAIL: $(grep -rlF "$file" protocol estimator drivers config daemon tests bench scripts \
+    echo "FAIL: $(grep -rlF "$file" protocol estimator drivers config daemon python tests bench scripts \
       systemd README.md | head -1) names $file, which is not there"
     failed=1
   fi

@@ -1,0 +1,80 @@
+"""splid.Estimator: the estimate of a frame's tags is that of the frame, and of nothing else."""
+
+import numpy as np
+import pytest
+
+import splid
+
+SAME = ("distance_m", "velocity_mps", "signal_per_pulse", "std_distance_m", "std_velocity_mps",
+        "std_signal_per_pulse", "significance", "range_odds_nats", "sync_period_ps",
+        "sync_drift_ppm", "sync_jitter_ps", "sync_count", "sync_missing", "sync_spurious",
+        "photons")
+
+
+def tags_of(recording):
+    tags = np.concatenate(list(splid.Recording(recording).tags()))
+    return (np.ascontiguousarray(tags["time_ps"][tags["kind"] == splid.Kind.PHOTON]),
+            np.ascontiguousarray(tags["time_ps"][tags["kind"] == splid.Kind.SYNC]))
+
+
+def inside(times_ps, start_ps, end_ps):
+    return times_ps[(times_ps >= start_ps) & (times_ps < end_ps)]
+
+
+def estimate_of(row, photons, syncs, estimator):
+    start = int(row["start_ps"])
+    end = start + round(float(row["duration_ms"]) * 1e9)
+    return estimator.estimate(inside(photons, start, end), inside(syncs, start, end), start, end)
+
+
+def test_the_same_tags_give_the_estimate_of_their_frame(interleaved):
+    recording, config = interleaved
+    photons, syncs = tags_of(recording)
+    table = splid.frames(recording, config)
+    estimator = splid.Estimator(config)
+    whole = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")]
+    assert len(whole) >= 3
+    found = [estimate_of(row, photons, syncs, estimator) for row in whole]
+    for one, row in zip(found, whole):
+        assert one.status == "ok"
+        for name in SAME:
+            std = row[f"std_{name}"] if f"std_{name}" in row.dtype.names else row[name]
+            assert abs(getattr(one, name) - row[name]) <= 1e-6 * abs(std), name
+    for one, row in zip(reversed(found), reversed(whole)):  # to the bit, in any order
+        again = estimate_of(row, photons, syncs, estimator)
+        for name in SAME:
+            assert getattr(again, name) == getattr(one, name), name
+
+
+def test_bounds_may_be_left_to_the_syncs(interleaved):
+    recording, config = interleaved
+    photons, syncs = tags_of(recording)
+    estimator = splid.Estimator(config)
+    found = estimator.estimate(photons, syncs[:1500])
+    start = int(syncs[0])
+    end = int(syncs[1499]) + round(float(np.median(np.diff(syncs[:1500]))))
+    told = estimator.estimate(inside(photons, start, end), syncs[:1500], start, end)
+    assert found.photons == told.photons
+    assert found.distance_m == told.distance_m
+    assert abs(found.distance_m - 284.5) < 0.1
+
+
+def test_without_syncs_nothing_is_invented(interleaved):
+    found = splid.Estimator(interleaved[1]).estimate(
+        np.zeros(0, np.int64), np.zeros(0, np.int64), 0, 10**10)
+    assert found.status == "no_sync"
+    assert np.isnan(found.distance_m)
+    assert np.isnan(found.sync_period_ps)
+
+
+def test_tags_outside_of_the_frame_are_refused(interleaved):
+    estimator = splid.Estimator(interleaved[1])
+    with pytest.raises(splid.UsageError, match=r"photons_ps\[1\] = 5000"):
+        estimator.estimate(np.array([1, 5000]), np.array([1, 2]), 0, 5000)
+    with pytest.raises(splid.UsageError, match="two are needed"):
+        estimator.estimate(np.array([1]), np.array([1]))
+
+
+def test_doubles_are_refused(interleaved):
+    with pytest.raises(TypeError):
+        splid.Estimator(interleaved[1]).estimate(np.array([1.5]), np.array([1, 2]), 0, 5000)
