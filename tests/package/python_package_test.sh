@@ -32,7 +32,7 @@ done
 
 cd "$scratch"
 PYTHONPATH=$scratch/root/usr/lib/python3/dist-packages "$2" -c '
-import splid
+import splid, splid.plots
 assert splid.__file__.startswith("'"$scratch"'"), splid.__file__
 config = splid.Config.from_dict({"source": {"driver": "simulator", "pace": "max"},
                                  "pattern": {"file": "interleaved-180-189.json"}})

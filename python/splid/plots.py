@@ -1,0 +1,357 @@
+"""Pictures of frames, tradeoffs, calibrations and studies, by matplotlib.
+
+Every function draws into a new figure and returns it; `figure.savefig("run.png")` writes it, and a
+notebook shows it. Measured values are drawn unchanged: nothing is smoothed or left out, but values
+that are not known and those that a logarithmic axis has no place for.
+
+    python3 -m splid.plots run scene.ptu scene.json run.svg
+    python3 -m splid.plots tradeoff tradeoff.csv tradeoff.svg
+    python3 -m splid.plots calibration pattern.json pulse.svg
+    python3 -m splid.plots study results.csv fig2 fig2.svg
+
+ImportError without matplotlib.
+"""
+
+import csv
+import math
+import os
+import pathlib
+import sys
+from collections.abc import Iterable
+from typing import Any, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from splid import _splid
+from splid._frames import frames
+from splid._pattern import Pattern
+from splid._scene import Truth
+from splid._studies import Calibration
+
+AnyPath = Union["os.PathLike[str]", str]
+Rows = list[dict[str, str]]
+
+# Colours that eyes which see fewer colours tell apart too (Okabe and Ito).
+_BLUE, _ORANGE, _GREEN, _PURPLE, _GREY = "#0072b2", "#d55e00", "#009e73", "#cc3f8e", "#555555"
+_MODES = {"baseline": _GREY, "ambiguous": "#e69f00", "mrr": _PURPLE, "random": _BLUE,
+          "interleaved": _GREEN}
+
+
+def _figure(panels: int, title: str, height: float = 2.3) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(8.6, 0.6 + height * panels), layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    return figure, [figure.add_subplot(panels, 1, k + 1) for k in range(panels)]
+
+
+def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
+    """A run: distance and velocity of the valid frames of a table against time (s).
+
+    table: rows of FRAME. truth: of the scene, if it is known; then two more panels show the errors
+    (mm, cm/s) in a band of two published standard deviations. Without it each frame has a bar of
+    one standard deviation.
+
+    Errors: ValueError for a table without a valid frame.
+    """
+    good = table[table["valid"]]
+    if len(good) == 0:
+        raise ValueError(f"table: none of its {len(table)} frames is valid; look at its status")
+    middle_ps = good["start_ps"] + np.rint(good["duration_ms"] * 0.5e9).astype(np.int64)
+    seconds = (middle_ps - table["start_ps"][0]) * 1e-12
+    values = [("distance", "m", "mm", 1e3), ("velocity", "m/s", "cm/s", 1e2)]
+    names = ["distance_m", "velocity_mps"]
+    figure, panels = _figure(2 if truth is None else 4, f"{len(good)} of {len(table)} frames valid")
+    true = None if truth is None else truth.at(middle_ps)
+    for k, (what, unit, small, factor) in enumerate(values):
+        found, std = good[names[k]], good[f"std_{names[k]}"]
+        axes = panels[k if true is None else 2 * k]
+        axes.set_ylabel(f"{what} ({unit})")
+        if true is None:
+            axes.errorbar(seconds, found, yerr=np.nan_to_num(std), fmt=".", color=_BLUE,
+                          markersize=3, elinewidth=0.6)
+            continue
+        axes.plot(seconds, true[k], color=_ORANGE, linewidth=1.2, label="truth")
+        axes.plot(seconds, found, ".", color=_BLUE, markersize=3, label="measured")
+        axes.legend(loc="best", fontsize="small")
+        errors = panels[2 * k + 1]
+        errors.fill_between(seconds, -2 * factor * std, 2 * factor * std, color=_BLUE, alpha=0.2,
+                            linewidth=0, label="two published deviations")
+        errors.plot(seconds, factor * (found - true[k]), ".", color=_BLUE, markersize=3)
+        errors.set_ylabel(f"error of {what} ({small})")
+        errors.legend(loc="best", fontsize="small")
+    panels[-1].set_xlabel("time from the first frame (s)")
+    return figure
+
+
+def calibration(made: "Union[Calibration, Pattern]", sigma_ps: Optional[float] = None) -> Figure:
+    """A calibration: the pulse's shape on a linear and on a logarithmic axis (density per ns
+    against the offset from the pulse's time), and the amplitude of each pulse.
+
+    made: what calibrate() returns, whose photons are drawn with their noise of one standard
+    deviation, or only its pattern. sigma_ps: also draws a gaussian of this width.
+
+    Errors: ValueError for a pattern that no calibration made.
+    """
+    pattern = made if isinstance(made, Pattern) else made.pattern
+    shape = pattern.pulse
+    if shape is None:
+        raise ValueError("made: the pattern has no pulse shape; calibrate() finds one")
+    density = np.asarray(shape["density"])
+    density = density * 1e3 / (density.sum() * shape["step_ps"])  # of integral 1, per ns
+    offset_ps = shape["first_ps"] + shape["step_ps"] * np.arange(len(density))
+    figure, panels = _figure(3, f"{pattern.pulses} pulses in {pattern.period_ps / 1e3:g} ns")
+    for axes in panels[:2]:
+        if isinstance(made, Calibration):
+            _draw_photons(axes, made.photons, offset_ps)
+        axes.plot(offset_ps, density, color=_ORANGE, linewidth=1.2, label="calibrated shape")
+        if sigma_ps is not None:
+            peak = 1e3 / (sigma_ps * math.sqrt(2 * math.pi))
+            axes.plot(offset_ps, peak * np.exp(-0.5 * (offset_ps / sigma_ps) ** 2), "--",
+                      color=_GREY, linewidth=1, label=f"gaussian of {sigma_ps:g} ps")
+        axes.set_ylabel("density (1/ns)")
+        axes.set_xlabel("after the pulse's time (ps)")
+    panels[0].legend(loc="best", fontsize="small")
+    panels[1].set_yscale("log")
+    panels[1].set_ylim(1e-4 * density.max(), 2 * density.max())
+    panels[2].vlines(pattern.pulse_times_ps / 1e3, 0, pattern.amplitudes, color=_BLUE, linewidth=1)
+    panels[2].plot(pattern.pulse_times_ps / 1e3, pattern.amplitudes, ".", color=_BLUE)
+    panels[2].set_ylim(bottom=0)
+    panels[2].set_xlabel("pulse's time in the pattern period (ns)")
+    panels[2].set_ylabel("relative amplitude")
+    return figure
+
+
+def _draw_photons(axes: Axes, photons: dict[str, npt.NDArray[np.float64]],
+                  shape_ps: npt.NDArray[np.float64]) -> None:
+    margin_ps = 0.2 * (shape_ps[-1] - shape_ps[0])
+    at_ps = photons["offset_ps"]
+    near = (at_ps > shape_ps[0] - margin_ps) & (at_ps < shape_ps[-1] + margin_ps)
+    axes.errorbar(at_ps[near], photons["density_per_ns"][near], yerr=photons["std_per_ns"][near],
+                  fmt=".", color=_BLUE, markersize=3, elinewidth=0.6,
+                  label="photons of all pulses")
+
+
+def tradeoff(table: AnyPath) -> Figure:
+    """A tradeoff: RMSE of distance and velocity against the processor time for a frame, and the
+    frames that are lost.
+
+    table: the file of `splid tradeoff --csv`. A curve is a setting of the estimator; its points are
+    frame lengths, with an uncertainty of one standard deviation, 1/sqrt(2 n). Level lines are the
+    bound of Cramer and Rao; a ring is around each length's knee.
+
+    Errors: OSError; ValueError for a file that is no such table, with the column it lacks.
+    """
+    rows = _read(table, ("method", "effort", "tracked", "length_ms", "compute_ms_p50", "frames",
+                         "compared", "wrong_peaks", "no_value", "knee", "distance_rmse_m",
+                         "distance_bound_m", "velocity_rmse_mps", "velocity_bound_mps"))
+    figure, panels = _figure(3, "What a frame costs, and what it is worth", 2.7)
+    settings: dict[str, Rows] = {}
+    for row in rows:
+        settings.setdefault(_setting(row), []).append(row)
+    for name, points in settings.items():
+        cost_ms = _column(points, "compute_ms_p50")
+        for axes, column, factor in ((panels[0], "distance_rmse_m", 1e3),
+                                     (panels[1], "velocity_rmse_mps", 1e2)):
+            _draw_setting(axes, name, points, factor * _column(points, column), cost_ms)
+        lost = 100 * (_column(points, "wrong_peaks") + _column(points, "no_value"))
+        panels[2].plot(cost_ms, lost / _column(points, "frames"), ".-", label=name, linewidth=0.8)
+    _draw_bounds(panels[0], rows, "distance_bound_m", 1e3)
+    _draw_bounds(panels[1], rows, "velocity_bound_mps", 1e2)
+    labels = ("RMSE of distance (mm)", "RMSE of velocity (cm/s)", "wrong or missing frames (%)")
+    for axes, label in zip(panels, labels):
+        axes.set_ylabel(label)
+        axes.set_xscale("log")
+    for axes in panels[:2]:
+        axes.set_yscale("log")
+    panels[0].legend(loc="best", fontsize="x-small", ncols=2)
+    panels[-1].set_xlabel("processor time for a frame, median (ms); points: frame lengths")
+    return figure
+
+
+def _setting(row: dict[str, str]) -> str:
+    if row["method"] == "paper":
+        return "[P]'s method"
+    return row["effort"] + (", tracked" if row["tracked"] == "true" else "")
+
+
+def _draw_setting(axes: Axes, name: str, points: Rows, rmse: npt.NDArray[np.float64],
+                  cost_ms: npt.NDArray[np.float64]) -> None:
+    errors = np.maximum(1, _column(points, "compared") - _column(points, "wrong_peaks"))
+    drawn = axes.errorbar(cost_ms, rmse, yerr=rmse / np.sqrt(2 * errors), fmt=".-", label=name,
+                          linewidth=0.8, elinewidth=0.6)
+    for row, x, y in zip(points, cost_ms, rmse):
+        if not math.isfinite(y):
+            continue
+        axes.annotate(f"{float(row['length_ms']):g} ms", (x, y), xytext=(4, 3),
+                      textcoords="offset points", fontsize="xx-small")
+        if row["knee"] == "true":
+            axes.plot([x], [y], "o", markersize=9, fillstyle="none", color=drawn[0].get_color())
+
+
+def _draw_bounds(axes: Axes, rows: Rows, column: str, factor: float) -> None:
+    label: Optional[str] = "Cramer-Rao bound"
+    for length in sorted({row["length_ms"] for row in rows}, key=float):
+        same = [row for row in rows if row["length_ms"] == length]
+        bound = factor * np.nanmax(_column(same, column), initial=-math.inf)
+        if math.isfinite(bound):
+            cost_ms = _column(same, "compute_ms_p50")
+            axes.hlines(bound, cost_ms.min(), cost_ms.max(), colors=_GREY, linestyles="--",
+                        linewidth=0.8, label=label)
+            label = None
+
+
+# A study's name -> its column on the horizontal axis, the axis' title, and whether it is
+# logarithmic.
+_BACKGROUND = ("background_per_ns", "background (counts/ns)", True)
+_LENGTH = ("length_ms", "frame length (ms)", True)
+_VELOCITY = ("velocity_mps", "velocity (m/s)", False)
+STUDIES: dict[str, tuple[str, str, bool]] = {
+    "fig2": _BACKGROUND, "fig3": _LENGTH, "fig4": _VELOCITY, "fig4-10ms": _VELOCITY,
+    "fig5": _BACKGROUND, "fig9": _LENGTH,
+    "experiment": ("signal_per_pulse", "signal (counts/pulse)", True),
+}
+"""The studies of bench/studies, and the axis of each."""
+
+_QUANTITIES = (("delay_ns", "delay", "ps", 1e3), ("velocity_mps", "velocity", "m/s", 1.0),
+               ("signal_per_pulse", "signal", "counts/pulse", 1.0),
+               ("background_per_ns", "background", "counts/ns", 1.0))
+_MARKERS = {"search": ("o", "full", "search"), "paper": ("s", "none", "[P]'s method"),
+            "wang": ("^", "none", "[P]'s method with Wang's CRT")}
+_MOST_LOST = 0.01  # of the frames, by chance: where more are lost, the photons do not decide
+
+
+def study(results: "Union[AnyPath, Iterable[AnyPath]]", name: str) -> Figure:
+    """A study's figure: RMSE against the bound of Cramer and Rao for the four values, and the share
+    of frames on a wrong peak or without a value.
+
+    results: one file of bench/studies/results or several. name: of STUDIES. Lines are bounds,
+    markers are measured, with one standard deviation, where the photons decide (chance_lost below
+    0.01) and two frames or more were right. Source: [P] Figs. 2 to 5 and 9; docs/evidence/
+    accuracy.md.
+
+    Errors: OSError; ValueError for another name, and for files without results of that study.
+    """
+    if name not in STUDIES:
+        raise ValueError(f"name: {name!r} was given, but one of {', '.join(STUDIES)} is expected")
+    files = [results] if isinstance(results, (str, os.PathLike)) else list(results)
+    column, title, logarithmic = STUDIES[name]
+    rows = [row for file in files for row in _read(file, ("study", "mode", "estimator", column))
+            if row["study"] == name]
+    if not rows:
+        raise ValueError(f"results: no row of {', '.join(map(str, files))} is of the study {name}")
+    figure, panels = _figure(5, f"Study {name}: lines are bounds, markers are measured")
+    lines: dict[tuple[str, str], Rows] = {}
+    for row in rows:
+        lines.setdefault((row["mode"], row["estimator"]), []).append(row)
+    for (mode, estimator), points in lines.items():
+        at = [0.0 if row[column] == "any" else float(row[column]) for row in points]
+        order = np.argsort(at, kind="stable")
+        points = [points[k] for k in order]
+        x = np.array(at)[order]
+        for axes, quantity in zip(panels, _QUANTITIES):
+            _draw_rmse(axes, points, x, mode, estimator, quantity[0], quantity[3])
+        _draw_lost(panels[-1], points, x, mode, estimator)
+    for axes, (_, what, unit, _) in zip(panels, _QUANTITIES):
+        axes.set_ylabel(f"RMSE of {what}\n({unit})")
+        axes.set_yscale("log")
+    panels[-1].set_ylabel("lost frames (%)")
+    panels[-1].set_ylim(-2, 102)
+    for axes in panels:
+        axes.set_xscale("log" if logarithmic else "linear")
+    panels[-1].set_xlabel(title)
+    panels[0].legend(*panels[-1].get_legend_handles_labels(), loc="lower center",
+                     bbox_to_anchor=(0.5, 1.0), fontsize="x-small", ncols=4)
+    return figure
+
+
+def _draw_rmse(axes: Axes, points: Rows, x: npt.NDArray[np.float64], mode: str, estimator: str,
+               name: str, factor: float) -> None:
+    if estimator == "search":
+        axes.plot(x, factor * _column(points, f"crb_{name}"), "-", color=_MODES[mode],
+                  linewidth=0.9)
+    trials, none, wrong = (_column(points, kind) for kind in ("trials", "no_value", "wrong"))
+    right = trials - none - wrong
+    decided = (_column(points, "chance_lost") < _MOST_LOST) & (right >= 2)
+    rmse = factor * _column(points, f"rmse_{name}")[decided]
+    marker, fill, _ = _MARKERS[estimator]
+    axes.errorbar(x[decided], rmse, yerr=rmse / np.sqrt(2 * right[decided]), fmt=marker,
+                  fillstyle=fill, color=_MODES[mode], markersize=4, elinewidth=0.8)
+
+
+def _draw_lost(axes: Axes, points: Rows, x: npt.NDArray[np.float64], mode: str,
+               estimator: str) -> None:
+    lost = _column(points, "no_value") + _column(points, "wrong")
+    share, error = _share(lost, _column(points, "trials"))
+    marker, fill, label = _MARKERS[estimator]
+    axes.errorbar(x, 100 * share, yerr=100 * error, fmt=marker + "-", fillstyle=fill,
+                  color=_MODES[mode], markersize=4, linewidth=0.6, elinewidth=0.8,
+                  label=f"{mode}, {label}")
+
+
+def _share(hits: npt.NDArray[np.float64], trials: npt.NDArray[np.float64]
+           ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """A share, and how far its interval of 95 % reaches below and above it (Wilson 1927)."""
+    z = 1.959964
+    share = hits / trials
+    middle = (share + z * z / (2 * trials)) / (1 + z * z / trials)
+    half = z / (1 + z * z / trials) * np.sqrt(
+        share * (1 - share) / trials + (z / (2 * trials)) ** 2)
+    return share, np.maximum(0, np.array([share - (middle - half), middle + half - share]))
+
+
+def _read(file: AnyPath, needed: Iterable[str]) -> Rows:
+    with open(file, newline="", encoding="utf-8") as text:
+        reader = csv.DictReader(text)
+        missing = [name for name in needed if name not in (reader.fieldnames or [])]
+        if missing:
+            raise ValueError(f"{os.fspath(file)}: has no column {missing[0]}; a table of `splid "
+                             "tradeoff --csv` or of bench/studies/results is expected")
+        return list(reader)
+
+
+def _column(rows: Rows, name: str) -> npt.NDArray[np.float64]:
+    """The numbers of a column; NaN where a field is empty."""
+    return np.array([float(row[name]) if row[name] else math.nan for row in rows])
+
+
+def _run_of(recording: str, config: str) -> Figure:
+    """A run of a recording, against the truth file if there is one beside it."""
+    truth = pathlib.Path(recording).with_suffix(".truth.json")
+    return run(frames(recording, config), Truth.read(truth) if truth.exists() else None)
+
+
+def main(arguments: list[str]) -> int:
+    """The command line: what to draw, its files, and last the picture to write.
+
+    Exit codes: those of the program, 0 done, 2 usage, 3 for a picture that cannot be written, 4
+    data.
+    """
+    makes = {("run", 4): lambda: _run_of(arguments[1], arguments[2]),
+             ("tradeoff", 3): lambda: tradeoff(arguments[1]),
+             ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
+             ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
+    make = makes.get((arguments[0] if arguments else "", len(arguments)))
+    if make is None:
+        print("usage: python3 -m splid.plots run RECORDING.ptu CONFIG.json PICTURE\n"
+              "       python3 -m splid.plots tradeoff TABLE.csv PICTURE\n"
+              "       python3 -m splid.plots calibration PATTERN.json PICTURE\n"
+              "       python3 -m splid.plots study RESULTS.csv[,MORE.csv] STUDY PICTURE",
+              file=sys.stderr)
+        return 2
+    try:
+        drawn = make()
+    except (ValueError, OSError, _splid.SplidError) as error:
+        print(f"splid.plots: {error}", file=sys.stderr)
+        return 4
+    try:
+        drawn.savefig(pathlib.Path(arguments[-1]))
+    except (ValueError, OSError) as error:
+        print(f"splid.plots: {arguments[-1]}: {error}", file=sys.stderr)
+        return 3
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

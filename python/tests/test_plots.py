@@ -1,0 +1,83 @@
+"""splid.plots: what is drawn is what is there, and what cannot be drawn says why."""
+
+import json
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import splid
+
+plots = pytest.importorskip("splid.plots")
+RESULTS = [ROOT / "bench" / "studies" / "results" / f"results-{name}.csv"
+           for name in ("search", "paper")]
+
+
+def drawn(axes):
+    """The points of the first line of an axes."""
+    return axes.get_lines()[0].get_xydata()
+
+
+def test_a_run_beside_its_truth(scene):
+    played = splid.simulate(scene, 0.3)
+    table = splid.frames(played.tags, scene)
+    panels = plots.run(table, played.truth).axes
+    assert len(panels) == 4
+    measured = panels[0].get_lines()[1].get_ydata()
+    assert np.array_equal(measured, table["distance_m"][table["valid"]])
+    errors_mm = panels[1].get_lines()[0].get_ydata()
+    assert 0 < np.abs(errors_mm).max() < 20
+    assert len(plots.run(table).axes) == 2
+
+
+def test_a_run_without_a_valid_frame_is_refused():
+    with pytest.raises(ValueError, match="none of its 3 frames is valid"):
+        plots.run(np.zeros(3, splid.FRAME))
+
+
+def test_a_tradeoff_of_the_program(program, scene, tmp_path):
+    config = tmp_path / "scene.json"
+    config.write_text(json.dumps({"schema": "splid.config", **scene}))
+    table = tmp_path / "tradeoff.csv"
+    done = program.run("tradeoff", "--config", config, "--frames", 12, "--lengths", "5,10", "--csv",
+                       table, "--plot", tmp_path / "tradeoff.svg")
+    assert done.returncode == 0, done.stderr
+    rows = table.read_text().splitlines()
+    panels = plots.tradeoff(table).axes
+    assert len(panels) == 3
+    points = sum(len(line.get_xdata()) for line in panels[2].get_lines())
+    assert points == len(rows) - 1
+    assert plots.main(["tradeoff", str(table), str(tmp_path / "again.svg")]) == 0
+    assert (tmp_path / "again.svg").read_text().count("<path") > points
+
+
+@pytest.mark.parametrize("name", sorted(plots.STUDIES))
+def test_every_study_that_has_results(name):
+    panels = plots.study(RESULTS, name).axes
+    assert len(panels) == 5
+    assert all(axes.has_data() for axes in panels)
+
+
+def test_a_study_shows_its_rows():
+    figure = plots.study(RESULTS[0], "fig2")
+    bounds_ps = drawn(figure.axes[0])
+    row = next(line.split(",") for line in RESULTS[0].read_text().splitlines()
+               if line.startswith("fig2,baseline,"))
+    names = RESULTS[0].read_text().splitlines()[0].split(",")
+    assert bounds_ps[0] == pytest.approx([float(row[names.index("background_per_ns")]),
+                                          1e3 * float(row[names.index("crb_delay_ns")])])
+
+
+def test_what_cannot_be_drawn_says_why(tmp_path, capsys):
+    table = tmp_path / "other.csv"
+    table.write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match="other.csv: has no column method"):
+        plots.tradeoff(table)
+    with pytest.raises(ValueError, match="one of fig2, fig3"):
+        plots.study(RESULTS, "fig7")
+    with pytest.raises(ValueError, match="no pulse shape"):
+        plots.calibration(splid.Pattern.periodic())
+    assert plots.main(["tradeoff", str(table), "picture.svg"]) == 4
+    assert plots.main(["tradeoff"]) == 2
+    assert "usage: python3 -m splid.plots" in capsys.readouterr().err
+    assert plots.main(["study", str(RESULTS[0]), "fig9", str(tmp_path / "no" / "a.svg")]) == 3
