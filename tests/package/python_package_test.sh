@@ -25,7 +25,7 @@ done
 if dpkg-deb --field "$package" Depends | grep -E 'libzmq|libsystemd|libhdf5|microhttpd'; then
   fail "it asks for what only the service needs"
 fi
-for file in copyright changelog.Debian.gz python.md; do
+for file in copyright changelog.Debian.gz python.md notebooks/recording.ipynb; do
   [ -f "$scratch/root/usr/share/doc/python3-splid/$file" ] || fail "it has no $file"
 done
 [ -d "$scratch/root/usr/lib/python3/dist-packages/splid/patterns" ] || fail "it has no patterns"
