@@ -20,6 +20,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any, Optional, Union
 
+import matplotlib
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -345,8 +346,12 @@ def main(arguments: list[str]) -> int:
     except (ValueError, OSError, _splid.SplidError) as error:
         print(f"splid.plots: {error}", file=sys.stderr)
         return 4
+    picture = pathlib.Path(arguments[-1])
+    # The same picture has the same bytes, in SVG too, whose text stays text.
+    told = {"metadata": {"Date": None}} if picture.suffix == ".svg" else {}
     try:
-        drawn.savefig(pathlib.Path(arguments[-1]))
+        with matplotlib.rc_context({"svg.hashsalt": "splid", "svg.fonttype": "none"}):
+            drawn.savefig(picture, **told)
     except (ValueError, OSError) as error:
         print(f"splid.plots: {arguments[-1]}: {error}", file=sys.stderr)
         return 3

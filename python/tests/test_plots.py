@@ -48,7 +48,20 @@ def test_a_tradeoff_of_the_program(program, scene, tmp_path):
     points = sum(len(line.get_xdata()) for line in panels[2].get_lines())
     assert points == len(rows) - 1
     assert plots.main(["tradeoff", str(table), str(tmp_path / "again.svg")]) == 0
-    assert (tmp_path / "again.svg").read_text().count("<path") > points
+    assert (tmp_path / "again.svg").read_text().count("<use") > points
+
+
+def test_a_run_from_the_command_line(program, scene, tmp_path):
+    config = tmp_path / "scene.json"
+    config.write_text(json.dumps({"schema": "splid.config", **scene}))
+    recording = tmp_path / "scene.ptu"
+    done = program.run("simulate", "--config", config, "--seconds", 0.1, "--output", recording)
+    assert done.returncode == 0, done.stderr
+    pictures = [tmp_path / "one.svg", tmp_path / "two.svg"]
+    for picture in pictures:
+        assert plots.main(["run", str(recording), str(config), str(picture)]) == 0
+    assert "error of distance" in pictures[0].read_text()  # the truth is beside the recording
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
 
 
 @pytest.mark.parametrize("name", sorted(plots.STUDIES))
