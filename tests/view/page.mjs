@@ -1,0 +1,314 @@
+// The live page in a real browser. scripts/test-view runs this.
+import {readFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {spawn} from 'node:child_process';
+import http from 'node:http';
+import {join} from 'node:path';
+import {Program, check, configuration, expect, finish, folder, new_browser, new_endpoint, open_page, pause,
+  run_to_end, shows, source, text_of, until, value_of} from './harness.mjs';
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const screenshots = process.env.SCREENSHOTS;
+const endpoint = new_endpoint();
+const browser = await new_browser();
+const demo = new Program('demo', '--endpoint', endpoint, '--http', '127.0.0.1:*');
+const url = await demo.url();
+const listener = new Program('listen', '--endpoint', endpoint, '--json', 'frame');
+
+const frames_heard = () => new Map(listener.out.split('\n').filter((line) => line.endsWith('}'))
+  .map((line) => JSON.parse(line)).map((frame) => [frame.sequence, frame]));
+
+// Tall enough for all charts: what is out of sight is not drawn.
+const page = await open_page(browser, url, {height: 2600});
+await shows(page, 'the first frame', () => document.body.dataset.sequence !== undefined);
+
+await check('values on the page equal the messages', async () => {
+  const seen = new Map();
+  await until('twenty frames were shown', async () => {
+    const [sequence, values] = await page.evaluate(() => {
+      const ids = ['distance', 'distance-std', 'velocity', 'velocity-std', 'significance', 'sbr', 'frame-status', 'frame-note'];
+      return [Number(document.body.dataset.sequence), ids.map((id) => document.getElementById(id).dataset.value)];
+    });
+    seen.set(sequence, values);
+    return seen.size >= 20;
+  });
+  await until('the listener has them all', () => Math.max(...frames_heard().keys()) >= Math.max(...seen.keys()));
+  const heard = frames_heard();
+  let compared = 0;
+  for (const [sequence, values] of seen) {
+    const frame = heard.get(sequence);
+    if (!frame) continue;  // from before the listener came
+    const expected = [frame.distance_m, frame.std?.distance_m, frame.velocity_mps, frame.std?.velocity_mps,
+      frame.significance, frame.valid ? frame.sbr : undefined, frame.status, frame.photons]
+      .map((value) => (value === undefined ? undefined : String(value)));
+    expect(JSON.stringify(values) === JSON.stringify(expected), `frame ${sequence}: ${values} instead of ${expected}`);
+    ++compared;
+  }
+  expect(compared >= 15, `only ${compared} frames were compared`);
+});
+
+await check('every chart draws, and shows its last value with its unit', async () => {
+  await shows(page, 'all readouts', () => [...document.querySelectorAll('#charts .readout')].length === 9 &&
+    [...document.querySelectorAll('#charts .readout')].every((line) => /\d/.test(line.textContent)));
+  const drawn = await page.evaluate(() => Number(document.body.dataset.drawn));
+  await shows(page, 'more pictures', (before) => Number(document.body.dataset.drawn) > before + 5, drawn);
+});
+
+await check('pause holds the picture still, and goes on with the newest', async () => {
+  await page.keyboard.press(' ');
+  await pause(200);
+  const held = await page.evaluate(() => document.body.dataset.sequence);
+  await pause(500);
+  expect(held === await page.evaluate(() => document.body.dataset.sequence), 'a frame was shown in the pause');
+  await page.keyboard.press(' ');
+  await shows(page, 'newer frames', (before) => Number(document.body.dataset.sequence) > Number(before) + 5, held);
+});
+
+await check('dragging zooms all charts, and escape leads back', async () => {
+  const box = await (await page.$('.chart.main .plot')).boundingBox();
+  await page.mouse.move(box.x + box.width * 0.5, box.y + 40);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.8, box.y + 45, {steps: 5});
+  await page.mouse.up();
+  await shows(page, 'a zoom', () => shown.zoom !== null && !document.getElementById('whole').disabled);
+  await shows(page, 'the same time in all charts', () =>
+    charts.every((chart) => chart.graph.xAxisRange().join() === shown.zoom.join()));
+  await page.keyboard.press('Escape');
+  await shows(page, 'the whole time', () => shown.zoom === null);
+});
+
+await check('the table has what the charts show', async () => {
+  const lines = (await page.evaluate(() => table())).trim().split('\n');
+  const head = lines[0].split(',');
+  expect(head[0] === 'time_utc' && head.includes('distance_low'), lines[0]);
+  const distance = Number(lines.at(-1).split(',')[head.indexOf('distance')]);
+  expect(distance > 280 && distance < 290, `the last distance is ${distance} m`);
+});
+
+await check('no picture of photons is made until somebody looks, and then all three', async () => {
+  expect(await page.evaluate(() => photons.fold === null && document.getElementById('pictures').hidden), 'asked for early');
+  await page.click('#photons');
+  await shows(page, 'a fold', () => photons.fold && photons.fold.plane);
+  const fold = await page.evaluate(() => photons.fold);
+  expect(fold.stack.counts.length === 200 && fold.period.counts.length === 1024 && fold.plane.gain_nats.length === 4096,
+    'the pictures have other sizes');
+  expect(Number(await value_of(page, 'fold-note')) === fold.sequence || await page.evaluate(() => photons.fold.sequence) > fold.sequence,
+    'the note names another frame');
+  for (const id of ['stack', 'period', 'plane']) {
+    const colours = await page.$eval(`#${id}`, (canvas) => new Set(
+      new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer)).size);
+    expect(colours > 10, `${id} has ${colours} colours`);
+  }
+  const box = await (await page.$('#plane')).boundingBox();
+  await page.mouse.move(box.x + box.width / 2 + 15, box.y + box.height / 2 - 15);
+  await shows(page, 'a value under the cursor', () => /mm, .* m\/s: .* nats/.test(document.getElementById('plane-readout').textContent));
+});
+
+// On a page of its own: what axe itself does to a page is no fault of the page.
+async function accessibility(dark) {
+  const one = await open_page(browser, url, {dark});
+  await one.click('#photons');
+  await shows(one, 'a fold', () => photons.fold && photons.fold.plane);
+  await one.evaluate(axe);
+  const result = await one.evaluate(() => window.axe.run(document, {resultTypes: ['violations']}));
+  const bad = result.violations.filter(({impact}) => ['serious', 'critical'].includes(impact))
+    .map(({id, nodes}) => `${id}: ${nodes.map(({target}) => target).join(' ')}`);
+  await one.close();
+  expect(bad.length === 0, bad.join('; '));
+}
+await check('accessible in light', () => accessibility(false));
+await check('accessible in dark', () => accessibility(true));
+
+await check('everything that is pressed can be pressed by keyboard', async () => {
+  const reached = new Set();
+  for (let i = 0; i < 40; ++i) {
+    await page.keyboard.press('Tab');
+    reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.dataset.seconds));
+  }
+  for (const id of ['10', '3600', 'pause', 'csv', 'tone', 'bigger', 'photons', 'theme']) {
+    expect(reached.has(id), `${id} was not reached: ${[...reached]}`);
+  }
+  await page.focus('#bigger');
+  await page.keyboard.press('Enter');
+  expect(await page.evaluate(() => document.body.classList.contains('aligning')), 'Enter does not press');
+  await page.keyboard.press('a');
+  expect(await page.evaluate(() => !document.body.classList.contains('aligning')), 'key a does not toggle');
+});
+
+if (screenshots) {
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
+  await shows(page, 'twenty seconds of frames', () => Number(document.body.dataset.sequence) > 400);
+  await page.evaluate(() => set_seconds(30));
+  for (const [name, width, height, dark] of [['phone', 390, 844, false], ['desk', 1280, 900, false], ['wall', 1920, 1080, true]]) {
+    await page.setViewport({width, height});
+    await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: dark ? 'dark' : 'light'}]);
+    await page.evaluate(() => scrollTo(0, 0));
+    await pause(3000);
+    await page.screenshot({path: join(screenshots, `view-${name}.png`), type: 'png'});
+  }
+}
+
+await check('ten viewers at once see the same', async () => {
+  const pages = [];
+  for (let i = 0; i < 10; ++i) {
+    // As of ten browsers: one of them opens six connections to a server at most.
+    pages.push(await open_page(await browser.createBrowserContext(), url, {width: 800, height: 600}));
+  }
+  for (const one of pages) await shows(one, 'frames', () => Number(document.body.dataset.sequence) > 0);
+  const newest = Math.max(...await Promise.all(pages.map((one) => one.evaluate(() => Number(document.body.dataset.sequence)))));
+  for (const one of pages) await shows(one, 'what another has seen', (frame) => Number(document.body.dataset.sequence) >= frame, newest);
+  await shows(page, 'eleven viewers', () => document.getElementById('viewers').textContent.startsWith('11 '));
+  for (const one of pages) {
+    expect(one.faults.length === 0, one.faults.join('; '));
+    await one.browserContext().close();
+  }
+  await shows(page, 'one viewer', () => document.getElementById('viewers').textContent.startsWith('1 viewer'));
+});
+
+await check('a viewer that reads nothing costs the others nothing', async () => {
+  const slow = [];
+  for (let i = 0; i < 5; ++i) slow.push(await new Promise((done) => http.get(`${url}events`, (answer) => { answer.pause(); done(answer); })));
+  const before = await page.evaluate(() => Number(document.body.dataset.sequence));
+  await shows(page, 'a hundred more frames', (first) => Number(document.body.dataset.sequence) > first + 100, before);
+  for (const answer of slow) answer.destroy();
+});
+
+await check('a thousand connections come and go', async () => {
+  const before = demo.memory_mib('VmRSS');
+  const connect = () => new Promise((done, fail) => {
+    const request = http.get(`${url}events?seconds=10`, (answer) => {
+      answer.once('data', () => { request.destroy(); done(); });
+      answer.on('error', () => {});
+    });
+    request.on('error', (error) => (error.code === 'ECONNRESET' ? done() : fail(error)));
+  });
+  for (let i = 0; i < 100; ++i) await Promise.all(Array.from({length: 10}, connect));
+  await shows(page, 'one viewer', () => document.getElementById('viewers').textContent.startsWith('1 viewer'));
+  expect(demo.memory_mib('VmRSS') < before + 60, `${before} MiB became ${demo.memory_mib('VmRSS')} MiB`);
+});
+
+await check('nothing went wrong on the page, and it asked for nothing elsewhere', async () => {
+  expect(page.faults.length === 0, page.faults.join('; '));
+  expect(page.elsewhere.length === 0, page.elsewhere.join(' '));
+});
+await page.close();
+await listener.end();
+await check('the demonstration ends cleanly', async () => {
+  const code = await demo.end('SIGINT');
+  expect(code === 0, `exit code ${code}: ${demo.err}`);
+});
+
+const later = new_endpoint();
+const view = new Program('view', '--endpoint', later, '--http', '127.0.0.1:*');
+const follower = await open_page(browser, await view.url());
+const live = configuration('live.json', later, {driver: 'simulator', signal_per_pulse: 0.005, ambient_per_s: 2000});
+
+await check('a daemon that is not there yet, stops and comes back', async () => {
+  await shows(follower, 'trouble', () => document.getElementById('state').textContent === 'no connection');
+  for (let turn = 0; turn < 2; ++turn) {
+    const daemon = new Program('run', '--config', live);
+    await shows(follower, 'streaming', () => document.getElementById('state').textContent === 'streaming' &&
+      !document.body.classList.contains('old') && Number(document.body.dataset.sequence) > 3);
+    expect(await daemon.end() === 0, daemon.err);
+    await shows(follower, 'trouble', () => document.getElementById('state').textContent === 'no connection' &&
+      document.body.classList.contains('old'));
+    await follower.evaluate(() => { delete document.body.dataset.sequence; });
+  }
+});
+
+await check('a target that is lost and found again', async () => {
+  const steps = [[true, 'ok'], [false, 'no target'], [true, 'ok']];
+  for (const [bright, status] of steps) {
+    const daemon = new Program('run', '--config', configuration('step.json', later, {
+      driver: 'simulator', signal_per_pulse: bright ? 0.005 : 0, ambient_per_s: 2000,
+    }));
+    await shows(follower, status, (text) => document.getElementById('frame-status').textContent === text, status);
+    const distance = await text_of(follower, 'distance');
+    expect(bright ? /\d/.test(distance) : distance === '–', `${status} with the distance ${distance}`);
+    await daemon.end();
+  }
+});
+
+await check('a fault of the instrument is shown with its reason, and its recovery', async () => {
+  const address = `unix:${join(folder, 'instrument')}`;
+  const daemon = new Program('run', '--config', configuration('instrument.json', later, {driver: 'bridge', address},
+    {channels: {photon: [1], sync: '8', encoder: ''}}));
+  const waits = (words) => shows(follower, 'waiting for the instrument', (place) =>
+    document.getElementById('state').textContent === 'waiting for device' && document.body.textContent.includes(place), words);
+  for (let turn = 0; turn < 2; ++turn) {
+    await waits(address.slice(5));
+    await follower.evaluate(() => { delete document.body.dataset.sequence; });
+    const instrument = Program.of('/usr/bin/python3', join(source, 'tests/view/instrument.py'), address);
+    await shows(follower, 'frames', () => document.getElementById('state').textContent === 'streaming' &&
+      document.body.dataset.sequence !== undefined);
+    await instrument.end('SIGKILL');
+  }
+  await waits(address.slice(5));
+  expect(await daemon.end() === 0, daemon.err);
+});
+
+await check('a replay is shown as it was recorded', async () => {
+  const scene = configuration('scene.json', later, {driver: 'simulator', signal_per_pulse: 0.005, ambient_per_s: 2000});
+  const recording = join(folder, 'scene.ptu');
+  run_to_end('simulate', '--config', scene, '--seconds', '3', '--output', recording);
+  const replay = new Program('replay', recording, '--config', scene, '--speed', '1', '--json');
+  await shows(follower, 'the last frame', () => Number(document.body.dataset.sequence) >= 55);
+  await replay.ended;
+  const [sequence, distance] = await follower.evaluate(() => [Number(document.body.dataset.sequence),
+    document.getElementById('distance').dataset.value]);
+  const frame = replay.out.trim().split('\n').map((line) => JSON.parse(line)).find((one) => one.sequence === sequence);
+  expect(String(frame.distance_m) === distance, `${distance} m on the page, ${frame.distance_m} m in the replay`);
+});
+
+await check('very many frames take no more memory than a few', async () => {
+  const fast = configuration('fast.json', later, {
+    driver: 'simulator', pace: 'max', seconds: 200, signal_per_pulse: 0.005, ambient_per_s: 2000,
+  });
+  const daemon = new Program('run', '--config', fast);
+  await daemon.ended;
+  await shows(follower, 'what came last', () => Number(document.body.dataset.sequence) > 3000);
+  const rows = await follower.evaluate(() => shown.rows.length);
+  expect(rows <= 2000, `${rows} points a series`);
+  const {JSHeapUsedSize} = await follower.metrics();
+  expect(JSHeapUsedSize < 64 * 2 ** 20, `the page holds ${JSHeapUsedSize} bytes`);
+  expect(view.memory_mib('VmHWM') < 200, `the view took ${view.memory_mib('VmHWM')} MiB`);
+});
+
+if (process.env.LONG) {
+  await check("two days' worth of frames take no more memory than the first hour's", async () => {
+    const stored = new_endpoint();
+    const long_view = new Program('view', '--endpoint', stored, '--http', '127.0.0.1:*');
+    const long_page = await open_page(browser, await long_view.url());
+    await long_page.evaluate(() => set_seconds(3600));
+    const heap_mib = async () => (await long_page.metrics()).JSHeapUsedSize / 2 ** 20;
+    const publisher = spawn('/usr/bin/python3', [join(source, 'tests/view/two_days.py'), stored], {stdio: ['ignore', 'ignore', 'inherit']});
+    const ended = new Promise((done) => publisher.on('close', done));
+    await shows(long_page, 'the first hour', () => Number(document.body.dataset.sequence) > 72_000);
+    const first = {view: long_view.memory_mib('VmRSS'), page: await heap_mib()};
+    let most = 0;
+    const meter = setInterval(async () => { most = Math.max(most, await heap_mib()); }, 1000);
+    const code = await ended;
+    clearInterval(meter);
+    expect(code === 0, `the publisher ended with ${code}`);
+    await shows(long_page, 'the last frame', () => Number(document.body.dataset.sequence) === 3_455_999);
+    const rows = await long_page.evaluate(() => shown.rows.length);
+    expect(rows <= 2000, `${rows} points a series`);
+    console.log(`      view ${first.view.toFixed(0)} MiB after an hour, ${long_view.memory_mib('VmRSS').toFixed(0)} after two days, ` +
+      `at most ${long_view.memory_mib('VmHWM').toFixed(0)}; page ${first.page.toFixed(0)} MiB, at most ${most.toFixed(0)}`);
+    expect(long_view.memory_mib('VmHWM') < first.view + 32, `the view took ${long_view.memory_mib('VmHWM')} MiB`);
+    expect(most < first.page + 64, `the page took ${most} MiB`);
+    await long_page.close();
+    await long_view.end();
+  });
+}
+
+await check('a view that stops and comes back', async () => {
+  const place = new URL(await view.url()).host;
+  expect(await view.end() === 0, view.err);
+  await shows(follower, 'no view', () => document.getElementById('state').textContent === 'no view');
+  const again = new Program('view', '--endpoint', later, '--http', place);
+  await shows(follower, 'the view again', () => document.getElementById('state').textContent !== 'no view');
+  await again.end();
+});
+
+await finish(browser);
