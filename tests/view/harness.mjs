@@ -119,12 +119,15 @@ export async function check(name, run) {
   }
 }
 
-// noun: what was done, where no checks were.
-export async function finish(browser, noun) {
-  await browser?.close();
+// Ends every program and leaves no file behind.
+export async function end_all() {
   await Promise.all([...Program.all].map((program) => program.end('SIGKILL')));
   rmSync(folder, {recursive: true, force: true});
-  if (noun) process.exit(0);
+}
+
+export async function finish(browser) {
+  await browser?.close();
+  await end_all();
   console.log(`${passed} checks held, ${failed} did not`);
   process.exit(failed === 0 && passed > 0 ? 0 : 1);
 }
