@@ -16,7 +16,8 @@ namespace {
 
 // Reports the median and the 99th percentile of the thread's own time for a frame, beside the mean.
 void estimate(benchmark::State& state, const test::FrameMaker& made,
-              const EstimatorOptions& options = {}, const SceneOptions& scene = {}) {
+              const EstimatorOptions& options = {}, const SceneOptions& scene = {},
+              const DetectorOptions& detector = {}) {
   // So many frames show the spread, and are made in a second.
   const double expected = made.background_per_ns * made.length_ms * 1e6;
   const int frames_made = expected < 2e5 ? 64 : 4;
@@ -28,7 +29,8 @@ void estimate(benchmark::State& state, const test::FrameMaker& made,
     photons += static_cast<double>(frames.back().photons_ps.size()) / frames_made;
     most = std::max(most, frames.back().photons_ps.size());
   }
-  FrameEstimator estimator(made.pattern, {}, scene, options, made.length_ms, most);
+  FrameEstimator estimator(made.pattern, {}, scene, options, made.length_ms, most,
+                           ClockReference::tagger, detector);
   estimator.estimate(frames.front().view());
   std::vector<double> times_ms;
   TargetTrack track;
@@ -89,6 +91,30 @@ void without_background(benchmark::State& state) {
   estimate(state, made);
 }
 BENCHMARK(without_background)->Unit(benchmark::kMillisecond);
+
+// A dead time of half a nanosecond moves no value by 0.05 deviations, so that it is left out.
+void dead_time_left_out(benchmark::State& state) {
+  estimate(state, experiment(false), {}, {}, {.dead_time_ns = 0.5 * double(state.range(0))});
+}
+BENCHMARK(dead_time_left_out)->ArgName("known")->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+
+// What it costs to model a dead time: frames of a detector that is blind for 50 ns.
+void dead_time_modelled(benchmark::State& state) {
+  test::FrameMaker made = experiment(false);
+  made.dead_time_ns = 50;
+  estimate(state, made, {}, {}, {.dead_time_ns = 50 * double(state.range(0))});
+}
+BENCHMARK(dead_time_modelled)->ArgName("known")->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
+
+// A million photons that a detector sees which is blind for 20 ns after each.
+void million_blind(benchmark::State& state) {
+  test::FrameMaker made = experiment(true);
+  made.background_per_ns = 1.2e-2;
+  made.signal_per_pulse = 2;
+  made.dead_time_ns = 20;
+  estimate(state, made, {}, {}, {.dead_time_ns = 20 * double(state.range(0))});
+}
+BENCHMARK(million_blind)->ArgName("known")->DenseRange(0, 1)->Unit(benchmark::kMillisecond);
 
 // One pulse in each period, as bright as forty together: no other delay looks alike.
 void one_pulse(benchmark::State& state) {

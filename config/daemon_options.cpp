@@ -101,12 +101,6 @@ void FrameOptions::describe(OptionVisitor& visitor) {
                  "a frame of which less was seen, because tags were lost, is incomplete");
 }
 
-void DetectorOptions::describe(OptionVisitor& visitor) {
-  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
-                 "the detector's dead time, ns; frames in which it would bias the result are "
-                 "called saturated; 0: not known, no frame is");
-}
-
 void RecordOptions::describe(OptionVisitor& visitor) {
   visitor.path("folder", folder,
                "where splid run keeps the tags that it measures from, in files for splid replay, "

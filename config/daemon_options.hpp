@@ -28,13 +28,6 @@ struct FrameOptions {
   void describe(OptionVisitor& visitor);
 };
 
-// JSON: `detector`.
-struct DetectorOptions {
-  // Zero: the dead time is not known, and no frame is called saturated.
-  double dead_time_ns = 0;
-  void describe(OptionVisitor& visitor);
-};
-
 // JSON: `publish`.
 struct PublishOptions {
   std::string endpoint = "tcp://127.0.0.1:9872";

@@ -5,11 +5,13 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
+#include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/configured_pulse.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -50,6 +52,8 @@ constexpr double nats_for_acceleration = 4.5;
 double acceleration_of(double bend_ns, double length_ns) {
   return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
 }
+// A dead time that moves no value by more than this, in deviations, is left out.
+constexpr double least_correction = 0.05;
 
 }  // namespace
 
@@ -66,13 +70,15 @@ struct FrameEstimator::Workspace {
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
+  std::optional<BlindTime> blind;  // where the dead time is modelled
+  bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
   double bent_threshold_nats;                    // for a path that bends
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
-            ClockReference clock_reference)
+            ClockReference clock_reference, const DetectorOptions& detector, std::size_t inputs)
       : reference(clock_reference),
         train(pattern),
         mode(pattern.mode),
@@ -93,21 +99,37 @@ struct FrameEstimator::Workspace {
                 {told_apart_ns(), max_travel_ns, shape->width_ns()},
                 least_odds_nats,
                 options.effort,
-                mode != Mode::ambiguous},
+                mode != Mode::ambiguous,
+                models(detector, options)},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
         bent_threshold_nats(threshold_nats) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
-    if (may_accelerate()) look_for_bends(options, frame_length_ms * 1e6, max_photons);
+    std::optional<BlindTime> straight_blind;
+    if (models(detector, options)) {
+      for (auto* room : {&blind, &straight_blind}) {
+        room->emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
+      }
+    }
+    if (may_accelerate()) {
+      look_for_bends(options, frame_length_ms * 1e6, max_photons, std::move(straight_blind));
+    }
+  }
+
+  static bool models(const DetectorOptions& detector, const EstimatorOptions& options) {
+    return detector.dead_time_ns > 0 && detector.dead_time == DeadTime::modelled &&
+           options.method == Method::search;
   }
 
   [[nodiscard]] bool may_accelerate() const {
     return moving() && scene.max_acceleration_mps2 > 0 &&
            (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
   }
-  void look_for_bends(const EstimatorOptions& options, double length_ns, std::size_t max_photons);
+  // straight_blind: see BendSearch.
+  void look_for_bends(const EstimatorOptions& options, double length_ns, std::size_t max_photons,
+                      std::optional<BlindTime> straight_blind);
 
   [[nodiscard]] bool moving() const {
     return scene.motion != Motion::static_target && scene.max_speed_mps > 0;
@@ -130,6 +152,14 @@ struct FrameEstimator::Workspace {
     return moving() ? max_travel_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
+  void see_blind_time(const FrameView& view);
+  void look_for_blind_time(const FrameView& view);
+  [[nodiscard]] double loss_to_dead_time() const;
+  [[nodiscard]] bool pulses_feel_dead_time(const Fit& fit) const;
+  bool see_blind_time_of_pulses(const FrameView& view, const Fit& fit);
+  Fit with_blind_time(const FrameView& view, const Fit& fit);
+  BentFit with_blind_time(const FrameView& view, const BentFit& bent);
+  void say_blind_time(Estimate& estimate) const;
   std::optional<Fit> find(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<Fit> follow(const TargetTrack& track, std::int64_t mid_ps,
                             const FoldedFrame& photons, double bend_ns = 0);
@@ -139,14 +169,81 @@ struct FrameEstimator::Workspace {
   bool moves_after_all(const Fit& still_fit);
   std::optional<BentFit> find_bent(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<BentFit> bent_if_seen(const std::optional<Fit>& straight, Effort most);
+  void estimate_bent(const FrameView& view, Estimate& estimate, TargetTrack* track, Effort most);
   [[nodiscard]] double bent_odds_nats(const BentFit& bent, const TargetTrack* track) const;
   bool has_pattern(const FoldedFrame& photons, const Fit& fit, Estimate& estimate);
   void finish(const FrameView& view, Estimate& estimate, TargetTrack* track) const;
-  void take(const BentFit& bent, const FrameView& view, Estimate& estimate, TargetTrack* track);
+  void take(const BentFit& found, const FrameView& view, Estimate& estimate, TargetTrack* track);
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync, double bend_ns = 0) const;
   void fill_acceleration(Estimate& estimate, const BentFit& bent) const;
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
+
+// The share of the light that comes while the detector is blind, where light is spread evenly.
+double FrameEstimator::Workspace::loss_to_dead_time() const {
+  return static_cast<double>(frame.size()) * blind->dead_time_ns * blind->share / frame.seen_ns;
+}
+
+// Gives the frame its blind time, unless the detections contradict the dead time: more of them
+// follow each other sooner than moves a value by a tenth of its deviation, or hardly any time is
+// left in which the detector could have been alive.
+void FrameEstimator::Workspace::see_blind_time(const FrameView& view) {
+  constexpr double few = 2;
+  constexpr double deviations = 0.1;
+  constexpr double most_blind = 0.999;
+  blind->find(view, train);
+  const double most = few + deviations * std::sqrt(static_cast<double>(frame.size()));
+  knows_blind_time = (blind->share < 1 || static_cast<double>(blind->early) <= most) &&
+                     blind->blind_ns <= most_blind * frame.seen_ns;
+  if (knows_blind_time) frame.blind = &*blind;
+}
+
+// Before the search: a blind time that lowers b or S by least_correction is part of everything that
+// is fitted. The blind share of the time lowers both by as much of themselves.
+void FrameEstimator::Workspace::look_for_blind_time(const FrameView& view) {
+  frame.blind = nullptr;
+  knows_blind_time = blind.has_value();
+  if (!blind) return;
+  const double deviations = loss_to_dead_time() * std::sqrt(static_cast<double>(frame.size()));
+  if (deviations >= least_correction) see_blind_time(view);
+}
+
+// Whether the dead time moves a value by least_correction because photons keep later photons of
+// their own pulse from being seen. S then reads low by S / 2 of itself.
+bool FrameEstimator::Workspace::pulses_feel_dead_time(const Fit& fit) const {
+  const double S = fit.parameters.signal_per_pulse * blind->share;
+  const double signal = S * train.pulses_per_ns * frame.seen_ns;
+  return S / 2 * std::sqrt(signal) >= least_correction;
+}
+
+// After the search: gives the frame its blind time where the search did without and the pulses turn
+// out to be so bright that it matters. Returns whether it did, so that the fit is to be made anew.
+bool FrameEstimator::Workspace::see_blind_time_of_pulses(const FrameView& view, const Fit& fit) {
+  if (!knows_blind_time || frame.blind != nullptr || !pulses_feel_dead_time(fit)) return false;
+  see_blind_time(view);
+  return frame.blind != nullptr;
+}
+
+Fit FrameEstimator::Workspace::with_blind_time(const FrameView& view, const Fit& fit) {
+  if (!see_blind_time_of_pulses(view, fit)) return fit;
+  const DelayLine line = fit.parameters.line;
+  return moving() ? search.fit_moving(frame, line) : search.fit_at_rest(frame, line.delay_ns);
+}
+
+BentFit FrameEstimator::Workspace::with_blind_time(const FrameView& view, const BentFit& bent) {
+  if (!see_blind_time_of_pulses(view, bent.fit)) return bent;
+  return bends->refine(frame, bent.fit.parameters.line, bent.bend_ns);
+}
+
+// With the light as it is if none of the photons is from a target.
+void FrameEstimator::Workspace::say_blind_time(Estimate& estimate) const {
+  estimate.dead_time_modelled = knows_blind_time;
+  estimate.blind_fraction = !knows_blind_time        ? 0
+                            : frame.blind != nullptr ? frame.blind->blind_ns / frame.seen_ns
+                                                     : loss_to_dead_time();
+  estimate.background_per_ns =
+      static_cast<double>(estimate.photons) / frame.seen_ns / (1 - estimate.blind_fraction);
+}
 
 std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                    Effort most) {
@@ -210,15 +307,17 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
 }
 
 void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, double length_ns,
-                                               std::size_t max_photons) {
+                                               std::size_t max_photons,
+                                               std::optional<BlindTime> straight_blind) {
   if (by_paper) {
     if (scene.motion == Motion::automatic) return;
     throw Error(Fault::usage,
                 "scene.motion is accelerating, which the method of [P] does not know; take "
                 "estimator.method search, or scene.motion moving");
   }
-  bends = std::make_unique<BendSearch>(search, train, shape->width_ns(),
-                                       scene.max_acceleration_mps2, max_photons);
+  bends =
+      std::make_unique<BendSearch>(search, train, shape->width_ns(), scene.max_acceleration_mps2,
+                                   max_photons, std::move(straight_blind));
   // In so short a frame not even a million photons show that the path bends.
   constexpr double least_widths = 0.01;
   const double bend_ns = bends->max_bend_ns(length_ns);
@@ -277,6 +376,13 @@ std::optional<BentFit> FrameEstimator::Workspace::bent_if_seen(const std::option
   return best;
 }
 
+void FrameEstimator::Workspace::estimate_bent(const FrameView& view, Estimate& estimate,
+                                              TargetTrack* track, Effort most) {
+  estimate.threshold_nats = bent_threshold_nats;
+  say_blind_time(estimate);
+  if (const auto bent = find_bent(view, track, most)) take(*bent, view, estimate, track);
+}
+
 // The prior of a path that may bend is spread over all bends, as it is over all delays and travels.
 double FrameEstimator::Workspace::bent_odds_nats(const BentFit& bent,
                                                  const TargetTrack* track) const {
@@ -285,8 +391,10 @@ double FrameEstimator::Workspace::bent_odds_nats(const BentFit& bent,
   return range_odds_nats(bent.fit, track) + std::min(0.0, std::log(share));
 }
 
-void FrameEstimator::Workspace::take(const BentFit& bent, const FrameView& view, Estimate& estimate,
-                                     TargetTrack* track) {
+void FrameEstimator::Workspace::take(const BentFit& found, const FrameView& view,
+                                     Estimate& estimate, TargetTrack* track) {
+  const BentFit bent = with_blind_time(view, found);
+  say_blind_time(estimate);
   const Fit at_mid = bent.at_mid_frame();
   estimate.threshold_nats = bent_threshold_nats;
   estimate.significance_nats = bent.fit.gain_nats;
@@ -392,9 +500,10 @@ void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
                                const SceneOptions& scene, const EstimatorOptions& options,
                                double frame_length_ms, std::size_t max_photons,
-                               ClockReference reference)
+                               ClockReference reference, const DetectorOptions& detector,
+                               std::size_t inputs)
     : workspace_(std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
-                                             max_photons, reference)) {}
+                                             max_photons, reference, detector, inputs)) {}
 
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
@@ -419,12 +528,14 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
   if (estimate.photons == 0 || seen_ns <= 0) return estimate;
 
   w.frame.fold(view, w.train);
+  w.look_for_blind_time(view);
   if (w.bends && w.scene.motion == Motion::accelerating) {
-    estimate.threshold_nats = w.bent_threshold_nats;
-    if (const auto bent = w.find_bent(view, track, most)) w.take(*bent, view, estimate, track);
+    w.estimate_bent(view, estimate, track, most);
     return estimate;
   }
   std::optional<Fit> fit = w.find(view, track, most);
+  if (fit) fit = w.with_blind_time(view, *fit);
+  w.say_blind_time(estimate);
   const double odds_nats = fit && fit->gain_nats >= w.threshold_nats && fit->has_covariance
                                ? w.range_odds_nats(*fit, track)
                                : 0;

@@ -40,6 +40,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("significance", "nats", message.significance);
   columns.number("range_odds_nats", "nats", message.range_odds_nats);
   columns.number("amplitude_misfit", "", message.amplitude_misfit);
+  columns.number("blind_fraction", "", message.blind_fraction);
   columns.text("pattern_fault", name_bytes,
                message.pattern_fault ? to_string(*message.pattern_fault) : "");
   columns.number("std_distance_m", "m", message.std_distance_m);

@@ -23,7 +23,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("delay_ns", message.delay_ns)
       .number("significance", message.significance)
       .number("range_odds_nats", message.range_odds_nats)
-      .number("amplitude_misfit", message.amplitude_misfit);
+      .number("amplitude_misfit", message.amplitude_misfit)
+      .number("blind_fraction", message.blind_fraction);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
@@ -154,6 +155,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.significance = members.number("significance");
   message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
+  message.blind_fraction = members.number("blind_fraction");
   message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");

@@ -37,6 +37,7 @@ struct FrameMessage {
   // The relative rms deviation of the pulses' light from the pattern's amplitudes, where the target
   // is surely there.
   std::optional<double> amplitude_misfit;
+  std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
 
   // What the frame was made of.

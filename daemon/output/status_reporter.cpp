@@ -24,7 +24,8 @@ const char* reason_of(FrameStatus status) {
     case FrameStatus::incomplete:
       return "tags are being lost: the last frame saw less than frame.min_seen_fraction";
     case FrameStatus::saturated:
-      return "so much light that the detector's dead time biases the values: attenuate it";
+      return "so much light that the detector's dead time biases the values: attenuate it "
+             "(detector.dead_time modelled holds up to 10 detections in a dead time or a pulse)";
     default:
       return nullptr;
   }

@@ -65,6 +65,10 @@ struct MarkerTag {
 // One frame with its tags. All times are in the tagger's clock. The Framer fills it; it may be read
 // from FrameSink::close() on, until it is opened again.
 struct Frame {
+  // 64 photons of the time before are surely enough: 8 detectors with 3 would-be detections in
+  // each dead time make 24.
+  static constexpr std::size_t most_before = 64;
+
   explicit Frame(const FrameCapacity& capacity)
       : photons_ps(capacity.photons),
         syncs_ps(capacity.syncs),
@@ -78,6 +82,8 @@ struct Frame {
   FixedArray<std::int64_t> syncs_ps;    // in [start_ps, end_ps), nearly sorted
   FixedArray<MarkerTag> markers;        // in [start_ps, end_ps), nearly sorted
   FixedArray<Loss> losses;              // clipped to the frame, sorted, not overlapping
+  // The last photons before start_ps, nearly sorted, where the clock did not break in between.
+  FixedArray<std::int64_t> before_ps{most_before};
   std::uint64_t lost_tags = 0;  // tags of losses that ended in this frame, late and surplus tags
   std::uint64_t uncounted_losses = 0;  // losses of unknown count that ended in this frame
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
@@ -93,7 +99,7 @@ struct Frame {
 
   // Valid as long as the frame is.
   [[nodiscard]] FrameView view() const {
-    return {start_ps, end_ps, photons_ps.view(), losses.view(), sync};
+    return {start_ps, end_ps, photons_ps.view(), losses.view(), sync, before_ps.view()};
   }
 };
 

@@ -34,7 +34,8 @@ struct FrameTiming {
 
 // What is published of a frame. The status is the estimate's, with three exceptions, of which the
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
-// min_seen_fraction was seen, `saturated` where more than a tenth of the signal photons would fall
+// min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
+// model, or where it is not modelled and more than a tenth of the signal photons would fall
 // into the detector's dead time.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);

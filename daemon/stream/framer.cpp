@@ -322,6 +322,9 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_->syncs_ps.clear();
   frame_->markers.clear();
   frame_->losses.clear();
+  frame_->before_ps.clear();
+  if (ends == Ends::neither) last_photons_.clear();  // there is no frame right before this one
+  for (const std::int64_t photon_ps : last_photons_.view()) frame_->before_ps.push(photon_ps);
   frame_->lost_tags = totals_.unplaced;
   frame_->uncounted_losses = unplaced_uncounted_;
   frame_->arrival_ns = arrival_ns_;
@@ -395,8 +398,20 @@ std::int64_t Framer::end_by_last_sync() const {
   return near && end_ps >= taken_ps ? end_ps : nominal_ps;
 }
 
+// The next frame is to know the photons that its detector may still be blind from.
+void Framer::keep_last_photons() {
+  const auto photons = frame_->photons_ps.view();
+  const std::size_t new_ones = std::min(photons.size(), Frame::most_before);
+  const std::size_t surplus = last_photons_.size() + new_ones -
+                              std::min(last_photons_.size() + new_ones, Frame::most_before);
+  std::copy(last_photons_.begin() + surplus, last_photons_.end(), last_photons_.begin());
+  last_photons_.resize(last_photons_.size() - surplus);
+  for (const std::int64_t photon_ps : photons.last(new_ones)) last_photons_.push(photon_ps);
+}
+
 void Framer::next_frame() {
   const std::int64_t end_ps = frame_->end_ps;
+  keep_last_photons();
   close_frame();
   begin_frame(end_ps, Ends::start);
   for (const Tag& tag : held_.view()) place(tag);

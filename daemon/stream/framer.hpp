@@ -111,6 +111,7 @@ class Framer {
   void place_surplus_photon(std::int64_t time_ps);
 
   void begin_frame(std::int64_t start_ps, Ends ends);
+  void keep_last_photons();
   void move_start(std::int64_t start_ps);
   void anchor(std::int64_t sync_ps);
   void fix_end();
@@ -135,7 +136,8 @@ class Framer {
   std::int64_t max_gap_ps_;   // a longer gap makes no empty frames
   std::int64_t disorder_ps_;  // how far tags may be out of order
 
-  Frame* frame_ = nullptr;  // the open frame
+  Frame* frame_ = nullptr;                                     // the open frame
+  FixedArray<std::int64_t> last_photons_{Frame::most_before};  // of the stream so far
   Frame* spare_ = nullptr;  // a frame opened but not used at the end of the stream before
   Ends ends_ = Ends::neither;
   double periods_ = 0;           // pattern periods in the frame

@@ -23,8 +23,8 @@ std::size_t ring_capacity(const PipelineOptions& options) {
 }  // namespace
 
 StreamOptions stream_options(const Config& config) {
-  return {config.pattern, config.channels, config.frame,     config.drift,
-          config.pulse,   config.scene,    config.estimator, config.pipeline};
+  return {config.pattern, config.channels,  config.frame,    config.drift,   config.pulse,
+          config.scene,   config.estimator, config.pipeline, config.detector};
 }
 
 StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more) {
@@ -125,7 +125,8 @@ const SyncDiagnosis* Stream::diagnosis() const {
 
 EstimatorInUse Stream::make_estimator(const StreamOptions& from) const {
   return {FrameEstimator(options_.pattern, from.pulse, from.scene, from.estimator,
-                         options_.frame.length_ms, max_photons_, options_.drift.reference),
+                         options_.frame.length_ms, max_photons_, options_.drift.reference,
+                         from.detector, options_.channels.photon.size()),
           from.estimator.tracked};
 }
 

@@ -37,6 +37,7 @@ struct StreamOptions {
   SceneOptions scene;
   EstimatorOptions estimator;
   PipelineOptions pipeline;
+  DetectorOptions detector;
 };
 
 StreamOptions stream_options(const Config& config);

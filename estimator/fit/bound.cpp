@@ -36,14 +36,14 @@ std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb, d
 
 // The information that a ns of a stretch of the train has, by (delay, signal, background).
 Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, double dilation,
-                                   double S, double b) {
+                                   double S, double b, const BlindDetector& detector) {
+  const AliveFraction alive(shape, comb, dilation, S, b, detector);
   const CombWindow window(comb, shape.first_ns() / dilation, shape.last_ns() / dilation);
   const double to_32 = 0x1p32 / comb.period_ns;
   Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
-  double dark_ns = comb.period_ns;
+  double dark_ns = comb.period_ns * alive.mean();
   for (const Interval& lit : lit_intervals(shape, comb, dilation)) {
     const double length = lit.end_ns - lit.begin_ns;
-    dark_ns -= length;
     // The sum over the middles of the steps converges exponentially, as the integrand is smooth and
     // zero at both ends.
     const auto steps = static_cast<std::size_t>(
@@ -52,6 +52,8 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
     for (std::size_t n = 0; n < steps; ++n) {
       double phase = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
       phase -= comb.period_ns * std::floor(phase / comb.period_ns);
+      const double seen = step * alive.at(phase);
+      dark_ns -= seen;
       double density = 0, slope = 0;
       for (const auto& pulse : window.candidates(
                static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
@@ -64,7 +66,7 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
       const double lambda = b + S * density;
       if (lambda <= 0) continue;
       const Eigen::Vector3d by(-S * slope * dilation, density, 1);
-      J += step / lambda * by * by.transpose();
+      J += seen / lambda * by * by.transpose();
     }
   }
   if (b > 0) J(2, 2) += std::max(0.0, dark_ns) / b;
@@ -103,14 +105,15 @@ using Matrix5d = Eigen::Matrix<double, 5, 5>;
 constexpr int bend_index = 4;  // after those of ParameterIndex; see BentFit for the bend
 
 Matrix5d information_with_bend(const PulseShape& shape, const PulseTrain& train,
-                               const Exposure& exposure, const FrameParameters& at) {
+                               const Exposure& exposure, const FrameParameters& at,
+                               const BlindDetector& detector) {
   const double one_less_g = 1 - at.line.travel_ns / exposure.length_ns;
   const double dilation = exposure.scale / one_less_g;
   Matrix5d J = Matrix5d::Zero();
   for (const PulseTrain::Stretch& part : train.stretches) {
-    const Eigen::Matrix3d each =
-        information_per_ns(shape, part.comb, dilation, at.signal_per_pulse, at.background_per_ns) *
-        exposure.seen_ns;
+    const Eigen::Matrix3d each = information_per_ns(shape, part.comb, dilation, at.signal_per_pulse,
+                                                    at.background_per_ns, detector) *
+                                 exposure.seen_ns;
     const Moments m = moments_of(train, part, exposure.length_ns);
     // A change of the travel moves a photon at position s of the frame by s times that change. Its
     // effect on the rate and on the pulse's width is 1e-6 of that, and is left out.
@@ -134,8 +137,9 @@ Matrix5d information_with_bend(const PulseShape& shape, const PulseTrain& train,
 }  // namespace
 
 Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
-                                   const Exposure& exposure, const FrameParameters& at) {
-  return information_with_bend(shape, train, exposure, at).topLeftCorner<4, 4>();
+                                   const Exposure& exposure, const FrameParameters& at,
+                                   const BlindDetector& detector) {
+  return information_with_bend(shape, train, exposure, at, detector).topLeftCorner<4, 4>();
 }
 
 Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const BoundScene& scene) {
@@ -149,7 +153,7 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   const FrameParameters at = {{scene.delay_ns / (1 + beta), g * scene.length_ns},
                               scene.signal_per_pulse,
                               scene.background_per_ns};
-  const Matrix5d J = information_with_bend(shape, train, exposure, at);
+  const Matrix5d J = information_with_bend(shape, train, exposure, at, scene.detector);
 
   // In units that make the matrix well conditioned. Parameters that are known have no row.
   const double width = shape.width_ns();

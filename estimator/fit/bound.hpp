@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "estimator/fit/alive_fraction.hpp"
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -12,13 +13,15 @@ namespace splid {
 // ParameterIndex: J = integral of (d lambda)(d lambda)^T / lambda over the time seen. Its inverse
 // bounds the covariance of any unbiased estimate (Cramer and Rao). Source: [P] Eq. 12 and 13,
 // generalised to unequal amplitudes, any number of pulses, any pulse shape, overlapping pulses,
-// several stretches and the steady state, with the delay at mid-frame.
+// several stretches and the steady state, with the delay at mid-frame. Of a detector with a dead
+// time the integral is over the time that it is alive, by the chance of being so at each phase.
 //
 // Accuracy: 1e-6 relative for gaussian pulses. Losses count by their share of the time, and the
 // frame is taken to begin with the pattern. Threads: any. Errors: none. Allocates, and integrates
 // over all pulses of the period: it is for studies, not for every frame.
 Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
-                                   const Exposure& exposure, const FrameParameters& at);
+                                   const Exposure& exposure, const FrameParameters& at,
+                                   const BlindDetector& detector = {});
 
 // A target, and a frame in which it is seen. All times are in ns.
 struct BoundScene {
@@ -30,6 +33,7 @@ struct BoundScene {
   double background_per_ns = 0;  // b
   bool moving = true;            // false: the velocity is known to be zero
   bool accelerating = false;     // true: the acceleration is unknown too, and near zero
+  BlindDetector detector = {};
 };
 
 // The smallest standard deviations that an unbiased estimate of a scene can have. They are infinite

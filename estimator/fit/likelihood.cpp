@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/fold/blind_time.hpp"
+
 namespace splid {
 namespace {
 
@@ -38,7 +40,9 @@ Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
     : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
       seen_ns(frame.seen_ns),
       length_ns(frame.length_ns),
-      scale(frame.scale) {}
+      scale(frame.scale) {
+  if (frame.blind != nullptr) seen_ns -= frame.blind->blind_ns;
+}
 
 Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape_(shape) {
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_, &density_}) scratch->reserve(max_entries);
@@ -48,13 +52,8 @@ Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape
 // the dilation dt/de = scale / (1 - g), by which a pattern is longer when it comes back.
 void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine line) {
   const std::size_t count = near.entries();
-  for (auto* scratch : {&offset_, &h_, &d1_, &d2_}) scratch->resize(count);
-  const double dilation = exposure.scale / (1 - line.travel_ns / exposure.length_ns);
-  const double delay = line.delay_ns - near.line.delay_ns;
-  const double travel = line.travel_ns - near.line.travel_ns;
-  for (std::size_t j = 0; j < count; ++j) {
-    offset_[j] = (near.residual_ns[j] - delay - travel * near.position[j]) * dilation;
-  }
+  for (auto* scratch : {&h_, &d1_, &d2_}) scratch->resize(count);
+  offsets_on(near, exposure, line, offset_);
   shape_.evaluate({offset_.data(), count}, {h_, d1_, d2_});
   density_.resize(near.photons());
   for (std::size_t k = 0; k < near.photons(); ++k) {
@@ -64,6 +63,20 @@ void Likelihood::load(const NearSet& near, const Exposure& exposure, DelayLine l
     }
     density_[k] = sum;
   }
+  if (blind_ != nullptr) missed_ = blind_->at(near, {offset_, h_, d1_}, exposure, line);
+}
+
+// The integral over the blind time is part of -integral lambda, and is given back.
+void Likelihood::give_back_missed(double S, LikelihoodPoint& point) const {
+  point.value += S * missed_.value;
+  point.gradient[delay_index] += S * missed_.d1;
+  point.gradient[travel_index] += S * missed_.d2;
+  point.gradient[signal_index] += missed_.value;
+  point.hessian(delay_index, delay_index) += S * missed_.d11;
+  point.hessian(delay_index, travel_index) += S * missed_.d12;
+  point.hessian(travel_index, travel_index) += S * missed_.d22;
+  point.hessian(delay_index, signal_index) += missed_.d1;
+  point.hessian(travel_index, signal_index) += missed_.d2;
 }
 
 LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposure,
@@ -82,6 +95,7 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
   point.gradient[signal_index] = -exposure.amplitude * one_less_g;
   point.gradient[background_index] = -exposure.seen_ns;
   point.hessian(travel_index, signal_index) = exposure.amplitude / t_a;
+  if (blind_ != nullptr) give_back_missed(S, point);
   if (far > 0) {
     point.value += far * std::log(b);
     point.gradient[background_index] += far / b;
@@ -146,7 +160,8 @@ Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exp
   // l(f) = sum log(1 + f (r_k - 1)) + far log(1 - f) + const, where r_k is the signal's density at
   // photon k over that of no target. l is concave in f, so that Newton's method between brackets
   // finds its only maximum.
-  const double amplitude = exposure.amplitude * (1 - line.travel_ns / exposure.length_ns);
+  double amplitude = exposure.amplitude * (1 - line.travel_ns / exposure.length_ns);
+  if (blind_ != nullptr) amplitude = std::max(amplitude - missed_.value, 1e-9 * amplitude);
   const double ratio_scale = exposure.seen_ns / amplitude;
   double lo = 0, hi = 1;
   double f = about_fraction > 0 && about_fraction < 1 ? about_fraction

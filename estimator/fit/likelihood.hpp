@@ -3,12 +3,14 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "estimator/fit/blind_light.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
 // The room fit/ judges places in the plane of delay and travel by the likelihood of the photons.
 // Open this file first. Its parts:
 //   likelihood.hpp      value, gradient and Hessian of the likelihood: [P] Eq. 4 and 7
+//   blind_light.hpp     the light that comes while the detector is blind
 //   refinement.hpp      the climb to its maximum, with the covariance there
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others
@@ -38,13 +40,14 @@ struct LikelihoodPoint {
 };
 
 // How much of the pattern and of the time a frame saw. The integral of the intensity over the frame
-// is S * amplitude * (1 - g) + b * seen_ns.
+// is S * (amplitude * (1 - g) - B) + b * seen_ns, where B is the light that came while the detector
+// was blind (BlindLight), or 0 where that is not modelled.
 //
 // Design note: the pulses in a loss are counted by their mean rate. This is wrong by two pulses at
 // most, where a loss starts or ends within a period, of 529,000 pulses in a frame of 50 ms.
 struct Exposure {
   double amplitude = 0;  // sum of a_p over the pulses that are seen of a target at rest
-  double seen_ns = 0;    // t_a less losses, tagger's clock
+  double seen_ns = 0;    // t_a less losses, less the frame's blind time; tagger's clock
   double length_ns = 0;  // t_a, pattern's clock
   double scale = 1;      // tagger's clock over pattern's clock
 
@@ -55,14 +58,19 @@ struct Exposure {
 // The log-likelihood of a frame's photons,
 //   l = -integral lambda + sum over photons of log lambda
 // ([P] Eq. 4 and 7, whose print lacks the logarithm), with lambda = b + S sum_p a_p h about the
-// line's pulses ([P] Eq. 2). A photon without an entry in the near set adds log b, so b must be
-// above 0 where there are such photons.
+// line's pulses ([P] Eq. 2). Of a detector with a dead time the integral is over the time that it
+// was alive, which is the exact likelihood of such a detector's times. A photon without an entry in
+// the near set adds log b, so b must be above 0 where there are such photons.
 //
 // Threads: one thread for each object, which holds scratch. Errors: none. No allocation after
 // construction for sets of up to max_entries.
 class Likelihood {
  public:
   Likelihood(const PulseShape& shape, std::size_t max_entries);
+
+  // From now on the integral leaves the blind light out; null: there is none. blind: collected with
+  // the near set that the other calls are given; is used as scratch.
+  void leave_out(BlindLight* blind) { blind_ = blind; }
 
   // Value, gradient and Hessian at some parameters. near: collected about a line so near that its
   // window holds all entries that matter. is_loaded: the last call was profile() of the same set at
@@ -86,8 +94,11 @@ class Likelihood {
 
  private:
   void load(const NearSet& near, const Exposure& exposure, DelayLine line);
+  void give_back_missed(double S, LikelihoodPoint& point) const;
 
   const PulseShape& shape_;
+  BlindLight* blind_ = nullptr;
+  BlindLight::Amplitude missed_;              // on the line of the last load()
   std::vector<double> offset_, h_, d1_, d2_;  // one value for each entry
   std::vector<double> density_;               // one value for each photon: sum_p a_p h
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/fold/blind_time.hpp"
+
 namespace splid {
 namespace {
 
@@ -52,6 +54,7 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
     parts_.push_back({{comb, peak_ns - window_ns_ / 2, peak_ns + window_ns_ / 2},
                       turns,
                       weights_.size(),
+                      weights_.size() + parts_.size(),
                       bins_.size()});
     for (const double amplitude : comb.amplitudes) {
       weights_.push_back(amplitude * turns);
@@ -60,6 +63,9 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
     if (pulses < fewest_for_strangers && turns > 0) add_bins(stretch, shape, parts_.back());
   }
   counts_.resize(weights_.size());
+  light_.resize(weights_.size());
+  seen_turns_.resize(weights_.size());
+  covers_.resize(weights_.size() + parts_.size());
   double all = 0;
   for (const double weight : weights_) all += weight;
   for (double& weight : weights_) weight = all > 0 ? weight / all : 0;
@@ -97,6 +103,7 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   if (frame.size() == 0) return verdict;
   const double part_seen = count(frame, found.line);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
+  expect(frame, found, part_seen, periods);
   const Share share =
       share_out(found.background_per_ns * window_ns_ * frame.scale * periods * part_seen);
   if (!(share.expected > 0)) return verdict;
@@ -125,12 +132,12 @@ PatternCheck::Share PatternCheck::share_out(double background_per_turn) const {
   double all = 0, background = 0;
   for (std::size_t p = 0; p < counts_.size(); ++p) {
     all += counts_[p];
-    background += background_per_turn * turns_[p];
+    background += background_per_turn * seen_turns_[p];
   }
   share.expected = all - background;
   for (std::size_t p = 0; p < counts_.size(); ++p) {
-    const double light = share.expected * weights_[p];
-    const double dark = background_per_turn * turns_[p];
+    const double light = share.expected * light_[p];
+    const double dark = background_per_turn * seen_turns_[p];
     const double expected = light + dark;
     const double off = counts_[p] - expected;
     share.excess += off * off - expected;
@@ -164,12 +171,57 @@ bool PatternCheck::has_stray_pulses(const Share& share) const {
   return excess > most_elsewhere * share.inside + deviations_of_stray * std::sqrt(chance);
 }
 
+// Notes that the detector is blind for blind_ns after a photon, at the pulses that come after the
+// photon's own: covers_ has a part's steps, up where such a time begins and down after its end.
+void PatternCheck::add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns) {
+  if (blind_ns <= window_ns_) return;
+  double* steps = covers_.data() + part.first_cover;
+  const double per_ns = 1 / comb.period_ns;
+  const auto turn = [&](double time_ns, double step) {
+    const double turns = time_ns * per_ns;
+    const double whole = std::floor(turns);
+    const auto phase_32 =
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>((turns - whole) * 0x1p32));
+    steps[part.window.pulses_up_to(time_ns - whole * comb.period_ns, phase_32)] += step;
+    return whole;
+  };
+  const double from_turn = turn(phase_ns + window_ns_, 1);
+  steps[0] += turn(phase_ns + blind_ns, -1) - from_turn;
+}
+
+// What each pulse is expected to show of the light and of the background.
+void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found, double part_seen,
+                          double periods) {
+  std::copy(weights_.begin(), weights_.end(), light_.begin());
+  std::copy(turns_.begin(), turns_.end(), seen_turns_.begin());
+  if (frame.blind == nullptr) return;
+  double all = 0;
+  for (std::size_t s = 0; s < parts_.size(); ++s) {
+    const Part& part = parts_[s];
+    const std::vector<double>& amplitudes = train_.stretches[s].comb.amplitudes;
+    double covers = 0;
+    for (std::size_t k = 0; k < amplitudes.size(); ++k) {
+      const std::size_t p = part.first_pulse + k;
+      covers += covers_[part.first_cover + k];
+      const double turns = periods * turns_[p] * part_seen;
+      const double blind = turns > 0 ? frame.blind->share * covers / turns : 0;
+      const double alive = std::clamp(1 - blind, 0.0, 1.0);
+      const double own = found.signal_per_pulse * frame.blind->share * amplitudes[k];
+      light_[p] *= alive * (own > 0 ? -std::expm1(-own) / own : 1);
+      seen_turns_[p] *= alive;
+      all += light_[p];
+    }
+  }
+  for (double& light : light_) light = all > 0 ? light / all : 0;
+}
+
 // Counts the photons at the pulses and in the bins; returns the share of the photons that is looked
 // at.
 double PatternCheck::count(const FoldedFrame& frame, DelayLine line) {
   const std::size_t step = 1 + (frame.size() - 1) / most_photons;
   std::fill(counts_.begin(), counts_.end(), 0.0);
   std::fill(bins_.begin(), bins_.end(), 0);
+  std::fill(covers_.begin(), covers_.end(), 0.0);
   for (std::size_t s = 0; s < parts_.size(); ++s) count_part(frame, line, step, s);
   return 1 / static_cast<double>(step);
 }
@@ -181,6 +233,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   const double period_ns = train_.stretches[stretch].comb.period_ns;
   const double turns = (line.delay_ns + train_.stretches[stretch].begin_ns) / period_ns;
   const double slope = line.travel_ns / (frame.length_ns * period_ns);
+  const double blind_ns = frame.blind != nullptr ? frame.blind->dead_time_ns / frame.scale : 0;
   for (std::size_t i = frame.group_begin(stretch); i < frame.group_end[stretch]; i += step) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / period_ns - turns - slope * frame.time_ns[i]);
@@ -191,6 +244,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
           residual_ns >= part.window.first_ns() && residual_ns <= part.window.last_ns();
       counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
     }
+    if (blind_ns > 0) add_cover(part, train_.stretches[stretch].comb, phase * period_ns, blind_ns);
     if (part.bins_per_turn == 0) continue;
     const auto bin = static_cast<std::size_t>(phase * part.bins_per_turn);
     const auto last = static_cast<std::size_t>(part.bins_per_turn) - 1;

@@ -30,6 +30,9 @@ struct PatternVerdict {
 // played has a best delay all the same: the delay at which most of its pulses lie on pulses that
 // were played. That is what the check is for.
 //
+// Where the frame has its blind time, each pulse is expected to show as much less light as the
+// detector was blind when it came, and as its own first photon hides the others.
+//
 // Threads: one thread for each object. Errors: none. No allocation in judge().
 class PatternCheck {
  public:
@@ -51,6 +54,7 @@ class PatternCheck {
     CombWindow window;
     double turns;             // periods of the comb, in a pattern period, whose photons are counted
     std::size_t first_pulse;  // where its pulses begin in counts_
+    std::size_t first_cover;  // where its steps begin in covers_: one a pulse, and the end
     std::size_t first_bin;    // where its bins begin in bins_
     double bins_per_turn = 0;  // 0 where no light is looked for between the pulses
   };
@@ -66,6 +70,9 @@ class PatternCheck {
 
   void add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape, Part& part);
   double count(const FoldedFrame& frame, DelayLine line);
+  void expect(const FoldedFrame& frame, const FrameParameters& found, double part_seen,
+              double periods);
+  void add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
   [[nodiscard]] Share share_out(double background_per_turn) const;
   [[nodiscard]] bool has_stray_pulses(const Share& share) const;
@@ -76,6 +83,9 @@ class PatternCheck {
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern
   std::vector<double> turns_;          // of each pulse: the `turns` of its part
   std::vector<double> counts_;         // of each pulse: the photons near it
+  std::vector<double> light_;          // of each pulse: its weight times what the detector sees
+  std::vector<double> seen_turns_;     // of each pulse: its turns times the share not blind
+  std::vector<double> covers_;         // see add_cover()
   std::vector<std::uint8_t> is_free_;  // of each bin: 1 where no pulse of the pattern reaches it
   std::vector<std::uint32_t> bins_;    // of each bin: its photons
 };

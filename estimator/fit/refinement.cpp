@@ -80,20 +80,30 @@ double most_to_gain_nats(const Derivatives& d, bool moving) {
 
 }  // namespace
 
-Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
+Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
+                       bool may_be_blind)
     : train_(train),
       width_ns_(shape.width_ns()),
       margin_ns_(margin_widths * shape.width_ns()),
       windows_(
           comb_windows(train, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_)),
       near_(max_photons, max_photons * widest_overlap(windows_)),
-      likelihood_(shape, max_photons * widest_overlap(windows_)) {}
+      likelihood_(shape, max_photons * widest_overlap(windows_)) {
+  if (may_be_blind) blind_.emplace(shape, max_photons, max_photons * widest_overlap(windows_));
+}
+
+void Refinement::collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns) {
+  near_.collect(frame, windows_, train_, about, gather_width_ns);
+  const bool is_blind = blind_ && frame.blind != nullptr;
+  if (is_blind) blind_->collect(frame, near_, windows_, train_, gather_width_ns);
+  likelihood_.leave_out(is_blind ? &*blind_ : nullptr);
+}
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
                       bool moving, double to_beat_nats) {
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
-    near_.collect(frame, windows_, train_, start, width_ns_);
+    collect(frame, start, width_ns_);
     fit = climb_within(exposure, start, moving, to_beat_nats);
     if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
@@ -109,7 +119,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
 
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
                       bool moving) {
-  near_.collect(frame, windows_, train_, at.line);
+  collect(frame, at.line, 0);
   Fit fit;
   fit.parameters = at;
   const double all = static_cast<double>(near_.far_photons) + near_.near_photons;

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/model/estimate.hpp"
@@ -28,7 +29,9 @@ struct Fit {
 class Refinement {
  public:
   // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
-  Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
+  // may_be_blind: frames may come with their blind time.
+  Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
+             bool may_be_blind = false);
 
   // The maximum near `start`, which should be within two pulse widths of it. moving: false keeps
   // the travel of `start`. to_beat_nats: a maximum that surely has less gain than this is given up
@@ -42,6 +45,7 @@ class Refinement {
             bool moving);
 
  private:
+  void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns);
   Fit climb_within(const Exposure& exposure, DelayLine start, bool moving, double to_beat_nats);
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
@@ -51,6 +55,7 @@ class Refinement {
   std::vector<CombWindow> windows_;  // one for each stretch
   NearSet near_;
   Likelihood likelihood_;
+  std::optional<BlindLight> blind_;
 };
 
 }  // namespace splid

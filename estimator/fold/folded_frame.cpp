@@ -87,6 +87,7 @@ void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const Puls
   length_ns = bent.length_ns;
   seen_ns = bent.seen_ns;
   scale = bent.scale;
+  blind = nullptr;
   lost_begin_ns = bent.lost_begin_ns;
   lost_end_ns = bent.lost_end_ns;
   group_end = bent.group_end;

@@ -18,6 +18,8 @@
 
 namespace splid {
 
+struct BlindTime;
+
 // A frame's photons in the pattern's own clock: their times from mid-frame, and their phases, which
 // are these times folded on the pattern period. All times are in ns of the calibrated pattern;
 // `scale` turns them into the tagger's (DriftCorrection, [P] Eq. 20).
@@ -45,6 +47,9 @@ struct FoldedFrame {
   double seen_ns = 0;                              // t_a less losses, in the tagger's clock
   double scale = 1;                                // measured over calibrated period
   std::vector<double> lost_begin_ns, lost_end_ns;  // losses, from mid-frame
+  // When the detector was blind, where the likelihood is to know it; else null. Not owned. A sample
+  // of the frame does not have it.
+  const BlindTime* blind = nullptr;
 
   // Makes room for frames of max_photons, whose fold() then allocates nothing. reach_ns: how far a
   // photon of a target may lie from its place at mid-frame: half the largest travel, and the reach
@@ -54,7 +59,8 @@ struct FoldedFrame {
   void fold(const FrameView& frame, const PulseTrain& train);
   // Becomes another frame, with its phases moved back along a path that bends by bend_ns: by
   // bend_ns (s^2 - 1/12) at the share s of the frame, from -1/2 to 1/2. The path of a target that
-  // accelerates becomes a straight line.
+  // accelerates becomes a straight line. The frame is then without blind time, which
+  // BlindTime::straighten() gives.
   void straighten(const FoldedFrame& bent, double bend_ns, const PulseTrain& train);
   // Becomes every step-th photon of another frame: a sample that shows the same target, with the
   // rates divided by step.

@@ -30,6 +30,12 @@ bool each_photon_has_one_pulse(std::span<const CombWindow> windows) {
          });
 }
 
+std::uint64_t sum_of(std::span<const std::uint32_t> phases) {
+  std::uint64_t sum = 0;
+  for (const std::uint32_t phase : phases) sum += phase;
+  return sum;
+}
+
 // The nearest whole number. std::round would be a call into the library, since not every processor
 // has an instruction for it.
 double whole(double x) {
@@ -54,6 +60,7 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
 void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                       const PulseTrain& train, DelayLine about, double gather_width_ns) {
   line = about;
+  beyond_ = 0;
   residual_ns.clear();
   position.clear();
   amplitude.clear();
@@ -74,7 +81,9 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
                [&](std::size_t photon, double phase_ns, std::span<const CombWindow::Pulse> pulses,
                    const CombWindow&) {
                  if (!pulses.empty()) {
-                   add_to_cell(frame, photon, phase_ns - pulses.front().time_ns, cells);
+                   const double residual = phase_ns - pulses.front().time_ns;
+                   if (residual > cells.last_ns) beyond_ += pulses.front().amplitude;
+                   add_to_cell(frame, photon, residual, cells);
                  }
                });
     take_cells(window.uniform_amplitude());
@@ -173,6 +182,7 @@ void NearSet::add_photon(const FoldedFrame& frame, std::size_t photon, double ph
   const std::size_t before = residual_ns.size();
   for (const CombWindow::Pulse& pulse : pulses) {
     const double residual = phase_ns - pulse.time_ns;
+    if (residual > window.last_ns()) beyond_ += pulse.amplitude;
     if (residual < window.first_ns() || residual > window.last_ns()) continue;
     residual_ns.push_back(residual);
     position.push_back(frame.time_ns[photon] / frame.length_ns);
@@ -205,6 +215,30 @@ void NearSet::take_cells(double amplitude_of_all) {
     weight.push_back(cell.weight);
     near_photons += cell.weight;
   }
+}
+
+NearSet::Passed NearSet::passed(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                                const PulseTrain& train) const {
+  Passed sum;
+  sum.amplitude = beyond_;
+  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+    const CombWindow& window = windows[s];
+    const std::span phases = std::span(phase_32_).subspan(
+        frame.group_begin(s), frame.group_end[s] - frame.group_begin(s));
+    const double to_32 = 0x1p32 / train.stretches[s].comb.period_ns;
+    const double mean_ns = static_cast<double>(sum_of(phases)) / to_32;
+    sum.amplitude += window.amplitude_before(phases) - window.amplitude_per_ns() * mean_ns;
+    sum.amplitude_per_ns += window.amplitude_per_ns() * static_cast<double>(phases.size());
+  }
+  if (train.single()) return sum;
+  visit_between(frame, windows, train,
+                [&](std::size_t, double phase_ns, std::span<const CombWindow::Pulse> pulses,
+                    const CombWindow& window) {
+                  sum.amplitude +=
+                      window.amplitude_before(pulses) - window.amplitude_per_ns() * phase_ns;
+                  sum.amplitude_per_ns += window.amplitude_per_ns();
+                });
+  return sum;
 }
 
 }  // namespace splid

@@ -41,6 +41,17 @@ struct NearSet {
                const PulseTrain& train, DelayLine about, double gather_width_ns = 0);
   // Moves the photons back along a bend: by bend_ns (s^2 - 1/12), with s their position.
   void straighten(double bend_ns);
+  // What has passed at the photons, for BlindLight: sums over all photons of the frame that was
+  // collected last.
+  struct Passed {
+    double amplitude = 0;  // of the pulses whose windows lie before the photon, in the circle
+                           // of its comb, less what the comb has on average up to there
+    double amplitude_per_ns = 0;  // of the comb
+  };
+  // The arguments are those of the last collect(). Pulses whose windows hold the photon are not
+  // among those that have passed.
+  [[nodiscard]] Passed passed(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                              const PulseTrain& train) const;
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 
@@ -73,6 +84,7 @@ struct NearSet {
   struct Cell {
     double weight = 0, residual = 0, position = 0;  // sums
   };
+  double beyond_ = 0;  // amplitude of the candidates whose windows lie before their photons
   std::vector<std::uint32_t> phase_32_, picked_;  // scratch: one a photon of the frame
   std::vector<std::size_t> picks_;                // scratch: picked photons of each stretch
   std::vector<Cell> cells_;                       // scratch of gathering

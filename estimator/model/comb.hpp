@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -49,6 +50,22 @@ class CombWindow {
     const Range range = buckets_[phase_32 >> shift_];
     return {pulses_.data() + range.begin, range.count};
   }
+  // The amplitude of all pulses before the candidates of a phase, less a constant that is the same
+  // for all phases; candidates: as candidates() gave them.
+  [[nodiscard]] double amplitude_before(std::span<const Pulse> candidates) const {
+    return amplitudes_before_[static_cast<std::size_t>(candidates.data() - pulses_.data())];
+  }
+  // Its sum over many phases.
+  [[nodiscard]] double amplitude_before(std::span<const std::uint32_t> phases_32) const;
+  // How many of the comb's pulses come at phase_ns, in [0, period), or before; phase_32: the same
+  // phase.
+  [[nodiscard]] std::size_t pulses_up_to(double phase_ns, std::uint32_t phase_32) const {
+    const Range range = buckets_[phase_32 >> shift_];
+    std::size_t k = range.begin;
+    while (k < range.begin + range.count && pulses_[k].time_ns <= phase_ns) ++k;
+    return std::clamp(k, first_of_period_, first_of_period_ + pulses_a_period_) - first_of_period_;
+  }
+  [[nodiscard]] double amplitude_per_ns() const { return amplitude_per_ns_; }
   // Which of the comb's pulses a candidate is.
   [[nodiscard]] std::size_t index_of(const Pulse& pulse) const {
     return static_cast<std::size_t>(&pulse - pulses_.data()) % pulses_a_period_;
@@ -74,7 +91,10 @@ class CombWindow {
   double uniform_amplitude_;
   std::size_t max_overlap_ = 0;
   std::size_t pulses_a_period_;
+  std::size_t first_of_period_ = 0;  // in pulses_
+  double amplitude_per_ns_;
   std::vector<Pulse> pulses_;  // ascending in time, with their copies in the periods around
+  std::vector<double> amplitudes_before_;  // of each of them, and of a pulse after the last
   std::vector<Range> buckets_;
   std::vector<std::uint8_t> flags_;
 };

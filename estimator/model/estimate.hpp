@@ -57,6 +57,13 @@ struct Estimate {
   // Why the photons cannot come from this pattern at all; unless it is none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;
+  // Whether the dead time does not bias the values: it is modelled, or too short to matter. False
+  // where it is not known, not to be modelled, or contradicted by detections that follow each other
+  // sooner.
+  bool dead_time_modelled = false;
+  // The share of the time seen in which the detector was blind (of the mean detector, if several
+  // share the light); 0 where dead_time_modelled is false.
+  double blind_fraction = 0;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
 };

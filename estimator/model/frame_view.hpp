@@ -17,6 +17,8 @@ struct FrameView {
   std::span<const Loss> losses;  // clipped to the frame, sorted, not overlapping: the time that
                                  // the frame did not see
   SyncFit sync;                  // the pattern's clock; without a lock there is no estimate
+  // The last photons before start_ps, any order: a detector may still be blind from them.
+  std::span<const std::int64_t> before_ps = {};
 };
 
 }  // namespace splid

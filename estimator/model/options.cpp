@@ -10,6 +10,7 @@ constexpr std::array<const char*, 2> method_names = {"search", "paper"};
 constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
 constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
 constexpr std::array<const char*, 2> reference_names = {"tagger", "pattern"};
+constexpr std::array<const char*, 2> dead_time_names = {"modelled", "flagged"};
 constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
 
 }  // namespace
@@ -53,6 +54,15 @@ void PulseOptions::describe(OptionVisitor& visitor) {
          "gaussian; tabulated takes the shape that the pattern file holds");
   visitor.number("sigma_ps", sigma_ps, {0.1, 1e6},
                  "standard deviation of a gaussian detected pulse, ps");
+}
+
+void DetectorOptions::describe(OptionVisitor& visitor) {
+  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
+                 "time after each detection in which the detector sees nothing, and which light in "
+                 "that time does not prolong, ns; 0: not known");
+  choose(visitor, "dead_time", dead_time, dead_time_names,
+         "modelled: the estimate takes the dead time into account where it matters; flagged: "
+         "frames in which the dead time would bias the result are saturated");
 }
 
 void DriftOptions::describe(OptionVisitor& visitor) {

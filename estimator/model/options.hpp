@@ -50,6 +50,17 @@ struct PulseOptions {
   void describe(OptionVisitor& visitor);
 };
 
+// What becomes of the detector's dead time. modelled: the likelihood knows when the detector was
+// blind. flagged: frames in which the dead time would bias the values are called saturated.
+enum class DeadTime { modelled, flagged };
+
+// The detector. JSON: `detector`.
+struct DetectorOptions {
+  double dead_time_ns = 0;  // 0: not known; it is neither modelled nor flagged
+  DeadTime dead_time = DeadTime::modelled;
+  void describe(OptionVisitor& visitor);
+};
+
 // Whose clock is taken to be right, so that delays are in its time. tagger: the one that stamped
 // the photons. pattern: the generator's, which plays the pattern file's period in just that time.
 enum class ClockReference { tagger, pattern };

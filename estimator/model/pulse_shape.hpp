@@ -25,6 +25,9 @@ class PulseShape {
   virtual ~PulseShape() = default;
   // Each array of values must be at least as long as offsets_ns.
   virtual void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const = 0;
+  // Writes the integral of h from far before up to each offset, in [0, 1]. integrals: at least as
+  // long as offsets_ns.
+  virtual void integrate(std::span<const double> offsets_ns, std::span<double> integrals) const = 0;
   // The logarithm of h; it holds where h itself underflows (a gaussian beyond 38 sigma), too.
   [[nodiscard]] virtual double log_h(double offset_ns) const = 0;
   // Outside [first_ns, last_ns] h is zero, or below 1e-22 of its peak (a gaussian at 10 sigma).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estimator/model/units.hpp"
 
@@ -43,12 +44,14 @@ Fit BentFit::at_mid_frame() const {
 }
 
 BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
-                       double max_acceleration_mps2, std::size_t max_photons)
+                       double max_acceleration_mps2, std::size_t max_photons,
+                       std::optional<BlindTime> straight_blind)
     : search_(search),
       train_(train),
       width_ns_(width_ns),
       max_acceleration_mps2_(max_acceleration_mps2),
       straight_(train, max_photons),
+      straight_blind_(std::move(straight_blind)),
       sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
   best_.reserve(most_cells + 1);
 }
@@ -57,8 +60,17 @@ double BendSearch::max_bend_ns(double length_ns) const {
   return max_acceleration_mps2_ / speed_of_light_mps * length_ns * length_ns / ns_per_s;
 }
 
+const FoldedFrame& BendSearch::straightened_photons(const FoldedFrame& photons, double bend_ns) {
+  straight_.straighten(photons, bend_ns, train_);
+  return straight_;
+}
+
 const FoldedFrame& BendSearch::straightened(const FoldedFrame& frame, double bend_ns) {
   straight_.straighten(frame, bend_ns, train_);
+  if (frame.blind != nullptr && straight_blind_) {
+    straight_blind_->straighten(*frame.blind, bend_ns, train_);
+    straight_.blind = &*straight_blind_;
+  }
   return straight_;
 }
 
@@ -128,7 +140,7 @@ void BendSearch::look(const FoldedFrame& photons, std::size_t level) {
   best_.clear();
   for (int step = -most; step <= most; ++step) {
     const double bend_ns = step * step_ns;
-    for (const SearchCell& cell : search_.cells(straightened(photons, bend_ns), level)) {
+    for (const SearchCell& cell : search_.cells(straightened_photons(photons, bend_ns), level)) {
       keep({cell.line, bend_ns, cell.count});
     }
   }
@@ -150,8 +162,8 @@ BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t 
   Start at = {cell.line, cell.bend_ns, 0, 0};
   bool peaked = true;  // the line is where the photons are, and not where the target is
   for (int zoom = 0; zoom < most_zooms; ++zoom) {
-    const BentSpot spot = search_.zoom_bent(straightened(photons, at.bend_ns), level, at.line,
-                                            step_ns, steps, peaked);
+    const BentSpot spot = search_.zoom_bent(straightened_photons(photons, at.bend_ns), level,
+                                            at.line, step_ns, steps, peaked);
     at = {spot.line, at.bend_ns + spot.bend_ns, spot.box_gain_nats, spot.signal_photons};
     peaked = false;
     if (std::abs(spot.bend_ns) < (steps - 0.5) * step_ns) break;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "estimator/fit/refinement.hpp"
+#include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/search/target_search.hpp"
@@ -47,9 +48,11 @@ class BendSearch {
   // a climb may add.
   static constexpr double least_reach_widths = 20;
 
-  // search and train: outlive this. max_acceleration_mps2: >= 0, towards and away.
+  // search and train: outlive this. max_acceleration_mps2: >= 0, towards and away. straight_blind:
+  // room for the blind time of a straightened frame; empty: frames come without.
   BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
-             double max_acceleration_mps2, std::size_t max_photons);
+             double max_acceleration_mps2, std::size_t max_photons,
+             std::optional<BlindTime> straight_blind = std::nullopt);
 
   // How far a path may bend in a frame of this length: the largest |bend|.
   [[nodiscard]] double max_bend_ns(double length_ns) const;
@@ -68,7 +71,7 @@ class BendSearch {
   // widths of the path all over the frame.
   BentFit refine(const FoldedFrame& frame, DelayLine line, double bend_ns);
 
-  // The frame without a bend. Valid until the next call.
+  // The frame without a bend, with its blind time where it has that. Valid until the next call.
   const FoldedFrame& straightened(const FoldedFrame& frame, double bend_ns);
 
  private:
@@ -86,6 +89,8 @@ class BendSearch {
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
+  // Without the blind time, which no look at cells needs.
+  const FoldedFrame& straightened_photons(const FoldedFrame& photons, double bend_ns);
   void look(const FoldedFrame& photons, std::size_t level);
   void keep(const Cell& cell);
   Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
@@ -96,6 +101,7 @@ class BendSearch {
   double width_ns_;
   double max_acceleration_mps2_;
   FoldedFrame straight_;
+  std::optional<BlindTime> straight_blind_;
   FoldedFrame sample_;
   std::vector<Cell> best_;
 };

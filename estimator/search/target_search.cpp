@@ -96,7 +96,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       search_(train, max_photons, grids()),
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
-      refinement_(shape, train, max_photons),
+      refinement_(shape, train, max_photons, scope.may_be_blind),
       odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);

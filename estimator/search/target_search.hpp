@@ -33,7 +33,8 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and travels possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;  // whether delays at which the comb nearly falls on itself are tried
+  bool near_copies = true;    // whether delays at which the comb nearly falls on itself are tried
+  bool may_be_blind = false;  // whether frames may come with their blind time
 };
 
 // Where a zoom over bends has ended (see BendSearch).

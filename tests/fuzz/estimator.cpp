@@ -23,7 +23,8 @@ struct Setting {
   double period_ps = 0;
 };
 
-Setting make_setting(const Pattern& pattern, Motion motion, Method method, double sigma_ps) {
+Setting make_setting(const Pattern& pattern, Motion motion, Method method, double sigma_ps,
+                     double dead_time_ns = 0, std::size_t inputs = 1) {
   PulseOptions pulse;
   pulse.sigma_ps = sigma_ps;
   SceneOptions scene;
@@ -33,13 +34,15 @@ Setting make_setting(const Pattern& pattern, Motion motion, Method method, doubl
   options.method = method;
   options.effort = Effort::fast;
   return {pattern,
-          std::make_unique<FrameEstimator>(pattern, pulse, scene, options, length_ms, most_photons),
+          std::make_unique<FrameEstimator>(pattern, pulse, scene, options, length_ms, most_photons,
+                                           ClockReference::tagger, DetectorOptions{dead_time_ns},
+                                           inputs),
           pattern_period_ps(pattern)};
 }
 
-std::array<Setting, 8>& settings() {
+std::array<Setting, 12>& settings() {
   static const Pattern interleaved = interleaved_pattern({180'000, 189'000}, 3'780'000);
-  static std::array<Setting, 8> made = {
+  static std::array<Setting, 12> made = {
       make_setting(interleaved, Motion::moving, Method::search, 100),
       make_setting(interleaved, Motion::automatic, Method::search, 1000),
       make_setting(interleaved, Motion::moving, Method::paper, 100),
@@ -49,7 +52,12 @@ std::array<Setting, 8>& settings() {
                    100),
       make_setting(interleaved, Motion::accelerating, Method::search, 100),
       make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::accelerating,
-                   Method::search, 300)};
+                   Method::search, 300),
+      make_setting(interleaved, Motion::moving, Method::search, 100, 0.05),
+      make_setting(interleaved, Motion::automatic, Method::search, 1000, 45, 2),
+      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::moving, Method::search, 100,
+                   2000),
+      make_setting(interleaved, Motion::accelerating, Method::search, 100, 50)};
   return made;
 }
 
@@ -133,6 +141,7 @@ void check_values(const Estimate& e, const Pattern& pattern) {
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
        "an estimate has a status");
   must(e.background_per_ns >= 0, "a flux is not negative");
+  must(e.blind_fraction >= 0 && e.blind_fraction < 1, "a share is below 1");
   if (e.status == FrameStatus::no_target || e.status == FrameStatus::no_sync) return;
   must(e.has_values, "a target has values");
   // Times of the tagger, in which the period may be 500 ppm longer.
@@ -162,6 +171,8 @@ void check(FuzzInput input) {
   add_photons(input, setting.period_ps, frame);
   frame.view.photons_ps = frame.photons_ps;
   frame.view.losses = frame.losses;
+  const std::array before_ps = {frame.view.start_ps - 30'000, frame.view.start_ps - 1};
+  frame.view.before_ps = before_ps;
 
   const Estimate first = setting.estimator->estimate(frame.view);
   check_values(first, setting.pattern);

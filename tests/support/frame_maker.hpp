@@ -25,13 +25,18 @@ struct FrameMaker {
   double drift_ppm = 0;   // of the pattern's clock, as the tagger counts
   double tagger_ppm = 0;  // by which the tagger's clock is fast
   std::int64_t start_ps = 0;
+  double dead_time_ns = 0;  // of a detector that is not blind for longer by what it does not see
+  int inputs = 1;           // detectors that the light is split over, each blind on its own
 
   struct Frame {
     std::vector<std::int64_t> photons_ps;
     std::vector<Loss> losses;
     std::int64_t start_ps, end_ps;
     SyncFit sync;
-    [[nodiscard]] FrameView view() const { return {start_ps, end_ps, photons_ps, losses, sync}; }
+    std::vector<std::int64_t> before_ps;
+    [[nodiscard]] FrameView view() const {
+      return {start_ps, end_ps, photons_ps, losses, sync, before_ps};
+    }
   };
 
   [[nodiscard]] Frame make(std::uint64_t seed) const {
@@ -57,7 +62,10 @@ struct FrameMaker {
       return 2 * hit - e;
     };
     std::normal_distribution<double> jitter(0, sigma_ns * 1e3);
-    const std::int64_t reach = static_cast<std::int64_t>(2 * distance_m / c / period_ps) + 3;
+    // The detector has forgotten its first state after so many dead times.
+    const std::int64_t from_ps = frame.start_ps - std::llround(20e3 * dead_time_ns);
+    const std::int64_t reach =
+        static_cast<std::int64_t>((2 * distance_m / c + 20e3L * dead_time_ns) / period_ps) + 3;
     long double begin_ps = 0;  // of the segment in the pattern period
     for (const PatternSegment& segment : pattern.segments) {
       const std::int64_t repeats = pattern.segments.size() == 1 ? 1 : segment.repeats;
@@ -76,26 +84,41 @@ struct FrameMaker {
               begin_ps + repeat * segment.period_ps + segment.pulse_times_ps[p];
           const long double e = whole * period_ps + in_pattern * scale - length_ps / 2;
           const auto t = mid + std::llround(arrival(e) + jitter(random));
-          if (t >= frame.start_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
+          if (t >= from_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
         }
       }
       begin_ps += static_cast<long double>(repeats) * segment.period_ps;
     }
     std::poisson_distribution<std::int64_t> background(
-        std::max(1e-300, background_per_ns * static_cast<double>(length_ps) * 1e-3));
-    std::uniform_int_distribution<std::int64_t> anywhere(frame.start_ps, frame.end_ps - 1);
+        std::max(1e-300, background_per_ns * static_cast<double>(frame.end_ps - from_ps) * 1e-3));
+    std::uniform_int_distribution<std::int64_t> anywhere(from_ps, frame.end_ps - 1);
     if (background_per_ns > 0) {
       for (std::int64_t n = background(random); n > 0; --n) {
         frame.photons_ps.push_back(anywhere(random));
       }
     }
     std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+    if (dead_time_ns > 0 || inputs > 1) blind(frame, random);
     frame.sync.locked = true;
     frame.sync.origin_ps = frame.start_ps;
     frame.sync.phase_ps = 0;
     frame.sync.period_ps = static_cast<double>(period_ps);
     frame.sync.drift_ppm = drift_ppm;
     return frame;
+  }
+
+  // Leaves of the photons what the detectors see, and parts them at the frame's start.
+  void blind(Frame& frame, std::mt19937_64& random) const {
+    std::uniform_int_distribution<std::size_t> any(0, static_cast<std::size_t>(inputs) - 1);
+    std::vector<std::int64_t> blind_until(static_cast<std::size_t>(inputs), INT64_MIN);
+    std::vector<std::int64_t> seen;
+    for (const std::int64_t t : frame.photons_ps) {
+      std::int64_t& until = blind_until[any(random)];
+      if (t < until) continue;
+      until = t + std::llround(dead_time_ns * 1e3);
+      (t < frame.start_ps ? frame.before_ps : seen).push_back(t);
+    }
+    frame.photons_ps = seen;
   }
 };
 

@@ -128,7 +128,8 @@ class Estimation {
       : clock_(context.clocks.thread_ms),
         estimator_(context.config.pattern, context.config.pulse, context.config.scene,
                    setting.estimator, setting.length_ms, max_photons,
-                   context.config.drift.reference),
+                   context.config.drift.reference, context.config.detector,
+                   context.config.channels.photon.size()),
         tracked_(setting.estimator.tracked),
         range_risk_(setting.estimator.range_risk) {}
 

@@ -117,6 +117,7 @@ class Collector final : public FrameSink {
                    {frame_.photons_ps.begin(), frame_.photons_ps.end()},
                    {frame_.losses.begin(), frame_.losses.end()},
                    frame_.sync,
+                   {frame_.before_ps.begin(), frame_.before_ps.end()},
                    frame_.seen_fraction,
                    first_,
                    std::nullopt};

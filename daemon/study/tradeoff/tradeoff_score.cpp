@@ -189,6 +189,8 @@ Yardstick make_yardstick(const Config& config, const std::optional<SceneTruth>& 
   scene.accelerating = unit.moving && config.scene.motion == Motion::accelerating;
   scene.signal_per_pulse = constants ? constants->signal_per_pulse : median(signal);
   scene.background_per_ns = constants ? constants->background_per_s * 1e-9 : median(background);
+  scene.detector = {config.detector.dead_time_ns,
+                    static_cast<double>(config.channels.photon.size())};
   if (scene.signal_per_pulse > 0) unit.bound = cramer_rao_bound(config.pattern, *shape, scene);
   return unit;
 }

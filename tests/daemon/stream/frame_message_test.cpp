@@ -91,6 +91,23 @@ TEST_F(FrameMessages, AreSaturatedWhereATenthFallsIntoDeadTime) {
   EXPECT_EQ(make().status, FrameStatus::ok);
 }
 
+// Nine tenths of the time blind are ten would-be detections in a dead time.
+TEST_F(FrameMessages, WithTheDeadTimeModelledAreSaturatedBeyondTheModelOnly) {
+  context.dead_time_ns = 1e6;
+  EXPECT_FALSE(make().blind_fraction.has_value());
+  estimate.dead_time_modelled = true;
+  estimate.blind_fraction = 0.909;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  EXPECT_EQ(make().blind_fraction, 0.909);
+  estimate.blind_fraction = 0.9092;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  estimate.blind_fraction = 0.5;
+  estimate.signal_per_pulse = 10.1;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  estimate.signal_per_pulse = 9.9;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+}
+
 TEST_F(FrameMessages, WithoutSyncStillCount) {
   frame.sync = {};
   frame.sync.count = 2;

@@ -207,6 +207,47 @@ TEST(Framer, LaterThanThatIsCountedLate) {
   EXPECT_EQ(r.totals.resets, 0U);
 }
 
+// A detector may be blind at a frame's start from a photon of the frame before.
+TEST(Framer, AFrameKnowsTheLastPhotonsBeforeIt) {
+  const Framed r = framed(TagStream{}.make());
+  EXPECT_TRUE(r.frames[0].before_ps.empty());
+  for (std::size_t i = 1; i < r.frames.size(); ++i) {
+    const auto before = r.frames[i - 1].photons_ps.view();
+    const auto known = r.frames[i].before_ps.view();
+    ASSERT_EQ(known.size(), 64U);
+    EXPECT_TRUE(std::equal(known.begin(), known.end(), before.end() - 64));
+    EXPECT_EQ(r.frames[i].view().before_ps.back(), before.back());
+  }
+}
+
+// 30 photons a frame: those of the last frames but one are known too.
+TEST(Framer, AFrameAfterFramesOfFewPhotonsKnowsThoseOfSeveral) {
+  TagStream stream;
+  stream.photons_per_ms = 3;
+  std::vector<std::int64_t> all;
+  const Framed r = framed(stream.make());
+  for (std::size_t i = 0; i < r.frames.size(); ++i) {
+    const auto known = r.frames[i].before_ps.view();
+    ASSERT_EQ(known.size(), std::min<std::size_t>(all.size(), 64));
+    EXPECT_TRUE(std::equal(known.rbegin(), known.rend(), all.rbegin()));
+    const auto photons = r.frames[i].photons_ps.view();
+    all.insert(all.end(), photons.begin(), photons.end());
+  }
+}
+
+TEST(Framer, AfterALongGapNoPhotonIsKnownFromBefore) {
+  TagStream late;
+  late.begin_ps = 60 * second;
+  std::vector<Tag> tags = TagStream{}.make();
+  const std::vector<Tag> more = late.make();
+  tags.insert(tags.end(), more.begin(), more.end());
+  const Framed r = framed(tags);
+  for (std::size_t i = 0; i < r.frames.size(); ++i) {
+    const auto known = r.frames[i].before_ps.view();
+    for (const std::int64_t photon_ps : known) EXPECT_LT(r.frames[i].start_ps - photon_ps, second);
+  }
+}
+
 TEST(Framer, AShortGapGivesEmptyFrames) {
   const std::vector<Tag> tags = without(TagStream{}.make(), 21 * ms, 68 * ms);
   const Framed r = framed(tags);

@@ -102,5 +102,35 @@ TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
   EXPECT_NEAR(J(0, 2), static_cast<double>(ds * weight), 1e-6 * std::sqrt(J(0, 0) * J(2, 2)));
 }
 
+// A steady light b leaves a detector alive for 1 / (1 + b t_d) of the time.
+TEST(Bound, OfABlindDetectorCountsTheTimeThatItIsAlive) {
+  test::FrameMaker made;
+  made.pattern = test::periodic_pattern(100000);
+  made.length_ms = 1;
+  const PulseTrain train(made.pattern);
+  const double b = 0.06;
+  const Eigen::Matrix4d J = fisher_information(*make_gaussian(0.1), train, exposure_of(made),
+                                               {{50, 0}, 1e-9, b}, {.dead_time_ns = 50});
+  EXPECT_NEAR(J(3, 3), 1e6 / (1 + b * 50) / b, 1e-3 * J(3, 3));
+  // Of three detectors each sees a third of the light.
+  const Eigen::Matrix4d split =
+      fisher_information(*make_gaussian(0.1), train, exposure_of(made), {{50, 0}, 1e-9, b},
+                         {.dead_time_ns = 50, .inputs = 3});
+  EXPECT_NEAR(split(3, 3), 1e6 / (1 + b * 50 / 3) / b, 1e-3 * split(3, 3));
+}
+
+// Pulses 100 ns apart and blind times of 250 ns: a pulse that is seen, with the chance
+// q = 1 - exp(-S), hides the next two, so that 1 of 1 + 2 q pulses meets a detector that is alive.
+TEST(Bound, ADeadTimeOfSeveralPeriodsHidesPulses) {
+  const Pattern pattern = test::periodic_pattern(100000);
+  for (const double S : {0.1, 1.0, 3.0}) {
+    const Comb comb(pattern.segments.front());
+    const AliveFraction alive(*make_gaussian(0.1), comb, 1, S, 0, {.dead_time_ns = 250});
+    const double q = 1 - std::exp(-S);
+    EXPECT_NEAR(alive.at(90), 1 / (1 + 2 * q), 2e-3) << S;
+    EXPECT_NEAR(alive.at(10), (1 - q) / (1 + 2 * q), 2e-3) << S;
+  }
+}
+
 }  // namespace
 }  // namespace splid

@@ -54,6 +54,25 @@ TEST(PatternCheck, SaysNothingWhereThePatternIsRight) {
   EXPECT_EQ(look(made, made.pattern, 50).frames, 0);
 }
 
+// Of pulses 9 ns apart the first hides the second from a detector that is blind for 50 ns.
+TEST(PatternCheck, KnowsThatABlindDetectorMissesPulses) {
+  for (const bool is_uneven : {false, true}) {
+    test::FrameMaker made = paper_scene();
+    if (is_uneven) made.pattern = uneven(made.pattern, 0.5);
+    made.length_ms = 2;
+    made.signal_per_pulse = 1.5;
+    made.dead_time_ns = 50;
+    const auto frame = made.make(1);
+    FrameEstimator modelled(made.pattern, {}, {}, {}, made.length_ms, 100'000,
+                            ClockReference::tagger, {50});
+    const Estimate e = modelled.estimate(frame.view());
+    EXPECT_EQ(e.status, FrameStatus::ok);
+    EXPECT_EQ(e.amplitude_misfit, std::nullopt);
+    FrameEstimator left_out(made.pattern, {}, {}, {}, made.length_ms, 100'000);
+    EXPECT_NE(left_out.estimate(frame.view()).amplitude_misfit, std::nullopt);
+  }
+}
+
 TEST(PatternCheck, NoticesUnevenPulsesTakenForEvenOnes) {
   test::FrameMaker made = paper_scene();
   const Pattern even = made.pattern;

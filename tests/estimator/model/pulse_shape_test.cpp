@@ -43,6 +43,27 @@ void expect_unit_integral_and_true_derivatives(const PulseShape& shape) {
   EXPECT_NEAR(integral, 1, 2e-4);
 }
 
+void expect_the_integral_of_its_density(const PulseShape& shape) {
+  const double step = shape.width_ns() / 500;
+  double sum = 0;
+  for (double x = shape.first_ns() - step; x < shape.last_ns() + step; x += step) {
+    const double middle = x + step / 2;
+    double integral = -1;
+    shape.integrate({&middle, 1}, {&integral, 1});
+    EXPECT_NEAR(integral, sum + at(shape, x + step / 4).h * step / 2, 2e-6) << x;
+    sum += at(shape, middle).h * step;
+  }
+  const double ends[] = {-1e9, shape.first_ns(), shape.last_ns(), 1e9};
+  double integrals[4] = {};
+  shape.integrate(ends, integrals);
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(integrals[k], k / 2, 1e-12);
+}
+
+TEST(PulseShape, IntegratesItsDensity) {
+  expect_the_integral_of_its_density(*make_gaussian(0.1));
+  expect_the_integral_of_its_density(*make_tabulated(tailed_pulse()));
+}
+
 TEST(PulseShape, GaussianIsADensityWithItsDerivatives) {
   const auto shape = make_gaussian(0.1);
   expect_unit_integral_and_true_derivatives(*shape);

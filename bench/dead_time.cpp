@@ -1,0 +1,166 @@
+// Measures how far each value is off in the light of a detector with a dead time: with the dead
+// time left out, and with the dead time modelled, over the same frames. Prints one row for each
+// light, for docs/evidence/dead-time.md.
+//
+//   dead_time [FRAMES]    by default 1000 frames for each row
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "estimator/fit/bound.hpp"
+#include "estimator/frame_estimator.hpp"
+#include "estimator/model/units.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr int values = 4;
+
+// Errors of delay, velocity, S and b, in deviations of the bound and in those that were published.
+struct Errors {
+  int frames = 0, found = 0, wrong = 0;
+  std::array<double, values> sum = {}, squares = {}, inside = {};
+
+  void add(const std::array<double, values>& error, const std::array<double, values>& bound,
+           const std::array<double, values>& deviation) {
+    for (std::size_t k = 0; k < values; ++k) {
+      sum[k] += error[k] / bound[k];
+      squares[k] += error[k] * error[k] / (bound[k] * bound[k]);
+      inside[k] += std::abs(error[k]) < deviation[k] ? 1 : 0;
+    }
+    ++found;
+  }
+};
+
+struct Row {
+  const char* pattern;
+  test::FrameMaker made;
+  SceneOptions options = {};
+};
+
+double bound_or_one(double value) { return value > 0 && std::isfinite(value) ? value : 1; }
+
+std::array<double, values> bound_of(const test::FrameMaker& made, double length_ns, double tau) {
+  BoundScene scene;
+  scene.length_ns = scene.seen_ns = length_ns;
+  scene.delay_ns = tau;
+  scene.velocity_mps = made.velocity_mps;
+  scene.signal_per_pulse = made.signal_per_pulse;
+  scene.background_per_ns = made.background_per_ns;
+  scene.accelerating = made.acceleration_mps2 != 0;
+  scene.detector = {made.dead_time_ns, static_cast<double>(made.inputs)};
+  const Bound bound = cramer_rao_bound(made.pattern, *make_gaussian(made.sigma_ns), scene);
+  return {bound_or_one(bound.delay_ns), bound_or_one(bound.velocity_mps),
+          bound_or_one(bound.signal_per_pulse), bound_or_one(bound.background_per_ns)};
+}
+
+void run(const Row& row, int frames) {
+  const test::FrameMaker& made = row.made;
+  const double tau = 2 * made.distance_m / speed_of_light_mps * 1e9;
+  const test::FrameMaker::Frame first = made.make(0);
+  const auto bound = bound_of(made, static_cast<double>(first.end_ps - first.start_ps) * 1e-3, tau);
+  const std::size_t most = 3 * first.photons_ps.size() + 1000;
+  const DetectorOptions known = {made.dead_time_ns, DeadTime::modelled};
+  const auto inputs = static_cast<std::size_t>(made.inputs);
+  FrameEstimator left_out(made.pattern, {}, row.options, {}, made.length_ms, most);
+  FrameEstimator modelled(made.pattern, {}, row.options, {}, made.length_ms, most,
+                          ClockReference::tagger, known, inputs);
+  std::array<Errors, 2> errors;
+  double blind = 0;
+  const double range_ns = made.pattern.unambiguous_delay_ps * 1e-3;
+  for (int n = 0; n < frames; ++n) {
+    const test::FrameMaker::Frame frame = made.make(static_cast<std::uint64_t>(n));
+    for (int which = 0; which < 2; ++which) {
+      const Estimate e = (which == 0 ? left_out : modelled).estimate(frame.view());
+      Errors& sums = errors[static_cast<std::size_t>(which)];
+      ++sums.frames;
+      if (which == 1) blind += e.blind_fraction / frames;
+      if (!e.has_values) continue;
+      const double delay = std::remainder(e.delay_ns - tau, range_ns);
+      sums.wrong += std::abs(delay) > 5 * made.sigma_ns ? 1 : 0;
+      sums.add(
+          {delay, e.velocity_mps - made.velocity_mps, e.signal_per_pulse - made.signal_per_pulse,
+           e.background_per_ns - made.background_per_ns},
+          bound,
+          {e.std_delay_ns, e.std_velocity_mps, e.std_signal_per_pulse, e.std_background_per_ns});
+    }
+  }
+  std::printf("| %s | %g | %g | %.3f |", row.pattern, made.signal_per_pulse,
+              made.background_per_ns * made.dead_time_ns, blind);
+  for (std::size_t which = 0; which < 2; ++which) {
+    const Errors& sums = errors[which];
+    const double found = std::max(1, sums.found);
+    if (which == 1) std::printf(" %d, %d |", sums.found, sums.wrong);
+    for (std::size_t k = 0; k < values; ++k) std::printf(" %+.2f", sums.sum[k] / found);
+    std::printf(" |");
+    if (which == 0) continue;
+    for (std::size_t k = 0; k < values; ++k)
+      std::printf(" %.3f", std::sqrt(sums.squares[k] / found));
+    std::printf(" |");
+    for (std::size_t k = 0; k < values; ++k) std::printf(" %.1f", 100 * sums.inside[k] / found);
+    std::printf(" |");
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+test::FrameMaker scene(const Pattern& pattern, double S, double in_a_dead_time, double dead_ns) {
+  test::FrameMaker made;
+  made.pattern = pattern;
+  made.length_ms = 1;
+  made.velocity_mps = 20;
+  made.signal_per_pulse = S;
+  made.background_per_ns = in_a_dead_time / dead_ns;
+  made.dead_time_ns = dead_ns;
+  return made;
+}
+
+// A path that bends by 13 pulse widths.
+Row bent(Row row) {
+  row.made.acceleration_mps2 = 4e5;
+  row.options.motion = Motion::accelerating;
+  row.options.max_acceleration_mps2 = 5e5;
+  return row;
+}
+
+}  // namespace
+}  // namespace splid
+
+int main(int count, char** arguments) {
+  using namespace splid;
+  const int frames = count > 1 ? std::atoi(arguments[1]) : 1000;
+  if (frames <= 0) {
+    std::fprintf(stderr, "usage: dead_time [FRAMES]\n");
+    return 2;
+  }
+  const Pattern interleaved = test::interleaved_pattern({180000, 189000}, 3780000);
+  const Pattern random = test::random_pattern(3780000, 40, 9000, 5);
+  const Pattern one = test::periodic_pattern(100000);
+  std::printf(
+      "%d frames for each row; errors in deviations of the bound of the same detector:\n"
+      "delay, velocity, S, b.\n\n",
+      frames);
+  std::printf(
+      "| pattern | S | b t_d | blind | mean error, left out | found, wrong | mean error, "
+      "modelled | RMSE over bound | inside one deviation, %% |\n");
+  std::printf("|---|---|---|---|---|---|---|---|---|\n");
+  for (const Row& row :
+       {Row{"interleaved", scene(interleaved, 0.02, 1e-3, 50)},
+        Row{"interleaved", scene(interleaved, 0.02, 0.1, 50)},
+        Row{"interleaved", scene(interleaved, 0.1, 1, 50)},
+        Row{"interleaved", scene(interleaved, 0.1, 3, 50)},
+        Row{"interleaved", scene(interleaved, 0.5, 0.1, 50)},
+        Row{"interleaved", scene(interleaved, 3, 0.1, 50)},
+        Row{"interleaved", scene(interleaved, 3, 3, 50)},
+        Row{"random", scene(random, 0.5, 0.3, 22)}, Row{"random", scene(random, 3, 1, 50)},
+        Row{"one pulse", scene(one, 0.02, 0.1, 50)}, Row{"one pulse", scene(one, 1, 0.3, 50)},
+        Row{"one pulse", scene(one, 3, 3, 250)}, Row{"interleaved", scene(interleaved, 3, 10, 50)},
+        Row{"one pulse", scene(one, 10, 0.1, 50)},
+        bent({"interleaved", scene(interleaved, 0.1, 1, 50)}),
+        bent({"interleaved", scene(interleaved, 3, 0.1, 50)})}) {
+    run(row, frames);
+  }
+}

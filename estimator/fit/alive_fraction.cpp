@@ -1,0 +1,97 @@
+#include "estimator/fit/alive_fraction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splid {
+namespace {
+
+constexpr double cells_a_width = 8;
+constexpr double most_periods = 2000;
+// A longer dead time averages over so many periods that its phase does not matter.
+constexpr double most_cells_dead = 1 << 22;
+constexpr double settled = 1e-7;
+
+}  // namespace
+
+AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb, double dilation, double S,
+                             double b, const BlindDetector& detector) {
+  const double cells = std::ceil(comb.period_ns * dilation * cells_a_width / shape.width_ns());
+  cells_per_ns_ = cells / comb.period_ns;
+  alive_.assign(static_cast<std::size_t>(cells), 1.0);
+  const double cells_dead = detector.dead_time_ns / dilation * cells_per_ns_;
+  if (cells_dead < 1) return;
+  if (cells_dead > most_cells_dead) {
+    const double light = (S * comb.total_amplitude / (comb.period_ns * dilation) + b);
+    mean_ = 1 / (1 + light / detector.inputs * detector.dead_time_ns);
+    std::fill(alive_.begin(), alive_.end(), mean_);
+    return;
+  }
+  settle(chances(shape, comb, dilation, S / detector.inputs, b / detector.inputs), cells_dead);
+}
+
+// The chance of a detection in each cell, for a detector that is alive at its begin.
+std::vector<double> AliveFraction::chances(const PulseShape& shape, const Comb& comb,
+                                           double dilation, double S, double b) const {
+  const std::size_t cells = alive_.size();
+  std::vector<double> light(cells, b * dilation / cells_per_ns_);
+  const auto width_cells =
+      static_cast<std::size_t>((shape.last_ns() - shape.first_ns()) / dilation * cells_per_ns_ + 3);
+  for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+    const double first =
+        std::floor((comb.times_ns[p] + shape.first_ns() / dilation) * cells_per_ns_);
+    double before = 0;
+    for (std::size_t step = 0; step < width_cells; ++step) {
+      const double k = first + static_cast<double>(step);
+      double offset = ((k + 1) / cells_per_ns_ - comb.times_ns[p]) * dilation;
+      double up_to = 0;
+      shape.integrate({&offset, 1}, {&up_to, 1});
+      const double turned =
+          k - static_cast<double>(cells) * std::floor(k / static_cast<double>(cells));
+      light[static_cast<std::size_t>(turned) % cells] += S * comb.amplitudes[p] * (up_to - before);
+      before = up_to;
+    }
+  }
+  for (double& cell : light) cell = -std::expm1(-cell);
+  return light;
+}
+
+void AliveFraction::settle(const std::vector<double>& chances, double cells_dead) {
+  const std::size_t cells = alive_.size();
+  // Detections of the last dead time, in a ring, and how far between two cells the dead time ends.
+  const auto whole = static_cast<std::size_t>(cells_dead);
+  const double part = cells_dead - static_cast<double>(whole);
+  std::vector<double> detected(whole + 2, 0.0);
+  std::size_t now = 0;
+  double alive = 1;
+  const double dead_periods = cells_dead / static_cast<double>(cells);
+  const auto most = static_cast<std::size_t>(most_periods + 50 * dead_periods);
+  for (std::size_t period = 0; period < most; ++period) {
+    double change = 0;
+    double sum = 0;
+    for (std::size_t k = 0; k < cells; ++k) {
+      change = std::max(change, std::abs(alive - alive_[k]));
+      alive_[k] = alive;
+      sum += alive;
+      const double detection = alive * chances[k];
+      detected[now] = detection;
+      now = now + 1 == detected.size() ? 0 : now + 1;
+      // detected[now] is now the oldest: of whole + 1 cells ago.
+      const std::size_t next = now + 1 == detected.size() ? 0 : now + 1;
+      alive += part * detected[now] + (1 - part) * detected[next] - detection;
+      alive = std::clamp(alive, 0.0, 1.0);
+    }
+    mean_ = sum / static_cast<double>(cells);
+    if (static_cast<double>(period) > 2 * dead_periods + 1 && change < settled) return;
+  }
+}
+
+double AliveFraction::at(double phase_ns) const {
+  const double place = phase_ns * cells_per_ns_;
+  const auto k = std::min(static_cast<std::size_t>(place), alive_.size() - 1);
+  const double part = std::clamp(place - static_cast<double>(k), 0.0, 1.0);
+  const double next = alive_[k + 1 == alive_.size() ? 0 : k + 1];
+  return (1 - part) * alive_[k] + part * next;
+}
+
+}  // namespace splid

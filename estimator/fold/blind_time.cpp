@@ -1,0 +1,130 @@
+#include "estimator/fold/blind_time.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/model/units.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::size_t most_begins = 1024;  // photons before the frame, and losses
+constexpr double least_gap = 0.9;          // dead times between two detections
+
+using Times = std::span<const std::int64_t>;
+
+std::size_t count_early(Times times_ps, std::int64_t least_gap_ps) {
+  std::size_t early = 0;
+  for (std::size_t i = 0; i + 1 < times_ps.size(); ++i) {
+    early += times_ps[i + 1] - times_ps[i] < least_gap_ps ? 1 : 0;
+  }
+  return early;
+}
+
+// When a photon's blind time ends, losses aside. is_cut: with the next photon at the latest.
+std::int64_t end_of(Times times_ps, std::size_t photon, std::int64_t dead_time_ps,
+                    std::int64_t frame_end_ps, bool is_cut) {
+  const bool has_next = is_cut && photon + 1 < times_ps.size();
+  const std::int64_t latest_ps = has_next ? times_ps[photon + 1] : frame_end_ps;
+  return std::min(times_ps[photon] + dead_time_ps, latest_ps);
+}
+
+}  // namespace
+
+BlindTime::BlindTime(const PulseTrain& train, double dead_time, std::size_t inputs,
+                     std::size_t max_photons, double reach_ns)
+    : ends(train, max_photons + most_begins, reach_ns),
+      begins(train, most_begins, reach_ns),
+      dead_time_ns(dead_time),
+      share(1 / static_cast<double>(inputs)),
+      dead_time_ps_(std::llround(dead_time / ns_per_ps)) {
+  times_ps_.reserve(max_photons);
+  ends_ps_.reserve(max_photons + most_begins);
+  begins_ps_.reserve(most_begins);
+}
+
+std::span<const std::int64_t> BlindTime::in_order(std::span<const std::int64_t> photons_ps) {
+  if (std::is_sorted(photons_ps.begin(), photons_ps.end())) return photons_ps;
+  times_ps_.assign(photons_ps.begin(), photons_ps.end());
+  std::sort(times_ps_.begin(), times_ps_.end());
+  return times_ps_;
+}
+
+void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
+  const std::span<const std::int64_t> times_ps = in_order(frame.photons_ps);
+  ends_ps_.clear();
+  begins_ps_.clear();
+  sum_ps_ = 0;
+  next_loss_ = 0;
+  early = count_early(times_ps,
+                      static_cast<std::int64_t>(least_gap * static_cast<double>(dead_time_ps_)));
+  add_before(frame, times_ps.empty() ? frame.end_ps : times_ps.front());
+  const bool is_cut = share == 1;
+  const std::size_t before = ends_ps_.size();
+  if (frame.losses.empty()) ends_ps_.resize(before + times_ps.size());
+  std::int64_t sum_ps = 0;
+  for (std::size_t i = 0; i < times_ps.size(); ++i) {
+    const std::int64_t to_ps = end_of(times_ps, i, dead_time_ps_, frame.end_ps, is_cut);
+    if (frame.losses.empty()) {
+      ends_ps_[before + i] = to_ps;
+      sum_ps += to_ps - times_ps[i];
+    } else {
+      add(frame, times_ps[i], to_ps);
+    }
+  }
+  sum_ps_ += sum_ps;
+  blind_ns = static_cast<double>(sum_ps_) * ns_per_ps * share;
+  FrameView edges = frame;
+  edges.photons_ps = ends_ps_;
+  ends.fold(edges, train);
+  edges.photons_ps = begins_ps_;
+  begins.fold(edges, train);
+}
+
+void BlindTime::straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train) {
+  blind_ns = bent.blind_ns;
+  early = bent.early;
+  ends.straighten(bent.ends, bend_ns, train);
+  begins.straighten(bent.begins, bend_ns, train);
+}
+
+// The blind time of the detections before the frame, as far as it reaches into the frame.
+void BlindTime::add_before(const FrameView& frame, std::int64_t first_ps) {
+  const std::int64_t latest_ps = share == 1 ? first_ps : frame.end_ps;
+  std::int64_t last_ps = frame.start_ps;
+  for (const std::int64_t photon_ps : frame.before_ps) {
+    const std::int64_t to_ps = std::min(photon_ps + dead_time_ps_, latest_ps);
+    if (to_ps <= frame.start_ps || photon_ps >= frame.start_ps) continue;
+    if (share == 1) {
+      last_ps = std::max(last_ps, to_ps);
+    } else if (begins_ps_.size() < most_begins / 2) {
+      begins_ps_.push_back(frame.start_ps);
+      add(frame, frame.start_ps, to_ps);
+    }
+  }
+  if (last_ps == frame.start_ps) return;
+  begins_ps_.push_back(frame.start_ps);
+  add(frame, frame.start_ps, last_ps);
+}
+
+// Adds the blind time [from, to) without its parts in losses; its begin has been noted. The begins
+// ascend from call to call.
+void BlindTime::add(const FrameView& frame, std::int64_t from_ps, std::int64_t to_ps) {
+  while (next_loss_ < frame.losses.size() && frame.losses[next_loss_].end_ps <= from_ps) {
+    ++next_loss_;
+  }
+  for (std::size_t k = next_loss_; k < frame.losses.size(); ++k) {
+    const Loss& loss = frame.losses[k];
+    if (loss.begin_ps >= to_ps) break;
+    const std::int64_t until_ps = std::max(from_ps, loss.begin_ps);
+    ends_ps_.push_back(until_ps);
+    sum_ps_ += until_ps - from_ps;
+    if (loss.end_ps >= to_ps) return;
+    from_ps = loss.end_ps;
+    begins_ps_.push_back(from_ps);
+  }
+  ends_ps_.push_back(to_ps);
+  sum_ps_ += to_ps - from_ps;
+}
+
+}  // namespace splid

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/pulse_train.hpp"
+
+namespace splid {
+
+// When a frame's detector was blind: from each detection on for the dead time, also from detections
+// shortly before the frame. Each time of this kind ends at an instant that is folded as if it were
+// a photon; it begins at a photon of the frame, or at one of `begins`: at the frame's start, or at
+// the end of a loss that it reaches beyond.
+//
+// Blind time in a loss does not count, as a loss is not seen anyway. With a single detector input a
+// detection ends the blind time of the detection before it, where that comes too late for the dead
+// time by the jitter of the tagger, say. With several inputs that share the light evenly, each
+// detection blinds one of them, and counts by that share.
+//
+// Threads: one thread for each object. Errors: none. find() allocates nothing for frames of up to
+// max_photons.
+struct BlindTime {
+  FoldedFrame ends;
+  FoldedFrame begins;     // those that are no photons of the frame
+  double dead_time_ns;    // tagger's clock
+  double share;           // of the light that goes to one input
+  double blind_ns = 0;    // in all, by that share; tagger's clock
+  std::size_t early = 0;  // detections that come within 0.9 dead times of another: of a single
+                          // input, these contradict the dead time
+
+  // train: as for FoldedFrame. inputs: >= 1.
+  BlindTime(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
+            std::size_t max_photons, double reach_ns);
+  // frame: locked to its syncs.
+  void find(const FrameView& frame, const PulseTrain& train);
+  // Becomes the blind time of the frame that FoldedFrame::straighten() makes: all ends and begins
+  // move back along the bend, as the photons do. bent: of the same detector.
+  void straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train);
+
+ private:
+  void add(const FrameView& frame, std::int64_t from_ps, std::int64_t to_ps);
+  // first_ps: the first photon of the frame.
+  void add_before(const FrameView& frame, std::int64_t first_ps);
+  std::span<const std::int64_t> in_order(std::span<const std::int64_t> photons_ps);
+
+  std::int64_t dead_time_ps_;
+  std::vector<std::int64_t> times_ps_;             // scratch: photons that came in no order
+  std::vector<std::int64_t> ends_ps_, begins_ps_;  // scratch
+  std::int64_t sum_ps_ = 0;
+  std::size_t next_loss_ = 0;
+};
+
+}  // namespace splid
