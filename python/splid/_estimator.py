@@ -10,11 +10,12 @@ from splid._config import AnyConfig, bound_config
 from splid._log import told
 
 _NO_LOSSES = np.empty((0, 3), dtype=np.int64)
+_NO_TIMES = np.empty(0, dtype=np.int64)
 
 
 class Estimator:
-    """Estimates one frame after the other, by the pattern, pulse, scene and estimator of a
-    configuration.
+    """Estimates one frame after the other, by the pattern, pulse, scene, detector and
+    estimator of a configuration.
 
     The same frame gives the same estimate, to the last bit, whatever was estimated before. In
     splid.frames() the fit of the pattern's clock begins at the period of the frame before, so that
@@ -31,14 +32,17 @@ class Estimator:
 
     def estimate(self, photons_ps: npt.NDArray[np.int64], syncs_ps: npt.NDArray[np.int64],
                  start_ps: Optional[int] = None, end_ps: Optional[int] = None,
-                 losses: Optional[npt.ArrayLike] = None) -> _splid.Estimate:
+                 losses: Optional[npt.ArrayLike] = None,
+                 before_ps: npt.NDArray[np.int64] = _NO_TIMES) -> _splid.Estimate:
         """Estimates a frame of the tags in [start_ps, end_ps), all in ps of the tagger's clock.
 
         photons_ps: shape (n,), in any order. syncs_ps: shape (m,), nearly sorted; one a pattern
         period. Both are contiguous arrays of int64, and are not copied. start_ps, end_ps: by
         default from the first sync to one period after the last, which leaves out photons before
         and after; the frame should be a whole number of pattern periods. losses: rows of begin_ps,
-        end_ps and count, sorted, in the frame.
+        end_ps and count, sorted, in the frame. before_ps: the photons of a few dead times before
+        the frame, from which its detector may still be blind; it counts where detector.dead_time
+        is modelled.
 
         Errors: TypeError for arrays of another type; UsageError for tags outside of bounds that
         were given, and where fewer than two syncs leave the bounds open.
@@ -50,7 +54,7 @@ class Estimator:
             photons_ps = _inside(photons_ps, start_ps, end_ps)
             syncs_ps = _inside(syncs_ps, start_ps, end_ps)
         rows = _NO_LOSSES if losses is None else np.ascontiguousarray(losses, dtype=np.int64)
-        return self._bound.estimate(photons_ps, syncs_ps, start_ps, end_ps, rows)
+        return self._bound.estimate(photons_ps, syncs_ps, start_ps, end_ps, rows, before_ps)
 
 
 def _bounds(syncs_ps: npt.NDArray[np.int64]) -> tuple[int, int]:

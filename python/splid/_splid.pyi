@@ -111,6 +111,9 @@ class Estimate:
     @property
     def range_odds_nats(self) -> float: ...
     @property
+    def blind_fraction(self) -> float:
+        """Of the time seen; NaN where the dead time is not modelled."""
+    @property
     def photons(self) -> int: ...
     @property
     def sync_locked(self) -> bool: ...
@@ -131,7 +134,8 @@ class Estimate:
 class Estimator:
     def __init__(self, config: Config) -> None: ...
     def estimate(self, photons_ps: npt.NDArray[np.int64], syncs_ps: npt.NDArray[np.int64],
-                 start_ps: int, end_ps: int, losses: npt.NDArray[np.int64]) -> Estimate: ...
+                 start_ps: int, end_ps: int, losses: npt.NDArray[np.int64],
+                 before_ps: npt.NDArray[np.int64]) -> Estimate: ...
 
 class Truth:
     @staticmethod

@@ -38,7 +38,8 @@ class FrameByFrame {
       : options_(framer_options(config.frame.length_ms, config.pattern, config.drift.method)),
         clock_(options_.period_ps, options_.drift, options_.max_syncs),
         estimator_(config.pattern, config.pulse, config.scene, config.estimator,
-                   config.frame.length_ms, most_photons(config), config.drift.reference),
+                   config.frame.length_ms, most_photons(config), config.drift.reference,
+                   config.detector, config.channels.photon.size()),
         range_offset_m_(config.scene.range_offset_m) {}
 
   FrameResult estimate(FrameView view, std::span<const std::int64_t> syncs_ps) {
@@ -91,18 +92,20 @@ std::vector<Loss> losses_from(const Times& rows, std::int64_t start_ps, std::int
 }
 
 FrameResult estimate(FrameByFrame& estimator, const Times& photons_ps, const Times& syncs_ps,
-                     std::int64_t start_ps, std::int64_t end_ps, const Times& loss_rows) {
+                     std::int64_t start_ps, std::int64_t end_ps, const Times& loss_rows,
+                     const Times& before_ps) {
   if (start_ps >= end_ps) {
     throw Error(Fault::usage, "end_ps = " + std::to_string(end_ps) +
                                   " is not after start_ps = " + std::to_string(start_ps));
   }
   const auto photons = times_of(photons_ps);
   const auto syncs = times_of(syncs_ps);
+  const auto before = times_of(before_ps);
   const std::vector<Loss> losses = losses_from(loss_rows, start_ps, end_ps);
   const py::gil_scoped_release unlocked;
   check_inside(photons, "photons_ps", start_ps, end_ps);
   check_inside(syncs, "syncs_ps", start_ps, end_ps);
-  return estimator.estimate({start_ps, end_ps, photons, losses, {}}, syncs);
+  return estimator.estimate({start_ps, end_ps, photons, losses, {}, before}, syncs);
 }
 
 // A member of an estimate that has values; NaN where it has none.
@@ -124,6 +127,12 @@ void bind_values(py::class_<FrameResult>& type) {
       .def_property_readonly("std_signal_per_pulse", known(&Estimate::std_signal_per_pulse))
       .def_property_readonly("std_background_per_s", known(&Estimate::std_background_per_ns, 1e9))
       .def_property_readonly("range_odds_nats", known(&Estimate::range_odds_nats))
+      .def_property_readonly("blind_fraction",
+                             [](const FrameResult& self) {
+                               return self.estimate.dead_time_modelled
+                                          ? self.estimate.blind_fraction
+                                          : unknown;
+                             })
       .def_property_readonly("background_per_s",
                              [](const FrameResult& self) {
                                return self.estimate.status == FrameStatus::not_run ||
@@ -189,7 +198,7 @@ void bind_estimator(py::module_& module) {
            py::arg("config"))
       .def("estimate", &estimate, py::arg("photons_ps").noconvert(),
            py::arg("syncs_ps").noconvert(), py::arg("start_ps"), py::arg("end_ps"),
-           py::arg("losses").noconvert());
+           py::arg("losses").noconvert(), py::arg("before_ps").noconvert());
 }
 
 }  // namespace splid::python

@@ -46,6 +46,30 @@ def test_the_same_tags_give_the_estimate_of_their_frame(interleaved):
             assert getattr(again, name) == getattr(one, name), name
 
 
+def test_strong_light_on_a_detector_with_a_dead_time(scene):
+    scene["source"].update(signal_per_pulse=0.5, ambient_per_s=2e6, detector={"dead_time_ns": 50})
+    scene["source"]["target"]["velocity_mps"] = 20
+    scene["detector"] = {"dead_time_ns": 50}
+    scene["frame"]["length_ms"] = 2
+    tags = splid.simulate(scene, 0.01).tags
+    photons, syncs = (np.ascontiguousarray(tags["time_ps"][tags["kind"] == kind])
+                      for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
+    table = splid.frames(tags, scene)
+    whole = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")]
+    assert len(whole) >= 3
+    estimator = splid.Estimator(scene)
+    for row in whole:
+        start = int(row["start_ps"])
+        end = start + round(float(row["duration_ms"]) * 1e9)
+        before = photons[photons < start][-64:]
+        found = estimator.estimate(inside(photons, start, end), inside(syncs, start, end), start,
+                                   end, before_ps=before)
+        assert 0.15 < found.blind_fraction < 0.4
+        assert abs(found.blind_fraction - row["blind_fraction"]) < 1e-9
+        assert abs(found.signal_per_pulse - 0.5) < 5 * found.std_signal_per_pulse
+        assert (abs(found.distance_m - row["distance_m"]) < 1e-6 * found.std_distance_m)
+
+
 def test_bounds_may_be_left_to_the_syncs(interleaved):
     recording, config = interleaved
     photons, syncs = tags_of(recording)
