@@ -118,6 +118,7 @@ void check_all(const Config& config) {
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));
+  check(config.file, "/scene", config.scene.validate());
   check(config.file, "/drift", config.drift.validate());
   check(config.file, "/pulse", pulse_fault(config));
 }

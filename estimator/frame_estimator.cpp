@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "estimator/model/units.hpp"
 #include "estimator/paper/paper_method.hpp"
 #include "estimator/search/bend_search.hpp"
+#include "estimator/search/several_targets.hpp"
 #include "estimator/search/target_search.hpp"
 #include "protocol/error.hpp"
 
@@ -75,6 +77,7 @@ struct FrameEstimator::Workspace {
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
   double bent_threshold_nats;                    // for a path that bends
+  std::unique_ptr<SeveralTargets> several;       // null: a frame has one target
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
@@ -100,7 +103,7 @@ struct FrameEstimator::Workspace {
                 least_odds_nats,
                 options.effort,
                 mode != Mode::ambiguous,
-                models(detector, options)},
+                models_dead_time(detector, options)},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
         bent_threshold_nats(threshold_nats) {
@@ -108,7 +111,8 @@ struct FrameEstimator::Workspace {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
     std::optional<BlindTime> straight_blind;
-    if (models(detector, options)) {
+    if (scene.targets > 1) look_for_several(max_photons);
+    if (models_dead_time(detector, options)) {
       for (auto* room : {&blind, &straight_blind}) {
         room->emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
       }
@@ -118,10 +122,13 @@ struct FrameEstimator::Workspace {
     }
   }
 
-  static bool models(const DetectorOptions& detector, const EstimatorOptions& options) {
+  // The likelihood of several targets knows no dead time.
+  [[nodiscard]] bool models_dead_time(const DetectorOptions& detector,
+                                      const EstimatorOptions& options) const {
     return detector.dead_time_ns > 0 && detector.dead_time == DeadTime::modelled &&
-           options.method == Method::search;
+           options.method == Method::search && scene.targets == 1;
   }
+  void look_for_several(std::size_t max_photons);
 
   [[nodiscard]] bool may_accelerate() const {
     return moving() && scene.max_acceleration_mps2 > 0 &&
@@ -167,6 +174,8 @@ struct FrameEstimator::Workspace {
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   bool moves_after_all(const Fit& still_fit);
+  bool estimate_several(const FrameView& view, const Fit& best, Estimate& estimate,
+                        TargetTrack* track, Effort most);
   std::optional<BentFit> find_bent(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<BentFit> bent_if_seen(const std::optional<Fit>& straight, Effort most);
   void estimate_bent(const FrameView& view, Estimate& estimate, TargetTrack* track, Effort most);
@@ -306,6 +315,16 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
 }
 
+void FrameEstimator::Workspace::look_for_several(std::size_t max_photons) {
+  if (by_paper) {
+    throw Error(Fault::usage, "scene.targets is " + std::to_string(scene.targets) +
+                                  ", but the method of [P] knows one target; take "
+                                  "estimator.method search, or scene.targets 1");
+  }
+  several = std::make_unique<SeveralTargets>(search, pattern_check, train, *shape, threshold_nats,
+                                             static_cast<std::size_t>(scene.targets), max_photons);
+}
+
 void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, double length_ns,
                                                std::size_t max_photons,
                                                std::optional<BlindTime> straight_blind) {
@@ -415,12 +434,29 @@ void FrameEstimator::Workspace::fill_acceleration(Estimate& estimate, const Bent
 }
 
 // Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
-// then be far too small. 10 nats are 4.5 standard deviations of velocity, which a target at rest
-// shows in 7 frames of a million.
+// then be far too small.
 bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
-  constexpr double nats_for_motion = 10;
   return search.fit_moving(frame, still_fit.parameters.line).gain_nats >
-         still_fit.gain_nats + nats_for_motion;
+         still_fit.gain_nats + TargetSearch::nats_for_motion_at_rest;
+}
+
+// Returns false where the frame shows no other target than the one that has been found.
+bool FrameEstimator::Workspace::estimate_several(const FrameView& view, const Fit& best,
+                                                 Estimate& estimate, TargetTrack* track,
+                                                 Effort most) {
+  const auto found = several->find(frame, best, moving(), most);
+  if (found.empty()) return false;
+  if (std::any_of(found.begin(), found.end(), [](const auto& t) { return t.moves; })) return true;
+  estimate.target_count = found.size();
+  // The values of the frame are those of the first target, which comes last here.
+  for (std::size_t k = found.size(); k-- > 0;) {
+    fill(estimate, found[k].fit, view.sync);
+    estimate.range_odds_nats = found[k].range_odds_nats;
+    estimate.amplitude_misfit = found[k].amplitude_misfit;
+    finish(view, estimate, k == 0 ? track : nullptr);
+    estimate.targets.at(k) = estimate.first_target();
+  }
+  return true;
 }
 
 void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit, const SyncFit& sync,
@@ -553,6 +589,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
     fit = w.drop_motion_unless_seen(*fit);
     if (!fit->has_covariance) return estimate;
   }
+  if (w.several && w.estimate_several(view, *fit, estimate, track, most)) return estimate;
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
   if (!w.has_pattern(w.frame, *fit, estimate)) return estimate;
   w.fill(estimate, *fit, view.sync);

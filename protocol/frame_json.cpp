@@ -35,6 +35,31 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
   json.object("std", std_members);
 }
 
+void write_targets(JsonWriter& json, const FrameMessage& message) {
+  if (!message.targets) return;
+  std::string list;
+  for (const FrameMessage::Target& target : *message.targets) {
+    JsonWriter one;
+    one.text("status", to_string(target.status))
+        .number("distance_m", target.distance_m)
+        .number("velocity_mps", target.velocity_mps)
+        .number("signal_per_pulse", target.signal_per_pulse)
+        .number("signal_per_period", target.signal_per_period)
+        .number("delay_ns", target.delay_ns)
+        .number("significance", target.significance)
+        .number("range_odds_nats", target.range_odds_nats)
+        .number("amplitude_misfit", target.amplitude_misfit);
+    JsonWriter std_members;
+    std_members.number("distance_m", target.std_distance_m)
+        .number("velocity_mps", target.std_velocity_mps)
+        .number("signal_per_pulse", target.std_signal_per_pulse);
+    one.object("std", std_members);
+    if (!list.empty()) list += ',';
+    list += one.finish();
+  }
+  json.raw("targets", "[" + list + "]");
+}
+
 void write_sync(JsonWriter& json, const FrameMessage& message) {
   if (!message.sync) return;
   JsonWriter sync;
@@ -167,6 +192,37 @@ void read_estimates(const Members& members, FrameMessage& message) {
   }
 }
 
+FrameMessage::Target target_from(const Members& members, const std::string& where) {
+  FrameMessage::Target target;
+  target.status = frame_status(members);
+  target.distance_m = members.number("distance_m");
+  target.velocity_mps = members.number("velocity_mps");
+  target.signal_per_pulse = members.number("signal_per_pulse");
+  target.signal_per_period = members.number("signal_per_period");
+  target.delay_ns = members.number("delay_ns");
+  target.significance = members.number("significance");
+  target.range_odds_nats = members.number("range_odds_nats");
+  target.amplitude_misfit = members.number("amplitude_misfit");
+  if (const nlohmann::json* json = members.find("std")) {
+    const Members std_members(*json, where + "/std");
+    target.std_distance_m = std_members.number("distance_m");
+    target.std_velocity_mps = std_members.number("velocity_mps");
+    target.std_signal_per_pulse = std_members.number("signal_per_pulse");
+  }
+  return target;
+}
+
+void read_targets(const Members& members, FrameMessage& message) {
+  const nlohmann::json* list = members.find("targets");
+  if (list == nullptr) return;
+  if (!list->is_array()) members.fail("targets", "is not an array");
+  message.targets.emplace();
+  for (const nlohmann::json& json : *list) {
+    const std::string where = "/targets/" + std::to_string(message.targets->size());
+    message.targets->push_back(target_from({json, where}, where));
+  }
+}
+
 FrameMessage::Sync sync_from(const Members& members) {
   FrameMessage::Sync sync;
   sync.count = members.required("count", members.count("count"));
@@ -206,6 +262,7 @@ std::string to_json(const FrameMessage& message) {
       .text("start_ps", std::to_string(message.start_ps))
       .number("duration_ms", message.duration_ms);
   write_estimates(json, message);
+  write_targets(json, message);
   if (message.photons) json.integer("photons", *message.photons);
   if (message.lost_tags) json.integer("lost_tags", *message.lost_tags);
   write_uncounted_losses(json, message.uncounted_losses);
@@ -225,6 +282,7 @@ FrameMessage frame_from_json(const std::string& json) {
   FrameMessage message;
   read_always_present(members, message);
   read_estimates(members, message);
+  read_targets(members, message);
   read_circumstances(members, message);
   return message;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/frame_status.hpp"
 #include "protocol/pattern.hpp"
@@ -39,6 +40,22 @@ struct FrameMessage {
   std::optional<double> amplitude_misfit;
   std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
+
+  // One of several targets; its members are as those of the frame.
+  struct Target {
+    FrameStatus status = FrameStatus::not_run;  // ok or ambiguous
+    std::optional<double> distance_m, std_distance_m;
+    std::optional<double> velocity_mps, std_velocity_mps;
+    std::optional<double> signal_per_pulse, std_signal_per_pulse;
+    std::optional<double> signal_per_period;
+    std::optional<double> delay_ns;
+    std::optional<double> significance;  // nats gained over the frame's other targets alone
+    std::optional<double> range_odds_nats;
+    std::optional<double> amplitude_misfit;
+  };
+  // The frame's targets, the one with the most signal first, which the members above are of. There
+  // where scene.targets is more than 1; then empty where the frame shows none.
+  std::optional<std::vector<Target>> targets;
 
   // What the frame was made of.
   std::optional<std::uint64_t> photons;

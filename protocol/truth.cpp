@@ -109,6 +109,25 @@ void check_samples(const SceneTruth& truth) {
   }
 }
 
+void read_more_targets(const json& object, SceneTruth& truth) {
+  const auto found = object.find("more_targets");
+  if (found == object.end()) return;
+  if (!found->is_array()) throw bad_member("more_targets", "must be an array");
+  for (const json& target : *found) {
+    const std::string key = "more_targets/" + std::to_string(truth.more_targets.size());
+    if (!target.is_object()) throw bad_member(key, "must be an object");
+    SceneTruth::Further further;
+    further.signal_per_pulse = number(target, "signal_per_pulse");
+    further.distance_m = numbers(target, "distance_m");
+    further.velocity_mps = numbers(target, "velocity_mps");
+    const std::size_t samples = truth.distance_m.size();
+    if (further.distance_m.size() != samples || further.velocity_mps.size() != samples) {
+      throw bad_member(key, "has another number of samples than distance_m");
+    }
+    truth.more_targets.push_back(std::move(further));
+  }
+}
+
 }  // namespace
 
 std::string to_json(const SceneTruth& truth) {
@@ -123,6 +142,11 @@ std::string to_json(const SceneTruth& truth) {
   object["drift_ramp_ppm_per_s"] = truth.drift_ramp_ppm_per_s;
   object["distance_m"] = truth.distance_m;
   object["velocity_mps"] = truth.velocity_mps;
+  for (const SceneTruth::Further& target : truth.more_targets) {
+    object["more_targets"].push_back({{"signal_per_pulse", target.signal_per_pulse},
+                                      {"distance_m", target.distance_m},
+                                      {"velocity_mps", target.velocity_mps}});
+  }
   return object.dump();
 }
 
@@ -141,6 +165,7 @@ SceneTruth truth_from_json(const std::string& text) {
   truth.distance_m = numbers(object, "distance_m");
   truth.velocity_mps = numbers(object, "velocity_mps");
   check_samples(truth);
+  read_more_targets(object, truth);
   return truth;
 }
 

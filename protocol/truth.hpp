@@ -26,6 +26,15 @@ struct SceneTruth {
   double drift_ppm = 0;            // at the stream's start
   double drift_ramp_ppm_per_s = 0;
 
+  // A further target of the scene, with samples at the same times.
+  struct Further {
+    double signal_per_pulse = 0;
+    std::vector<double> distance_m;
+    std::vector<double> velocity_mps;
+    friend bool operator==(const Further&, const Further&) = default;
+  };
+  std::vector<Further> more_targets;
+
   // The state at a time of the tagger's clock. Between two samples the path is a cubic that has
   // their places and velocities. Absent before the first and after the last sample.
   [[nodiscard]] std::optional<State> at(std::int64_t time_ps) const;

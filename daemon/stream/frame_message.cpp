@@ -84,6 +84,34 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   }
 }
 
+FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameContext& context) {
+  FrameMessage::Target target;
+  target.status = estimate.status;
+  target.distance_m = m_per_ns_of_delay * estimate.delay_ns - context.range_offset_m;
+  target.std_distance_m = m_per_ns_of_delay * estimate.std_delay_ns;
+  target.velocity_mps = estimate.velocity_mps;
+  if (estimate.std_velocity_mps > 0) target.std_velocity_mps = estimate.std_velocity_mps;
+  target.signal_per_pulse = estimate.signal_per_pulse;
+  target.std_signal_per_pulse = estimate.std_signal_per_pulse;
+  target.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
+  target.delay_ns = estimate.delay_start_ns;
+  target.significance = estimate.significance_nats;
+  target.range_odds_nats = estimate.range_odds_nats;
+  target.amplitude_misfit = estimate.amplitude_misfit;
+  return target;
+}
+
+void list_targets(FrameMessage& message, const Estimate& estimate, const FrameContext& context) {
+  message.targets.emplace();
+  if (!message.distance_m) return;
+  if (estimate.target_count == 0) {
+    message.targets->push_back(target_message(estimate.first_target(), context));
+  }
+  for (std::size_t k = 0; k < estimate.target_count; ++k) {
+    message.targets->push_back(target_message(estimate.targets.at(k), context));
+  }
+}
+
 void add_background(FrameMessage& message, const Frame& frame, const Estimate& estimate,
                     const FrameContext& context) {
   const double period_ps = frame.sync.locked ? frame.sync.period_ps : context.period_ps;
@@ -118,6 +146,7 @@ FrameContext frame_context(const Config& config) {
   context.range_offset_m = config.scene.range_offset_m;
   context.min_seen_fraction = config.frame.min_seen_fraction;
   context.dead_time_ns = config.detector.dead_time_ns;
+  context.lists_targets = config.scene.targets > 1;
   context.period_ps = pattern_period_ps(config.pattern);
   for (const PatternSegment& segment : config.pattern.segments) {
     double sum = 0;
@@ -154,6 +183,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   const bool has_target =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
   if (has_target && estimate.has_values) add_target(message, estimate, context);
+  if (context.lists_targets) list_targets(message, estimate, context);
   return message;
 }
 

@@ -18,6 +18,7 @@ struct FrameContext {
   double dead_time_ns = 0;       // 0: not known
   double period_ps = 0;          // of the pattern, for frames that did not measure it
   double amplitude_sum = 0;      // of all pulses in one pattern period
+  bool lists_targets = false;    // scene.targets is more than 1
   // The source counts syncs and does not time them (SourceInfo): there is nothing to say of them.
   bool syncs_are_counted = false;
 };

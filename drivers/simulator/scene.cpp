@@ -1,6 +1,8 @@
 #include "drivers/simulator/scene.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <vector>
 
 namespace splid::simulator {
 namespace {
@@ -15,13 +17,27 @@ std::uint64_t seed_of(const SimulatorOptions& options) {
 
 double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
 
+std::vector<SignalStream> signals_of(const Pattern& pattern, const SimulatorOptions& options) {
+  std::vector<SignalStream> signals;
+  signals.reserve(1 + options.more_targets.size());
+  signals.emplace_back(pattern, options.detection, drift_of(options),
+                       Motion(options.target, options.tagger_rate()), seed_of(options));
+  for (const FurtherTarget& target : options.more_targets) {
+    DetectionOptions detection = options.detection;
+    detection.signal_per_pulse = target.signal_per_pulse;
+    signals.emplace_back(pattern, detection, drift_of(options),
+                         Motion(target.path, options.tagger_rate()), seed_of(options),
+                         signals.size());
+  }
+  return signals;
+}
+
 constexpr FineTime never = {PendingTimes::none, 0};
 
 }  // namespace
 
 Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
-    : signal_(pattern, options.detection, drift_of(options),
-              Motion(options.target, options.tagger_rate()), seed_of(options)),
+    : signals_(signals_of(pattern, options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
       detectors_(options.detector, seed_of(options)),
       random_(seed_of(options), 3),
@@ -36,11 +52,11 @@ Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
 }
 
 bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
-  signal_.fill(until_ps);
+  for (SignalStream& signal : signals_) signal.fill(until_ps);
   sync_.fill(until_ps);
   for (;;) {
     const std::int64_t first_ps =
-        std::min({signal_.pending().front(), sync_.pending().front(), marker_.rounded_ps(),
+        std::min({next_signal().front(), sync_.pending().front(), marker_.rounded_ps(),
                   detectors_.next_release_ps(), until_ps});
     if (!write_background(first_ps, out)) return false;
     if (detectors_.next_release_ps() < first_ps) continue;  // the background has trapped a carrier
@@ -60,7 +76,8 @@ bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
 
 // Writes the earliest event of afterpulses, signal, syncs and markers.
 bool Scene::write_first(TagWriter& out) {
-  const std::int64_t signal_ps = signal_.pending().front();
+  PendingTimes& signal = next_signal();
+  const std::int64_t signal_ps = signal.front();
   const std::int64_t sync_ps = sync_.pending().front();
   const std::int64_t marker_ps = marker_.rounded_ps();
   const std::int64_t release_ps = detectors_.next_release_ps();
@@ -68,7 +85,7 @@ bool Scene::write_first(TagWriter& out) {
     return put_photon(release_ps, detectors_.take_release(), out);
   }
   if (signal_ps <= std::min(sync_ps, marker_ps)) {
-    signal_.pending().pop();
+    signal.pop();
     return put_light(signal_ps, out);
   }
   if (sync_ps <= marker_ps) {
@@ -93,6 +110,16 @@ bool Scene::put_sync(std::int64_t time_ps, TagWriter& out) {
   const bool passed = photon_since_sync_ || !near_photons_only_;
   photon_since_sync_ = false;
   return !passed || out.put(sync_tag(start_ps_ + time_ps));
+}
+
+// The light that comes next, of all targets.
+PendingTimes& Scene::next_signal() {
+  PendingTimes* next = &signals_.front().pending();
+  for (std::size_t k = 1; k < signals_.size(); ++k) {
+    PendingTimes& other = signals_[k].pending();
+    if (other.front() < next->front()) next = &other;
+  }
+  return *next;
 }
 
 void Scene::next_background() { background_.advance(background_gap_ps_ * random_.exponential()); }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
@@ -33,8 +34,9 @@ class Scene {
   bool put_photon(std::int64_t time_ps, std::optional<int> detector, TagWriter& out);
   bool put_sync(std::int64_t time_ps, TagWriter& out);
   void next_background();
+  PendingTimes& next_signal();
 
-  SignalStream signal_;
+  std::vector<SignalStream> signals_;  // of each target
   SyncStream sync_;
   Detectors detectors_;
   Random random_;

@@ -36,11 +36,18 @@ SceneTruth scene_truth(const SimulatorOptions& options) {
   truth.start_ps = options.start_ps;
   truth.step_ps = std::max(shortest_step_ps, (length_ps + max_steps - 1) / max_steps);
   const std::int64_t steps = (length_ps + truth.step_ps - 1) / truth.step_ps;
-  const Motion motion(options.target, options.tagger_rate());
-  for (std::int64_t i = 0; i <= steps; ++i) {
-    const MotionState state = motion.at(FineTime{i * truth.step_ps, 0}.seconds());
-    truth.distance_m.push_back(state.distance_m);
-    truth.velocity_mps.push_back(state.velocity_mps);
+  const auto follow = [&](const TargetOptions& path, auto& target) {
+    const Motion motion(path, options.tagger_rate());
+    for (std::int64_t i = 0; i <= steps; ++i) {
+      const MotionState state = motion.at(FineTime{i * truth.step_ps, 0}.seconds());
+      target.distance_m.push_back(state.distance_m);
+      target.velocity_mps.push_back(state.velocity_mps);
+    }
+  };
+  follow(options.target, truth);
+  for (const FurtherTarget& target : options.more_targets) {
+    truth.more_targets.push_back({target.signal_per_pulse, {}, {}});
+    follow(target.path, truth.more_targets.back());
   }
   truth.signal_per_pulse = options.detection.signal_per_pulse;
   truth.background_per_s = options.background_per_s();

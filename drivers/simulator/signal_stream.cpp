@@ -5,14 +5,20 @@
 #include "drivers/simulator/echo.hpp"
 
 namespace splid::simulator {
+namespace {
+
+// The first target draws from stream 1, and the scene's other parts from those up to 4.
+constexpr std::uint64_t later_streams = 16;
+
+}  // namespace
 
 SignalStream::SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
-                           Motion motion, std::uint64_t seed)
+                           Motion motion, std::uint64_t seed, std::uint64_t target)
     : schedule_(pattern),
       options_(options),
       clock_(pattern, drift),
       motion_(std::move(motion)),
-      random_(seed, 1) {
+      random_(seed, target == 0 ? 1 : later_streams + target) {
   if (dark()) return;
   start_in_steady_state();
   next_photon();

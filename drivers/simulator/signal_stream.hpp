@@ -27,8 +27,9 @@ struct DetectionOptions {
 // Threads: one. No allocation once the fullest stretch has passed.
 class SignalStream {
  public:
+  // target: which of the scene's targets, from 0; each draws random numbers of its own.
   SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
-               Motion motion, std::uint64_t seed);
+               Motion motion, std::uint64_t seed, std::uint64_t target = 0);
 
   // Makes all detections before until_ps available in pending(), and some later detections.
   void fill(std::int64_t until_ps);

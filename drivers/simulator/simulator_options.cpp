@@ -56,6 +56,18 @@ void SimulatorOptions::describe(OptionVisitor& visitor) {
   visitor.object(
       "target", [this](OptionVisitor& members) { target.describe(members); },
       "where the target is");
+  visitor.objects(
+      "more_targets", [this](std::size_t count) { more_targets.resize(count); },
+      [this](OptionVisitor& member, std::size_t i) {
+        simulator::FurtherTarget placeholder;
+        simulator::FurtherTarget& other = i < more_targets.size() ? more_targets[i] : placeholder;
+        other.path.describe(member);
+        member.number("signal_per_pulse", other.signal_per_pulse, {0, 1e3},
+                      "mean detections of a pulse of amplitude 1 from this target");
+      },
+      more_targets.size(),
+      "further targets, each of which sends back light of its own, as a window before the target "
+      "does");
   describe_light(*this, visitor);
   visitor.object(
       "detector", [this](OptionVisitor& members) { detector.describe(members); },
@@ -74,6 +86,12 @@ std::optional<OptionFault> SimulatorOptions::validate() const {
   std::optional<OptionFault> fault = target.validate();
   if (fault) {
     fault->pointer = "/target" + fault->pointer;
+    return fault;
+  }
+  for (std::size_t i = 0; i < more_targets.size(); ++i) {
+    fault = more_targets[i].path.validate();
+    if (!fault) continue;
+    fault->pointer = "/more_targets/" + std::to_string(i) + fault->pointer;
     return fault;
   }
   if (photon_input + detector.inputs - 1 <= largest_input) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
@@ -19,12 +20,24 @@ enum class SimulatorPace {
   max,   // as fast as the sink takes it
 };
 
+namespace simulator {
+
+// A target beside the scene's first one: its path, and its light. JSON: the path's keys and
+// `signal_per_pulse`.
+struct FurtherTarget {
+  TargetOptions path;
+  double signal_per_pulse = 13.5e-4;  // mean detections of a pulse of amplitude 1
+};
+
+}  // namespace simulator
+
 // A simulated scene; the defaults are [P]'s set-up. JSON: `source` with the driver "simulator".
 //
 // Design note: of [P]'s delay of 1898 ns, 1855 ns were in the electronics. In the default scene the
 // whole delay is distance, so that a configuration without range offset reads the truth.
 struct SimulatorOptions : SourceOptions {
   simulator::TargetOptions target;
+  std::vector<simulator::FurtherTarget> more_targets;
   simulator::DetectionOptions detection;  // its keys stand in `source` itself
   simulator::DetectorModel detector;
   simulator::SyncOptions sync;

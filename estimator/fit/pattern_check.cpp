@@ -41,7 +41,7 @@ double whole_turns_off(double turns) { return turns - std::floor(turns); }
 }  // namespace
 
 PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns)
-    : train_(train), window_ns_(2 * half_window_widths * shape.width_ns()) {
+    : train_(train), window_ns_(2 * half_window_widths * shape.width_ns()), reach_ns_(reach_ns) {
   const double peak_ns = shape.peak_offset_ns();
   std::size_t pulses = 0;
   for (const PulseTrain::Stretch& stretch : train.stretches) pulses += stretch.comb.times_ns.size();

@@ -47,6 +47,7 @@ class PatternCheck {
   // where a pattern of less than eight pulses, in all its stretches together, has as much light
   // between its pulses as three pulses like its own would have, or more.
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
+  [[nodiscard]] double reach_ns() const { return reach_ns_; }
 
  private:
   // What is looked at in one stretch of the train.
@@ -79,6 +80,7 @@ class PatternCheck {
 
   const PulseTrain& train_;
   double window_ns_;
+  double reach_ns_;
   std::vector<Part> parts_;            // of each stretch
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern
   std::vector<double> turns_;          // of each pulse: the `turns` of its part

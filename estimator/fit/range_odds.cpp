@@ -97,11 +97,15 @@ void RangeOdds::keep(const Peak& peak) {
   if (peak.gain_nats > least->gain_nats) *least = peak;
 }
 
-double RangeOdds::of(const Fit& best) const {
+double RangeOdds::of(const Fit& best, std::span<const DelayLine> others) const {
   const double own_nats = volume_nats(best);
   double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance
   for (const Peak& peak : peaks_) {
     if (is_same_range(peak.line, best.parameters.line)) continue;
+    if (std::any_of(others.begin(), others.end(),
+                    [&](DelayLine other) { return is_same_range(peak.line, other); })) {
+      continue;
+    }
     elsewhere =
         log_add(elsewhere, peak.gain_nats + (peak.has_volume ? peak.volume_nats : own_nats));
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "estimator/fit/refinement.hpp"
@@ -43,8 +44,9 @@ class RangeOdds {
   // Adds a place that was not climbed to, and whose gain is known only about.
   void add(DelayLine line, double gain_nats);
 
-  // The odds of a maximum that has a covariance, in nats.
-  [[nodiscard]] double of(const Fit& best) const;
+  // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
+  // frame, whose peaks do not speak against this one.
+  [[nodiscard]] double of(const Fit& best, std::span<const DelayLine> others = {}) const;
 
  private:
   struct Peak {

@@ -129,4 +129,22 @@ void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
   }
 }
 
+void FoldedFrame::take_some(const std::vector<std::uint8_t>& keeps, const FoldedFrame& all) {
+  length_ns = all.length_ns;
+  seen_ns = all.seen_ns;
+  scale = all.scale;
+  for (auto* values : {&phase_ns, &time_ns}) values->clear();
+  phase_32.clear();
+  group_end.clear();
+  for (std::size_t group = 0; group < all.group_end.size(); ++group) {
+    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; ++i) {
+      if (keeps[i] == 0) continue;
+      phase_ns.push_back(all.phase_ns[i]);
+      time_ns.push_back(all.time_ns[i]);
+      phase_32.push_back(all.phase_32[i]);
+    }
+    group_end.push_back(size());
+  }
+}
+
 }  // namespace splid

@@ -45,7 +45,9 @@ double whole(double x) {
 
 }  // namespace
 
-NearSet::NearSet(std::size_t max_photons, std::size_t max_entries) {
+NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index)
+    : notes_index_(notes_index) {
+  if (notes_index) index.reserve(max_photons);
   residual_ns.reserve(max_entries);
   position.reserve(max_entries);
   amplitude.reserve(max_entries);
@@ -66,6 +68,7 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   amplitude.clear();
   first.clear();
   weight.clear();
+  index.clear();
   const std::size_t likely_near = pick_groups(frame, windows, train);
   const bool gathers =
       gather_width_ns > 0 && likely_near >= gathered_from &&
@@ -188,7 +191,9 @@ void NearSet::add_photon(const FoldedFrame& frame, std::size_t photon, double ph
     position.push_back(frame.time_ns[photon] / frame.length_ns);
     amplitude.push_back(pulse.amplitude);
   }
-  if (residual_ns.size() > before) first.push_back(static_cast<std::uint32_t>(before));
+  if (residual_ns.size() == before) return;
+  first.push_back(static_cast<std::uint32_t>(before));
+  if (notes_index_) index.push_back(static_cast<std::uint32_t>(photon));
 }
 
 void NearSet::add_to_cell(const FoldedFrame& frame, std::size_t photon, double residual,

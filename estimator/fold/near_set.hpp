@@ -25,10 +25,13 @@ struct NearSet {
   std::vector<double> weight;        // photons that photon k stands for: 1, unless gathered
   std::size_t far_photons = 0;       // photons without an entry
   double near_photons = 0;           // photons with an entry: the sum of the weights
+  // Which photon of the frame photon k is, ascending; empty unless the set notes them.
+  std::vector<std::uint32_t> index;
 
   // Makes room for sets of up to max_entries from frames of up to max_photons, for which collect()
-  // then allocates nothing.
-  NearSet(std::size_t max_photons, std::size_t max_entries);
+  // then allocates nothing. notes_index: whether `index` is filled, for which photons must not be
+  // gathered.
+  NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index = false);
   // Takes the photons that are near the line `about`. windows: how near, for each stretch of the
   // train.
   //
@@ -84,6 +87,7 @@ struct NearSet {
   struct Cell {
     double weight = 0, residual = 0, position = 0;  // sums
   };
+  bool notes_index_;
   double beyond_ = 0;  // amplitude of the candidates whose windows lie before their photons
   std::vector<std::uint32_t> phase_32_, picked_;  // scratch: one a photon of the frame
   std::vector<std::size_t> picks_;                // scratch: picked photons of each stretch

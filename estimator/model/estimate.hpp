@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 
+#include "estimator/model/options.hpp"
 #include "protocol/frame_status.hpp"
 
 // The room model/ holds what goes into the estimator and what comes out of it. Open this file
@@ -27,6 +29,19 @@ enum class Stop {
   rounds_spent,  // k == 40; more rounds might improve the estimate
   beaten,        // l(k), and three times what a parabola through it still gains, stay below another
                  // maximum that has been found already
+};
+
+// One of a frame's targets. Members: as those of Estimate, of this target. Deviations are those
+// with the other targets unknown too; the significance is what this target adds to the others.
+struct TargetEstimate {
+  FrameStatus status = FrameStatus::not_run;  // ok, or ambiguous where its range is not sure
+  double delay_ns = 0, std_delay_ns = 0;
+  double delay_start_ns = 0;
+  double velocity_mps = 0, std_velocity_mps = 0;
+  double signal_per_pulse = 0, std_signal_per_pulse = 0;
+  double significance_nats = 0;
+  double range_odds_nats = 0;
+  std::optional<double> amplitude_misfit;
 };
 
 // What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
@@ -66,6 +81,25 @@ struct Estimate {
   double blind_fraction = 0;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
+  // The targets, the one with the most signal first, where the frame shows more than one; the
+  // values above are those of the first.
+  std::array<TargetEstimate, most_targets> targets;
+  std::size_t target_count = 0;  // 0 where there is one target at most
+
+  // The values above as those of a target.
+  [[nodiscard]] TargetEstimate first_target() const {
+    return {status,
+            delay_ns,
+            std_delay_ns,
+            delay_start_ns,
+            velocity_mps,
+            std_velocity_mps,
+            signal_per_pulse,
+            std_signal_per_pulse,
+            significance_nats,
+            range_odds_nats,
+            amplitude_misfit};
+  }
 };
 
 // Where a target was when it was last seen, so that the next frame can look there first. A target

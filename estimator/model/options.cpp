@@ -1,6 +1,7 @@
 #include "estimator/model/options.hpp"
 
 #include <array>
+#include <string>
 
 namespace splid {
 namespace {
@@ -33,6 +34,19 @@ void SceneOptions::describe(OptionVisitor& visitor) {
       "m/s²");
   visitor.number("range_offset_m", range_offset_m, {-1e7, 1e7},
                  "subtracted from every distance: cables, fibres, electronics, m");
+  visitor.integer("targets", targets, 1, static_cast<std::int64_t>(most_targets),
+                  "surfaces that may send light back in one frame, as a window does before the "
+                  "target; with more than 1, a frame lists all that it shows");
+}
+
+std::optional<OptionFault> SceneOptions::validate() const {
+  if (targets == 1 || motion == Motion::static_target || motion == Motion::moving) {
+    return std::nullopt;
+  }
+  return OptionFault{"/targets", "is " + std::to_string(targets) +
+                                     ", but with more than one target no acceleration is "
+                                     "estimated; take scene.motion \"moving\" or \"static\", or "
+                                     "scene.targets 1"};
 }
 
 void EstimatorOptions::describe(OptionVisitor& visitor) {

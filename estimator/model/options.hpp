@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -24,13 +25,18 @@ enum class Shape { gaussian, tabulated };
 
 const char* to_string(Effort effort);
 
+// A frame may have so many targets.
+inline constexpr std::size_t most_targets = 4;
+
 // What the scene may hold. JSON: `scene`.
 struct SceneOptions {
   Motion motion = Motion::moving;
   double max_speed_mps = 150;          // speeds up to this are searched, towards and away
   double max_acceleration_mps2 = 100;  // with motion `accelerating` and `auto`, towards and away
   double range_offset_m = 0;  // the instrument's own, which is subtracted from each distance
+  std::int64_t targets = 1;   // that a frame may have, 1 to most_targets
   void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
 // How a frame is estimated, and when an estimate is believed. JSON: `estimator`.

@@ -97,7 +97,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       refinement_(shape, train, max_photons, scope.may_be_blind),
-      odds_(scope.volume) {
+      odds_(scope.volume),
+      kept_odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
@@ -152,6 +153,7 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   const std::optional<Fit> found = find_at_level(sample_, levels_.front());
   if (!found || found->gain_nats < threshold_nats_ + sample_margin_nats) return std::nullopt;
   sample_odds_nats_ = odds_.of(*found);
+  sample_best_ = found;
   return climb(frame, Exposure(frame, train_), found->parameters.line);
 }
 
@@ -385,6 +387,16 @@ Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
 double TargetSearch::range_odds_nats(const Fit& fit) const {
   const double of_all = odds_.of(fit);
   return sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
+}
+
+void TargetSearch::keep_peaks() {
+  kept_odds_ = odds_;
+  kept_sample_best_ = sample_odds_nats_ ? sample_best_ : std::nullopt;
+}
+
+double TargetSearch::kept_range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const {
+  const double of_all = kept_odds_.of(fit, others);
+  return kept_sample_best_ ? std::min(kept_odds_.of(*kept_sample_best_, others), of_all) : of_all;
 }
 
 }  // namespace splid

@@ -19,6 +19,7 @@
 // travels. Open this file first. Its parts:
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
+//   several_targets.hpp   the targets of a frame beside its best one
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
@@ -56,6 +57,9 @@ class TargetSearch {
   // A zoom reaches at least so many pulse widths in delay, and twice as far in travel. A near copy
   // of the comb, and the wrong travel that makes up for its difference, are within that.
   static constexpr double least_reach_widths = 8;
+  // So much must a target that is taken to be at rest gain by moving to be known to move: 10 nats
+  // are 4.5 standard deviations of velocity, which a target at rest shows in 7 frames of a million.
+  static constexpr double nats_for_motion_at_rest = 10;
 
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
@@ -78,6 +82,11 @@ class TargetSearch {
   // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
   // photons, the odds are not above those of the sample.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
+  // Keeps the peaks that the last find() came by, over further calls of it.
+  void keep_peaks();
+  // How sure the range of a fit is against the kept peaks, less those of other targets.
+  [[nodiscard]] double kept_range_odds_nats(const Fit& fit,
+                                            std::span<const DelayLine> others) const;
 
   // What BendSearch needs to look for paths that bend, level by level.
   static constexpr std::size_t sampled_photons = 65536;
@@ -153,7 +162,10 @@ class TargetSearch {
   std::vector<Spot> spots_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
-  std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
+  std::optional<Fit> sample_best_;          // what the sample found then
+  RangeOdds kept_odds_;                     // see keep_peaks()
+  std::optional<Fit> kept_sample_best_;
+  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
 };
 
 }  // namespace splid

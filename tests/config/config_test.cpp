@@ -167,6 +167,10 @@ TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},
                   "source": {"driver": "simulator", "target": {"motion": "points"}}})"),
               HasSubstr("c.json: /source/target/points"));
+  EXPECT_THAT(error_of(R"(, "scene": {"targets": 2, "motion": "accelerating"})"),
+              HasSubstr("c.json: /scene/targets: is 2, but with more than one target no"));
+  EXPECT_EQ(load(R"(, "scene": {"targets": 4})").scene.targets, 4);
+  EXPECT_THAT(error_of(R"(, "scene": {"targets": 5})"), HasSubstr("c.json: /scene/targets"));
 }
 
 TEST_F(ConfigTest, AFrameHoldsAtLeastThreePatternPeriods) {

@@ -98,6 +98,62 @@ TEST(FrameMessage, Minimal) { EXPECT_EQ(to_json(FrameMessage{}), minimal_json); 
 
 TEST(FrameMessage, Typical) { EXPECT_EQ(to_json(typical()), typical_json); }
 
+FrameMessage with_targets() {
+  FrameMessage message;
+  FrameMessage::Target first;
+  first.status = FrameStatus::ok;
+  first.distance_m = 278.0625;
+  first.std_distance_m = 0.00062;
+  first.velocity_mps = -12.5;
+  first.std_velocity_mps = 0.043;
+  first.signal_per_pulse = 0.00135;
+  first.std_signal_per_pulse = 5.5e-05;
+  first.signal_per_period = 0.054;
+  first.delay_ns = 1855.125;
+  first.significance = 2210.5;
+  first.range_odds_nats = 1180.25;
+  first.amplitude_misfit = 0.25;
+  FrameMessage::Target second;
+  second.status = FrameStatus::ambiguous;
+  second.distance_m = 276;
+  message.targets = {{first, second}};
+  return message;
+}
+
+TEST(FrameMessage, ListsItsTargets) {
+  const std::string json = to_json(with_targets());
+  EXPECT_THAT(
+      json,
+      HasSubstr(R"("targets":[{"status":"ok","distance_m":278.0625,"velocity_mps":-12.5,)"
+                R"("signal_per_pulse":0.00135,"signal_per_period":0.054,"delay_ns":1855.125,)"
+                R"("significance":2210.5,"range_odds_nats":1180.25,"amplitude_misfit":0.25,)"
+                R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05}},)"
+                R"({"status":"ambiguous","distance_m":276}])"));
+  EXPECT_EQ(to_json(frame_from_json(json)), json);
+  FrameMessage none;
+  none.targets.emplace();
+  EXPECT_THAT(to_json(none), HasSubstr(R"("targets":[])"));
+  EXPECT_EQ(to_json(frame_from_json(to_json(none))), to_json(none));
+}
+
+TEST(FrameMessage, ABadTargetIsNamed) {
+  const auto changed = [](const std::string& from, const std::string& to) {
+    std::string json = to_json(with_targets());
+    return message_error(json.replace(json.find(from), from.size(), to));
+  };
+  EXPECT_THAT(changed(R"("distance_m":276)", R"("distance_m":"276")"),
+              HasSubstr("/targets/1/distance_m"));
+  EXPECT_THAT(changed(R"("distance_m":0.00062)", R"("distance_m":[])"),
+              HasSubstr("/targets/0/std/distance_m"));
+  EXPECT_THAT(changed(R"("status":"ambiguous")", R"("status":"some")"),
+              HasSubstr("/targets/1/status"));
+  FrameMessage none;
+  none.targets.emplace();
+  std::string json = to_json(none);
+  json.replace(json.find("[]}"), 2, "{}");
+  EXPECT_THAT(message_error(json), HasSubstr("/targets is not an array"));
+}
+
 void expect_explained(const nlohmann::json& members, const std::string& page) {
   for (const auto& [name, value] : members.items()) {
     EXPECT_THAT(page, HasSubstr('`' + name + '`'));
@@ -108,8 +164,8 @@ void expect_explained(const nlohmann::json& members, const std::string& page) {
 TEST(Messages, EveryMemberIsExplainedInTheManual) {
   std::ifstream file(SPLID_SOURCE_DIR "/docs/reference/messages.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
-  for (const std::string& json :
-       {to_json(typical()), to_json(StatusMessage{}), to_json(VersionMessage{})}) {
+  for (const std::string& json : {to_json(typical()), to_json(with_targets()),
+                                  to_json(StatusMessage{}), to_json(VersionMessage{})}) {
     expect_explained(nlohmann::json::parse(json), page);
   }
 }

@@ -44,6 +44,20 @@ TEST(Truth, EncodingIsPinned) {
 
 TEST(Truth, ComesBackFromItsText) { EXPECT_EQ(truth_from_json(to_json(example())), example()); }
 
+TEST(Truth, HoldsFurtherTargets) {
+  SceneTruth truth = example();
+  truth.more_targets = {{5e-4, {282.5, 282.5, 282.5}, {0, 0, 0}}};
+  const std::string text = to_json(truth);
+  EXPECT_THAT(text,
+              HasSubstr(R"("more_targets":[{"signal_per_pulse":0.0005,"distance_m":[282.5,)"));
+  EXPECT_EQ(truth_from_json(text), truth);
+  const auto reading = [](const std::string& json) { return [json] { truth_from_json(json); }; };
+  truth.more_targets.front().velocity_mps.pop_back();
+  EXPECT_THAT(reading(to_json(truth)), ThrowsMessage<Error>(HasSubstr("/more_targets/0")));
+  EXPECT_THAT(reading(std::string(text).replace(text.find("0.0005"), 6, "null")),
+              ThrowsMessage<Error>(HasSubstr("/signal_per_pulse")));
+}
+
 TEST(Truth, FaultsNameTheirMember) {
   const auto reading = [](const std::string& text) { return [text] { truth_from_json(text); }; };
   EXPECT_THAT(reading("{"), ThrowsMessage<Error>(HasSubstr("byte")));

@@ -107,6 +107,21 @@ struct FrameMaker {
     return frame;
   }
 
+  // A frame of several targets: this one, and others of which each has its own light. The
+  // background is this one's.
+  [[nodiscard]] Frame make_with(const std::vector<FrameMaker>& others, std::uint64_t seed) const {
+    Frame frame = make(seed);
+    for (std::size_t k = 0; k < others.size(); ++k) {
+      FrameMaker other = others[k];
+      other.background_per_ns = 0;
+      const Frame more = other.make(seed * 16 + k + 1'000'003);
+      frame.photons_ps.insert(frame.photons_ps.end(), more.photons_ps.begin(),
+                              more.photons_ps.end());
+    }
+    std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+    return frame;
+  }
+
   // Leaves of the photons what the detectors see, and parts them at the frame's start.
   void blind(Frame& frame, std::mt19937_64& random) const {
     std::uniform_int_distribution<std::size_t> any(0, static_cast<std::size_t>(inputs) - 1);

@@ -70,6 +70,33 @@ TEST_F(FrameMessages, TurnTheEstimateIntoPublishedUnits) {
   EXPECT_EQ(message.sync->period_ps, 3'780'010);
 }
 
+TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
+  EXPECT_FALSE(make().targets);
+  context.lists_targets = true;
+  ASSERT_EQ(make().targets->size(), 1u);
+  EXPECT_EQ(make().targets->front().distance_m, make().distance_m);
+  EXPECT_EQ(make().targets->front().significance, 900);
+  estimate.target_count = 2;
+  estimate.targets[0] = estimate.first_target();
+  estimate.targets[1] = estimate.first_target();
+  estimate.targets[1].status = FrameStatus::ambiguous;
+  estimate.targets[1].delay_ns = 2100;
+  estimate.targets[1].std_delay_ns = 0.02;
+  estimate.targets[1].signal_per_pulse = 5e-4;
+  estimate.targets[1].std_velocity_mps = 0;
+  const FrameMessage message = make();
+  ASSERT_EQ(message.targets->size(), 2u);
+  const FrameMessage::Target& second = message.targets->at(1);
+  EXPECT_EQ(second.status, FrameStatus::ambiguous);
+  EXPECT_DOUBLE_EQ(second.distance_m.value(), half_c_m_per_ns * 2100 - 10);
+  EXPECT_DOUBLE_EQ(second.std_distance_m.value(), half_c_m_per_ns * 0.02);
+  EXPECT_FALSE(second.std_velocity_mps);
+  EXPECT_DOUBLE_EQ(second.signal_per_period.value(), 0.02);
+  estimate.status = FrameStatus::no_target;
+  estimate.has_values = false;
+  EXPECT_TRUE(make().targets->empty());
+}
+
 TEST_F(FrameMessages, AreIncompleteBelowTheSeenFraction) {
   frame.seen_fraction = 0.9;
   EXPECT_EQ(make().status, FrameStatus::ok);

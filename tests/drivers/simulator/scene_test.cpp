@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <stop_token>
 #include <vector>
 
@@ -74,6 +75,39 @@ TEST(Scene, AnotherStartOfTheClockGivesTheSameStreamShifted) {
   options.start_ps = 340'000'000'000'000'123;
   for (Tag& tag : early) tag.time_ps += options.start_ps;
   EXPECT_EQ(simulate(options, paper_pattern()), early);
+}
+
+// Without noise each photon is at a pulse of one of the two targets, as many as each one's light
+// makes, and the first target's photons are those of a scene without the second.
+TEST(Scene, TargetsSendBackTheirOwnLight) {
+  const Pattern pattern = paper_pattern();
+  SimulatorOptions options = noiseless_scene();
+  options.target.motion = simulator::MotionKind::linear;
+  const auto of_first = times_ps(simulate(options, pattern), TagKind::photon);
+  options.more_targets.resize(1);
+  options.more_targets[0].path.motion = simulator::MotionKind::linear;
+  options.more_targets[0].path.distance_m = options.target.distance_m - 1;
+  options.more_targets[0].signal_per_pulse = 27e-4;
+  const std::vector<Tag> tags = simulate(options, pattern);
+  EXPECT_TRUE(std::is_sorted(tags.begin(), tags.end(), by_time));
+  const auto all = times_ps(tags, TagKind::photon);
+  std::vector<std::int64_t> of_second;
+  std::set_difference(all.begin(), all.end(), of_first.begin(), of_first.end(),
+                      std::back_inserter(of_second));
+  EXPECT_EQ(of_second.size() + of_first.size(), all.size());
+  const double expected = 27e-4 * 40 * 0.05 / 3.78e-6;
+  EXPECT_NEAR(static_cast<double>(of_second.size()), expected, 5 * std::sqrt(expected));
+  std::vector<std::int64_t> arrivals;
+  const double way_ps = 2 * options.more_targets[0].path.distance_m / 299'792'458e-12;
+  for (const double pulse : pattern.segments[0].pulse_times_ps) {
+    arrivals.push_back(std::llround(pulse + way_ps) % 3'780'000);
+  }
+  std::sort(arrivals.begin(), arrivals.end());
+  for (const std::int64_t time : of_second) {
+    const std::int64_t phase = time % 3'780'000;
+    const auto next = std::lower_bound(arrivals.begin(), arrivals.end(), phase - 2);
+    ASSERT_TRUE(next != arrivals.end() && *next <= phase + 2) << phase;
+  }
 }
 
 TEST(Scene, BackgroundIsPoisson) {

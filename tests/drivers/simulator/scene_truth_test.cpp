@@ -38,6 +38,22 @@ TEST(SceneTruth, IsTheMotionToAMicrometre) {
   }
 }
 
+TEST(SceneTruth, HasThePathOfEachFurtherTarget) {
+  SimulatorOptions options;
+  options.seconds = 1;
+  options.more_targets.resize(1);
+  options.more_targets[0].path.motion = MotionKind::linear;
+  options.more_targets[0].path.distance_m = 200;
+  options.more_targets[0].path.velocity_mps = 3;
+  options.more_targets[0].signal_per_pulse = 1e-3;
+  const SceneTruth truth = scene_truth(options);
+  ASSERT_EQ(truth.more_targets.size(), 1U);
+  EXPECT_EQ(truth.more_targets[0].signal_per_pulse, 1e-3);
+  ASSERT_EQ(truth.more_targets[0].distance_m.size(), truth.distance_m.size());
+  EXPECT_NEAR(truth.more_targets[0].distance_m[500], 201.5, 1e-9);
+  EXPECT_EQ(truth.more_targets[0].velocity_mps[500], 3);
+}
+
 TEST(SceneTruth, HoldsTheScenesConstants) {
   SimulatorOptions options;
   options.seconds = 1;

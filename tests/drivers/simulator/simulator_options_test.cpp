@@ -19,6 +19,11 @@ TEST(SimulatorOptions, FaultsOfTheTargetKeepTheirPlace) {
   SimulatorOptions options;
   options.target.motion = simulator::MotionKind::points;
   EXPECT_EQ(options.validate().value().pointer, "/target/points");
+  options.more_targets.resize(2);
+  options.target.motion = simulator::MotionKind::linear;
+  EXPECT_FALSE(options.validate());
+  options.more_targets[1].path.motion = simulator::MotionKind::points;
+  EXPECT_EQ(options.validate().value().pointer, "/more_targets/1/points");
 }
 
 TEST(SimulatorOptions, SplitDetectorsNeedAnInputEach) {

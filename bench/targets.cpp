@@ -1,0 +1,219 @@
+// How several targets in a frame are told apart, and what that costs: the table of
+// docs/evidence/several-returns.md.
+//
+//   targets [TRIALS [NAME]]     by default 1000 frames for each row; rows whose scene has NAME
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bench/thread_clock.hpp"
+#include "estimator/fit/joint_bound.hpp"
+#include "estimator/frame_estimator.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double m_per_ns_of_delay = 0.299792458 / 2;
+constexpr double length_ms = 50;
+constexpr double sigma_ns = 0.1;
+constexpr double experiment_signal = 13.5e-4;
+
+// A target beside the first one.
+struct Beside {
+  double delay_widths = 0;  // further away by so many pulse widths, at mid-frame
+  double velocity_mps = 0;  // faster by this
+  double signal = experiment_signal;
+};
+
+struct Scene {
+  const char* name;
+  std::vector<Beside> others;
+  double first_signal = experiment_signal;
+  std::int64_t targets = 2;  // scene.targets
+};
+
+struct Score {
+  int listed = 0, all_right = 0, extra = 0;
+  std::vector<double> squares_delay, squares_velocity;  // over the bound, of each target
+  std::vector<int> inside;
+  std::vector<double> took_ms;
+};
+
+struct Truth {
+  double delay_ns, velocity_mps, signal;
+};
+
+test::FrameMaker::Frame make(const std::vector<Truth>& truths, const Pattern& pattern,
+                             std::uint64_t seed) {
+  test::FrameMaker maker;
+  maker.pattern = pattern;
+  maker.length_ms = length_ms;
+  test::FrameMaker::Frame frame;
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    maker.distance_m = truths[k].delay_ns * m_per_ns_of_delay;
+    maker.velocity_mps = truths[k].velocity_mps;
+    maker.signal_per_pulse = truths[k].signal;
+    if (k > 0) maker.background_per_ns = 0;
+    const auto one = maker.make(seed * 8 + k);
+    if (k == 0) {
+      frame = one;
+    } else {
+      frame.photons_ps.insert(frame.photons_ps.end(), one.photons_ps.begin(), one.photons_ps.end());
+    }
+  }
+  std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+  return frame;
+}
+
+std::vector<TargetEstimate> listed(const Estimate& e) {
+  if (!e.has_values || e.status == FrameStatus::no_target) return {};
+  if (e.target_count == 0) return {e.first_target()};
+  return {e.targets.begin(), e.targets.begin() + static_cast<std::ptrdiff_t>(e.target_count)};
+}
+
+// A target is right where its delay and velocity are off by no more than twelve deviations of the
+// bound of several targets, both together. It is elsewhere where no true target is within five
+// widths.
+void judge(const Estimate& e, const std::vector<Truth>& truths, const std::vector<Bound>& bounds,
+           Score& score) {
+  const std::vector<TargetEstimate> found = listed(e);
+  score.listed += static_cast<int>(found.size());
+  std::vector<const TargetEstimate*> of(truths.size(), nullptr);
+  std::vector<bool> used(found.size(), false);
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    double nearest = 1e300;
+    std::size_t best = 0;
+    for (std::size_t n = 0; n < found.size(); ++n) {
+      if (used[n]) continue;
+      const double off =
+          std::abs(std::remainder(found[n].delay_ns - truths[k].delay_ns, 3780.0)) /
+              bounds[k].delay_ns +
+          std::abs(found[n].velocity_mps - truths[k].velocity_mps) / bounds[k].velocity_mps;
+      if (off < nearest) {
+        nearest = off;
+        best = n;
+      }
+    }
+    if (nearest > 12) continue;
+    of[k] = &found[best];
+    used[best] = true;
+  }
+  for (const TargetEstimate& target : found) {
+    const bool is_near = std::any_of(truths.begin(), truths.end(), [&](const Truth& truth) {
+      return std::abs(std::remainder(target.delay_ns - truth.delay_ns, 3780.0)) < 5 * sigma_ns;
+    });
+    if (!is_near) ++score.extra;
+  }
+  if (std::count(of.begin(), of.end(), nullptr) > 0) return;
+  ++score.all_right;
+  for (std::size_t k = 0; k < truths.size(); ++k) {
+    const double off = std::remainder(of[k]->delay_ns - truths[k].delay_ns, 3780.0);
+    score.squares_delay[k] += std::pow(off / bounds[k].delay_ns, 2);
+    score.squares_velocity[k] +=
+        std::pow((of[k]->velocity_mps - truths[k].velocity_mps) / bounds[k].velocity_mps, 2);
+    score.inside[k] += std::abs(off) <= of[k]->std_delay_ns ? 1 : 0;
+  }
+}
+
+void run(const Scene& scene, int trials) {
+  const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  PulseOptions pulse;
+  SceneOptions options;
+  options.targets = scene.targets;
+  FrameEstimator estimator(pattern, pulse, options, {}, length_ms, 200000);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> velocity(-100, 100), distance(284, 285), sign(-1, 1);
+  Score score;
+  const std::size_t count = scene.others.size() + (scene.first_signal > 0 ? 1 : 0);
+  score.squares_delay.resize(count);
+  score.squares_velocity.resize(count);
+  score.inside.resize(count);
+  std::vector<Bound> bounds;
+  for (int n = 0; n < trials; ++n) {
+    std::vector<Truth> truths = {
+        {distance(random) / m_per_ns_of_delay, velocity(random), scene.first_signal}};
+    for (const Beside& other : scene.others) {
+      const double side = sign(random) < 0 ? -1 : 1;
+      truths.push_back({truths[0].delay_ns + side * other.delay_widths * sigma_ns,
+                        truths[0].velocity_mps + side * other.velocity_mps, other.signal});
+    }
+    const auto frame = make(truths, pattern, static_cast<std::uint64_t>(n));
+    if (scene.first_signal == 0) truths.clear();
+    if (bounds.empty() && !truths.empty()) {
+      std::vector<BoundScene> scenes;
+      for (const Truth& truth : truths) {
+        scenes.push_back({length_ms * 1e6, length_ms * 1e6, truth.delay_ns, truth.velocity_mps,
+                          truth.signal, 1.75e-4});
+      }
+      bounds = joint_bound(pattern, *make_gaussian(sigma_ns), scenes);
+    }
+    const double begin_ms = bench::thread_ms();
+    const Estimate e = estimator.estimate(frame.view());
+    score.took_ms.push_back(bench::thread_ms() - begin_ms);
+    judge(e, truths, bounds, score);
+  }
+  std::nth_element(score.took_ms.begin(), score.took_ms.begin() + trials / 2, score.took_ms.end());
+  std::printf("| %s | %d | %.1f %% | %.2f %% |", scene.name, static_cast<int>(scene.targets),
+              100.0 * score.all_right / trials, 100.0 * score.extra / trials);
+  std::string delay, velocities, within;
+  char text[40];
+  for (std::size_t k = 0; k < count && score.all_right > 0; ++k) {
+    const char* comma = k > 0 ? ", " : "";
+    std::snprintf(text, sizeof text, "%s%.2f", comma,
+                  std::sqrt(score.squares_delay[k] / score.all_right));
+    delay += text;
+    std::snprintf(text, sizeof text, "%s%.2f", comma,
+                  std::sqrt(score.squares_velocity[k] / score.all_right));
+    velocities += text;
+    std::snprintf(text, sizeof text, "%s%.0f %%", comma, 100.0 * score.inside[k] / score.all_right);
+    within += text;
+  }
+  std::printf(" %s | %s | %s | %.2f |\n", delay.c_str(), velocities.c_str(), within.c_str(),
+              score.took_ms[static_cast<std::size_t>(trials) / 2]);
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace splid
+
+int main(int argc, char** argv) {
+  const int trials = argc > 1 ? std::atoi(argv[1]) : 1000;
+  const std::string name = argc > 2 ? argv[2] : "";
+  constexpr double s = splid::experiment_signal;
+  const std::vector<splid::Scene> scenes = {
+      {"no target", {}, 0, 1},
+      {"no target", {}, 0, 2},
+      {"one", {}, s, 1},
+      {"one", {}, s, 2},
+      {"two, 3 widths apart", {{3, 0, s}}},
+      {"two, 4 widths apart", {{4, 0, s}}},
+      {"two, 5 widths apart", {{5, 0, s}}},
+      {"two, 1 m apart", {{66.7, 0, s}}},
+      {"1:3, 5 widths apart", {{5, 0, s / 3}}, s},
+      {"two, 30 m apart", {{2001.4, 0, s}}},
+      {"two, 1 m/s apart", {{0, 1, s}}},
+      {"two, 2 m/s apart", {{0, 2, s}}},
+      {"two, 3.1 m/s apart", {{0, 3.12, s}}},
+      {"two, 30 m and 20 m/s apart", {{2001.4, 20, s}}},
+      {"1:20, 1 m apart", {{66.7, 0, s / 5}}, s * 4},
+      {"1:20, 30 m and 20 m/s apart", {{2001.4, 20, s / 5}}, s * 4},
+      {"the weaker alone", {}, s / 5, 2},
+      {"1:20, 8.5 widths apart", {{8.5, 0, s / 5}}, s * 4},
+      {"three, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}}, s, 3},
+      {"four, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}, {200.1, 0, s}}, s, 4},
+  };
+  std::printf(
+      "| scene | targets | all resolved | claimed elsewhere | distance / bound | velocity / bound "
+      "| "
+      "within | p50, ms |\n|---|---|---|---|---|---|---|---|\n");
+  for (const splid::Scene& scene : scenes) {
+    if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
+  }
+}

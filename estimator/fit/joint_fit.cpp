@@ -1,0 +1,170 @@
+#include "estimator/fit/joint_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace splid {
+namespace {
+
+constexpr int most_rounds = 40;
+constexpr int most_collected = 8;
+constexpr double joint_margin_widths = 2;
+// A signal and a background keep at least so much of themselves in one step, so that they stay
+// above 0.
+constexpr double least_kept = 0.1;
+
+JointParameters stepped(const JointParameters& from, const JointVector& step) {
+  JointParameters to = from;
+  for (std::size_t k = 0; k < from.count; ++k) {
+    const auto d = static_cast<Eigen::Index>(3 * k);
+    TargetParameters& target = to.targets.at(k);
+    target.line.delay_ns += step[d];
+    target.line.travel_ns += step[d + 1];
+    target.signal_per_pulse =
+        std::max(target.signal_per_pulse + step[d + 2], least_kept * target.signal_per_pulse);
+  }
+  to.background_per_ns =
+      std::max(from.background_per_ns + step[step.size() - 1], least_kept * from.background_per_ns);
+  return to;
+}
+
+// The farthest that an end of any line is from where it started.
+double moved_ns(const JointParameters& from, const JointParameters& to) {
+  double most = 0;
+  for (std::size_t k = 0; k < from.count; ++k) {
+    const DelayLine& a = from.targets.at(k).line;
+    const DelayLine& b = to.targets.at(k).line;
+    most =
+        std::max(most, std::abs(a.delay_ns - b.delay_ns) + std::abs(a.travel_ns - b.travel_ns) / 2);
+  }
+  return most;
+}
+
+// The information in `units`, with a 1 in place of each parameter that is fixed.
+template <class Fixed>
+JointMatrix information(const JointMatrix& hessian, const JointVector& units, const Fixed& fixed) {
+  JointMatrix J = -(units.asDiagonal() * hessian * units.asDiagonal());
+  for (Eigen::Index i = 0; i < J.rows(); ++i) {
+    if (!fixed.at(static_cast<std::size_t>(i))) continue;
+    J.row(i).setZero();
+    J.col(i).setZero();
+    J(i, i) = 1;
+  }
+  return J;
+}
+
+}  // namespace
+
+JointFit::JointFit(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
+    : width_ns_(shape.width_ns()),
+      margin_ns_(joint_margin_widths * shape.width_ns()),
+      likelihood_(shape, train, max_photons, margin_ns_) {}
+
+// In these units the information is well conditioned. Where no photon speaks for a background, the
+// likelihood falls as exp(-b t), so that the unit of b is then 1 / t.
+JointVector JointFit::units_of(const JointParameters& at, const Exposure& exposure) const {
+  JointVector units(static_cast<Eigen::Index>(at.size()));
+  for (std::size_t k = 0; k < at.count; ++k) {
+    const double S = at.targets.at(k).signal_per_pulse;
+    units.segment<3>(static_cast<Eigen::Index>(3 * k)) << width_ns_, width_ns_, S > 0 ? S : 1;
+  }
+  units[units.size() - 1] = std::max(at.background_per_ns, 1 / exposure.seen_ns);
+  return units;
+}
+
+JointMaximum JointFit::climb(const FoldedFrame& frame, const Exposure& exposure,
+                             const JointParameters& start, bool moving) {
+  const auto all = static_cast<double>(frame.size());
+  no_target_nats_ = all * std::log(all / exposure.seen_ns) - all;
+  Fixed fixed{};
+  for (std::size_t k = 0; k < start.count; ++k) fixed.at(3 * k + 1) = !moving;
+  JointMaximum maximum;
+  maximum.at = start;
+  for (int collected = 0; collected < most_collected; ++collected) {
+    const JointParameters about = maximum.at;
+    likelihood_.collect(frame, about);
+    climb_within(exposure, fixed, maximum);
+    if (moved_ns(about, maximum.at) <= margin_ns_) break;
+  }
+  add_covariance(exposure, fixed, maximum);
+  return maximum;
+}
+
+// On return `point_` is the likelihood at the best place.
+void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointMaximum& best) {
+  constexpr double first_damping = 1e-3;
+  constexpr double most_damping = 1e8;
+  constexpr double step_small = 1e-6;  // in the units of units_of()
+  constexpr double gain_small = 1e-10;
+  const JointParameters start = best.at;
+  likelihood_.evaluate(exposure, best.at, point_);
+  double damping = 0;
+  best.stop = Stop::rounds_spent;
+  JointPoint next;
+  for (int round = 0; round < most_rounds; ++round) {
+    const JointVector units = units_of(best.at, exposure);
+    JointMatrix J = information(point_.hessian, units, fixed);
+    JointVector slope = units.asDiagonal() * point_.gradient;
+    for (Eigen::Index i = 0; i < slope.size(); ++i) {
+      if (fixed.at(static_cast<std::size_t>(i))) slope[i] = 0;
+      J(i, i) += damping * std::max(std::abs(J(i, i)), 1.0);
+    }
+    const Eigen::LLT<JointMatrix> hill(J);
+    if (hill.info() != Eigen::Success) {
+      damping = std::max(10 * damping, first_damping);
+      if (damping > most_damping) break;
+      continue;
+    }
+    JointVector step = hill.solve(slope);
+    // What is left to gain on this hill.
+    if (damping == 0 && slope.dot(step) / 2 < gain_small) {
+      best.stop = Stop::gain_small;
+      break;
+    }
+    const double longest = step.cwiseAbs().maxCoeff();
+    if (longest > 1) step /= longest;
+    next = point_;
+    const JointParameters to = stepped(best.at, units.asDiagonal() * step);
+    likelihood_.evaluate(exposure, to, next);
+    const double gained = next.value - point_.value;
+    const bool is_better = gained > -gain_small;
+    if (is_better) {
+      best.at = to;
+      std::swap(point_, next);
+      damping = damping > first_damping ? damping / 10 : 0;
+    } else {
+      damping = std::max(10 * damping, first_damping);
+    }
+    if (longest < step_small || (is_better && gained < gain_small)) {
+      best.stop = longest < step_small ? Stop::step_small : Stop::gain_small;
+      break;
+    }
+    if (damping > most_damping || moved_ns(start, best.at) > margin_ns_) break;
+  }
+  best.gain_nats = point_.value - no_target_nats_;
+}
+
+void JointFit::add_covariance(const Exposure& exposure, const Fixed& fixed, JointMaximum& maximum) {
+  const JointVector units = units_of(maximum.at, exposure);
+  Fixed known = fixed;
+  const std::size_t b = maximum.at.size() - 1;
+  known.at(b) = maximum.at.background_per_ns * exposure.seen_ns < 1e-6;
+  const Eigen::LLT<JointMatrix> cholesky(information(point_.hessian, units, known));
+  if (cholesky.info() != Eigen::Success) return;
+  const auto size = static_cast<Eigen::Index>(maximum.at.size());
+  maximum.covariance =
+      units.asDiagonal() * cholesky.solve(JointMatrix::Identity(size, size)) * units.asDiagonal();
+  for (std::size_t i = 0; i < b; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (fixed.at(i)) maximum.covariance(k, k) = 0;
+  }
+  maximum.has_covariance = maximum.covariance.allFinite();
+}
+
+double JointFit::gain_without(std::size_t target, const Exposure& exposure,
+                              const JointMaximum& of) {
+  return likelihood_.best_without(target, exposure, of.at) - no_target_nats_;
+}
+
+}  // namespace splid

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+
+#include "estimator/fit/joint_likelihood.hpp"
+#include "estimator/model/estimate.hpp"
+
+namespace splid {
+
+// The maximum of the likelihood of several targets, and its curvature there.
+struct JointMaximum {
+  JointParameters at;
+  double gain_nats = 0;         // log-likelihood over that of no target
+  JointMatrix covariance;       // in the order of JointParameters; no travel: rows of zeros
+  bool has_covariance = false;  // false where the likelihood does not fall off in all directions
+  Stop stop = Stop::not_run;
+};
+
+// Climbs to the maximum of the likelihood of several targets in all their parameters at once:
+// Newton's method, damped as Levenberg and Marquardt do where the surface is no hill.
+//
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
+class JointFit {
+ public:
+  JointFit(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
+
+  // The maximum near `start`, of which each line should be within some two pulse widths of the
+  // maximum's. moving: false keeps the travels of `start`.
+  JointMaximum climb(const FoldedFrame& frame, const Exposure& exposure,
+                     const JointParameters& start, bool moving);
+  // The gain of a maximum without one of its targets, where the other targets' lines stay and their
+  // signals and the background become their best. likelihood() must have been collected about the
+  // maximum, of the frame of the last climb.
+  double gain_without(std::size_t target, const Exposure& exposure, const JointMaximum& of);
+  // The gain at parameters about which likelihood() has been collected.
+  double gain(const Exposure& exposure, const JointParameters& at) {
+    return likelihood_.value(exposure, at) - no_target_nats_;
+  }
+  // The likelihood with the photons about the last maximum.
+  JointLikelihood& likelihood() { return likelihood_; }
+
+ private:
+  using Fixed = std::array<bool, most_joint>;
+  void climb_within(const Exposure& exposure, const Fixed& fixed, JointMaximum& best);
+  void add_covariance(const Exposure& exposure, const Fixed& fixed, JointMaximum& maximum);
+  [[nodiscard]] JointVector units_of(const JointParameters& at, const Exposure& exposure) const;
+
+  double width_ns_;
+  double margin_ns_;
+  JointLikelihood likelihood_;
+  double no_target_nats_ = 0;  // the log-likelihood of no target, of the frame
+  JointPoint point_;
+};
+
+}  // namespace splid

@@ -1,0 +1,114 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/fit/likelihood.hpp"
+#include "estimator/fold/near_set.hpp"
+#include "estimator/model/options.hpp"
+#include "estimator/model/pulse_shape.hpp"
+
+namespace splid {
+
+// One of several targets: the line of its photons, and S in counts for a pulse of amplitude 1.
+struct TargetParameters {
+  DelayLine line;
+  double signal_per_pulse = 0;
+};
+
+// What the likelihood of several targets depends on. As numbers in a row, in gradients and
+// matrices, they are each target's delay, travel and signal (units: ns, ns, counts a pulse), and
+// last the background (counts a ns).
+struct JointParameters {
+  std::array<TargetParameters, most_targets> targets;
+  std::size_t count = 0;         // targets
+  double background_per_ns = 0;  // > 0 where a photon is near none of the targets
+
+  [[nodiscard]] std::size_t size() const { return 3 * count + 1; }
+  void add(const TargetParameters& target) { targets.at(count++) = target; }
+};
+
+constexpr int most_joint = 3 * static_cast<int>(most_targets) + 1;
+// Vectors and matrices that live on the stack.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_joint, 1>;
+using JointMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_joint, most_joint>;
+
+struct JointPoint {
+  double value = 0;  // nats
+  JointVector gradient;
+  JointMatrix hessian;
+};
+
+// The log-likelihood of a frame with several targets,
+//   l = -integral lambda + sum over photons of log lambda,
+//   lambda = b + sum_k S_k sum_p a_p h about the pulses of target k
+// with its exact first and second derivatives. With one target it is that of Likelihood. It knows
+// no dead time.
+//
+// Threads: one thread for each object, which holds scratch. Errors: none. No allocation after
+// construction for frames of up to max_photons.
+class JointLikelihood {
+ public:
+  // margin_ns: how far a line's ends may move from where collect() saw it.
+  JointLikelihood(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
+                  double margin_ns);
+
+  // Takes the photons that are near any of the targets' lines.
+  void collect(const FoldedFrame& frame, const JointParameters& about);
+  // at: as many targets as collect() was given, in the same order.
+  void evaluate(const Exposure& exposure, const JointParameters& at, JointPoint& point);
+  // The value alone.
+  double value(const Exposure& exposure, const JointParameters& at);
+  // The value without one of the targets, with the lines of the others as they are, and with the
+  // signals and the background at which it is highest.
+  double best_without(std::size_t target, const Exposure& exposure, const JointParameters& at);
+  // Chooses photons so that what is left of the frame is as if only the targets in `stays` were
+  // there: a photon stays with the share that these targets and the background have in its
+  // intensity. Which photons those are is drawn by lots that hang on the frame's photons alone.
+  // stays: one entry for each target.
+  void thin(const Exposure& exposure, const JointParameters& at, std::span<const bool> stays,
+            std::vector<std::uint8_t>& keeps);
+
+  // The photons whose offset from a target's pulses is in [first_ns, last_ns), by the line that
+  // collect() was given.
+  [[nodiscard]] double count_near(std::size_t target, double first_ns, double last_ns) const;
+
+ private:
+  struct Share {  // of one target in the intensity at one photon
+    std::size_t target = 0;
+    double density = 0, g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
+  };
+  // Sums over the photons that a single target has a share in: by delay, travel, signal and
+  // background.
+  struct OfOne {
+    Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+    Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();  // upper triangle
+  };
+  void load(const Exposure& exposure, const JointParameters& at);
+  void start(const Exposure& exposure, const JointParameters& at, JointPoint& point) const;
+  std::size_t shares_of(std::size_t photon, const Exposure& exposure, const JointParameters& at,
+                        std::array<Share, most_targets>& shares) const;
+  static void add(const Share& share, double S, double lambda, OfOne& sums);
+  static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
+                  JointPoint& point);
+  static void add(const OfOne& sums, std::size_t target, JointPoint& point);
+
+  const PulseShape& shape_;
+  const PulseTrain& train_;
+  std::vector<CombWindow> windows_;
+  std::vector<NearSet> near_;  // of each target
+  std::size_t photons_ = 0;    // of the frame
+  // The photons near any target, and their entries, target by target.
+  std::vector<std::uint32_t> index_, first_;
+  std::vector<std::uint8_t> target_;
+  std::vector<double> residual_, position_, amplitude_;
+  std::vector<double> offset_, h_, d1_, d2_;  // scratch: one value for each entry
+  JointParameters about_;
+};
+
+}  // namespace splid

@@ -1,0 +1,345 @@
+#include "estimator/search/several_targets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace splid {
+namespace {
+
+constexpr double closest_widths = 2.5;
+constexpr double tail_widths = 30;
+// Pairs that are closer than this are climbed to from several places.
+constexpr double close_widths = 7;
+// Two targets move together where the ends of their lines part by no more than this.
+constexpr double together_widths = 8;
+// The light between two pulses, beyond what the two leave there, must be so many deviations below
+// that of the weaker pulse's middle, and no more than so much of it, to within a deviation.
+constexpr double deviations_of_valley = 2;
+constexpr double most_in_valley = 0.3;
+// The light behind a pulse, from 2 to 3.5 widths beside it, may exceed what the fit has there by so
+// many deviations and so much of the pulse.
+constexpr double deviations_behind = 1.5;
+constexpr double most_behind = 0.02;
+// Closer to a brighter target than this, a target of less than so much of its signal may be what
+// the pulse's flank is beside its model.
+constexpr double flank_widths = 8;
+constexpr double least_in_flank = 0.2;
+// What is left of the frame may hold less of a target than the frame does, where the target is
+// close to another. A candidate with so much of the threshold is fitted together with the others.
+constexpr double least_of_threshold = 0.4;
+
+}  // namespace
+
+SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check,
+                               const PulseTrain& train, const PulseShape& shape,
+                               double threshold_nats, std::size_t most, std::size_t max_photons)
+    : search_(search),
+      pattern_check_(pattern_check),
+      train_(train),
+      shape_(shape),
+      threshold_nats_(threshold_nats),
+      most_(most),
+      joint_(shape, train, max_photons),
+      rest_(train, max_photons, pattern_check.reach_ns()) {
+  keeps_.reserve(max_photons);
+  found_.reserve(most_targets);
+}
+
+std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, const Fit& first,
+                                                  bool moving, Effort most) {
+  found_.clear();
+  search_.keep_peaks();
+  exposure_ = Exposure(frame, train_);
+  all_ = {};
+  all_.at.add({first.parameters.line, first.parameters.signal_per_pulse});
+  all_.at.background_per_ns = first.parameters.background_per_ns;
+  all_.gain_nats = first.gain_nats;
+  is_claimed_ = {true};
+  const auto claimed = [this] {
+    return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
+  };
+  while (claimed() < most_ && all_.at.count < most_targets) {
+    if (!add_next(frame, moving, most)) break;
+  }
+  if (claimed() == 1) return found_;
+  fit_claimed(frame, moving);
+  if (best_.has_covariance) judge(frame, first, moving);
+  return found_;
+}
+
+// The fit of what is claimed alone, and the odds of these in its order.
+void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
+  JointParameters claimed;
+  claimed.background_per_ns = all_.at.background_per_ns;
+  for (std::size_t k = 0; k < all_.at.count; ++k) {
+    if (!is_claimed_.at(k)) continue;
+    odds_nats_.at(claimed.count) = odds_nats_.at(k);
+    claimed.add(all_.at.targets.at(k));
+  }
+  best_ = claimed.count == all_.at.count ? all_ : joint_.climb(frame, exposure_, claimed, moving);
+}
+
+// Leaves in rest_ what the frame is without the targets `at`, about which the likelihood has been
+// collected, but for the target `except` (no target's number: without all).
+void SeveralTargets::take_out(const FoldedFrame& frame, const JointParameters& at,
+                              std::size_t except) {
+  std::array<bool, most_targets> stays{};
+  if (except < most_targets) stays.at(except) = true;
+  joint_.likelihood().thin(exposure_, at, stays, keeps_);
+  rest_.take_some(keeps_, frame);
+}
+
+// Two targets about the middle of two that are close to each other: beside each other, or on lines
+// that cross.
+JointParameters SeveralTargets::pair_about(const JointParameters& start, std::size_t target,
+                                           double widths, bool cross) const {
+  const TargetParameters& one = start.targets.at(target);
+  const TargetParameters& last = start.targets.at(start.count - 1);
+  const double S = one.signal_per_pulse + last.signal_per_pulse;
+  const double share = last.signal_per_pulse / S;
+  const double to_last_ns =
+      std::remainder(last.line.delay_ns - one.line.delay_ns, train_.circle_ns);
+  const double delay_ns = one.line.delay_ns + share * to_last_ns;
+  const double travel_ns = one.line.travel_ns + share * (last.line.travel_ns - one.line.travel_ns);
+  const double off_ns = widths * shape_.width_ns();
+  const double by_delay = cross ? 0 : off_ns;
+  const double by_travel = cross ? off_ns * std::sqrt(12.0) : 0;
+  JointParameters pair = start;
+  pair.targets.at(target) = {{delay_ns - by_delay, travel_ns - by_travel}, S / 2};
+  pair.targets.at(start.count - 1) = {{delay_ns + by_delay, travel_ns + by_travel}, S / 2};
+  return pair;
+}
+
+// The likeliest of several pairs about the middle of one target and the last one. The likelihood is
+// left collected about it.
+JointParameters SeveralTargets::likeliest_pair(const FoldedFrame& frame,
+                                               const JointParameters& start, std::size_t target,
+                                               bool moving) {
+  JointParameters likeliest = start;
+  double most_nats = -std::numeric_limits<double>::infinity();
+  for (const double widths : {0.6, 1.0, 1.5, 2.5}) {
+    for (const bool cross : {false, true}) {
+      if (cross && !moving) continue;
+      const JointParameters pair = pair_about(start, target, widths, cross);
+      joint_.likelihood().collect(frame, pair);
+      const double nats = joint_.likelihood().value(exposure_, pair);
+      if (!(nats > most_nats)) continue;
+      most_nats = nats;
+      likeliest = pair;
+    }
+  }
+  joint_.likelihood().collect(frame, likeliest);
+  return likeliest;
+}
+
+// Two targets that are close to each other may first look like one in their middle. What that
+// leaves over then looks like another target, beside the first or at a shoulder of the comb. So a
+// pair is also climbed to where the new target is close to another, or weak and as fast as another.
+JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParameters& start,
+                                   bool moving) {
+  JointMaximum best = joint_.climb(frame, exposure_, start, moving);
+  const std::size_t last = start.count - 1;
+  for (std::size_t k = 0; k < last; ++k) {
+    JointParameters pair = start;
+    const bool is_far = apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
+    if (is_far) {
+      if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
+      pair.targets.at(last) = {start.targets.at(k).line, 0};
+    }
+    pair = likeliest_pair(frame, pair, k, moving);
+    // Where no pair is likelier than the target that it would stand for, that target's pulse fits.
+    if (is_far && joint_.gain(exposure_, pair) < all_.gain_nats) continue;
+    const JointMaximum from_pair = joint_.climb(frame, exposure_, pair, moving);
+    if (from_pair.has_covariance && from_pair.gain_nats > best.gain_nats) best = from_pair;
+  }
+  return best;
+}
+
+// Whether a target may be what the misfit of a brighter one leaves over at a shoulder.
+bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
+                                     const TargetParameters& bright) const {
+  constexpr double weaker = 4;
+  return weaker * target.signal_per_pulse < bright.signal_per_pulse &&
+         std::abs(target.line.travel_ns - bright.line.travel_ns) < tail_widths * shape_.width_ns();
+}
+
+// Looks for one more target; returns false where there is none.
+bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most) {
+  joint_.likelihood().collect(frame, all_.at);
+  take_out(frame, all_.at, most_targets);
+  if (rest_.size() == 0) return false;
+  const std::optional<Fit> next = search_.find(rest_, most);
+  if (!next || next->gain_nats < least_of_threshold * threshold_nats_ || !next->has_covariance) {
+    return false;
+  }
+  const double odds_nats = search_.range_odds_nats(*next);
+  JointParameters start = all_.at;
+  start.add({next->parameters.line, next->parameters.signal_per_pulse});
+  const JointMaximum together = climb(frame, start, moving);
+  if (!(together.gain_nats >= all_.gain_nats + threshold_nats_) || !together.has_covariance) {
+    return false;
+  }
+  const std::size_t last = all_.at.count;
+  is_claimed_.at(last) = stands_apart(frame, together.at, last);
+  odds_nats_.at(last) = odds_nats;
+  all_ = together;
+  return true;
+}
+
+// The part of the joint result that is one target's.
+FoundTarget SeveralTargets::target_of(std::size_t target) const {
+  FoundTarget found;
+  const TargetParameters& p = best_.at.targets.at(target);
+  found.fit.parameters = {p.line, p.signal_per_pulse, best_.at.background_per_ns};
+  const auto d = static_cast<Eigen::Index>(3 * target);
+  const auto b = static_cast<Eigen::Index>(best_.at.size() - 1);
+  const std::array<Eigen::Index, 4> from = {d, d + 1, d + 2, b};
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      found.fit.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          best_.covariance(from.at(i), from.at(j));
+    }
+  }
+  found.fit.has_covariance = true;
+  found.fit.stop = best_.stop;
+  return found;
+}
+
+double SeveralTargets::odds_of_first_nats(const Fit& first) const {
+  std::array<DelayLine, most_targets> others;
+  std::transform(best_.at.targets.begin() + 1, best_.at.targets.end(), others.begin(),
+                 [](const TargetParameters& target) { return target.line; });
+  return search_.kept_range_odds_nats(first, std::span(others).first(best_.at.count - 1));
+}
+
+// Looks at each target in a frame from which the others are taken out.
+void SeveralTargets::judge(const FoldedFrame& frame, const Fit& first, bool moving) {
+  joint_.likelihood().collect(frame, best_.at);
+  for (std::size_t k = 0; k < best_.at.count; ++k) {
+    FoundTarget found = target_of(k);
+    found.fit.gain_nats = best_.gain_nats - joint_.gain_without(k, exposure_, best_);
+    if (found.fit.gain_nats < threshold_nats_) continue;
+    found.range_odds_nats = k == 0 ? odds_of_first_nats(first) : odds_nats_.at(k);
+    take_out(frame, best_.at, k);
+    const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
+    if (pattern.fault != PatternFault::none) continue;
+    found.amplitude_misfit = pattern.amplitude_misfit;
+    const DelayLine line = found.fit.parameters.line;
+    found.moves = !moving && search_.fit_moving(rest_, line).gain_nats >
+                                 search_.fit_at_rest(rest_, line.delay_ns).gain_nats +
+                                     TargetSearch::nats_for_motion_at_rest;
+    found_.push_back(found);
+  }
+  if (found_.size() < 2) found_.clear();
+  std::sort(found_.begin(), found_.end(), [](const FoundTarget& a, const FoundTarget& b) {
+    return a.fit.parameters.signal_per_pulse > b.fit.parameters.signal_per_pulse;
+  });
+}
+
+// How far apart two targets are over the frame, root mean square, in pulse widths.
+double SeveralTargets::apart_widths(const TargetParameters& a, const TargetParameters& b) const {
+  const double delay_ns = std::remainder(a.line.delay_ns - b.line.delay_ns, train_.circle_ns);
+  const double travel_ns = a.line.travel_ns - b.line.travel_ns;
+  return std::hypot(delay_ns, travel_ns / std::sqrt(12.0)) / shape_.width_ns();
+}
+
+// Whether a target of a joint fit is one, and not what another's pulse leaves over.
+bool SeveralTargets::stands_apart(const FoldedFrame& frame, const JointParameters& at,
+                                  std::size_t target) {
+  const TargetParameters& own = at.targets.at(target);
+  for (std::size_t k = 0; k < at.count; ++k) {
+    if (k == target) continue;
+    const TargetParameters& other = at.targets.at(k);
+    if (apart_widths(own, other) < closest_widths) return false;
+    if (!is_claimed_.at(k) || apart_widths(own, other) > tail_widths) continue;
+    joint_.likelihood().collect(frame, at);
+    const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
+    if (!is_beside(at, is_weaker ? target : k, is_weaker ? k : target)) return false;
+  }
+  return true;
+}
+
+// Whether a weaker target is one beside a bright one.
+bool SeveralTargets::is_beside(const JointParameters& at, std::size_t target, std::size_t bright) {
+  const TargetParameters& own = at.targets.at(target);
+  const TargetParameters& other = at.targets.at(bright);
+  const double apart_ns = std::remainder(other.line.delay_ns - own.line.delay_ns, train_.circle_ns);
+  const double side = apart_ns < 0 ? -1 : 1;
+  const double apart_widths = std::abs(apart_ns) / shape_.width_ns();
+  if (std::abs(own.line.travel_ns - other.line.travel_ns) > together_widths * shape_.width_ns()) {
+    return rises_from(at, target, bright, 2.5, 5.5) && rises_from(at, target, bright, -2.5, -5.5);
+  }
+  const bool is_close = apart_widths < flank_widths;
+  if (is_close && own.signal_per_pulse < least_in_flank * other.signal_per_pulse) return false;
+  return rises_again(at, target, bright, side, apart_widths) &&
+         has_nothing_behind(at, target, bright, -side) &&
+         (!is_close || has_nothing_behind(at, bright, target, side));
+}
+
+// Whether the light falls on the way from a bright target to a weaker one and rises again. The
+// valley is the middle of the way, or from 2.5 to 5.5 widths beside the weaker pulse.
+bool SeveralTargets::rises_again(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double side, double apart_widths) {
+  const double near = apart_widths < 6 ? apart_widths / 2 - 0.5 : 2.5;
+  const double far = apart_widths < 6 ? near + 1 : std::min(5.5, apart_widths - 2.5);
+  return rises_from(at, target, bright, side * near, side * far);
+}
+
+bool SeveralTargets::rises_from(const JointParameters& at, std::size_t target, std::size_t bright,
+                                double from_widths, double to_widths) {
+  const Excess valley = excess_beside(at, target, bright, from_widths, to_widths);
+  const double middle = light_of(at, target, target, -0.5, 0.5);
+  const double widths = std::abs(to_widths - from_widths);
+  const double more = valley.photons / widths;
+  const double deviation = valley.deviation / widths;
+  return more + deviations_of_valley * deviation < middle &&
+         more < most_in_valley * middle + deviation;
+}
+
+bool SeveralTargets::has_nothing_behind(const JointParameters& at, std::size_t target,
+                                        std::size_t other, double side) {
+  const Excess behind = excess_beside(at, target, other, side * 2, side * 3.5);
+  const double photons = at.targets.at(target).signal_per_pulse * exposure_.amplitude;
+  return behind.photons < deviations_behind * behind.deviation + most_behind * photons;
+}
+
+// The photons at such offsets from a target's pulses, in widths from their peaks, beyond those that
+// the fit's background, this target and another have there.
+SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, std::size_t target,
+                                                     std::size_t other, double from_widths,
+                                                     double to_widths) {
+  const double first = std::min(from_widths, to_widths);
+  const double last = std::max(from_widths, to_widths);
+  const double width_ns = shape_.width_ns();
+  const double peak_ns = shape_.peak_offset_ns();
+  const double counted =
+      joint_.likelihood().count_near(target, peak_ns + first * width_ns, peak_ns + last * width_ns);
+  const double dark =
+      at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * (last - first) * width_ns;
+  const double expected =
+      dark + light_of(at, target, target, first, last) + light_of(at, other, target, first, last);
+  return {counted - expected, std::sqrt(std::max(expected, 1.0))};
+}
+
+// The photons that one target has at such offsets from the pulses of another, or of its own.
+double SeveralTargets::light_of(const JointParameters& at, std::size_t target, std::size_t about,
+                                double first_widths, double last_widths) const {
+  constexpr int steps = 32;
+  const DelayLine& line = at.targets.at(target).line;
+  const DelayLine& own = at.targets.at(about).line;
+  const double delay_ns = std::remainder(line.delay_ns - own.delay_ns, train_.circle_ns);
+  double sum = 0;
+  for (int step = 0; step < steps; ++step) {
+    const double s = (step + 0.5) / steps - 0.5;
+    const double off_ns = delay_ns + (line.travel_ns - own.travel_ns) * s - shape_.peak_offset_ns();
+    const double ends_ns[] = {first_widths * shape_.width_ns() - off_ns,
+                              last_widths * shape_.width_ns() - off_ns};
+    double integrals[2];
+    shape_.integrate(ends_ns, integrals);
+    sum += integrals[1] - integrals[0];
+  }
+  return at.targets.at(target).signal_per_pulse * exposure_.amplitude * sum / steps;
+}
+
+}  // namespace splid

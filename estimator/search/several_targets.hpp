@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estimator/fit/joint_fit.hpp"
+#include "estimator/fit/pattern_check.hpp"
+#include "estimator/search/target_search.hpp"
+
+namespace splid {
+
+// One of a frame's targets. Its fit is that of all targets together: deviations are those with all
+// others unknown too, and the gain is what this target adds to the others.
+struct FoundTarget {
+  Fit fit;
+  double range_odds_nats = 0;
+  std::optional<double> amplitude_misfit;
+  bool moves = false;  // although targets are taken to be at rest
+};
+
+// Finds the targets that a frame shows beside its best one. They are found one after the other:
+//
+//  1. Photons are taken out of the frame with the share that the targets found so far have in the
+//     intensity at each of them. What is left is as if these targets were not there: their
+//     shoulders, the delays at which a comb falls on itself in part, are gone too.
+//  2. TargetSearch looks for the best line in what is left.
+//  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
+//     to the gain as a frame's only target needs, so that it is there by chance as rarely.
+//
+// Design note: no pulse is quite what the configuration says. What a wrong width or a tail leaves
+// over looks like a target beside the true one that moves with it. So a target is not claimed
+//  - closer than 2.5 pulse widths to another (root mean square over the frame): up to there, two
+//    pulses fit any pulse that is up to 1.6 times as wide;
+//  - within 30 widths of a brighter target, unless the light falls between the two and rises again,
+//    by two standard deviations, and then ends. A tail only falls.
+//  - within 8 widths of a brighter target that it moves with where it has less than a fifth of that
+//    target's signal.
+// What is not claimed stays in the joint fit while further targets are looked for, so that neither
+// it nor its shoulders are taken for them, and is left out of the fit whose values are published.
+//
+// Threads: one thread for each object. Errors: none. No allocation in find() for frames of up to
+// max_photons.
+class SeveralTargets {
+ public:
+  // search, pattern_check, train, shape: outlive this. most: targets, 1 to most_targets.
+  SeveralTargets(TargetSearch& search, PatternCheck& pattern_check, const PulseTrain& train,
+                 const PulseShape& shape, double threshold_nats, std::size_t most,
+                 std::size_t max_photons);
+
+  // The targets of a frame, the one with the most signal first. first: the frame's best target, as
+  // search.find() has just found it; it is significant and has a covariance. moving: whether
+  // targets may move. The result is empty where there is no other target than the first, whose fit
+  // then stands. Valid until the next call.
+  std::span<const FoundTarget> find(const FoldedFrame& frame, const Fit& first, bool moving,
+                                    Effort most);
+
+ private:
+  bool add_next(const FoldedFrame& frame, bool moving, Effort most);
+  JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, bool moving);
+  JointParameters likeliest_pair(const FoldedFrame& frame, const JointParameters& start,
+                                 std::size_t target, bool moving);
+  [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
+                                     const TargetParameters& bright) const;
+  [[nodiscard]] JointParameters pair_about(const JointParameters& start, std::size_t target,
+                                           double widths, bool cross) const;
+  void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
+  [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
+  void fit_claimed(const FoldedFrame& frame, bool moving);
+  void judge(const FoldedFrame& frame, const Fit& first, bool moving);
+  [[nodiscard]] FoundTarget target_of(std::size_t target) const;
+  [[nodiscard]] double odds_of_first_nats(const Fit& first) const;
+  [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
+                                  std::size_t target);
+  [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
+  [[nodiscard]] bool rises_again(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double side, double apart_widths);
+  [[nodiscard]] bool rises_from(const JointParameters& at, std::size_t target, std::size_t bright,
+                                double from_widths, double to_widths);
+  [[nodiscard]] bool has_nothing_behind(const JointParameters& at, std::size_t target,
+                                        std::size_t other, double side);
+  struct Excess {
+    double photons, deviation;
+  };
+  [[nodiscard]] Excess excess_beside(const JointParameters& at, std::size_t target,
+                                     std::size_t other, double from_widths, double to_widths);
+  [[nodiscard]] double light_of(const JointParameters& at, std::size_t target, std::size_t about,
+                                double first_widths, double last_widths) const;
+
+  TargetSearch& search_;
+  PatternCheck& pattern_check_;
+  const PulseTrain& train_;
+  const PulseShape& shape_;
+  double threshold_nats_;
+  std::size_t most_;
+  JointFit joint_;
+  JointMaximum all_;                             // of all that was found
+  JointMaximum best_;                            // of the targets that are claimed
+  std::array<bool, most_targets> is_claimed_{};  // of each in all_
+  std::array<double, most_targets> odds_nats_{};
+  Exposure exposure_;
+  FoldedFrame rest_;
+  std::vector<std::uint8_t> keeps_;
+  std::vector<FoundTarget> found_;
+};
+
+}  // namespace splid

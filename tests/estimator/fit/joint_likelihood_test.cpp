@@ -1,0 +1,218 @@
+#include "estimator/fit/joint_likelihood.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double joint_c_m_per_ns = 0.299792458;
+
+// Two targets in a short frame, the second of which is 0.3 ns further away and 5 m/s faster.
+struct TwoTargets {
+  test::FrameMaker first, second;
+  test::FrameMaker::Frame frame;
+  PulseTrain train;
+  FoldedFrame folded;
+  std::unique_ptr<PulseShape> shape;
+  JointParameters truth;
+
+  static test::FrameMaker maker(double off_m, double off_mps, double signal) {
+    test::FrameMaker made;
+    made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+    double amplitude = 1;
+    for (double& a : made.pattern.segments.front().amplitudes) a = amplitude += 0.02;
+    made.length_ms = 2;
+    made.distance_m += off_m;
+    made.velocity_mps = 31 + off_mps;
+    made.signal_per_pulse = signal;
+    return made;
+  }
+  static DelayLine line_of(const test::FrameMaker& made, const FoldedFrame& folded) {
+    const double beta = made.velocity_mps / 299792458.0;
+    return {2 * made.distance_m / joint_c_m_per_ns / (1 + beta) / folded.scale,
+            2 * beta / (1 + beta) * folded.length_ns};
+  }
+  explicit TwoTargets(double off_ns = 0.3)
+      : first(maker(0, 0, 0.01)),
+        second(maker(off_ns * joint_c_m_per_ns / 2, 5, 0.006)),
+        frame(first.make_with({second}, 11)),
+        train(first.pattern),
+        folded(train, frame.photons_ps.size()),
+        shape(make_gaussian(first.sigma_ns)) {
+    folded.fold(frame.view(), train);
+    truth.add({line_of(first, folded), 0.01});
+    truth.add({line_of(second, folded), 0.006});
+    truth.background_per_ns = 1.75e-4;
+  }
+  [[nodiscard]] JointLikelihood likelihood() const {
+    JointLikelihood made(*shape, train, folded.size(), 0.4);
+    made.collect(folded, truth);
+    return made;
+  }
+  [[nodiscard]] Exposure exposure() const { return {folded, train}; }
+};
+
+// -integral lambda + sum log lambda with [P] Eq. 2 for each target, over every pulse that may
+// matter: plain loops in long double, from tau and v, not from lines.
+long double two_by_brute_force(const TwoTargets& scene, const std::vector<long double>& taus_ns,
+                               const std::vector<long double>& speeds_mps,
+                               const std::vector<long double>& signals, long double b) {
+  const auto& segment = scene.first.pattern.segments.front();
+  const long double period = static_cast<long double>(scene.frame.sync.period_ps) * 1e-3L;
+  const long double sigma = scene.first.sigma_ns;
+  const std::int64_t mid_ps =
+      scene.frame.start_ps + (scene.frame.end_ps - scene.frame.start_ps) / 2;
+  const long double start = static_cast<long double>(scene.frame.start_ps - mid_ps) * 1e-3L;
+  const long double length = -2 * start;
+  long double amplitude = 0;
+  for (const double a : segment.amplitudes) amplitude += a;
+  long double value = -b * length;
+  for (std::size_t n = 0; n < taus_ns.size(); ++n) {
+    const long double beta = speeds_mps[n] / 299792458.0L;
+    value -= signals[n] * amplitude * length / period * (1 - beta) / (1 + beta);
+  }
+  for (const std::int64_t photon : scene.frame.photons_ps) {
+    const long double t = static_cast<long double>(photon - mid_ps) * 1e-3L;
+    long double lambda = b;
+    for (std::size_t n = 0; n < taus_ns.size(); ++n) {
+      const long double beta = speeds_mps[n] / 299792458.0L;
+      const auto turn = static_cast<std::int64_t>(std::floor((t - taus_ns[n] - start) / period));
+      for (std::int64_t k = turn - 1; k <= turn + 1; ++k) {
+        for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
+          const long double e =
+              start + k * period + segment.pulse_times_ps[p] * period / segment.period_ps;
+          const long double x = (t - taus_ns[n] / (1 - beta) - e * (1 + beta) / (1 - beta)) / sigma;
+          lambda += signals[n] * segment.amplitudes[p] * std::exp(-x * x / 2) /
+                    (sigma * std::sqrt(2 * std::numbers::pi_v<long double>));
+        }
+      }
+    }
+    value += std::log(lambda);
+  }
+  return value;
+}
+
+TEST(JointLikelihood, AgreesWithLongDoubleLoopsOverTwoTargets) {
+  for (const double off_ns : {0.1, 0.3, 40.0}) {
+    const TwoTargets scene(off_ns);
+    JointLikelihood likelihood = scene.likelihood();
+    JointPoint point;
+    JointParameters at = scene.truth;
+    at.targets[0].line.delay_ns += 0.05;
+    at.targets[1].line.travel_ns -= 0.03;
+    at.background_per_ns = 2e-4;
+    likelihood.evaluate(scene.exposure(), at, point);
+    std::vector<long double> taus_ns, speeds_mps, signals;
+    for (const TargetParameters& target : {at.targets[0], at.targets[1]}) {
+      const long double g = target.line.travel_ns / scene.folded.length_ns;
+      const long double beta = g / (2 - g);
+      taus_ns.push_back(target.line.delay_ns * (1 + beta));
+      speeds_mps.push_back(beta * 299792458.0L);
+      signals.push_back(target.signal_per_pulse);
+    }
+    const auto expected =
+        static_cast<double>(two_by_brute_force(scene, taus_ns, speeds_mps, signals, 2e-4L));
+    EXPECT_NEAR(point.value, expected, 1e-9 * std::abs(expected)) << off_ns;
+  }
+}
+
+TEST(JointLikelihood, DerivativesAgreeWithDifferences) {
+  for (const double off_ns : {0.1, 0.3, 40.0}) {
+    const TwoTargets scene(off_ns);
+    JointLikelihood likelihood = scene.likelihood();
+    JointParameters at = scene.truth;
+    at.targets[0].line.delay_ns += 0.02;
+    at.targets[1].signal_per_pulse *= 1.3;
+    const auto shifted = [&](Eigen::Index i, double by) {
+      JointParameters p = at;
+      TargetParameters& target = p.targets.at(static_cast<std::size_t>(i / 3) % 2);
+      (i == 6       ? p.background_per_ns
+       : i % 3 == 0 ? target.line.delay_ns
+       : i % 3 == 1 ? target.line.travel_ns
+                    : target.signal_per_pulse) += by;
+      JointPoint point;
+      likelihood.evaluate(scene.exposure(), p, point);
+      return point;
+    };
+    const JointPoint point = shifted(0, 0);
+    const double steps[] = {1e-5, 1e-5, 1e-7, 1e-5, 1e-5, 1e-7, 1e-8};
+    for (Eigen::Index i = 0; i < 7; ++i) {
+      const double step = steps[i];
+      const JointPoint up = shifted(i, step), down = shifted(i, -step);
+      const double slope = (up.value - down.value) / (2 * step);
+      const double spread = std::sqrt(std::abs(point.hessian(i, i)));
+      EXPECT_NEAR(point.gradient[i], slope, 1e-4 * spread + 1e-6 * std::abs(slope)) << i;
+      for (Eigen::Index j = 0; j < 7; ++j) {
+        const double curved = (up.gradient[j] - down.gradient[j]) / (2 * step);
+        const double scale = std::sqrt(std::abs(point.hessian(i, i) * point.hessian(j, j)));
+        EXPECT_NEAR(point.hessian(i, j), curved, 1e-4 * scale) << i << " " << j;
+      }
+    }
+  }
+}
+
+TEST(JointLikelihood, IsThatOfLikelihoodForOneTarget) {
+  const TwoTargets scene;
+  JointParameters one;
+  one.add(scene.truth.targets[0]);
+  one.background_per_ns = 3e-4;
+  JointLikelihood joint(*scene.shape, scene.train, scene.folded.size(), 0.4);
+  joint.collect(scene.folded, one);
+  JointPoint point;
+  joint.evaluate(scene.exposure(), one, point);
+  NearSet near(scene.folded.size(), 4 * scene.folded.size());
+  const DelayLine line = one.targets[0].line;
+  near.collect(scene.folded, comb_windows(scene.train, -1.8, 1.8), scene.train, line);
+  Likelihood likelihood(*scene.shape, 4 * scene.folded.size());
+  const LikelihoodPoint expected = likelihood.evaluate(near, scene.exposure(), {line, 0.01, 3e-4});
+  EXPECT_NEAR(point.value, expected.value, 1e-9 * std::abs(expected.value));
+  EXPECT_LT((point.gradient - expected.gradient).norm(), 1e-9 * expected.gradient.norm());
+  EXPECT_LT((point.hessian - expected.hessian).norm(), 1e-9 * expected.hessian.norm());
+}
+
+// What is left when both are taken out is background: as many photons as it has, to within 4
+// deviations, near the targets' pulses and elsewhere.
+TEST(JointLikelihood, WhatIsLeftWithoutTheTargetsIsBackground) {
+  const TwoTargets scene;
+  JointLikelihood likelihood = scene.likelihood();
+  std::vector<std::uint8_t> keeps;
+  const bool none[] = {false, false};
+  likelihood.thin(scene.exposure(), scene.truth, none, keeps);
+  const auto left = static_cast<double>(std::count(keeps.begin(), keeps.end(), 1));
+  const double expected = 1.75e-4 * scene.folded.seen_ns;
+  EXPECT_NEAR(left, expected, 4 * std::sqrt(expected));
+  ASSERT_GT(static_cast<double>(keeps.size()), expected + 300);
+  const bool second_stays[] = {false, true};
+  likelihood.thin(scene.exposure(), scene.truth, second_stays, keeps);
+  const double with_second = expected + 0.006 * scene.exposure().amplitude;
+  EXPECT_NEAR(static_cast<double>(std::count(keeps.begin(), keeps.end(), 1)), with_second,
+              4 * std::sqrt(with_second));
+}
+
+// The value without a target is the largest that the rates of the others allow.
+TEST(JointLikelihood, WithoutATargetTheOthersRatesAreTheirBest) {
+  const TwoTargets scene(40);
+  JointLikelihood likelihood = scene.likelihood();
+  const double best = likelihood.best_without(1, scene.exposure(), scene.truth);
+  JointPoint point;
+  double highest = -1e300;
+  for (double S = 0.006; S < 0.014; S += 1e-4) {
+    JointParameters at = scene.truth;
+    at.targets[0].signal_per_pulse = S;
+    at.targets[1].signal_per_pulse = 0;
+    at.background_per_ns =
+        (static_cast<double>(scene.folded.size()) - S * scene.exposure().amplitude) /
+        scene.exposure().seen_ns;
+    likelihood.evaluate(scene.exposure(), at, point);
+    highest = std::max(highest, point.value);
+  }
+  EXPECT_NEAR(best, highest, 0.05);
+}
+
+}  // namespace
+}  // namespace splid

@@ -1,0 +1,203 @@
+#include "estimator/search/several_targets.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "estimator/frame_estimator.hpp"
+#include "protocol/error.hpp"
+#include "tests/support/allocation_count.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double several_c_m_per_ns = 0.299792458;
+
+// [P]'s experiment in 20 ms, with a target at `off_ns` beside [P]'s.
+test::FrameMaker scene_of(double off_ns = 0, double velocity_mps = 20, double signal = 13.5e-4) {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.length_ms = 20;
+  made.distance_m += off_ns * several_c_m_per_ns / 2;
+  made.velocity_mps = velocity_mps;
+  made.signal_per_pulse = signal;
+  return made;
+}
+
+FrameEstimator several(const test::FrameMaker& made, std::int64_t targets,
+                       SceneOptions scene = {}) {
+  scene.targets = targets;
+  return {made.pattern, {}, scene, {}, made.length_ms, 100'000};
+}
+
+double off_of(const TargetEstimate& found, const test::FrameMaker& truth) {
+  return std::remainder(found.delay_ns - 2 * truth.distance_m / several_c_m_per_ns, 3780);
+}
+
+void expect_is(const TargetEstimate& found, const test::FrameMaker& truth) {
+  EXPECT_EQ(found.status, FrameStatus::ok);
+  EXPECT_GT(found.std_delay_ns, 0);
+  EXPECT_LT(std::abs(off_of(found, truth)), 5 * found.std_delay_ns);
+  EXPECT_LT(std::abs(found.velocity_mps - truth.velocity_mps), 5 * found.std_velocity_mps);
+  EXPECT_LT(std::abs(found.signal_per_pulse - truth.signal_per_pulse),
+            5 * found.std_signal_per_pulse);
+  EXPECT_GT(found.significance_nats, 20);
+}
+
+TEST(SeveralTargets, AreListedStrongestFirstWithTheirOwnValues) {
+  const test::FrameMaker first = scene_of();
+  const test::FrameMaker scenes[] = {scene_of(0.4, 20, 9e-4), scene_of(6.7, 20, 9e-4),
+                                     scene_of(200.1, -35, 9e-4), scene_of(0, 28, 9e-4)};
+  FrameEstimator estimator = several(first, 2);
+  for (const test::FrameMaker& second : scenes) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+      ASSERT_EQ(e.status, FrameStatus::ok);
+      ASSERT_EQ(e.target_count, 2U);
+      const bool in_order =
+          std::abs(off_of(e.targets[0], first)) + std::abs(e.targets[0].velocity_mps - 20) <
+          std::abs(off_of(e.targets[1], first)) + std::abs(e.targets[1].velocity_mps - 20);
+      expect_is(e.targets[in_order ? 0 : 1], first);
+      expect_is(e.targets[in_order ? 1 : 0], second);
+      EXPECT_GE(e.targets[0].signal_per_pulse, e.targets[1].signal_per_pulse);
+      EXPECT_EQ(e.delay_ns, e.targets[0].delay_ns);
+      EXPECT_EQ(e.velocity_mps, e.targets[0].velocity_mps);
+      EXPECT_EQ(e.significance_nats, e.targets[0].significance_nats);
+    }
+  }
+}
+
+TEST(SeveralTargets, OneOfATwentiethIsFoundBesideTheOther) {
+  const test::FrameMaker bright = scene_of(0, 20, 160e-4);
+  const test::FrameMaker weak = scene_of(6.7, 20, 8e-4);
+  FrameEstimator estimator = several(bright, 2);
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
+    ASSERT_EQ(e.target_count, 2U) << seed;
+    expect_is(e.targets[0], bright);
+    expect_is(e.targets[1], weak);
+  }
+}
+
+TEST(SeveralTargets, FourAreFoundWhereFourMayBe) {
+  const test::FrameMaker first = scene_of();
+  const std::vector<test::FrameMaker> others = {scene_of(6.7, 20, 12e-4), scene_of(13.4, 20, 11e-4),
+                                                scene_of(90.3, -50, 10e-4)};
+  for (const std::int64_t most : {3, 4}) {
+    FrameEstimator estimator = several(first, most);
+    const Estimate e = estimator.estimate(first.make_with(others, 3).view());
+    EXPECT_EQ(e.target_count, static_cast<std::size_t>(most));
+  }
+}
+
+void expect_same_target(const Estimate& a, const Estimate& b) {
+  EXPECT_EQ(a.status, b.status);
+  EXPECT_EQ(a.delay_ns, b.delay_ns);
+  EXPECT_EQ(a.velocity_mps, b.velocity_mps);
+  EXPECT_EQ(a.signal_per_pulse, b.signal_per_pulse);
+  EXPECT_EQ(a.std_delay_ns, b.std_delay_ns);
+  EXPECT_EQ(a.significance_nats, b.significance_nats);
+  EXPECT_EQ(a.range_odds_nats, b.range_odds_nats);
+}
+
+// Shoulders of the comb stand 40 deviations above the background here.
+TEST(SeveralTargets, ALoneTargetKeepsItsBitsAndHasNoShoulders) {
+  const test::FrameMaker made = scene_of(0, 20, 80e-4);
+  FrameEstimator one = several(made, 1), four = several(made, 4);
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto frame = made.make(seed);
+    const Estimate e = four.estimate(frame.view());
+    EXPECT_EQ(e.target_count, 0U) << seed;
+    expect_same_target(e, one.estimate(frame.view()));
+  }
+}
+
+// An eighth of the signal comes later, by an exponential delay, as a detector's tail does.
+TEST(SeveralTargets, ATailIsNoTarget) {
+  for (const double tail_ns : {0.2, 0.5}) {
+    test::FrameMaker made = scene_of(0, 20, 70e-4);
+    test::FrameMaker tail = scene_of(0, 20, 10e-4);
+    tail.background_per_ns = 0;
+    FrameEstimator estimator = several(made, 3);
+    int claimed = 0;
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      auto frame = made.make(seed);
+      std::mt19937_64 random(seed);
+      std::exponential_distribution<double> late(1 / tail_ns);
+      for (const std::int64_t t : tail.make(seed + 100).photons_ps) {
+        const std::int64_t delayed = t + std::llround(1e3 * late(random));
+        if (delayed < frame.end_ps) frame.photons_ps.push_back(delayed);
+      }
+      claimed += estimator.estimate(frame.view()).target_count > 1 ? 1 : 0;
+    }
+    EXPECT_LE(claimed, 1) << tail_ns;
+  }
+}
+
+TEST(SeveralTargets, AWidePulseIsNoTwoTargets) {
+  for (const double sigma_ns : {0.08, 0.12, 0.15, 0.2, 0.3}) {
+    test::FrameMaker made = scene_of(0, 20, 40e-4);
+    made.sigma_ns = sigma_ns;
+    FrameEstimator estimator = several(made, 3);
+    int claimed = 0;
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      claimed += estimator.estimate(made.make(seed).view()).target_count > 1 ? 1 : 0;
+    }
+    EXPECT_LE(claimed, 1) << sigma_ns;
+  }
+}
+
+TEST(SeveralTargets, AtRestAreFoundAtRest) {
+  const test::FrameMaker first = scene_of(0, 0), second = scene_of(0.5, 0, 9e-4);
+  SceneOptions still;
+  still.motion = Motion::static_target;
+  FrameEstimator estimator = several(first, 2, still);
+  const Estimate e = estimator.estimate(first.make_with({second}, 4).view());
+  ASSERT_EQ(e.target_count, 2U);
+  EXPECT_EQ(e.targets[1].velocity_mps, 0);
+  EXPECT_EQ(e.targets[1].std_velocity_mps, 0);
+  EXPECT_LT(std::abs(off_of(e.targets[1], second)), 5 * e.targets[1].std_delay_ns);
+  // One that moves after all is noticed, as it is alone.
+  const Estimate moving = estimator.estimate(first.make_with({scene_of(6.7, 40, 9e-4)}, 4).view());
+  EXPECT_EQ(moving.target_count, 0U);
+}
+
+TEST(SeveralTargets, EstimatesDoNotAllocate) {
+  const test::FrameMaker first = scene_of(), second = scene_of(0.4, 20, 9e-4);
+  FrameEstimator estimator = several(first, 4);
+  const auto frame = first.make_with({second}, 1);
+  estimator.estimate(frame.view());
+  const std::uint64_t before = test::allocations;
+  const Estimate e = estimator.estimate(frame.view());
+  EXPECT_EQ(test::allocations, before);
+  EXPECT_EQ(e.target_count, 2U);
+}
+
+TEST(SeveralTargets, AreRefusedWithWhatKnowsOneTarget) {
+  const test::FrameMaker made = scene_of();
+  SceneOptions scene;
+  scene.targets = 2;
+  EstimatorOptions paper;
+  paper.method = Method::paper;
+  EXPECT_THROW(FrameEstimator(made.pattern, {}, scene, paper, 20, 1000), Error);
+  EXPECT_FALSE(scene.validate());
+  scene.motion = Motion::accelerating;
+  EXPECT_EQ(scene.validate().value().pointer, "/targets");
+  scene.motion = Motion::automatic;
+  EXPECT_TRUE(scene.validate());
+}
+
+// The detector's dead time is not part of the likelihood of several targets.
+TEST(SeveralTargets, LeaveTheDeadTimeToBeFlagged) {
+  const test::FrameMaker made = scene_of();
+  SceneOptions scene;
+  scene.targets = 2;
+  FrameEstimator estimator(made.pattern, {}, scene, {}, 20, 100'000, ClockReference::tagger,
+                           {.dead_time_ns = 50});
+  EXPECT_FALSE(estimator.estimate(made.make(1).view()).dead_time_modelled);
+}
+
+}  // namespace
+}  // namespace splid
