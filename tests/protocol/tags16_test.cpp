@@ -47,7 +47,7 @@ std::vector<Tag> decode(Tags16Decoder& decoder, std::span<const std::byte> bytes
   return tags;
 }
 
-std::vector<Tag> decoded(std::span<const std::byte> bytes) {
+std::vector<Tag> tags_in(std::span<const std::byte> bytes) {
   Tags16Decoder decoder;
   return decode(decoder, bytes);
 }
@@ -100,10 +100,10 @@ TEST(Tags16, TheBytesMayBeCutAnywhereAndTheRoomBeSmall) {
 }
 
 TEST(Tags16, SmallestAndLargestNumbers) {
-  EXPECT_THAT(decoded(block_bytes({0, 0, 0, {{0, 0}}})),
+  EXPECT_THAT(tags_in(block_bytes({0, 0, 0, {{0, 0}}})),
               ElementsAre(photon_tag(0, 0), heartbeat_tag(0)));
   constexpr std::int32_t max_channel = std::numeric_limits<std::int32_t>::max();
-  EXPECT_THAT(decoded(block_bytes(
+  EXPECT_THAT(tags_in(block_bytes(
                   {~0U, min_ps, max_ps, {{min_ps, -max_channel - 1}, {max_ps, max_channel}}})),
               ElementsAre(photon_tag(min_ps, -max_channel - 1), photon_tag(max_ps, max_channel),
                           heartbeat_tag(max_ps)));
@@ -125,25 +125,25 @@ TEST(Tags16, LostBlocksAreALossBetweenTheirNeighbours) {
 }
 
 TEST(Tags16, TimeThatNoBlockCoversIsALoss) {
-  EXPECT_THAT(decoded(bytes_of({{4, 0, 10, {}}, {5, 11, 20, {}}})),
+  EXPECT_THAT(tags_in(bytes_of({{4, 0, 10, {}}, {5, 11, 20, {}}})),
               ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(11, -1), heartbeat_tag(20)));
 }
 
 TEST(Tags16, ABlockMayBeginAMicrosecondEarlyAndNotMore) {
-  EXPECT_THAT(decoded(bytes_of({{0, 0, 5'000'000, {}}, {1, 4'000'000, 6'000'000, {}}})),
+  EXPECT_THAT(tags_in(bytes_of({{0, 0, 5'000'000, {}}, {1, 4'000'000, 6'000'000, {}}})),
               ElementsAre(heartbeat_tag(5'000'000), heartbeat_tag(6'000'000)));
   EXPECT_THAT(
-      decoded(bytes_of({{0, 0, 5'000'000, {}}, {1, 3'999'999, 6'000'000, {}}})),
+      tags_in(bytes_of({{0, 0, 5'000'000, {}}, {1, 3'999'999, 6'000'000, {}}})),
       ElementsAre(heartbeat_tag(5'000'000), clock_break(3'999'999), heartbeat_tag(6'000'000)));
 }
 
 TEST(Tags16, ABrokenTimeBaseIsAClockBreak) {
-  EXPECT_THAT(decoded(block_bytes({0, 0, 10, {{4, 0, 1}, {5, 2}}})),
+  EXPECT_THAT(tags_in(block_bytes({0, 0, 10, {{4, 0, 1}, {5, 2}}})),
               ElementsAre(clock_break(4), photon_tag(5, 2), heartbeat_tag(10)));
 }
 
 TEST(Tags16, AnOverflowWithoutCountLostNobodyKnowsHowMany) {
-  EXPECT_THAT(decoded(block_bytes(
+  EXPECT_THAT(tags_in(block_bytes(
                   {0, 0, 10, {{4, 0, 2}, {5, 0, 4, 0xFFFF}, {6, 0, 3}, {7, 0, 2}, {8, 0, 3}}})),
               ElementsAre(loss_begin(4), missed(5, 65'535), loss_end(6, 0), loss_begin(7),
                           loss_end(8, -1), heartbeat_tag(10)));
@@ -231,11 +231,11 @@ std::vector<Tag> tags_with_a_gap(std::span<const std::byte> part, std::size_t by
 }
 
 std::vector<Tag> expected_with_a_gap() {
-  std::vector<Tag> tags = decoded(block_bytes(block_of_10_ms(4)));
+  std::vector<Tag> tags = tags_in(block_bytes(block_of_10_ms(4)));
   tags.push_back(loss_begin(block_of_10_ms(4).end_ps));
   tags.push_back(loss_end(block_of_10_ms(6).begin_ps, -1));
   for (const std::uint32_t index : {6, 7}) {
-    for (const Tag& tag : decoded(block_bytes(block_of_10_ms(index)))) tags.push_back(tag);
+    for (const Tag& tag : tags_in(block_bytes(block_of_10_ms(index)))) tags.push_back(tag);
   }
   return tags;
 }
@@ -294,11 +294,11 @@ TEST(Tags16, ABlockThatLacksSomeBytesBreaksNoClock) {
 // A clock that jumps ahead shows it in more than one header.
 TEST(Tags16, AJumpFarAheadIsConfirmedByWhatFollows) {
   constexpr std::int64_t day_ps = 86'400'000'000'000'000;
-  EXPECT_THAT(decoded(bytes_of({{0, 0, 10, {}}, {1, day_ps, day_ps + 10, {{day_ps + 3, 1}}}})),
+  EXPECT_THAT(tags_in(bytes_of({{0, 0, 10, {}}, {1, day_ps, day_ps + 10, {{day_ps + 3, 1}}}})),
               ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(day_ps, -1),
                           photon_tag(day_ps + 3, 1), heartbeat_tag(day_ps + 10)));
   EXPECT_THAT(
-      decoded(bytes_of(
+      tags_in(bytes_of(
           {{0, 0, 10, {}}, {1, day_ps, day_ps + 10, {}}, {2, day_ps + 10, day_ps + 20, {}}})),
       ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(day_ps, -1),
                   heartbeat_tag(day_ps + 10), heartbeat_tag(day_ps + 20)));
