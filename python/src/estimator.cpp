@@ -127,12 +127,11 @@ void bind_values(py::class_<FrameResult>& type) {
       .def_property_readonly("std_signal_per_pulse", known(&Estimate::std_signal_per_pulse))
       .def_property_readonly("std_background_per_s", known(&Estimate::std_background_per_ns, 1e9))
       .def_property_readonly("range_odds_nats", known(&Estimate::range_odds_nats))
-      .def_property_readonly("blind_fraction",
-                             [](const FrameResult& self) {
-                               return self.estimate.dead_time_modelled
-                                          ? self.estimate.blind_fraction
-                                          : unknown;
-                             })
+      .def_property_readonly(
+          "blind_fraction",
+          [](const FrameResult& self) {
+            return self.estimate.dead_time_modelled ? self.estimate.blind_fraction : unknown;
+          })
       .def_property_readonly("background_per_s",
                              [](const FrameResult& self) {
                                return self.estimate.status == FrameStatus::not_run ||
