@@ -25,7 +25,9 @@ bool is_name(std::string_view text) {
   });
 }
 
+// A null character would end the host for the library alone.
 bool is_address(const std::string& host) {
+  if (host.find('\0') != std::string::npos) return false;
   std::array<unsigned char, sizeof(in6_addr)> bytes{};
   return ::inet_pton(AF_INET, host.c_str(), bytes.data()) == 1 ||
          ::inet_pton(AF_INET6, host.c_str(), bytes.data()) == 1;

@@ -17,6 +17,7 @@ TEST(RequestCheck, FindsTheHostWithoutItsPort) {
     EXPECT_FALSE(host_of(bad)) << bad;
   }
   EXPECT_FALSE(host_of(std::string(300, 'a')));
+  EXPECT_FALSE(host_of(std::string("[::\0evil]", 9)));
 }
 
 TEST(RequestCheck, AnswersToAddressesAndTheMachinesOwnName) {
