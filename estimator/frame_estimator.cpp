@@ -7,7 +7,6 @@
 #include <sstream>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"

@@ -7,6 +7,25 @@
 #include "estimator/model/units.hpp"
 
 namespace splid {
+namespace {
+
+// Leaves no photons, and the facts of another frame.
+void begin_like(const FoldedFrame& all, FoldedFrame& frame) {
+  frame.length_ns = all.length_ns;
+  frame.seen_ns = all.seen_ns;
+  frame.scale = all.scale;
+  for (auto* values : {&frame.phase_ns, &frame.time_ns}) values->clear();
+  frame.phase_32.clear();
+  frame.group_end.clear();
+}
+
+void take(std::size_t photon, const FoldedFrame& all, FoldedFrame& frame) {
+  frame.phase_ns.push_back(all.phase_ns[photon]);
+  frame.time_ns.push_back(all.time_ns[photon]);
+  frame.phase_32.push_back(all.phase_32[photon]);
+}
+
+}  // namespace
 
 FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns)
     : reach_ns_(reach_ns) {
@@ -113,35 +132,19 @@ void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const Puls
 }
 
 void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
-  length_ns = all.length_ns;
-  seen_ns = all.seen_ns;
-  scale = all.scale;
-  for (auto* values : {&phase_ns, &time_ns}) values->clear();
-  phase_32.clear();
-  group_end.clear();
+  begin_like(all, *this);
   for (std::size_t group = 0; group < all.group_end.size(); ++group) {
-    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step) {
-      phase_ns.push_back(all.phase_ns[i]);
-      time_ns.push_back(all.time_ns[i]);
-      phase_32.push_back(all.phase_32[i]);
-    }
+    for (std::size_t i = all.group_begin(group); i < all.group_end[group]; i += step)
+      take(i, all, *this);
     group_end.push_back(size());
   }
 }
 
 void FoldedFrame::take_some(const std::vector<std::uint8_t>& keeps, const FoldedFrame& all) {
-  length_ns = all.length_ns;
-  seen_ns = all.seen_ns;
-  scale = all.scale;
-  for (auto* values : {&phase_ns, &time_ns}) values->clear();
-  phase_32.clear();
-  group_end.clear();
+  begin_like(all, *this);
   for (std::size_t group = 0; group < all.group_end.size(); ++group) {
     for (std::size_t i = all.group_begin(group); i < all.group_end[group]; ++i) {
-      if (keeps[i] == 0) continue;
-      phase_ns.push_back(all.phase_ns[i]);
-      time_ns.push_back(all.time_ns[i]);
-      phase_32.push_back(all.phase_32[i]);
+      if (keeps[i] != 0) take(i, all, *this);
     }
     group_end.push_back(size());
   }

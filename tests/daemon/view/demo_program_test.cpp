@@ -3,16 +3,13 @@
 #include <sys/socket.h>
 
 #include <array>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/local_connection.hpp"
-#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -29,15 +26,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + test::patience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
-  }
-  return true;
-}
-
 class DemoProgram : public ::testing::Test {
  protected:
   std::vector<std::string> words(const std::string& http = "127.0.0.1:*") const {
@@ -47,7 +35,7 @@ class DemoProgram : public ::testing::Test {
   // The port of the page, once the demonstration says which; 0 where it never does.
   static int page_of(const Program& demo) {
     int port = 0;
-    comes_true([&] {
+    test::eventually([&] {
       const std::string before = "open http://127.0.0.1:";
       const std::string said = demo.err();
       const auto at = said.find(before);
@@ -82,7 +70,7 @@ class DemoProgram : public ::testing::Test {
       got = ::recv(viewer.socket(), some.data(), some.size(), MSG_DONTWAIT);
       return got >= 0;
     };
-    while (last_start_s(all) < start_s && comes_true(something_comes) && got > 0) {
+    while (last_start_s(all) < start_s && test::eventually(something_comes) && got > 0) {
       all.append(some.data(), static_cast<std::size_t>(got));
     }
     return all;

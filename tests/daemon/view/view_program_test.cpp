@@ -2,19 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <chrono>
 #include <csignal>
-#include <functional>
 #include <list>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <string>
-#include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
-#include "tests/support/patience.hpp"
 #include "tests/support/process_memory.hpp"
 #include "tests/support/program.hpp"
 
@@ -31,15 +28,6 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
-
-bool becomes_true(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + test::patience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds{20});
-  }
-  return true;
-}
 
 constexpr const char* live = test::light_source;
 
@@ -60,7 +48,7 @@ class ViewProgram : public ::testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     view.emplace(words);
     const std::string before = "is at http://127.0.0.1:";
-    ASSERT_TRUE(becomes_true([&] {
+    ASSERT_TRUE(test::eventually([&] {
       const std::string said = view->err();
       const auto at = said.find(before);
       if (at == std::string::npos || said.find("/\n", at) == std::string::npos) return false;
@@ -87,7 +75,7 @@ class ViewProgram : public ::testing::Test {
   // Reads events until that text came.
   static std::string events_until(const LocalConnection& connection, const std::string& text) {
     std::string all;
-    becomes_true([&] {
+    test::eventually([&] {
       all += what_came(connection);
       return all.find(text) != std::string::npos;
     });
@@ -163,7 +151,7 @@ TEST_F(ViewProgram, ShowsTheMessagesAsTheyWerePublished) {
   // A frame that both heard.
   const std::string head = "event: frame\ndata: ";
   std::string frame;
-  ASSERT_TRUE(becomes_true([&] {
+  ASSERT_TRUE(test::eventually([&] {
     events += what_came(viewer);
     const auto end = events.rfind("}\n\n");
     const auto at = events.rfind(head, end);
@@ -259,7 +247,7 @@ TEST_F(ViewProgram, LivesThroughNonsenseHugeHeadersAndFiveHundredConnections) {
   EXPECT_THAT(events, HasSubstr("event: frame"));
   EXPECT_LT(test::memory_mib("VmRSS", std::to_string(view->id())), 200);
   crowd.clear();
-  EXPECT_TRUE(becomes_true([&] { return answer(request("/")).starts_with("HTTP/1.1 200"); }));
+  EXPECT_TRUE(test::eventually([&] { return answer(request("/")).starts_with("HTTP/1.1 200"); }));
   // Nothing of it reached the daemon: whoever listened beside it missed no frame.
   listener.signal(SIGINT);
   std::istringstream heard(listener.wait().out);
@@ -304,7 +292,7 @@ TEST_F(ViewProgram, RefusesMoreViewersThanThereMayBe) {
     another.send(request("/events"));
     return events_until(another, "\r\n\r\n").starts_with("HTTP/1.1 200");
   };
-  EXPECT_TRUE(becomes_true(serves));
+  EXPECT_TRUE(test::eventually(serves));
 }
 
 TEST_F(ViewProgram, ErrorsNameTheOption) {
@@ -326,7 +314,7 @@ TEST_F(ViewProgram, ErrorsNameTheOption) {
 
 TEST_F(ViewProgram, SaysWhoCanReadWhereItIsOpenToTheNetwork) {
   Program open({"view", "--endpoint", endpoint, "--http", "*:*"});
-  EXPECT_TRUE(becomes_true([&] {
+  EXPECT_TRUE(test::eventually([&] {
     return open.err().find("everybody who reaches *:* over the network") != std::string::npos;
   })) << open.err();
   open.signal(SIGTERM);
@@ -347,7 +335,7 @@ TEST_F(ViewProgram, SaysThatItsKeyIsRefused) {
                  R"(,"security":{"server_key":"server.key_secret","allow_list":"allowed"})");
   Program daemon({"run", "--config", folder.write("guarded.json", guarded)});
   const std::string before = "publishing at ";
-  ASSERT_TRUE(becomes_true([&] {
+  ASSERT_TRUE(test::eventually([&] {
     const std::string said = daemon.err();
     const auto at = said.find(before);
     if (at == std::string::npos || said.find('\n', at) == std::string::npos) return false;
