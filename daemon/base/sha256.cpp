@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <fstream>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 namespace splid {
@@ -39,6 +40,15 @@ std::optional<std::string> sha256_of_file(const std::string& file, const std::st
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned int bytes = 0;
   if (EVP_DigestFinal_ex(hash.get(), digest.data(), &bytes) != 1) return std::nullopt;
+  return hexadecimal(digest.data(), bytes);
+}
+
+std::string sha256_of(std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int bytes = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &bytes, EVP_sha256(), nullptr) != 1) {
+    throw std::runtime_error("the SHA-256 of a text cannot be computed; is memory full?");
+  }
   return hexadecimal(digest.data(), bytes);
 }
 

@@ -34,6 +34,7 @@ void FrameDealer::close() {
   unit_->mid_unix_s = device_clock_.unix_s(frame.start_ps + (frame.end_ps - frame.start_ps) / 2);
   effort_.configure(configured_effort_.load(std::memory_order_relaxed));
   unit_->effort = effort_.next(std::exchange(waited_, false));
+  unit_->wanted = !wanted_ || wanted_(frame);
   lanes_[lane_]->fill();
   lanes_[lane_]->estimator_wake.notify();
   lane_ = (lane_ + 1) % lanes_.size();

@@ -3,7 +3,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "daemon/base/clock.hpp"
@@ -18,6 +20,10 @@ namespace splid {
 
 using Lanes = std::vector<std::unique_ptr<Lane>>;
 
+// Says of each frame, once it is complete, whether it is to be estimated. Is asked in the order of
+// the frames, on the framer's thread. Must not allocate, lock or throw.
+using FrameChoice = std::function<bool(const Frame&)>;
+
 // Deals the frames out to the lanes in turn: gives the framer the slot that it fills next, and each
 // full frame its UTC and the effort that there is time for.
 //
@@ -29,6 +35,8 @@ class FrameDealer final : public FrameSink {
   // lanes, clock: outlive this.
   FrameDealer(const SourceInfo& source, Effort effort, const Clock& clock, Lanes& lanes);
 
+  // Which frames are to be estimated; without this call all are. Before the first frame.
+  void choose(FrameChoice wanted) { wanted_ = std::move(wanted); }
   // A tag of `time_ps`, the first of the stream, has just come.
   void begin(std::int64_t time_ps) { device_clock_.anchor(time_ps); }
   Frame& open() override;
@@ -44,6 +52,7 @@ class FrameDealer final : public FrameSink {
  private:
   Lanes& lanes_;
   DeviceClock device_clock_;
+  FrameChoice wanted_;
   std::atomic<Effort> configured_effort_;
   EffortGovernor effort_;
   Wake released_;

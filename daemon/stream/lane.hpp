@@ -25,6 +25,7 @@ struct EstimationUnit {
   Frame frame;                       // framer
   double mid_unix_s = 0;             // framer; UTC at mid-frame
   Effort effort = Effort::balanced;  // framer; what there is time for
+  bool wanted = true;                // framer; otherwise the frame is not estimated
   Estimate estimate;                 // estimator
   double compute_ms = 0;             // estimator
 };

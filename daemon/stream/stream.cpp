@@ -23,8 +23,8 @@ std::size_t ring_capacity(const PipelineOptions& options) {
 }  // namespace
 
 StreamOptions stream_options(const Config& config) {
-  return {config.pattern, config.channels,  config.frame,    config.drift,   config.pulse,
-          config.scene,   config.estimator, config.pipeline, config.detector};
+  return {config.pattern, config.channels,  config.frame,    config.drift,    config.pulse,
+          config.scene,   config.estimator, config.pipeline, config.detector, nullptr};
 }
 
 StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more) {
@@ -51,6 +51,7 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
               ChannelMap(options_.channels), clock, ring_, dealer_) {
   const double length_ms = options_.frame.length_ms;
   check_frame_fits(length_ms, options_.pattern, ring_.capacity());
+  dealer_.choose(options_.wanted);
   const FrameCapacity capacity = frame_capacity(length_ms, options_.pattern, ring_.capacity());
   max_photons_ = std::min(capacity.photons, max_estimated_photons);
   for (std::int64_t i = 0; i < options_.pipeline.estimation_threads; ++i) {
@@ -143,8 +144,10 @@ void Stream::estimate(std::size_t index) {
     }
     if (estimator.take_next()) track = {};
     const std::int64_t begin_ns = clock_.steady_ns();
-    unit->estimate = estimator.in_use().estimator.estimate(
-        unit->frame.view(), estimator.in_use().tracked ? &track : nullptr, unit->effort);
+    unit->estimate = unit->wanted ? estimator.in_use().estimator.estimate(
+                                        unit->frame.view(),
+                                        estimator.in_use().tracked ? &track : nullptr, unit->effort)
+                                  : Estimate{};
     unit->compute_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
     lane.estimated();
     wake_.notify();

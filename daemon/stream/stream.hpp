@@ -38,6 +38,7 @@ struct StreamOptions {
   EstimatorOptions estimator;
   PipelineOptions pipeline;
   DetectorOptions detector;
+  FrameChoice wanted = nullptr;  // null: all frames are estimated
 };
 
 StreamOptions stream_options(const Config& config);

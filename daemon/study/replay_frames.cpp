@@ -78,23 +78,32 @@ void read_from(const std::string& recording, const std::string& counts, double s
 }
 
 void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
-                    const GoOn& go_on) {
+                    const GoOn& go_on, FrameChoice wanted) {
   Messages messages(config, source->info().syncs_are_counted);
-  Stream stream(stream_options(config), std::move(source), host_clock());
+  StreamOptions options = stream_options(config);
+  options.wanted = std::move(wanted);
+  Stream stream(std::move(options), std::move(source), host_clock());
   LockCounts counts;
+  bool to_the_end = true;
   stream.start();
   while (!stream.ended()) {
     if (const EstimationUnit* unit = stream.next()) {
-      take(messages.of(*unit));
+      // A frame that is not wanted has a message too, since the reference counts every frame.
+      const FrameMessage message = messages.of(*unit);
+      if (unit->wanted) take(message);
       ++counts.frames;
       counts.locked_frames += unit->frame.sync.locked ? 1 : 0;
       stream.release();
     } else {
       stream.wait(most_asleep);
     }
-    if (!go_on()) stream.request_stop();
+    if (to_the_end && !go_on()) {
+      to_the_end = false;
+      stream.request_stop();
+    }
   }
   if (const std::exception_ptr fault = stream.join()) std::rethrow_exception(fault);
+  if (!to_the_end) return;
   counts.syncs = stream.counters().framer.syncs;
   check_locked(counts, stream.diagnosis());
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/stream/frame_dealer.hpp"
 #include "drivers/source.hpp"
 #include "protocol/frame_json.hpp"
 
@@ -27,12 +28,15 @@ using GoOn = std::function<bool()>;
 
 // Measures a source from its begin to its end, as `splid replay` does: the same frames with the
 // same messages to the last bit, but for compute_ms and latency_ms. The configured source is asked
-// only for an encoder of its own.
+// only for an encoder of its own. wanted: the frames that are estimated and taken; null: all. The
+// other frames are framed alone, which takes less time, so that the bounds of the wanted
+// frames, their references and all else that a frame has from the frames before it are the same.
 //
-// Threads: the caller's calls take() and go_on(), while those of a Stream measure. Errors: those of
-// Stream, of the source after all its frames were taken, and of open_encoder();
-// Error(Fault::data) where no frame could lock although syncs came; what take() and go_on() throw.
+// Threads: the caller's calls take() and go_on(), while those of a Stream measure; wanted() is
+// called as FrameChoice says. Errors: those of Stream, of the source after all its frames were
+// taken, and of open_encoder(); Error(Fault::data) where the source was measured to its end and no
+// frame could lock although syncs came; what take() and go_on() throw.
 void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
-                    const GoOn& go_on);
+                    const GoOn& go_on, FrameChoice wanted = nullptr);
 
 }  // namespace splid

@@ -20,6 +20,13 @@ TEST(Sha256, IsThatOfTheStandard) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
+TEST(Sha256, OfATextIsThatOfAFileWithIt) {
+  const test::TempFolder folder;
+  for (const std::string text : {"", "abc"}) {
+    EXPECT_EQ(sha256_of(text), sha256_of_file(folder.write("text", text), {}));
+  }
+}
+
 TEST(Sha256, IsAbsentWhereItCannotBeKnown) {
   const test::TempFolder folder;
   EXPECT_EQ(sha256_of_file(folder.path("none"), {}), std::nullopt);

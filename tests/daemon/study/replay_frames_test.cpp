@@ -57,6 +57,25 @@ TEST(ReplayFrames, AreThoseThatAReplayPublished) {
   EXPECT_GE(count, 6U);
 }
 
+TEST(ReplayFrames, AreTheSameWhereOthersAreNotEstimated) {
+  const Config config = golden_config();
+  const std::vector<FrameMessage> all = frames_until(config, 1000);
+  std::vector<FrameMessage> some;
+  measure_frames(
+      config, open_source(config),
+      [&some](const FrameMessage& message) { some.push_back(message); }, [] { return true; },
+      [](const Frame& frame) { return frame.sequence % 3 == 2; });
+  ASSERT_EQ(some.size(), all.size() / 3);
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    const FrameMessage& whole = all.at(3 * i + 2);
+    EXPECT_EQ(some[i].sequence, whole.sequence);
+    EXPECT_EQ(some[i].start_ps, whole.start_ps);
+    ASSERT_TRUE(some[i].distance_m.has_value());
+    EXPECT_EQ(some[i].distance_m, whole.distance_m);
+    EXPECT_EQ(some[i].std_velocity_mps, whole.std_velocity_mps);
+  }
+}
+
 TEST(ReplayFrames, EndWhenTheyAreAskedTo) {
   Config config = golden_config();
   auto slow = std::make_unique<ReplayOptions>();
