@@ -26,6 +26,8 @@ using Action = std::function<int()>;
 void add_run(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
+void add_batch(CLI::App& app, Action& action);
+void add_merge(CLI::App& app, Action& action);
 void add_record(CLI::App& app, Action& action);
 void add_listen(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);

@@ -93,6 +93,11 @@ void FrameTable::add(const FrameMessage& frame) {
   ++pending_rows_;
 }
 
+void FrameTable::add_rows(std::string_view rows) {
+  pending_ += rows;
+  pending_rows_ += rows.size() / frame_row_bytes();
+}
+
 // The rows are written first, and then the numbers that say that they are there.
 void FrameTable::flush() {
   if (pending_.empty()) return;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "daemon/recording/table_head.hpp"
 #include "protocol/frame_json.hpp"
@@ -28,6 +29,8 @@ class FrameTable {
 
   // Keeps the frame in memory until flush().
   void add(const FrameMessage& frame);
+  // The same for rows as append_frame_row() writes them. The format is HDF5.
+  void add_rows(std::string_view rows);
   // Hands all frames to the operating system. To be called at least twice a second.
   void flush();
   // Drops the frames that were not written yet; returns how many these are. Errors: none.

@@ -28,6 +28,9 @@ completes() {
 
 completes re // replay record
 completes simu // simulate
+completes bat // batch
+completes batch --sh // --shard
+completes mer // merge
 completes --ver // --version
 completes run --con // --config
 completes run -c // -c

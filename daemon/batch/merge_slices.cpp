@@ -1,0 +1,135 @@
+#include "daemon/batch/merge_slices.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "daemon/base/text.hpp"
+#include "daemon/base/write_file.hpp"
+#include "daemon/batch/recording_summary.hpp"
+#include "daemon/recording/frame_table.hpp"
+#include "protocol/text.hpp"
+
+namespace splid {
+namespace {
+
+// What is missing of a recording, in a sentence; empty where its slices are whole.
+std::string missing_of(const std::vector<SliceHead>& slices,
+                       const std::optional<BatchFolder::Members>& end, bool has_checksum) {
+  std::uint64_t number = 0;
+  std::uint64_t frames = 0;
+  for (const SliceHead& slice : slices) {
+    if (slice.number != number) break;
+    frames += slice.rows;
+    ++number;
+  }
+  if (number < slices.size()) return fmt::format("slice {} is missing", number);
+  if (!end) return fmt::format("what follows frame {} is missing", grouped(frames));
+  const auto all = whole_number(end->at("frames"));
+  if (!all || frames != static_cast<std::uint64_t>(*all)) {
+    return fmt::format("{} of its {} frames are there", grouped(frames), end->at("frames"));
+  }
+  return has_checksum ? "" : "its checksum is missing";
+}
+
+std::string make_table(const BatchFolder& folder, const BatchRecording& recording,
+                       const BatchFolder::Members& facts, const std::vector<SliceHead>& slices,
+                       const std::string& checksum) {
+  RecordingSummary summary;
+  {
+    FrameTable table(folder.new_table_file(recording),
+                     {facts.at("program"), facts.at("configuration"), facts.at("pattern"),
+                      facts.at("recording")},
+                     true);
+    for (const SliceHead& slice : slices) {
+      const std::string rows = folder.slice_rows(recording, slice);
+      summary.take(rows);
+      table.add_rows(rows);
+      table.flush();
+    }
+    table.write_checksum(checksum);
+  }
+  folder.keep_table(recording);
+  return summary.line();
+}
+
+RecordingOutcome outcome_of(const BatchRecording& recording, RecordingState state) {
+  RecordingOutcome outcome;
+  outcome.recording = recording;
+  outcome.state = state;
+  return outcome;
+}
+
+RecordingOutcome done(const BatchRecording& recording, const std::string& line) {
+  RecordingOutcome outcome = outcome_of(recording, RecordingState::done);
+  outcome.line = line;
+  return outcome;
+}
+
+RecordingOutcome not_done(const BatchFolder& folder, const BatchRecording& recording,
+                          const std::string& missing) {
+  const auto failure = folder.read(recording, failure_of_recording, "");
+  const bool failed = failure && failure->contains("why");
+  RecordingOutcome outcome =
+      outcome_of(recording, failed ? RecordingState::failed : RecordingState::unfinished);
+  outcome.why = failed ? failure->at("why") : recording.file + ": " + missing;
+  return outcome;
+}
+
+std::string quoted_field(const std::string& text) {
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return field + "\"";
+}
+
+}  // namespace
+
+RecordingOutcome merge_slices(const BatchFolder& folder, const BatchRecording& recording) {
+  const auto facts = folder.read(recording, facts_of_table, "");
+  const std::string key = facts && facts->contains("key") ? facts->at("key") : "";
+  const auto summary = folder.finished(recording, key);
+  if (summary) {
+    folder.remove_slices(recording);
+    return done(recording, *summary);
+  }
+  if (key.empty()) return not_done(folder, recording, "nothing of it is measured");
+  const auto end = folder.read(recording, end_of_recording, key);
+  const auto checksum = folder.read(recording, checksum_of_recording, key);
+  const std::vector<SliceHead> slices = folder.slices(recording, key);
+  const std::string missing = missing_of(slices, end, checksum.has_value());
+  if (!missing.empty()) return not_done(folder, recording, missing);
+  const std::string line = make_table(folder, recording, *facts, slices, checksum->at("sha256"));
+  folder.write(recording, summary_of_recording, {{"key", key}, {"line", line}});
+  folder.remove_slices(recording);
+  return done(recording, line);
+}
+
+std::string summary_text(const std::vector<RecordingOutcome>& outcomes) {
+  constexpr std::array names = {"done", "failed", "unfinished"};
+  const std::string columns = RecordingSummary::columns();
+  const auto values = static_cast<std::size_t>(std::count(columns.begin(), columns.end(), ','));
+  std::string text = "recording,table,state," + columns + ",why\n";
+  for (const RecordingOutcome& outcome : outcomes) {
+    const bool is_done = outcome.state == RecordingState::done;
+    const std::string table = is_done ? outcome.recording.name + ".h5" : "";
+    text += quoted_field(outcome.recording.file) + "," + quoted_field(table) + "," +
+            names.at(static_cast<std::size_t>(outcome.state)) + "," +
+            (is_done ? outcome.line : std::string(values, ',')) + "," + quoted_field(outcome.why) +
+            "\n";
+  }
+  return text;
+}
+
+std::vector<RecordingOutcome> merge_folder(const BatchFolder& folder) {
+  std::vector<RecordingOutcome> outcomes;
+  for (const BatchRecording& recording : folder.recordings()) {
+    outcomes.push_back(merge_slices(folder, recording));
+  }
+  write_file(folder.summary_file(), summary_text(outcomes));
+  return outcomes;
+}
+
+}  // namespace splid
