@@ -29,13 +29,14 @@ struct Arrays {
     for (std::size_t i = 0; i < count; ++i) {
       in_16.push_back(static_cast<std::uint16_t>(random()));
       in_32.push_back(static_cast<std::uint32_t>(random()));
+      rows.push_back(in_32.back() >> 8);
       times.push_back(static_cast<double>(random() >> 11) * 0x1p-20);
       photons_ps.push_back(static_cast<std::int64_t>(random() >> 28));  // 69 ms
     }
     for (std::uint8_t& flag : flags) flag = random() % 16 == 0 ? 1 : 0;
   }
   std::vector<std::uint16_t> in_16;
-  std::vector<std::uint32_t> in_32;
+  std::vector<std::uint32_t> in_32, rows;
   std::vector<double> times;
   std::vector<std::int64_t> photons_ps;
   std::vector<std::uint8_t> flags = std::vector<std::uint8_t>(1 << 12);
@@ -66,9 +67,9 @@ const std::map<std::string, Run>& runs() {
        [](const SearchKernels& by, Arrays& a) { a.out = by.largest(a.in_16.data(), count); }},
       {"largest_32",
        [](const SearchKernels& by, Arrays& a) { a.out = by.largest_32(a.in_32.data(), count); }},
-      {"delay_bins",
+      {"delay_cells",
        [](const SearchKernels& by, Arrays& a) {
-         by.delay_bins(a.out_32.data(), 77, a.in_32.data(), count, 3780);
+         by.delay_cells(a.out_32.data(), a.rows.data(), a.in_32.data(), 77, count, 3780);
        }},
       {"line_phases",
        [](const SearchKernels& by, Arrays& a) {

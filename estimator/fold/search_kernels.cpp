@@ -21,11 +21,12 @@ Count largest(const Count* values, std::size_t count) {
   return most;
 }
 
-void delay_bins(std::uint32_t* __restrict cells, std::uint32_t phase,
-                const std::uint32_t* __restrict pulses, std::size_t count, std::uint32_t bins) {
-  for (std::size_t p = 0; p < count; ++p) {
-    const std::uint32_t delay = phase - pulses[p];
-    cells[p] = static_cast<std::uint32_t>((static_cast<std::uint64_t>(delay) * bins) >> 32);
+void delay_cells(std::uint32_t* __restrict cells, const std::uint32_t* __restrict rows,
+                 const std::uint32_t* __restrict phases, std::uint32_t pulse, std::size_t count,
+                 std::uint32_t bins) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t delay = phases[i] - pulse;
+    cells[i] = rows[i] + static_cast<std::uint32_t>((static_cast<std::uint64_t>(delay) * bins) >> 32);
   }
 }
 
@@ -82,7 +83,7 @@ const SearchKernels search_kernels = {add<std::uint16_t>,
                                       accumulate<std::uint32_t>,
                                       largest<std::uint16_t>,
                                       largest<std::uint32_t>,
-                                      delay_bins,
+                                      delay_cells,
                                       line_phases,
                                       fold,
                                       pick};

@@ -20,10 +20,10 @@ struct SearchKernels {
   void (*accumulate_32)(std::uint32_t* sums, const std::uint32_t* values, std::size_t count);
   std::uint16_t (*largest)(const std::uint16_t* values, std::size_t count);
   std::uint32_t (*largest_32)(const std::uint32_t* values, std::size_t count);
-  // cells[p] = the bin of the delay phase - pulses[p], where the period has so many `bins`. Phase
-  // and pulses are in 2^-32 of the period.
-  void (*delay_bins)(std::uint32_t* cells, std::uint32_t phase, const std::uint32_t* pulses,
-                     std::size_t count, std::uint32_t bins);
+  // cells[i] = rows[i] + the bin of the delay phases[i] - pulse, where the period has so many
+  // `bins`. Phases and pulse are in 2^-32 of the period.
+  void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,
+                      std::uint32_t pulse, std::size_t count, std::uint32_t bins);
   // phases[i] = folded[i] - (delay + slope * times[i]), modulo the period. All phases are in 2^-32
   // of a period. |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,

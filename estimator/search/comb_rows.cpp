@@ -1,6 +1,7 @@
 #include "estimator/search/comb_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -49,14 +50,7 @@ SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_travel_
 
 CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
     : train_(train), kernels_(kernels) {
-  std::size_t most_pulses = 1;
-  for (const PulseTrain::Stretch& stretch : train.stretches) {
-    parts_.push_back(parts_of(stretch));
-    for (const Part& part : parts_.back()) {
-      most_pulses = std::max({most_pulses, part.pulses_32.size(), part.circle_32.size()});
-    }
-  }
-  cells_.resize(most_pulses);
+  for (const PulseTrain::Stretch& stretch : train.stretches) parts_.push_back(parts_of(stretch));
   moved_.reserve(max_photons);
   slice_.reserve(max_photons);
   in_slice_.reserve(most_slices);
@@ -176,13 +170,14 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   // Where the part's period is no whole number of bins, its copies are counted one by one.
   const bool fits = grid.bins % part.copies == 0;
   const std::uint32_t bins = fits ? grid.bins / part.copies : grid.bins;
-  const std::size_t pulses = fits ? part.pulses_32.size() : part.circle_32.size();
+  const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
   const bool beside = fits && part.copies > 1;
   Count* to = beside ? parts : rows;
   if (beside) std::memset(to, 0, std::size_t{bins} * grid.slices * sizeof(Count));
-  if (part.taken_off || pulses < 2 ||
+  if (part.taken_off || pulses.size() < 2 ||
       photons * adds_per_increment < std::size_t{bins} * grid.slices) {
-    count_at_pulses(group, part, fits, bins, to);
+    const Count one = part.taken_off ? static_cast<Count>(-1) : Count{1};
+    count_photons(group, part, fits, bins, pulses, one, to);
   } else {
     add_shifted_rows(grid, group, part, fits, bins, to, histogram);
   }
@@ -194,19 +189,38 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   }
 }
 
+// Counts the photons of a group at the delays that each of the pulses gives them.
+//
+// Design note: a few hundred photons at a time, pulse by pulse. The loop over photons is long, even
+// where a part has one pulse, and the rows that the photons of a chunk lie in stay in the first-level
+// cache, since most photons stand in the order in which they came.
 template <class Count>
-void CombRows::count_at_pulses(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                               Count* rows) {
-  const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
-  const std::uint32_t divide = fits ? 1 : part.copies;
-  const Count one = part.taken_off ? static_cast<Count>(-1) : Count{1};
-  const std::span<std::uint32_t> cells(cells_.data(), pulses.size());
-  for (std::size_t i = frame_->group_begin(group); i < frame_->group_end[group]; ++i) {
-    Count* row = rows + std::size_t{slice_[i]} * bins;
-    kernels_.delay_bins(cells.data(), phase_32_[i] * part.turns / divide, pulses.data(),
-                        pulses.size(), bins);
-    for (const std::uint32_t cell : cells) row[cell] = static_cast<Count>(row[cell] + one);
+void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                             std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
+  constexpr std::size_t chunk = 256;
+  std::array<std::uint32_t, chunk> phases, row_begins, cells;
+  const std::size_t end = frame_->group_end[group];
+  for (std::size_t begin = frame_->group_begin(group); begin < end; begin += chunk) {
+    const std::size_t count = std::min(chunk, end - begin);
+    part_phases(part, fits, begin, std::span(phases).first(count));
+    for (std::size_t i = 0; i < count; ++i) row_begins[i] = slice_[begin + i] * bins;
+    for (const std::uint32_t pulse : pulses) {
+      kernels_.delay_cells(cells.data(), row_begins.data(), phases.data(), pulse, count, bins);
+      for (std::size_t i = 0; i < count; ++i) {
+        rows[cells[i]] = static_cast<Count>(rows[cells[i]] + one);
+      }
+    }
   }
+}
+
+// The phases of some photons in 2^-32 of the part's period or, where the part does not fit into
+// whole bins, of the circle.
+void CombRows::part_phases(const Part& part, bool fits, std::size_t begin,
+                           std::span<std::uint32_t> phases) const {
+  const std::uint32_t* from = phase_32_ + begin;
+  for (std::size_t i = 0; i < phases.size(); ++i) phases[i] = from[i] * part.turns;
+  if (fits || part.copies == 1) return;
+  for (std::uint32_t& phase : phases) phase /= part.copies;
 }
 
 // Shifts one row of all photons by each pulse and adds the rows. The shifts are rounded to bins, so
@@ -216,13 +230,9 @@ template <class Count>
 void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part,
                                 bool fits, std::uint32_t bins, Count* rows, Count* histogram) {
   const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
-  const std::uint32_t divide = fits ? 1 : part.copies;
   std::memset(histogram, 0, std::size_t{bins} * grid.slices * sizeof(Count));
-  for (std::size_t i = frame_->group_begin(group); i < frame_->group_end[group]; ++i) {
-    const std::uint32_t phase = phase_32_[i] * part.turns / divide;
-    const std::uint64_t bin = (std::uint64_t{phase} * bins) >> 32;
-    ++histogram[std::size_t{slice_[i]} * bins + bin];
-  }
+  constexpr std::uint32_t at_once = 0;
+  count_photons<Count>(group, part, fits, bins, {&at_once, 1}, 1, histogram);
   for (std::size_t slice = 0; slice < grid.slices; ++slice) {
     const Count* from = histogram + slice * bins;
     Count* row = rows + slice * bins;

@@ -72,8 +72,10 @@ class CombRows {
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                  Count* histogram, Count* parts);
   template <class Count>
-  void count_at_pulses(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                       Count* rows);
+  void count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                     std::span<const std::uint32_t> pulses, Count one, Count* rows) const;
+  void part_phases(const Part& part, bool fits, std::size_t begin,
+                   std::span<std::uint32_t> phases) const;
   template <class Count>
   void add_shifted_rows(const SearchGrid& grid, std::size_t group, const Part& part, bool fits,
                         std::uint32_t bins, Count* rows, Count* histogram);
@@ -89,7 +91,6 @@ class CombRows {
   std::vector<std::uint32_t> moved_;     // scratch: the phase of each photon
   std::vector<std::uint32_t> slice_;     // of each photon
   std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
-  std::vector<std::uint32_t> cells_;     // scratch: one value for each pulse
 };
 
 }  // namespace splid
