@@ -27,20 +27,33 @@ struct Arrays {
   Arrays() {
     std::mt19937_64 random(1);
     for (std::size_t i = 0; i < count; ++i) {
+      in_8.push_back(static_cast<std::uint8_t>(random()));
       in_16.push_back(static_cast<std::uint16_t>(random()));
       in_32.push_back(static_cast<std::uint32_t>(random()));
       rows.push_back(in_32.back() >> 8);
       times.push_back(static_cast<double>(random() >> 11) * 0x1p-20);
       photons_ps.push_back(static_cast<std::int64_t>(random() >> 28));  // 69 ms
     }
+    for (std::size_t i = 0; i < count; ++i) {
+      half_8.push_back(static_cast<std::uint8_t>(in_8[i] % 127));
+      half_16.push_back(static_cast<std::uint16_t>(in_16[i] % 32767));
+    }
+    half_8.back() = 127;
+    half_16.back() = 32767;
+    rows.back() = 0xffffff;
     for (std::uint8_t& flag : flags) flag = random() % 16 == 0 ? 1 : 0;
   }
+  std::vector<std::uint8_t> in_8;
   std::vector<std::uint16_t> in_16;
   std::vector<std::uint32_t> in_32, rows;
+  // Numbers whose sums of two fit into their type. Only the last of them is the largest.
+  std::vector<std::uint8_t> half_8;
+  std::vector<std::uint16_t> half_16;
   std::vector<double> times;
   std::vector<std::int64_t> photons_ps;
   std::vector<std::uint8_t> flags = std::vector<std::uint8_t>(1 << 12);
   // Where the kernels write.
+  std::vector<std::uint8_t> out_8 = std::vector<std::uint8_t>(count, 1);
   std::vector<std::uint16_t> out_16 = std::vector<std::uint16_t>(count, 1);
   std::vector<std::uint32_t> out_32 = std::vector<std::uint32_t>(count, 1);
   std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
@@ -51,22 +64,46 @@ using Run = std::function<void(const SearchKernels&, Arrays&)>;
 
 const std::map<std::string, Run>& runs() {
   static const std::map<std::string, Run> all = {
+      {"add_8", [](const SearchKernels& by,
+                   Arrays& a) { by.add_8(a.out_8.data(), a.in_8.data(), a.in_8.data(), count); }},
       {"add", [](const SearchKernels& by,
                  Arrays& a) { by.add(a.out_16.data(), a.in_16.data(), a.in_16.data(), count); }},
       {"add_32",
        [](const SearchKernels& by, Arrays& a) {
          by.add_32(a.out_32.data(), a.in_32.data(), a.in_32.data(), count);
        }},
+      {"add_8_to_16",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_8_to_16(a.out_16.data(), a.in_8.data(), a.in_8.data(), count);
+       }},
+      {"add_16_to_32",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_16_to_32(a.out_32.data(), a.in_16.data(), a.in_16.data(), count);
+       }},
+      {"accumulate_8", [](const SearchKernels& by,
+                          Arrays& a) { by.accumulate_8(a.out_8.data(), a.in_8.data(), count); }},
       {"accumulate", [](const SearchKernels& by,
                         Arrays& a) { by.accumulate(a.out_16.data(), a.in_16.data(), count); }},
       {"accumulate_32",
        [](const SearchKernels& by, Arrays& a) {
          by.accumulate_32(a.out_32.data(), a.in_32.data(), count);
        }},
+      {"largest_8",
+       [](const SearchKernels& by, Arrays& a) { a.out = by.largest_8(a.in_8.data(), count); }},
       {"largest",
        [](const SearchKernels& by, Arrays& a) { a.out = by.largest(a.in_16.data(), count); }},
-      {"largest_32",
-       [](const SearchKernels& by, Arrays& a) { a.out = by.largest_32(a.in_32.data(), count); }},
+      {"first_above_8",
+       [](const SearchKernels& by, Arrays& a) {
+         a.out = by.first_above_8(a.half_8.data(), a.half_8.data(), 1, count, 252);
+       }},
+      {"first_above",
+       [](const SearchKernels& by, Arrays& a) {
+         a.out = by.first_above(a.half_16.data(), a.half_16.data(), 1, count, 65533);
+       }},
+      {"first_above_32",
+       [](const SearchKernels& by, Arrays& a) {
+         a.out = by.first_above_32(a.rows.data(), a.rows.data(), 1, count, 0x1fffffd);
+       }},
       {"delay_cells",
        [](const SearchKernels& by, Arrays& a) {
          by.delay_cells(a.out_32.data(), a.rows.data(), a.in_32.data(), 77, count, 3780);
@@ -106,6 +143,7 @@ std::uint64_t checksum(const Run& run, VectorLevel level) {
   if (arrays.out == 0) add_to(sum, arrays.out_32);
   add_to(sum, std::vector(arrays.out_32.begin(),
                           arrays.out_32.begin() + static_cast<std::ptrdiff_t>(arrays.out % count)));
+  add_to(sum, arrays.out_8);
   add_to(sum, arrays.out_16);
   add_to(sum, arrays.out_ns);
   add_to(sum, arrays.out_phases);

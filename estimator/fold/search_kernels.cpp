@@ -3,10 +3,10 @@
 namespace splid::SPLID_KERNEL_LEVEL {
 namespace {
 
-template <class Count>
-void add(Count* __restrict out, const Count* __restrict a, const Count* __restrict b,
+template <class From, class To>
+void add(To* __restrict out, const From* __restrict a, const From* __restrict b,
          std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<Count>(a[i] + b[i]);
+  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<To>(a[i] + b[i]);
 }
 
 template <class Count>
@@ -21,12 +21,36 @@ Count largest(const Count* values, std::size_t count) {
   return most;
 }
 
+// Whether any of so many sums is above `least`. All of them are added, so that this is one loop of
+// vectors.
+template <std::size_t count, class Count>
+bool any_above(const Count* a, const Count* b, Count least) {
+  Count most = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto sum = static_cast<Count>(a[i] + b[i]);
+    most = sum > most ? sum : most;
+  }
+  return most > least;
+}
+
+template <class Count>
+std::size_t first_above(const Count* a, const Count* b, std::size_t from, std::size_t count,
+                        Count least) {
+  constexpr std::size_t many = 256;
+  constexpr std::size_t few = 32;
+  while (from + many <= count && !any_above<many>(a + from, b + from, least)) from += many;
+  while (from + few <= count && !any_above<few>(a + from, b + from, least)) from += few;
+  while (from < count && static_cast<Count>(a[from] + b[from]) <= least) ++from;
+  return from;
+}
+
 void delay_cells(std::uint32_t* __restrict cells, const std::uint32_t* __restrict rows,
                  const std::uint32_t* __restrict phases, std::uint32_t pulse, std::size_t count,
                  std::uint32_t bins) {
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t delay = phases[i] - pulse;
-    cells[i] = rows[i] + static_cast<std::uint32_t>((static_cast<std::uint64_t>(delay) * bins) >> 32);
+    cells[i] =
+        rows[i] + static_cast<std::uint32_t>((static_cast<std::uint64_t>(delay) * bins) >> 32);
   }
 }
 
@@ -77,12 +101,19 @@ std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restr
 }  // namespace
 
 extern const SearchKernels search_kernels;
-const SearchKernels search_kernels = {add<std::uint16_t>,
-                                      add<std::uint32_t>,
+const SearchKernels search_kernels = {add<std::uint8_t, std::uint8_t>,
+                                      add<std::uint16_t, std::uint16_t>,
+                                      add<std::uint32_t, std::uint32_t>,
+                                      add<std::uint8_t, std::uint16_t>,
+                                      add<std::uint16_t, std::uint32_t>,
+                                      accumulate<std::uint8_t>,
                                       accumulate<std::uint16_t>,
                                       accumulate<std::uint32_t>,
+                                      largest<std::uint8_t>,
                                       largest<std::uint16_t>,
-                                      largest<std::uint32_t>,
+                                      first_above<std::uint8_t>,
+                                      first_above<std::uint16_t>,
+                                      first_above<std::uint32_t>,
                                       delay_cells,
                                       line_phases,
                                       fold,

@@ -10,16 +10,31 @@ namespace splid {
 // vector_level.hpp). All arrays belong to the caller, and no two of them overlap. Every level gives
 // the same bits. Threads: any. Errors: none.
 struct SearchKernels {
-  // out[i] = a[i] + b[i]
+  // out[i] = a[i] + b[i], in numbers of 8, 16 or 32 bits
+  void (*add_8)(std::uint8_t* out, const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
   void (*add)(std::uint16_t* out, const std::uint16_t* a, const std::uint16_t* b,
               std::size_t count);
   void (*add_32)(std::uint32_t* out, const std::uint32_t* a, const std::uint32_t* b,
                  std::size_t count);
+  // The same, with sums that take twice the bits.
+  void (*add_8_to_16)(std::uint16_t* out, const std::uint8_t* a, const std::uint8_t* b,
+                      std::size_t count);
+  void (*add_16_to_32)(std::uint32_t* out, const std::uint16_t* a, const std::uint16_t* b,
+                       std::size_t count);
   // sums[i] += values[i]
+  void (*accumulate_8)(std::uint8_t* sums, const std::uint8_t* values, std::size_t count);
   void (*accumulate)(std::uint16_t* sums, const std::uint16_t* values, std::size_t count);
   void (*accumulate_32)(std::uint32_t* sums, const std::uint32_t* values, std::size_t count);
+  std::uint8_t (*largest_8)(const std::uint8_t* values, std::size_t count);
   std::uint16_t (*largest)(const std::uint16_t* values, std::size_t count);
-  std::uint32_t (*largest_32)(const std::uint32_t* values, std::size_t count);
+  // The first i, not before `from`, with a[i] + b[i] > least; count where there is none. The sums
+  // fit into the type of the numbers.
+  std::size_t (*first_above_8)(const std::uint8_t* a, const std::uint8_t* b, std::size_t from,
+                               std::size_t count, std::uint8_t least);
+  std::size_t (*first_above)(const std::uint16_t* a, const std::uint16_t* b, std::size_t from,
+                             std::size_t count, std::uint16_t least);
+  std::size_t (*first_above_32)(const std::uint32_t* a, const std::uint32_t* b, std::size_t from,
+                                std::size_t count, std::uint32_t least);
   // cells[i] = rows[i] + the bin of the delay phases[i] - pulse, where the period has so many
   // `bins`. Phases and pulse are in 2^-32 of the period.
   void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,

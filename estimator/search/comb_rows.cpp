@@ -20,7 +20,9 @@ constexpr std::uint32_t most_slices = 1U << 16;
 
 template <class Count>
 void accumulate(const SearchKernels& kernels, Count* sums, const Count* values, std::size_t count) {
-  if constexpr (std::is_same_v<Count, std::uint16_t>) {
+  if constexpr (std::is_same_v<Count, std::uint8_t>) {
+    kernels.accumulate_8(sums, values, count);
+  } else if constexpr (std::is_same_v<Count, std::uint16_t>) {
     kernels.accumulate(sums, values, count);
   } else {
     kernels.accumulate_32(sums, values, count);
@@ -146,10 +148,6 @@ double CombRows::most_in_slice(double bin_ns) const {
   return photons * (1 + std::floor(bin_ns / train_.closest_ns));
 }
 
-double CombRows::most_in_frame(double bin_ns) const {
-  return static_cast<double>(frame_->size()) * (1 + std::floor(bin_ns / train_.closest_ns));
-}
-
 template <class Count>
 void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts) {
   std::memset(rows, 0, grid.cells() * sizeof(Count));
@@ -159,6 +157,7 @@ void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count
   if (!train_.single()) count_between(grid, rows);
 }
 
+template void CombRows::fill(const SearchGrid&, std::uint8_t*, std::uint8_t*, std::uint8_t*);
 template void CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*, std::uint16_t*);
 template void CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*, std::uint32_t*);
 
@@ -192,8 +191,8 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
 // Counts the photons of a group at the delays that each of the pulses gives them.
 //
 // Design note: a few hundred photons at a time, pulse by pulse. The loop over photons is long, even
-// where a part has one pulse, and the rows that the photons of a chunk lie in stay in the first-level
-// cache, since most photons stand in the order in which they came.
+// where a part has one pulse, and the rows that the photons of a chunk lie in stay in the
+// first-level cache, since most photons stand in the order in which they came.
 template <class Count>
 void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
                              std::span<const std::uint32_t> pulses, Count one, Count* rows) const {

@@ -47,13 +47,11 @@ class CombRows {
   // Cuts a frame into slices, and moves its photons back along lines of this travel.
   void load(const FoldedFrame& frame, double travel_ns, std::uint32_t slices);
 
-  // The most photons that a cell can hold once the rows are filled, in one slice and over all
-  // slices.
+  // The most photons that a cell can hold once the rows are filled.
   [[nodiscard]] double most_in_slice(double bin_ns) const;
-  [[nodiscard]] double most_in_frame(double bin_ns) const;
 
   // Fills grid.slices rows of grid.bins. histogram and parts are scratch of the same size. Count is
-  // std::uint16_t where most_in_slice() is below 65536, else std::uint32_t.
+  // unsigned, of 8, 16 or 32 bits, and holds most_in_slice().
   template <class Count>
   void fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
 

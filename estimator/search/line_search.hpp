@@ -8,6 +8,7 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/vector_level.hpp"
 #include "estimator/search/comb_rows.hpp"
+#include "estimator/search/line_tree.hpp"
 
 namespace splid {
 
@@ -29,8 +30,7 @@ struct DelayCell {
 // Searches all delays, and all travels up to a limit, at once. The frame is cut into slices so
 // short that the delay of the fastest target travels one bin in each. The photons of each slice are
 // correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
-// lines, in log2(slices) passes of plain additions. Source: Taylor 1974, for the de-dispersion of
-// pulsars.
+// lines (LineTree).
 //
 // Cost: that of CombRows, and 2 bins * slices * log2(slices) additions. Threads: one thread for
 // each object. Errors: none. No allocation in run() and best_delays().
@@ -58,13 +58,8 @@ class LineSearch {
 
  private:
   template <class Count>
-  void search(const Count* rows, const SearchGrid& grid, double max_travel_ns);
-  template <class Count>
-  void search_block(const Count* rows, const SearchGrid& grid, std::size_t most,
-                    std::size_t first_bin, int sign);
-  template <class Count>
-  void keep_best(const Count* row, std::size_t count, const SearchGrid& grid, std::size_t first_bin,
-                 int travel_bins);
+  void search(const SearchGrid& grid, double max_travel_ns);
+  void keep_best(const SearchGrid& grid, const LineTree::Block& block);
   void keep(const SearchCell& cell, double bin_ns);
   void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>
@@ -73,10 +68,9 @@ class LineSearch {
   const PulseTrain& train_;
   const SearchKernels& kernels_;
   CombRows rows_;
+  LineTree tree_;
   std::size_t buffer_cells_ = 0;
   std::vector<std::uint32_t> memory_;  // three buffers of rows
-  std::vector<std::uint32_t> block_;   // two buffers of a block's lines
-  std::size_t block_cells_ = 0;
   std::vector<SearchCell> best_;
   std::vector<DelayCell> delays_;
 };

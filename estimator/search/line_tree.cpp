@@ -1,0 +1,221 @@
+#include "estimator/search/line_tree.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace splid {
+namespace {
+
+// Design note: the tree works on blocks of delay bins that are so small that all lines of a block
+// stay in the second-level cache (two times 256 KiB of bytes, or 512 KiB of 16-bit sums). Each
+// block looks at as many bins more as the delay of the fastest target travels. Over the whole
+// circle at once, a search of 15,120 bins in 256 slices takes three times as long.
+constexpr std::size_t block_lines_cells = std::size_t{1} << 18;
+constexpr std::size_t least_block_bins = 256;
+
+// Rows are so many cells long, or a multiple, so that no vector is cut off. What is added beyond a
+// row's bins is never looked at.
+constexpr std::size_t row_cells = 64;
+
+std::size_t stride_of(std::size_t bins) { return (bins + row_cells - 1) / row_cells * row_cells; }
+
+template <class From, class To>
+struct Add;
+template <>
+struct Add<std::uint8_t, std::uint8_t> {
+  static auto of(const SearchKernels& k) { return k.add_8; }
+};
+template <>
+struct Add<std::uint8_t, std::uint16_t> {
+  static auto of(const SearchKernels& k) { return k.add_8_to_16; }
+};
+template <>
+struct Add<std::uint16_t, std::uint16_t> {
+  static auto of(const SearchKernels& k) { return k.add; }
+};
+template <>
+struct Add<std::uint16_t, std::uint32_t> {
+  static auto of(const SearchKernels& k) { return k.add_16_to_32; }
+};
+template <>
+struct Add<std::uint32_t, std::uint32_t> {
+  static auto of(const SearchKernels& k) { return k.add_32; }
+};
+
+std::uint8_t largest(const SearchKernels& k, const std::uint8_t* values, std::size_t count) {
+  return k.largest_8(values, count);
+}
+std::uint16_t largest(const SearchKernels& k, const std::uint16_t* values, std::size_t count) {
+  return k.largest(values, count);
+}
+
+// Copies `width` bins of a row from first_bin on, going around the circle as often as that takes.
+template <class Count>
+void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t width,
+                 std::size_t bins) {
+  std::size_t from = first_bin % bins;
+  while (width > 0) {
+    const std::size_t count = std::min(width, bins - from);
+    std::memcpy(to, row + from, count * sizeof(Count));
+    to += count;
+    width -= count;
+    from = 0;
+  }
+}
+
+}  // namespace
+
+std::size_t LineTree::block_bins(const SearchGrid& grid, std::size_t most) {
+  const std::size_t fit = block_lines_cells / grid.slices;
+  const std::size_t wanted =
+      std::max(least_block_bins, std::max(most, fit > most ? fit - most : 0));
+  return std::min<std::size_t>(wanted, grid.bins);
+}
+
+LineTree::LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
+    : kernels_(kernels) {
+  std::size_t widest = 0;
+  for (const SearchGrid& grid : grids) {
+    // The number of lines that the largest limit of travel asks for.
+    const std::size_t most = grid.slices - 1;
+    for (const std::size_t lines : {most, std::size_t{0}}) {
+      const std::size_t stride = stride_of(block_bins(grid, lines) + most);
+      // The last row is read beyond its end, by as much as a line travels.
+      buffer_cells_ = std::max(buffer_cells_, stride * grid.slices + grid.slices);
+      widest = std::max(widest, stride);
+    }
+  }
+  memory_.resize(2 * buffer_cells_);
+  zeros_.resize(widest);
+}
+
+std::size_t LineTree::lines(std::size_t slices) const {
+  return std::min(slices, block_.most * slices / slices_ + 1);
+}
+
+template <class Count>
+void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& block) {
+  block_ = block;
+  slices_ = grid.slices;
+  stride_ = stride_of(block.bins + block.most);
+  in_ = memory_.data();
+  out_ = memory_.data() + buffer_cells_;
+  cell_bytes_ = sizeof(Count);
+  most_in_cell_ = std::numeric_limits<Count>::max();
+  copy_rows(rows, grid);
+  for (std::size_t half = 1; 2 * half < slices_; half *= 2) add_pairs(half);
+  if (slices_ > 1) make_room_for_last_sum();
+}
+
+template void LineTree::add_up(const std::uint8_t*, const SearchGrid&, const Block&);
+template void LineTree::add_up(const std::uint16_t*, const SearchGrid&, const Block&);
+template void LineTree::add_up(const std::uint32_t*, const SearchGrid&, const Block&);
+
+template <class Count>
+void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
+  const std::size_t width = block_.bins + block_.most;
+  auto* to = reinterpret_cast<Count*>(in_);
+  for (std::size_t slice = 0; slice < slices_; ++slice) {
+    const std::size_t from = block_.sign > 0 ? slice : slices_ - 1 - slice;
+    copy_around(to + slice * stride_, rows + from * grid.bins, block_.first_bin, width, grid.bins);
+    std::fill_n(to + slice * stride_ + width, stride_ - width, Count{0});
+  }
+}
+
+// Adds lines over `half` slices each to lines over twice as many.
+void LineTree::add_pairs(std::size_t half) {
+  if (cell_bytes_ == 4) {
+    add_pairs_as<std::uint32_t, std::uint32_t>(half);
+  } else if (cell_bytes_ == 2) {
+    sum_of_two_fits<std::uint16_t>() ? add_pairs_as<std::uint16_t, std::uint16_t>(half)
+                                     : add_pairs_as<std::uint16_t, std::uint32_t>(half);
+  } else {
+    sum_of_two_fits<std::uint8_t>() ? add_pairs_as<std::uint8_t, std::uint8_t>(half)
+                                    : add_pairs_as<std::uint8_t, std::uint16_t>(half);
+  }
+}
+
+// A line that travels j bins over 2n slices is made of two lines that travel floor(j/2) bins: one
+// over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
+template <class From, class To>
+void LineTree::add_pairs_as(std::size_t half) {
+  const auto add = Add<From, To>::of(kernels_);
+  const auto* in = reinterpret_cast<const From*>(in_);
+  auto* out = reinterpret_cast<To*>(out_);
+  const std::size_t all = lines(2 * half);
+  for (std::size_t group = 0; group < slices_; group += 2 * half) {
+    for (std::size_t j = 0; j < all; ++j) {
+      add(out + (group + j) * stride_, in + (group + j / 2) * stride_,
+          in + (group + half + j / 2) * stride_ + (j + 1) / 2, stride_);
+    }
+  }
+  std::swap(in_, out_);
+  cell_bytes_ = sizeof(To);
+  most_in_cell_ *= 2;
+}
+
+// Whether the sum of any two cells fits into the type of the cells.
+template <class Count>
+bool LineTree::sum_of_two_fits() {
+  constexpr std::uint32_t most = std::numeric_limits<Count>::max();
+  if (most_in_cell_ <= most / 2) return true;
+  const auto* in = reinterpret_cast<const Count*>(in_);
+  most_in_cell_ = largest(kernels_, in, stride_ * slices_);
+  return most_in_cell_ <= most / 2;
+}
+
+void LineTree::make_room_for_last_sum() {
+  if (cell_bytes_ == 1 && !sum_of_two_fits<std::uint8_t>()) widen<std::uint8_t, std::uint16_t>();
+  if (cell_bytes_ == 2 && !sum_of_two_fits<std::uint16_t>()) widen<std::uint16_t, std::uint32_t>();
+}
+
+template <class From, class To>
+void LineTree::widen() {
+  const auto add = Add<From, To>::of(kernels_);
+  const auto* in = reinterpret_cast<const From*>(in_);
+  auto* out = reinterpret_cast<To*>(out_);
+  const auto* zeros = reinterpret_cast<const From*>(zeros_.data());
+  for (const std::size_t group : {std::size_t{0}, slices_ / 2}) {
+    for (std::size_t row = group; row < group + lines(slices_ / 2); ++row) {
+      add(out + row * stride_, in + row * stride_, zeros, stride_);
+    }
+  }
+  std::swap(in_, out_);
+  cell_bytes_ = sizeof(To);
+}
+
+template <class Count>
+LineTree::Halves<Count> LineTree::halves(std::size_t travel) const {
+  const auto* in = reinterpret_cast<const Count*>(in_);
+  if (slices_ == 1) return {in, reinterpret_cast<const Count*>(zeros_.data())};
+  return {in + travel / 2 * stride_, in + (slices_ / 2 + travel / 2) * stride_ + (travel + 1) / 2};
+}
+
+std::size_t LineTree::first_above(std::size_t travel, std::size_t from, std::uint32_t least) const {
+  if (cell_bytes_ == 1) {
+    if (least >= std::numeric_limits<std::uint8_t>::max()) return block_.bins;
+    const auto at = halves<std::uint8_t>(travel);
+    return kernels_.first_above_8(at.first, at.second, from, block_.bins,
+                                  static_cast<std::uint8_t>(least));
+  }
+  if (cell_bytes_ == 2) {
+    if (least >= std::numeric_limits<std::uint16_t>::max()) return block_.bins;
+    const auto at = halves<std::uint16_t>(travel);
+    return kernels_.first_above(at.first, at.second, from, block_.bins,
+                                static_cast<std::uint16_t>(least));
+  }
+  const auto at = halves<std::uint32_t>(travel);
+  return kernels_.first_above_32(at.first, at.second, from, block_.bins, least);
+}
+
+std::uint32_t LineTree::photons(std::size_t travel, std::size_t bin) const {
+  const auto sum = [bin](auto at) { return std::uint32_t{at.first[bin]} + at.second[bin]; };
+  if (cell_bytes_ == 1) return sum(halves<std::uint8_t>(travel));
+  if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(travel));
+  return sum(halves<std::uint32_t>(travel));
+}
+
+}  // namespace splid

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/fold/search_kernels.hpp"
+#include "estimator/search/comb_rows.hpp"
+
+namespace splid {
+
+// Adds the slices of a frame along all straight lines that start in a block of delay bins and
+// travel 0, 1, ... `most` bins from the first slice to the last, in log2(slices) passes of plain
+// additions. Source: Taylor 1974, for the de-dispersion of pulsars.
+//
+// Design note: the additions are bound by the memory that they pass over. Sums are kept in bytes
+// for as long as the largest of them allows, then in 16 bits, then in 32; in [P]'s frame the sums
+// of 64 slices are below 256 where there is no target. The last pass is not written down at all:
+// each line is compared while it is added.
+//
+// Threads: one thread for each object. Errors: none. No allocation after construction.
+class LineTree {
+ public:
+  // grids: all that add_up() will be given.
+  LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids);
+
+  // How many delay bins a block has, for lines of up to `most` bins of travel.
+  static std::size_t block_bins(const SearchGrid& grid, std::size_t most);
+
+  // Some bins of a circle, and how far the lines that start in them travel.
+  struct Block {
+    std::size_t first_bin = 0;
+    std::size_t bins = 0;  // up to block_bins()
+    std::size_t most = 0;  // bins of travel, below the number of slices
+    int sign = 1;          // -1: the slices are taken in the other order
+  };
+  // rows: grid.slices rows of grid.bins. Count: unsigned, of 8, 16 or 32 bits.
+  template <class Count>
+  void add_up(const Count* rows, const SearchGrid& grid, const Block& block);
+
+  // The first bin of the block, not before `from`, whose line of this travel holds more than
+  // `least` photons; the number of the block's bins where there is none.
+  [[nodiscard]] std::size_t first_above(std::size_t travel, std::size_t from,
+                                        std::uint32_t least) const;
+  // How many photons a line holds.
+  [[nodiscard]] std::uint32_t photons(std::size_t travel, std::size_t bin) const;
+
+ private:
+  // Two rows whose sum is a line.
+  template <class Count>
+  struct Halves {
+    const Count* first;
+    const Count* second;
+  };
+  template <class Count>
+  [[nodiscard]] Halves<Count> halves(std::size_t travel) const;
+  // The number of different travels that lines over so many slices have.
+  [[nodiscard]] std::size_t lines(std::size_t slices) const;
+  template <class Count>
+  void copy_rows(const Count* rows, const SearchGrid& grid);
+  void add_pairs(std::size_t half);
+  template <class From, class To>
+  void add_pairs_as(std::size_t half);
+  void make_room_for_last_sum();
+  template <class From, class To>
+  void widen();
+  template <class Count>
+  [[nodiscard]] bool sum_of_two_fits();
+
+  const SearchKernels& kernels_;
+  std::size_t buffer_cells_ = 0;
+  std::vector<std::uint32_t> memory_;  // two buffers of a block's lines
+  std::vector<std::uint32_t> zeros_;   // a row: what the only slice of a frame is added to
+  Block block_;
+  std::size_t slices_ = 1;
+  std::size_t stride_ = 0;          // cells from a row to the next
+  std::size_t cell_bytes_ = 1;      // of the rows in in_
+  std::uint32_t most_in_cell_ = 0;  // that a cell of in_ may hold
+  std::uint32_t* in_ = nullptr;     // the lines over half of the slices, once all are added up
+  std::uint32_t* out_ = nullptr;
+};
+
+}  // namespace splid
