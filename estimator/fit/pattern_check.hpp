@@ -75,6 +75,10 @@ class PatternCheck {
               double periods);
   void add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
+  void count_at(const Part& part, double phase, double period_ns);
+  template <class Visit>
+  void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t stretch,
+                  const Visit& visit) const;
   [[nodiscard]] Share share_out(double background_per_turn) const;
   [[nodiscard]] bool has_stray_pulses(const Share& share) const;
 
