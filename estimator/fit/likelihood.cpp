@@ -74,20 +74,39 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     point.gradient[background_index] += far / b;
     point.hessian(background_index, background_index) -= far / (b * b);
   }
+  add_photons(near, at, {dilation, 1 / (one_less_g * t_a)}, point);
+  point.hessian.triangularView<Eigen::StrictlyLower>() = point.hessian.transpose();
+  return point;
+}
+
+// Adds log lambda of the near photons and its derivatives.
+//
+// Design note: the sums are kept in local variables, which the compiler holds in registers; in the
+// matrices, each sum of each photon would wait for the memory that the photon before it wrote.
+void Likelihood::add_photons(const NearSet& near, const FrameParameters& at, const Stretching& by,
+                             LikelihoodPoint& point) const {
+  const double S = at.signal_per_pulse;
+  const double b = at.background_per_ns;
   LogSum logs;
-  for (std::size_t k = 0; k < near.photons(); ++k) {
+  Eigen::Vector4d& gradient = point.gradient;
+  Eigen::Matrix4d& H = point.hessian;
+  double d_delay = gradient[0], d_travel = gradient[1], d_S = gradient[2], d_b = gradient[3];
+  double h00 = H(0, 0), h01 = H(0, 1), h02 = H(0, 2), h03 = H(0, 3), h11 = H(1, 1);
+  double h12 = H(1, 2), h13 = H(1, 3), h22 = H(2, 2), h23 = H(2, 3), h33 = H(3, 3);
+  const double o1 = -by.dilation;
+  const double o12 = -by.dilation * by.turn;
+  const std::size_t photons = near.photons();
+  for (std::size_t k = 0; k < photons; ++k) {
     // Sums over the photon's pulses of the derivatives of a_p h by delay (1) and travel (2).
     double g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
-    for (std::size_t j = near.first[k]; j < near.first[k + 1]; ++j) {
+    const std::size_t end = near.first[k + 1];
+    for (std::size_t j = near.first[k]; j < end; ++j) {
       const double a = near.amplitude[j];
       // The offset is o = residual * dilation(g). By the delay its derivative is -dilation, by the
       // travel it is -dilation s + o / ((1 - g) t_a).
       const double s = near.position[j];
-      const double turn = 1 / (one_less_g * t_a);
-      const double o1 = -dilation;
-      const double o2 = -dilation * s + offset_[j] * turn;
-      const double o12 = -dilation * turn;
-      const double o22 = 2 * turn * o2;
+      const double o2 = -by.dilation * s + offset_[j] * by.turn;
+      const double o22 = 2 * by.turn * o2;
       g1 += a * d1_[j] * o1;
       g2 += a * d1_[j] * o2;
       g11 += a * d2_[j] * o1 * o1;
@@ -103,22 +122,23 @@ LikelihoodPoint Likelihood::evaluate(const NearSet& near, const Exposure& exposu
     const double l1 = S * g1 * inverse;
     const double l2 = S * g2 * inverse;
     const double lS = density_[k] * inverse;
-    point.gradient += n * Eigen::Vector4d(l1, l2, lS, inverse);
-    Eigen::Matrix4d& H = point.hessian;
-    H(0, 0) += S * g11 * weight - n * l1 * l1;
-    H(0, 1) += S * g12 * weight - n * l1 * l2;
-    H(1, 1) += S * g22 * weight - n * l2 * l2;
-    H(0, 2) += g1 * weight - n * l1 * lS;
-    H(1, 2) += g2 * weight - n * l2 * lS;
-    H(2, 2) -= n * lS * lS;
-    H(0, 3) -= l1 * weight;
-    H(1, 3) -= l2 * weight;
-    H(2, 3) -= lS * weight;
-    H(3, 3) -= inverse * weight;
+    d_delay += n * l1, d_travel += n * l2, d_S += n * lS, d_b += n * inverse;
+    h00 += S * g11 * weight - n * l1 * l1;
+    h01 += S * g12 * weight - n * l1 * l2;
+    h11 += S * g22 * weight - n * l2 * l2;
+    h02 += g1 * weight - n * l1 * lS;
+    h12 += g2 * weight - n * l2 * lS;
+    h22 -= n * lS * lS;
+    h03 -= l1 * weight;
+    h13 -= l2 * weight;
+    h23 -= lS * weight;
+    h33 -= inverse * weight;
   }
   point.value += logs.value();
-  point.hessian.triangularView<Eigen::StrictlyLower>() = point.hessian.transpose();
-  return point;
+  gradient = {d_delay, d_travel, d_S, d_b};
+  H.row(0) << h00, h01, h02, h03;
+  H(1, 1) = h11, H(1, 2) = h12, H(1, 3) = h13;
+  H(2, 2) = h22, H(2, 3) = h23, H(3, 3) = h33;
 }
 
 Likelihood::Profile Likelihood::profile(const NearSet& near, const Exposure& exposure,

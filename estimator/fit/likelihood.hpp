@@ -97,6 +97,12 @@ class Likelihood {
  private:
   void load(const NearSet& near, const Exposure& exposure, DelayLine line);
   void give_back_missed(double S, LikelihoodPoint& point) const;
+  // How offsets stretch with the line: by the dilation, and by 1 / ((1 - g) t_a) a unit of travel.
+  struct Stretching {
+    double dilation, turn;
+  };
+  void add_photons(const NearSet& near, const FrameParameters& at, const Stretching& by,
+                   LikelihoodPoint& point) const;
 
   const PulseShape& shape_;
   BlindLight* blind_ = nullptr;
