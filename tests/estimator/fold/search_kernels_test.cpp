@@ -1,0 +1,110 @@
+#include "estimator/fold/search_kernels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+#include "estimator/fold/vector_level.hpp"
+
+namespace splid {
+namespace {
+
+// Lengths below, at and above those of the kernels' loops, and of any vector.
+constexpr std::size_t lengths[] = {0, 1, 31, 32, 33, 255, 256, 257, 300, 1061};
+
+template <class Number>
+std::vector<Number> numbers(std::size_t count, std::uint32_t most, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::uniform_int_distribution<std::uint32_t> any(0, most);
+  std::vector<Number> made(count);
+  for (Number& number : made) number = static_cast<Number>(any(random));
+  return made;
+}
+
+TEST(SearchKernels, SumsOfTwiceTheBitsDoNotWrap) {
+  for (const VectorLevel level : runnable_vector_levels()) {
+    for (const std::size_t count : lengths) {
+      const auto a = numbers<std::uint8_t>(count, 255, 1);
+      const auto b = numbers<std::uint8_t>(count, 255, 2);
+      std::vector<std::uint16_t> wide(count);
+      search_kernels(level).add_8_to_16(wide.data(), a.data(), b.data(), count);
+      const auto c = numbers<std::uint16_t>(count, 65535, 3);
+      const auto d = numbers<std::uint16_t>(count, 65535, 4);
+      std::vector<std::uint32_t> wider(count);
+      search_kernels(level).add_16_to_32(wider.data(), c.data(), d.data(), count);
+      for (std::size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(wide[i], a[i] + b[i]) << vector_level_name(level);
+        ASSERT_EQ(wider[i], std::uint32_t{c[i]} + d[i]) << vector_level_name(level);
+      }
+    }
+  }
+}
+
+TEST(SearchKernels, BytesAreAddedAndTheLargestFound) {
+  for (const VectorLevel level : runnable_vector_levels()) {
+    const SearchKernels& kernels = search_kernels(level);
+    for (const std::size_t count : lengths) {
+      const auto a = numbers<std::uint8_t>(count, 255, 1);
+      auto sums = numbers<std::uint8_t>(count, 255, 2);
+      std::vector<std::uint8_t> out(count);
+      kernels.add_8(out.data(), a.data(), sums.data(), count);
+      kernels.accumulate_8(sums.data(), a.data(), count);
+      EXPECT_EQ(out, sums) << vector_level_name(level);
+      std::uint8_t most = 0;
+      for (const std::uint8_t sum : sums) most = std::max(most, sum);
+      EXPECT_EQ(kernels.largest_8(sums.data(), count), most) << vector_level_name(level);
+    }
+  }
+}
+
+// first_above() of a type, from every place on, against a loop over the sums.
+template <class Number, class FirstAbove>
+void expect_first_above(FirstAbove first_above, std::size_t count, const char* level) {
+  const std::uint32_t half = std::numeric_limits<Number>::max() / 2;
+  const auto a = numbers<Number>(count, half, 5);
+  const auto b = numbers<Number>(count, half, 6);
+  for (const double share : {0.0, 0.5, 0.9, 0.99, 1.0}) {
+    const auto least = static_cast<Number>(2.0 * half * share);
+    for (std::size_t from = 0; from <= count; ++from) {
+      std::size_t expected = from;
+      while (expected < count && a[expected] + b[expected] <= least) ++expected;
+      ASSERT_EQ(first_above(a.data(), b.data(), from, count, least), expected)
+          << level << ' ' << sizeof(Number) << ' ' << count << ' ' << from;
+    }
+  }
+}
+
+TEST(SearchKernels, TheFirstSumAboveALimitIsFound) {
+  for (const VectorLevel level : runnable_vector_levels()) {
+    const SearchKernels& kernels = search_kernels(level);
+    for (const std::size_t count : lengths) {
+      const char* name = vector_level_name(level);
+      expect_first_above<std::uint8_t>(kernels.first_above_8, count, name);
+      expect_first_above<std::uint16_t>(kernels.first_above, count, name);
+      expect_first_above<std::uint32_t>(kernels.first_above_32, count, name);
+    }
+  }
+}
+
+TEST(SearchKernels, ADelayCellIsThatOfTheExactPhase) {
+  constexpr std::size_t count = 1061;
+  const auto phases = numbers<std::uint32_t>(count, 0xffffffff, 7);
+  const auto rows = numbers<std::uint32_t>(count, 1 << 20, 8);
+  for (const VectorLevel level : runnable_vector_levels()) {
+    for (const std::uint32_t bins : {1U, 180U, 3780U, 1U << 20}) {
+      std::vector<std::uint32_t> cells(count);
+      search_kernels(level).delay_cells(cells.data(), rows.data(), phases.data(), 0xfedcba98, count,
+                                        bins);
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t delay =
+            (phases[i] + (std::uint64_t{1} << 32) - 0xfedcba98) % 0x100000000;
+        const auto bin = static_cast<std::uint32_t>(static_cast<double>(delay) * 0x1p-32 * bins);
+        ASSERT_EQ(cells[i], rows[i] + bin) << vector_level_name(level);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace splid
