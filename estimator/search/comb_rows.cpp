@@ -133,14 +133,29 @@ void CombRows::load(const FoldedFrame& frame, double travel_ns, std::uint32_t sl
     phase_32_ = moved_.data();
   }
   slice_.resize(frame.size());
-  in_slice_.assign(slices, 0);
   const double scale = slices / frame.length_ns;
   const auto last = static_cast<double>(slices - 1);
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const double at = std::clamp(frame.time_ns[i] * scale + 0.5 * slices, 0.0, last);
-    slice_[i] = static_cast<std::uint32_t>(at);
-    ++in_slice_[slice_[i]];
+    slice_[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(at));
   }
+  count_in_slices(slices);
+}
+
+// Most photons stand in the order in which they came, so that they are counted by runs.
+void CombRows::count_in_slices(std::uint32_t slices) {
+  in_slice_.assign(slices, 0);
+  std::uint32_t run_slice = 0;
+  std::uint32_t run = 0;
+  for (const std::uint32_t slice : slice_) {
+    if (slice != run_slice) {
+      in_slice_[run_slice] += run;
+      run_slice = slice;
+      run = 0;
+    }
+    ++run;
+  }
+  in_slice_[run_slice] += run;
 }
 
 double CombRows::most_in_slice(double bin_ns) const {

@@ -64,6 +64,7 @@ class CombRows {
     std::vector<std::uint32_t> circle_32;  // every copy of every pulse, in 2^-32 of the circle
   };
 
+  void count_in_slices(std::uint32_t slices);
   static Part whole_part(const PulseTrain::Stretch& stretch);
   static std::vector<Part> parts_of(const PulseTrain::Stretch& stretch);
   template <class Count>

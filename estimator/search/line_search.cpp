@@ -102,10 +102,20 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
 
 std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double travel_ns,
                                                    const SearchGrid& grid) {
-  auto* row = buffer<std::uint32_t>(0);
   rows_.load(frame, travel_ns, 1);
-  rows_.fill(grid, row, buffer<std::uint32_t>(1), buffer<std::uint32_t>(2));
   delays_.clear();
+  if (rows_.most_in_slice(grid.bin_ns) <= std::numeric_limits<std::uint16_t>::max()) {
+    look_at_delays<std::uint16_t>(grid);
+  } else {
+    look_at_delays<std::uint32_t>(grid);
+  }
+  return delays_;
+}
+
+template <class Count>
+void LineSearch::look_at_delays(const SearchGrid& grid) {
+  auto* row = buffer<Count>(0);
+  rows_.fill(grid, row, buffer<Count>(1), buffer<Count>(2));
   std::uint32_t least = 0;
   for (std::uint32_t bin = 0; bin < grid.bins; ++bin) {
     if (row[bin] <= least) continue;
@@ -114,7 +124,6 @@ std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, dou
     keep_delay({(bin + 0.5) * grid.bin_ns, row[bin], row[bin] + std::max(before, after)}, grid);
     if (delays_.size() == max_delays) least = delays_.back().count;
   }
-  return delays_;
 }
 
 void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {

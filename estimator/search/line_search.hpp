@@ -61,6 +61,8 @@ class LineSearch {
   void search(const SearchGrid& grid, double max_travel_ns);
   void keep_best(const SearchGrid& grid, const LineTree::Block& block);
   void keep(const SearchCell& cell, double bin_ns);
+  template <class Count>
+  void look_at_delays(const SearchGrid& grid);
   void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>
   Count* buffer(std::size_t which);
