@@ -16,6 +16,7 @@ constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
 constexpr std::size_t most_undelayed = 4096;
+constexpr std::size_t least_sync_room = 256;  // with less, runs would be too short to gain by
 constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
 // Design note: the frame's end is placed when 99 % of the frame has passed, by a line through its
@@ -67,56 +68,66 @@ void Framer::push_in_time(std::span<const Tag> tags) {
   const Tag* const last = tag + tags.size();
   while (tag != last) {
     if (frame_ != nullptr && !suspect_) {
-      tag = surplus_from_ps_ ? skip_run(tag, last) : store_run(tag, last);
+      tag = surplus_from_ps_ ? take_run<false>(tag, last) : take_run<true>(tag, last);
       if (tag == last) break;
     }
     take(*tag++);
   }
 }
 
-// The hot loop: stores the photons of the open frame, and skips tags on channels that are not used.
-const Tag* Framer::store_run(const Tag* tag, const Tag* last) {
-  const std::span<std::int64_t> room = frame_->photons_ps.room();
-  if (static_cast<std::size_t>(last - tag) > room.size()) last = tag + room.size();
+// The hot loop: stores the photons and syncs of the open frame, and skips tags on channels that are
+// not used. Where the frame has no more room for photons (keeps_photons is false), it only counts
+// these. Nothing in it hangs on whether a tag is a photon or a sync, since no processor can guess
+// which comes next.
+template <bool keeps_photons>
+const Tag* Framer::take_run(const Tag* tag, const Tag* last) {
+  // The first sync of a stream places the frame's start, and a sync without room is lost: such
+  // syncs end the run.
+  std::int64_t no_sync = 0;
+  const std::span<std::int64_t> sync_room = frame_->syncs_ps.room();
+  const bool takes_syncs = ends_ != Ends::neither && sync_room.size() >= least_sync_room;
+  if (takes_syncs) last = tag + std::min<std::size_t>(last - tag, sync_room.size());
+  const std::span<std::int64_t> photon_room = frame_->photons_ps.room();
+  if (keeps_photons) last = tag + std::min<std::size_t>(last - tag, photon_room.size());
+
   const Tag* const first = tag;
+  const Roles most = takes_syncs ? role_sync : role_photon;
   const std::uint64_t start = frame_->start_ps;
   const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
-  std::int64_t* out = room.data();
+  std::int64_t* const first_photon = photon_room.data();
+  std::int64_t* const first_sync = takes_syncs ? sync_room.data() : &no_sync;
+  std::int64_t* photon = first_photon;
+  std::int64_t* sync = first_sync;
+  std::size_t surplus = 0;
   for (; tag != last; ++tag) {
     const Roles roles = channels_.roles(*tag);
-    if (roles > role_photon || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
-    *out = tag->time_ps;
-    out += roles;
+    if (roles > most || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
+    *sync = tag->time_ps;
+    sync += roles >> 1;
+    if constexpr (keeps_photons) {
+      *photon = tag->time_ps;
+      photon += roles & role_photon;
+    } else {
+      surplus += roles & role_photon;
+    }
   }
-  const auto photons = static_cast<std::size_t>(out - room.data());
+  const auto photons = static_cast<std::size_t>(photon - first_photon);
+  const auto syncs = static_cast<std::size_t>(sync - first_sync);
   frame_->photons_ps.grow(photons);
+  frame_->syncs_ps.grow(syncs);
   totals_.photons += photons;
-  run_ended(photons, static_cast<std::size_t>(tag - first), tag);
+  totals_.syncs += syncs;
+  surplus_photons_ += surplus;
+  totals_.surplus += surplus;
+  lose(surplus);
+  run_ended(photons + syncs + surplus, static_cast<std::size_t>(tag - first), tag);
   return tag;
 }
 
-// As store_run(), but for a frame that has no more room for photons: only counts them.
-const Tag* Framer::skip_run(const Tag* tag, const Tag* last) {
-  const Tag* const first = tag;
-  const std::uint64_t start = frame_->start_ps;
-  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
-  std::size_t photons = 0;
-  for (; tag != last; ++tag) {
-    const Roles roles = channels_.roles(*tag);
-    if (roles > role_photon || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
-    photons += roles;
-  }
-  surplus_photons_ += photons;
-  totals_.surplus += photons;
-  lose(photons);
-  run_ended(photons, static_cast<std::size_t>(tag - first), tag);
-  return tag;
-}
-
-void Framer::run_ended(std::size_t photons, std::size_t taken, const Tag* next) {
+void Framer::run_ended(std::size_t used, std::size_t taken, const Tag* next) {
   if (taken == 0) return;
   totals_.events += taken;
-  totals_.ignored += taken - photons;
+  totals_.ignored += taken - used;
   backward_run_ = 0;
   last_ps_ = next[-1].time_ps;
   frame_->arrival_ns = arrival_ns_;

@@ -90,10 +90,10 @@ class Framer {
   enum class Ends { neither, start, both };
 
   void push_in_time(std::span<const Tag> tags);
-  // Both return the first tag that they did not take.
-  const Tag* store_run(const Tag* tag, const Tag* last);
-  const Tag* skip_run(const Tag* tag, const Tag* last);
-  void run_ended(std::size_t photons, std::size_t taken, const Tag* next);
+  // Returns the first tag that it did not take.
+  template <bool keeps_photons>
+  const Tag* take_run(const Tag* tag, const Tag* last);
+  void run_ended(std::size_t used, std::size_t taken, const Tag* next);
 
   void take(const Tag& tag);
   void take_control(const Tag& tag);

@@ -122,6 +122,41 @@ TEST(Framer, HowTheStreamIsCutIntoBlocksChangesNothing) {
   }
 }
 
+// Syncs that are marker bits, on inputs where bit 1 is the encoder's marker and bit 2 the sync.
+Framed framed_with_sync_bits(std::vector<Tag> tags, int bits, const FrameCapacity& capacity) {
+  std::erase_if(tags, [](const Tag& t) { return t.kind == TagKind::marker; });
+  for (Tag& tag : tags) {
+    if (tag.kind == TagKind::sync) tag = marker_tag(tag.time_ps, bits);
+  }
+  ChannelOptions channels;
+  channels.sync = "marker:2";
+  channels.encoder = "marker:1";
+  Framed r = framed(tags, 4096, capacity, options_of_10_ms(), channels);
+  expect_sums_close(r, events_in(tags));
+  for (auto& frame : r.frames.frames) frame->markers.clear();
+  return r;
+}
+
+// Syncs that share their records with the encoder's marker are taken one by one, and others in runs
+// with the photons: the frames are the same.
+TEST(Framer, SyncsInRunsGiveTheFramesOfSyncsOneByOne) {
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    SCOPED_TRACE(seed);
+    const std::vector<Tag> tags = faulty_stream(seed);
+    FrameCapacity capacity = room_enough;
+    capacity.photons = seed % 5 == 0 ? 700 : 10'000;
+    capacity.syncs = capacity.markers = seed % 7 == 0 ? 60 : 300;
+    const Framed in_runs = framed_with_sync_bits(tags, 2, capacity);
+    const Framed one_by_one = framed_with_sync_bits(tags, 3, capacity);
+    expect_same(in_runs, one_by_one);
+    EXPECT_EQ(in_runs.totals.syncs, one_by_one.totals.syncs);
+    EXPECT_EQ(in_runs.totals.ignored, one_by_one.totals.ignored);
+    EXPECT_EQ(in_runs.totals.late, one_by_one.totals.late);
+    EXPECT_EQ(in_runs.totals.surplus, one_by_one.totals.surplus);
+    if (testing::Test::HasFailure()) break;
+  }
+}
+
 TEST(Framer, NothingIsAllocatedAfterConstruction) {
   const ChannelMap channels{ChannelOptions{}};
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
