@@ -11,7 +11,24 @@ namespace {
 constexpr std::array<const char*, 5> daemon_state_names = {"starting", "waiting_for_device",
                                                            "streaming", "degraded", "stopping"};
 
+constexpr std::array<const char*, 3> recording_state_names = {"waiting", "writing", "failing"};
+
+void write_recording(JsonWriter& json, const RecordingStatus& recording) {
+  JsonWriter members;
+  members.text("state", to_string(recording.state));
+  if (!recording.file.empty()) {
+    members.text("file", recording.file)
+        .integer("bytes", recording.bytes)
+        .number("seconds", recording.seconds);
+  }
+  json.object("recording", members);
+}
+
 }  // namespace
+
+const char* to_string(RecordingState state) {
+  return recording_state_names.at(static_cast<std::size_t>(state));
+}
 
 const char* to_string(DaemonState state) {
   return daemon_state_names.at(static_cast<std::size_t>(state));
@@ -26,10 +43,11 @@ std::string to_json(const StatusMessage& message) {
   if (!message.device_name.empty()) json.text("device_name", message.device_name);
   json.integer("tags", message.tags).integer("lost_tags", message.lost_tags);
   write_uncounted_losses(json, message.uncounted_losses);
-  return json.integer("frames", message.frames)
+  json.integer("frames", message.frames)
       .integer("valid_frames", message.valid_frames)
-      .number("ring_fill_ratio", message.ring_fill_ratio)
-      .finish();
+      .number("ring_fill_ratio", message.ring_fill_ratio);
+  if (message.recording) write_recording(json, *message.recording);
+  return json.finish();
 }
 
 std::string to_json(const VersionMessage& message) {

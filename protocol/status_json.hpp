@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "protocol/device_report.hpp"
@@ -14,6 +15,20 @@ namespace splid {
 enum class DaemonState { starting, waiting_for_device, streaming, degraded, stopping };
 
 const char* to_string(DaemonState state);
+
+// How it stands with the recording that the daemon keeps beside its measurement: no tag has come
+// for it yet, its tags go into a file, or nothing is recorded although it should be.
+enum class RecordingState { waiting, writing, failing };
+
+const char* to_string(RecordingState state);
+
+struct RecordingStatus {
+  RecordingState state = RecordingState::waiting;
+  std::string file = {};    // begun last; empty: none yet
+  std::uint64_t bytes = 0;  // of that file
+  double seconds = 0;       // from that file's first tag to its last, by the tagger's clock
+  friend bool operator==(const RecordingStatus&, const RecordingStatus&) = default;
+};
 
 // The `status` message: once a second and on every change.
 struct StatusMessage {
@@ -30,7 +45,8 @@ struct StatusMessage {
   double ring_fill_ratio = 0;  // 0 to 1, highest since the last status
   // Which instrument is read, in its driver's words for it; where empty, the member is left out.
   std::string device_name = {};
-  std::uint64_t uncounted_losses = 0;  // losses that took an unknown number of tags
+  std::uint64_t uncounted_losses = 0;             // losses that took an unknown number of tags
+  std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
 };
 
 // The `version` message: what a new subscriber gets first.

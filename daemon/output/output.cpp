@@ -129,7 +129,10 @@ StreamHealth Output::health(Stream& stream) {
   }
   // After the notices, so that no notice tells of a fault that is not here.
   const std::scoped_lock lock(recording_mutex_);
-  if (recording_ != nullptr) health.recording_fault = recording_->fault();
+  if (recording_ != nullptr) {
+    health.recording_fault = recording_->fault();
+    health.recording = recording_->status();
+  }
   return health;
 }
 
@@ -169,6 +172,10 @@ void Output::stop(const std::string& reason) {
   StreamHealth health;
   health.tags = before_.framer.events;
   health.ring_fill_ratio = last_fill_;
+  {
+    const std::scoped_lock lock(recording_mutex_);
+    if (recording_ != nullptr) health.recording = recording_->status();
+  }
   reporter_.stop(health, reason);
   notifier_.tick(reporter_.status(), true);
   if (ends_.metrics != nullptr) ends_.metrics->refresh(reporter_.status(), before_);

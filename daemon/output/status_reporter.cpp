@@ -111,7 +111,8 @@ void StatusReporter::tick(const StreamHealth& health) {
   const std::string reason = status_.reason;
   judge(health);
   const bool due = clock_.steady_ns() >= next_ns_;
-  if (due || state != status_.state || reason != status_.reason) publish(health);
+  const bool is_new = state != status_.state || reason != status_.reason || is_turned(health);
+  if (due || is_new) publish(health);
   // Notices, and the reasons of faults that are over, have now been published for a second.
   if (!due) return;
   stream_.notice.clear();
@@ -266,8 +267,17 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
   }
 }
 
+// A recording has begun, ended or failed, or goes into another file than the last status said.
+bool StatusReporter::is_turned(const StreamHealth& health) const {
+  const auto& last = status_.recording;
+  const auto& now = health.recording;
+  if (!last || !now) return last.has_value() != now.has_value();
+  return last->state != now->state || last->file != now->file;
+}
+
 void StatusReporter::publish(const StreamHealth& health) {
   status_.timestamp_s = timestamp_s();
+  status_.recording = health.recording;
   status_.tags = health.tags;
   status_.ring_fill_ratio = std::exchange(highest_fill_, 0);
   publisher_.publish_status(to_json(status_));

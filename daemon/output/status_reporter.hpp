@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct StreamHealth {
   std::string recording_fault = {};               // a sentence; empty: none
   // A configuration that was not taken over: a sentence that holds until the next one; empty: none.
   std::string configuration_fault = {};
+  std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
 };
 
 // What the status needs to know of the configuration.
@@ -39,9 +41,10 @@ struct StatusOptions {
 
 StatusOptions status_options(const Config& config);
 
-// Publishes `version` once and `status` once a second, on every change of state or reason, and for
-// each report of the driver on its instrument and each notice from elsewhere. An event that is over
-// is repeated for a second; a condition is part of the reason as long as it lasts.
+// Publishes `version` once and `status` once a second, on every change of state or reason, when a
+// recording begins, ends, fails or goes on in another file, and for each report of the driver on
+// its instrument and each notice from elsewhere. An event that is over is repeated for a second; a
+// condition is part of the reason as long as it lasts.
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
@@ -90,6 +93,7 @@ class StatusReporter {
   [[nodiscard]] bool is_disturbed_frame() const;
   void judge_cost();
   void judge_stream(const StreamHealth& health);
+  [[nodiscard]] bool is_turned(const StreamHealth& health) const;
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
 

@@ -145,7 +145,12 @@ void RecordingTap::look_around() {
   {
     const std::scoped_lock lock(mutex_);
     if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
-    if (file_ != recorder_.file()) file_ = recorder_.file();
+    if (status_.file != recorder_.file()) status_.file = recorder_.file();
+    status_.bytes = recorder_.file_bytes();
+    status_.seconds = recorder_.file_seconds();
+    status_.state = !fault_.empty()        ? RecordingState::failing
+                    : status_.file.empty() ? RecordingState::waiting
+                                           : RecordingState::writing;
   }
   // After fault_ is set, so that whoever hears a sentence finds the fault in fault().
   for (const std::string& sentence : news_) say_(sentence);
@@ -162,7 +167,12 @@ std::string RecordingTap::fault() const {
 
 std::string RecordingTap::file() const {
   const std::scoped_lock lock(mutex_);
-  return file_;
+  return status_.file;
+}
+
+RecordingStatus RecordingTap::status() const {
+  const std::scoped_lock lock(mutex_);
+  return status_;
 }
 
 std::string RecordingTap::summary() {

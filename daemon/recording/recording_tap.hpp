@@ -18,6 +18,7 @@
 #include "daemon/stream/tag_tap.hpp"
 #include "drivers/source.hpp"
 #include "protocol/encoder_batch.hpp"
+#include "protocol/status_json.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -55,8 +56,8 @@ class CountsQueue {
 // written yet.
 //
 // Threads: take() and finish() the framer's; take_counts() and take_frame() the publisher's;
-// fault() and file() any; summary() once finish() was called. Errors: none; faults of the disk are
-// in fault(). take() allocates nothing and takes no lock.
+// fault(), file() and status() any; summary() once finish() was called. Errors: none; faults of the
+// disk are in fault(). take() allocates nothing and takes no lock.
 class RecordingTap final : public TagTap {
  public:
   // clock: outlives this. say: takes a sentence about what is lost and why, on the recorder's
@@ -82,6 +83,8 @@ class RecordingTap final : public TagTap {
   [[nodiscard]] std::string fault() const;
   // The file begun last; empty: no file yet.
   [[nodiscard]] std::string file() const;
+  // For the `status` message.
+  [[nodiscard]] RecordingStatus status() const;
   // Waits until every tag is written; says in a sentence how many recordings there are and what is
   // lost.
   [[nodiscard]] std::string summary();
@@ -106,8 +109,8 @@ class RecordingTap final : public TagTap {
   std::int64_t flushed_ns_ = 0;
   std::uint64_t said_drops_ = 0;
   mutable std::mutex mutex_;
-  std::string fault_;  // guarded by mutex_
-  std::string file_;   // guarded by mutex_
+  std::string fault_;       // guarded by mutex_
+  RecordingStatus status_;  // guarded by mutex_
   RecordFrames tables_;
   std::unique_ptr<FrameLog> frames_;  // null: frames are not kept
   std::vector<FrameMessage> early_;   // the publisher's thread; wait for the first recording

@@ -56,6 +56,10 @@ void RotatingWriter::take(std::span<const Tag> tags) {
   if (recorder_ && recorder_->bytes() >= bytes_of(plan_.options.max_file_mib)) end_file();
 }
 
+double RotatingWriter::file_seconds() const {
+  return (static_cast<double>(last_ps_) - static_cast<double>(first_ps_)) / ps_per_s;
+}
+
 void RotatingWriter::flush() {
   if (!recorder_) return;
   try {
@@ -105,6 +109,8 @@ void RotatingWriter::store(std::span<const Tag> tags) {
   }
   try {
     recorder_->write(tags);
+    file_bytes_ = recorder_->bytes();
+    last_ps_ = tags.back().time_ps;
   } catch (const Error& error) {
     fail(error.what());
   }
@@ -138,6 +144,9 @@ void RotatingWriter::open_file(std::int64_t first_ps) {
   if (counts) facts.encoder_file = name_of(encoder_file_of(file_));
   recorder_.emplace(file_, std::move(facts), clock, false);
   if (counts) counts_.emplace(file_, std::move(counts), channels_);
+  file_bytes_ = recorder_->bytes();
+  first_ps_ = first_ps;
+  last_ps_ = first_ps;
   end_ps_ = end_of_file(first_ps);
   ++files_;
 }
@@ -161,6 +170,7 @@ void RotatingWriter::end_file() {
     flush();
     if (!recorder_) return;
     recorder_->close();
+    file_bytes_ = recorder_->bytes();
     recorder_.reset();
     counts_.reset();
   } catch (const Error& error) {

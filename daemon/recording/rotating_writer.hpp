@@ -61,6 +61,10 @@ class RotatingWriter {
   [[nodiscard]] const std::string& fault() const { return fault_; }
   [[nodiscard]] std::uint64_t files() const { return files_; }     // begun so far
   [[nodiscard]] const std::string& file() const { return file_; }  // the last file; empty: none yet
+  // Of the last file: its size once everything pending is written, and the time from its first tag
+  // to its last.
+  [[nodiscard]] std::uint64_t file_bytes() const { return file_bytes_; }
+  [[nodiscard]] double file_seconds() const;
   // Tags lost because the disk was full or failed.
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
 
@@ -94,7 +98,9 @@ class RotatingWriter {
   std::string file_;
   std::optional<PtuWriter> recorder_;  // absent while no file is being written
   std::optional<EncoderLog> counts_;
-  std::int64_t end_ps_ = 0;  // tags from this time on go to the next file
+  std::uint64_t file_bytes_ = 0;
+  std::int64_t first_ps_ = 0, last_ps_ = 0;  // of the last file's tags
+  std::int64_t end_ps_ = 0;                  // tags from this time on go to the next file
   bool loss_is_open_ = false;
   Gap gap_;
   std::int64_t retry_ns_ = 0;  // while fault_ is not empty, no new file before this time

@@ -34,6 +34,11 @@ std::uint64_t count_of(const Json& object, const char* name) {
   return at->is_string() ? std::strtoull(at->get<std::string>().c_str(), nullptr, 10) : 0;
 }
 
+double number_of(const Json& object, const char* name) {
+  const auto at = object.find(name);
+  return at != object.end() && at->is_number() ? at->get<double>() : 0;
+}
+
 bool continues_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
 
 // Cut to so many characters of UTF-8. What could move the terminal's cursor becomes a space:
@@ -108,8 +113,13 @@ void WatchPicture::take_status(const std::string& json) {
   status.uncounted_losses = count_of(message, "uncounted_losses");
   status.frames = count_of(message, "frames");
   status.valid_frames = count_of(message, "valid_frames");
-  const auto fill = message.find("ring_fill_ratio");
-  if (fill != message.end() && fill->is_number()) status.ring_fill_ratio = fill->get<double>();
+  status.ring_fill_ratio = number_of(message, "ring_fill_ratio");
+  const auto recording = message.find("recording");
+  if (recording == message.end() || !recording->is_object()) return;
+  status.recording_state = text_of(*recording, "state");
+  status.recording_file = text_of(*recording, "file");
+  status.recording_bytes = count_of(*recording, "bytes");
+  status.recording_seconds = number_of(*recording, "seconds");
 }
 
 void WatchPicture::take_version(const std::string& json) {
@@ -143,6 +153,16 @@ void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, b
   to.push_back(fmt::format("device {}{}{}", status_->device,
                            status_->device_name.empty() ? "" : ": ", status_->device_name));
   to.push_back(counts());
+  to.push_back(recording());
+}
+
+std::string WatchPicture::recording() const {
+  const WatchedStatus& status = *status_;
+  if (status.recording_state.empty()) return "recording off";
+  if (status.recording_file.empty()) return "recording " + status.recording_state;
+  return fmt::format("recording {}   {:.1f} MB   {:.0f} s   {}", status.recording_state,
+                     static_cast<double>(status.recording_bytes) / 1e6, status.recording_seconds,
+                     status.recording_file);
 }
 
 std::string WatchPicture::counts() const {
@@ -183,6 +203,20 @@ void WatchPicture::add_values(std::vector<std::string>& to, std::size_t columns,
                            number("{:.1f}", f.latency_ms, 1, 0)));
 }
 
+// The values above these lines are those of the first target.
+void WatchPicture::add_further_targets(std::vector<std::string>& to) const {
+  if (!frame_ || !frame_->targets) return;
+  const auto& targets = *frame_->targets;
+  for (std::size_t i = 1; i < targets.size(); ++i) {
+    const FrameMessage::Target& target = targets[i];
+    to.push_back(fmt::format(
+        "target {}   {} m +- {} mm   {} m/s +- {} cm/s   {}", i + 1,
+        number("{:.5f}", target.distance_m, 1, 0), number("{:.3g}", target.std_distance_m, 1e3, 0),
+        number("{:.4f}", target.velocity_mps, 1, 0),
+        number("{:.3g}", target.std_velocity_mps, 1e2, 0), to_string(target.status)));
+  }
+}
+
 void WatchPicture::add_sparklines(std::vector<std::string>& to, std::size_t columns) const {
   const std::size_t width = std::min<std::size_t>(columns, Sparkline::kept_s);
   const auto add = [&](const char* name, const char* unit, const Sparkline& line) {
@@ -213,6 +247,7 @@ std::vector<std::string> WatchPicture::lines(Size size, bool colour) const {
   all.emplace_back();
   const std::size_t status_line = all.size();
   add_values(all, size.columns, colour);
+  add_further_targets(all);
   all.emplace_back();
   add_sparklines(all, size.columns);
   all.emplace_back();

@@ -16,6 +16,9 @@ struct WatchedStatus {
   std::string state, reason, device, device_name;
   std::uint64_t lost_tags = 0, uncounted_losses = 0, frames = 0, valid_frames = 0;
   double ring_fill_ratio = 0;
+  std::string recording_state, recording_file;
+  std::uint64_t recording_bytes = 0;
+  double recording_seconds = 0;
 };
 
 // The picture of `splid listen --watch`, made of what the daemon publishes: its state, the values
@@ -47,9 +50,11 @@ class WatchPicture {
   void take_frame(const std::string& json);
   void add_head(std::vector<std::string>& to, std::size_t columns, bool colour) const;
   void add_values(std::vector<std::string>& to, std::size_t columns, bool colour) const;
+  void add_further_targets(std::vector<std::string>& to) const;
   void add_sparklines(std::vector<std::string>& to, std::size_t columns) const;
   [[nodiscard]] std::string ring_bar(std::size_t columns) const;
   [[nodiscard]] std::string counts() const;
+  [[nodiscard]] std::string recording() const;
 
   std::string endpoint_;
   Characters characters_;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <string>
 
 namespace splid {
 namespace {
@@ -33,6 +34,26 @@ TEST(StatusMessage, Maximal) {
       R"("device_name":"3137:200a at 1-1",)"
       R"("tags":18446744073709551615,"lost_tags":18446744073709551615,"frames":18446744073709551615,)"
       R"("valid_frames":18446744073709551615,"ring_fill_ratio":1})");
+}
+
+TEST(StatusMessage, RecordingBeforeItsFirstFileHasItsStateAlone) {
+  StatusMessage message;
+  message.recording = RecordingStatus{};
+  const std::string before = R"("ring_fill_ratio":0,)";
+  const auto recording_of = [&] {
+    const std::string json = to_json(message);
+    return json.substr(json.find(before) + before.size());
+  };
+  EXPECT_EQ(recording_of(), R"("recording":{"state":"waiting"}})");
+  message.recording = RecordingStatus{RecordingState::writing, "r/\"a\".ptu", 1'234'567, 2.5};
+  EXPECT_EQ(
+      recording_of(),
+      R"("recording":{"state":"writing","file":"r/\"a\".ptu","bytes":1234567,"seconds":2.5}})");
+}
+
+TEST(StatusMessage, RecordingStates) {
+  const char* names[] = {"waiting", "writing", "failing"};
+  for (int i = 0; i < 3; ++i) EXPECT_STREQ(to_string(static_cast<RecordingState>(i)), names[i]);
 }
 
 TEST(StatusMessage, States) {

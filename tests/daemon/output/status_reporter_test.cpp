@@ -19,6 +19,7 @@ using std::chrono::milliseconds;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 FrameMessage frame(FrameStatus status) {
   FrameMessage message;
@@ -115,6 +116,37 @@ TEST_F(StatusReports, SayThatNothingIsRecorded) {
                                  HasSubstr(R"("reason":"nothing is recorded: the disk is full")")),
                            AllOf(HasSubstr("another period; "), HasSubstr("disk is full")),
                            HasSubstr("\"streaming\"")));
+}
+
+// Bytes and seconds grow all the time and wait for the next second; what else changes does not.
+TEST_F(StatusReports, SayWhatIsRecordedAndAtOnceWhereThatTurns) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  health.recording = RecordingStatus{};
+  reporter.tick(health);
+  reporter.tick(health);
+  health.recording = RecordingStatus{RecordingState::writing, "a.ptu", 10, 0.5};
+  reporter.tick(health);
+  health.recording->bytes = 20;
+  reporter.tick(health);
+  health.recording->file = "b.ptu";
+  reporter.tick(health);
+  clock.advance_ms(1000);
+  health.recording->seconds = 1.5;
+  health.last_arrival_ns = clock.steady_ns();
+  reporter.tick(health);
+  health.recording.reset();
+  reporter.tick(health);
+  health.recording = RecordingStatus{};
+  reporter.stop(health, "");
+  reporter.wait(StreamHealth{}, "stopped by control");
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(
+          Not(HasSubstr("recording")), HasSubstr(R"("recording":{"state":"waiting"})"),
+          HasSubstr(R"("recording":{"state":"writing","file":"a.ptu","bytes":10,"seconds":0.5})"),
+          AllOf(HasSubstr(R"("file":"b.ptu")"), HasSubstr(R"("bytes":20)")),
+          HasSubstr(R"("seconds":1.5)"), Not(HasSubstr("recording")), HasSubstr("waiting\"}"),
+          AllOf(HasSubstr("stopped by control"), Not(HasSubstr("recording")))));
 }
 
 TEST_F(StatusReports, SayEachThingThatTheDriverReports) {

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -92,6 +94,40 @@ TEST_F(RecordingProgram, RelativeFoldersAreBesideTheConfigurationAndCountsBeside
   EXPECT_THAT(run_program({"replay", files[0], "--config", file, "--json"}).out,
               HasSubstr("\"reference\":{"));
   EXPECT_EQ(recordings_in(folder.path("kept")).size(), 2u);
+}
+
+// Recorded from the start, or when asked to: subscribers hear of each file that is begun, and of
+// the end.
+TEST_F(RecordingProgram, TheStatusNamesTheFileThatIsBeingWritten) {
+  const std::string control = "ipc://" + folder.path("control");
+  Program daemon({"run", "--config", folder.write("asked.json", [&] {
+                    std::string text = test::file_text(config(R"("folder":"kept","max_file_s":1)"));
+                    return text.insert(1, R"("control":{"endpoint":")" + control + R"("},)");
+                  }())});
+  Subscriber subscriber(endpoint, {topic_status});
+  std::set<std::string> named;
+  EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
+    const auto status = nlohmann::json::parse(message.json);
+    if (status.contains("recording") && status["recording"]["state"] == "writing") {
+      named.insert(status["recording"]["file"].get<std::string>());
+      EXPECT_GT(status["recording"]["bytes"], 0);
+    }
+    return named.size() >= 3;
+  })) << daemon.err();
+  EXPECT_EQ(run_program({"ctl", "--endpoint", control, "record", "stop"}).exit_code, 0);
+  EXPECT_TRUE(hear(subscriber, [](const Message& message) {
+    return message.json.find("\"recording\"") == std::string::npos;
+  }));
+  EXPECT_EQ(run_program({"ctl", "--endpoint", control, "record", "start"}).exit_code, 0);
+  EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
+    const auto status = nlohmann::json::parse(message.json);
+    return status.contains("recording") && status["recording"]["state"] == "writing" &&
+           named.insert(status["recording"]["file"].get<std::string>()).second;
+  }));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait().exit_code, 0);
+  const std::vector<std::string> files = recordings_in(folder.path("kept"));
+  for (const std::string& file : named) EXPECT_THAT(files, ::testing::Contains(file));
 }
 
 // The daemon's last frame was there when it was killed: what the files lack of it is what was lost.

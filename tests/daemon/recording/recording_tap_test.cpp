@@ -17,6 +17,7 @@
 #include "drivers/replay/recording_info.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/measured_stream.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/scripted_source.hpp"
@@ -120,6 +121,44 @@ TEST(RecordingTap, ALiveSourceNeverWaitsForIt) {
   for (const Loss& loss : scan_recording(files[0]).header.losses) lost += loss.count;
   EXPECT_GT(lost, 0);
   EXPECT_EQ(static_cast<std::int64_t>(read_back(files[0]).size()) + lost, count) << summary;
+}
+
+TEST(RecordingTap, SaysWhereItsTagsGo) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  config.record.max_file_s = 1;
+  RecordingTap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  EXPECT_EQ(recording.status(), RecordingStatus{});
+  for (const std::int64_t second : {0, 1}) {
+    const std::int64_t begin_ps = second * 1'000'000'000'000;
+    recording.take(
+        std::vector<Tag>{photon_tag(begin_ps, 1), photon_tag(begin_ps + 250'000'000'000, 1)});
+    ASSERT_TRUE(test::eventually([&] {
+      return recordings_in(folder.path("r")).size() == static_cast<std::size_t>(second) + 1 &&
+             recording.status().seconds == 0.25;
+    }));
+    const RecordingStatus status = recording.status();
+    EXPECT_EQ(status.state, RecordingState::writing);
+    EXPECT_EQ(status.file, recordings_in(folder.path("r")).back());
+    EXPECT_GT(status.bytes, 0u);
+    recording.take(std::vector<Tag>{photon_tag(begin_ps + 500'000'000'000, 1)});
+    ASSERT_TRUE(test::eventually([&] { return recording.status().seconds == 0.5; }));
+    EXPECT_GT(recording.status().bytes, status.bytes);
+  }
+  recording.finish();
+}
+
+TEST(RecordingTap, SaysThatItFails) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.write("no_folder", "");
+  RecordingTap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  recording.take(std::vector<Tag>{photon_tag(1000, 1)});
+  EXPECT_TRUE(test::eventually([&] {
+    return recording.status() == RecordingStatus{RecordingState::failing, "", 0, 0};
+  }));
+  recording.finish();
 }
 
 TEST(RecordingTap, CountsThatNobodyTakesAreAnOverrun) {

@@ -96,6 +96,10 @@ TEST_F(RotatingWriterTest, FilesOfOneLengthFollowEachOtherWithoutAGap) {
   const std::vector<std::string> files = recordings_in(folder.path("r"));
   ASSERT_EQ(files.size(), 3u);
   EXPECT_EQ(recorder.files(), 3u);
+  EXPECT_EQ(recorder.file_bytes(), std::filesystem::file_size(files[2]));
+  const std::vector<Tag> last = read_back(files[2]);
+  EXPECT_EQ(recorder.file_seconds(),
+            static_cast<double>(last.back().time_ps - last.front().time_ps) / 1e12);
   std::swap(tags[1'000'000], tags[1'000'001]);
   EXPECT_TRUE(read_all(folder.path("r")) == tags);
   EXPECT_EQ(read_back(files[0]).size(), 1'000'000u);

@@ -55,6 +55,43 @@ TEST(WatchPicture, ShowsValuesStateAndLosses) {
   EXPECT_THAT(all_of(picture), AllOf(StartsWith("no connection"), HasSubstr("nobody answers")));
 }
 
+TEST(WatchPicture, ShowsWhatIsRecorded) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  StatusMessage status;
+  picture.take("status", to_json(status));
+  EXPECT_THAT(all_of(picture), HasSubstr("recording off\n"));
+  status.recording = RecordingStatus{};
+  picture.take("status", to_json(status));
+  EXPECT_THAT(all_of(picture), HasSubstr("recording waiting\n"));
+  status.recording = RecordingStatus{RecordingState::writing, "r/a.ptu", 12'345'678, 61.7};
+  picture.take("status", to_json(status));
+  EXPECT_THAT(all_of(picture), HasSubstr("recording writing   12.3 MB   62 s   r/a.ptu\n"));
+}
+
+// As many as there may be still fit a terminal of 80 x 24.
+TEST(WatchPicture, ListsFurtherTargetsWithTheirDeviations) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  picture.take("status", to_json(StatusMessage{}));
+  FrameMessage frame = frame_at(100, FrameStatus::ok);
+  frame.targets.emplace(4);
+  for (FrameMessage::Target& target : *frame.targets) {
+    target.status = FrameStatus::ok;
+    target.distance_m = 1234.56789;
+    target.std_distance_m = 0.00012;
+    target.velocity_mps = -123.4567;
+    target.std_velocity_mps = 0.0123;
+  }
+  picture.take("frame", to_json(frame));
+  EXPECT_THAT(
+      all_of(picture),
+      AllOf(HasSubstr("target 2   1234.56789 m +- 0.12 mm   -123.4567 m/s +- 1.23 cm/s   ok"),
+            HasSubstr("target 4   "), HasSubstr(" % full")));
+  EXPECT_LE(picture.lines({80, 100}, false).size(), 24u);
+  frame.targets->clear();
+  picture.take("frame", to_json(frame));
+  EXPECT_THAT(all_of(picture), Not(HasSubstr("target ")));
+}
+
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
   WatchPicture picture("tcp://[::1]:9872", Characters::utf8);
   picture.take("status", R"({"state":"degraded","reason":"\u001b[2J\u0007 überlang )" +
@@ -75,7 +112,8 @@ TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
 TEST(WatchPicture, PassesOverWhatIsNoStatus) {
   WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
   for (const char* json : {"", "[]", "{", R"({"state":3,"lost_tags":-1,"ring_fill_ratio":"full"})",
-                           R"({"lost_tags":"many","device":null})"}) {
+                           R"({"lost_tags":"many","device":null,"recording":3})",
+                           R"({"recording":{"state":1,"file":[],"bytes":-1,"seconds":""}})"}) {
     EXPECT_NO_THROW(picture.take("status", json)) << json;
     EXPECT_NO_THROW(picture.take("version", json)) << json;
   }
