@@ -50,6 +50,19 @@ function small(value, unit) {
   return `± ${Number((value * factor).toPrecision(3))} ${prefix}${unit}`;
 }
 
+function bytes_text(bytes) {
+  if (!is_number(bytes)) return '–';
+  const power = Math.min(Math.max(Math.floor(Math.log10(Math.max(bytes, 1)) / 3), 0), 4);
+  return `${Number((bytes / 1e3 ** power).toPrecision(3))} ${['B', 'kB', 'MB', 'GB', 'TB'][power]}`;
+}
+
+function duration_text(seconds) {
+  if (!is_number(seconds)) return '–';
+  const whole = Math.floor(seconds);
+  const two = (number) => String(number).padStart(2, '0');
+  return `${Math.floor(whole / 3600)}:${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+}
+
 function clock(milliseconds) {
   const date = new Date(milliseconds);
   return date.toLocaleTimeString('en-GB') + '.' + String(date.getMilliseconds()).padStart(3, '0');
@@ -122,13 +135,25 @@ function take_status(status) {
   state_message = status;
   const name = status.device_name ? ': ' + status.device_name : '';
   put('device', String(status.device).replaceAll('_', ' ') + name);
+  at('device').className = status.device === 'connected' ? 'good' : 'alarm';
   const uncounted = status.uncounted_losses ? ` + ${status.uncounted_losses} losses` : '';
   put('lost', Number(status.lost_tags).toLocaleString('en') + uncounted, status.lost_tags);
-  at('lost').classList.toggle('alarm', Number(status.lost_tags) > 0 || uncounted !== '');
+  at('lost').className = Number(status.lost_tags) > 0 || uncounted !== '' ? 'alarm' : 'good';
   put('frames', `${Number(status.frames).toLocaleString('en')}, ${Number(status.valid_frames).toLocaleString('en')} valid`);
-  at('recording-fact').hidden = status.recording === undefined;
-  if (status.recording !== undefined) put('recording', typeof status.recording === 'string' ? status.recording : JSON.stringify(status.recording));
+  show_recording(status.recording);
   show_health();
+}
+
+// The file by its name, and the whole path where somebody points at it.
+function show_recording(recording) {
+  const state = recording ? recording.state : 'off';
+  const file = recording && recording.file ? recording.file : '';
+  const name = file.slice(file.lastIndexOf('/') + 1);
+  const words = {off: 'off', waiting: 'waits for the first tag', failing: 'fails'};
+  const size = file ? `${name}, ${bytes_text(recording.bytes)}, ${duration_text(recording.seconds)}` : '';
+  put('recording', state === 'writing' ? size : words[state] || String(state), file || undefined);
+  at('recording').title = file;
+  at('recording').className = {writing: 'rolling', failing: 'alarm'}[state] || '';
 }
 
 function take_frame(frame) {
@@ -173,21 +198,35 @@ function show_beside_best(id, value, best) {
   at(id + '-bar').style.transform = `scaleX(${share})`;
 }
 
-// Several returns: a row for each, a column for each value that any of them has.
+// The columns of the table of targets: a heading with its unit, and the text of a target's cell.
+const with_deviation = (value, deviation, otherwise) =>
+  fixed(value, decimals(deviation, otherwise)) + (is_number(deviation) ? ` ± ${Number(deviation.toPrecision(2))}` : '');
+const TARGET_COLUMNS = [
+  ['target', (target, i) => String(i + 1)],
+  ['status', (target) => String(target.status).replaceAll('_', ' ')],
+  ['distance, m', (target, i, std) => with_deviation(target.distance_m, std.distance_m, 4)],
+  ['velocity, m/s', (target, i, std) => with_deviation(target.velocity_mps, std.velocity_mps, 3)],
+  ['signal, counts/pulse', (target, i, std) => is_number(target.signal_per_pulse)
+    ? String(Number(target.signal_per_pulse.toPrecision(3))) + (is_number(std.signal_per_pulse) ? ` ± ${Number(std.signal_per_pulse.toPrecision(2))}` : '')
+    : '–'],
+  ['significance, nats', (target) => fixed(target.significance, 1)],
+  ['range odds, nats', (target) => fixed(target.range_odds_nats, 1)],
+];
+
+function table_row(cells, kind) {
+  const line = document.createElement('tr');
+  for (const cell of cells) line.appendChild(document.createElement(kind)).textContent = cell;
+  return line;
+}
+
+// Several returns, the strongest first. A frame that looked for several and found none has an empty
+// table, so that the page does not jump.
 function show_targets(targets) {
-  const some = Array.isArray(targets) && targets.length > 0;
-  at('targets-panel').hidden = !some;
-  if (!some) return;
-  const names = [...new Set(targets.flatMap((target) => Object.keys(target)))]
-    .filter((name) => targets.some((target) => is_number(target[name]) || typeof target[name] === 'string'));
-  const row = (cells, kind) => {
-    const line = document.createElement('tr');
-    for (const cell of cells) line.appendChild(document.createElement(kind)).textContent = cell;
-    return line;
-  };
-  at('targets-head').replaceChildren(row(names.map((name) => name.replaceAll('_', ' ')), 'th'));
-  at('targets').replaceChildren(...targets.map((target) => row(names.map((name) =>
-    is_number(target[name]) ? String(Number(target[name].toPrecision(8))) : target[name] || '–'), 'td')));
+  at('targets-panel').hidden = !Array.isArray(targets);
+  if (!Array.isArray(targets)) return;
+  put('targets-note', targets.length === 0 ? 'none in this frame' : '');
+  at('targets').replaceChildren(...targets.map((target, i) => table_row(
+    TARGET_COLUMNS.map(([, text]) => text(target, i, target.std || {})), 'td')));
 }
 
 // ---- histories
@@ -325,7 +364,14 @@ function set_zoom(range) {
   shown.zoom = range;
   at('whole').disabled = range === null;
   for (const chart of charts) chart.stale = true;
-  draw_some(true);
+}
+
+// Dragging, two fingers or a double click has moved this chart: all others follow.
+function follow(chart) {
+  if (!chart.graph) return;
+  const range = chart.graph.xAxisRange();
+  if (!chart.graph.isZoomed('x')) set_zoom(null);
+  else if (range.join() !== chart.window.join()) set_zoom(range);
 }
 
 function make_chart(chart) {
@@ -341,7 +387,7 @@ function make_chart(chart) {
   plot.setAttribute('aria-label', `${chart.title} over time${chart.unit ? ', in ' + chart.unit : ''}`);
   at('charts').appendChild(box);
   chart.points = points_of(chart);
-  chart.plot = plot;
+  chart.window = date_window();
   chart.graph = new Dygraph(plot, chart.points, options_of(chart));
   new IntersectionObserver((entries) => {
     chart.visible = entries[entries.length - 1].isIntersecting;
@@ -355,12 +401,12 @@ function options_of(chart) {
     strokeWidth: chart.main ? 1.6 : 1.1, drawGapEdgePoints: true, pointSize: 1.5, highlightCircleSize: 3.5,
     colors: colours_of(chart), gridLineColor: palette.line, axisLineColor: palette.line,
     valueRange: chart.floor ? [0, null] : null, yRangePad: 8, labelsKMB: false,
-    dateWindow: date_window(),
+    dateWindow: chart.window,
     axes: {y: {axisLabelFormatter: axis_text, axisLabelWidth: 64, pixelsPerLabel: 26},
       x: {axisLabelWidth: 70, pixelsPerLabel: 80, ticker: Dygraph.dateTicker,
         axisLabelFormatter: Dygraph.dateAxisLabelFormatter}},
     underlayCallback: draw_invalid,
-    zoomCallback: (from, to) => set_zoom(from === undefined || chart.graph.isZoomed('x') === false ? null : [from, to]),
+    drawCallback: () => follow(chart),
     highlightCallback: (event, x, points, row) => select_row(chart, row),
     unhighlightCallback: unselect,
   };
@@ -377,16 +423,17 @@ function draw(chart) {
   chart.stale = false;
   chart.drawn_ms = performance.now();
   if (!shown.paused) chart.points = points_of(chart);
-  chart.graph.updateOptions({file: chart.points, dateWindow: date_window(), colors: colours_of(chart),
+  chart.window = date_window();
+  chart.graph.updateOptions({file: chart.points, dateWindow: chart.window, colors: colours_of(chart),
     gridLineColor: palette.line, axisLineColor: palette.line});
   if (!chart.graph.getHighlightSeries || chart.graph.getSelection() < 0) show_readout(chart);
 }
 
 // In each picture of the screen the two charts that waited longest: all nine within 100 ms.
-function draw_some(all) {
+function draw_some() {
   const waiting = charts.filter((chart) => chart.graph && chart.stale && chart.visible)
     .sort((one, other) => (one.drawn_ms || 0) - (other.drawn_ms || 0));
-  for (const chart of all === true ? waiting : waiting.slice(0, 2)) draw(chart);
+  for (const chart of waiting.slice(0, 2)) draw(chart);
   if (waiting.length > 0) document.body.dataset.drawn = ++shown.drawn;
 }
 
@@ -502,6 +549,7 @@ function start() {
   // a line of its own for that.
   Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
   charts.forEach(make_chart);
+  at('targets-head').appendChild(table_row(TARGET_COLUMNS.map(([heading]) => heading), 'th'));
   for (const button of at('windows').children) {
     button.addEventListener('click', () => set_seconds(Number(button.dataset.seconds)));
   }
