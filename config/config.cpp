@@ -76,7 +76,9 @@ std::optional<OptionFault> frame_fault(const Config& config) {
 }
 
 std::optional<OptionFault> pulse_fault(const Config& config) {
-  if (config.pulse.shape != Shape::tabulated || config.pattern.pulse) return std::nullopt;
+  if (config.pulse.shape != Shape::tabulated || config.pattern.pulse) {
+    return config.pulse.validate(config.scene, config.estimator);
+  }
   return OptionFault{"/shape", "\"tabulated\" takes the shape from the pattern, but " +
                                    config.pattern_file +
                                    " has no \"pulse\" block; make one with splid calibrate, or "

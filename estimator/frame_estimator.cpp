@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <utility>
 
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
+#include "estimator/fit/width_fit.hpp"
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/configured_pulse.hpp"
@@ -25,12 +25,6 @@
 
 namespace splid {
 namespace {
-
-// g t_a: how far the delay travels over a frame of this length, for a target at this speed.
-double travel_of(double velocity_mps, double length_ns) {
-  const double beta = velocity_mps / speed_of_light_mps;
-  return 2 * beta / (1 + beta) * length_ns;
-}
 
 // A target that is followed gains about as much in each frame. Half of that gain is asked for: it
 // leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
@@ -49,10 +43,6 @@ constexpr double longest_gap_ps = 1e12;
 // three standard deviations of the acceleration.
 constexpr double nats_for_acceleration = 4.5;
 
-// bend = a t_a^2 / c, over a frame of length_ns.
-double acceleration_of(double bend_ns, double length_ns) {
-  return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
-}
 // A dead time that moves no value by more than this, in deviations, is left out.
 constexpr double least_correction = 0.05;
 
@@ -71,12 +61,14 @@ struct FrameEstimator::Workspace {
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
-  std::optional<BlindTime> blind;  // where the dead time is modelled
-  bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
+  std::optional<BlindTime> blind;     // where the dead time is modelled
+  bool knows_blind_time = false;      // of this frame: it is modelled, or too short to matter
+  std::optional<PulseMisfit> misfit;  // of this frame's pulse
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
   double bent_threshold_nats;                    // for a path that bends
   std::unique_ptr<SeveralTargets> several;       // null: a frame has one target
+  std::unique_ptr<WidthFit> width;               // null: the pulse is as wide as configured
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
@@ -87,7 +79,7 @@ struct FrameEstimator::Workspace {
         unambiguous_ns(pattern.unambiguous_delay_ps * ns_per_ps),
         shape(configured_pulse(pattern, pulse)),
         scene(scene_options),
-        max_travel_ns(moving() ? travel_of(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
+        max_travel_ns(moving() ? travel_ns_at(scene.max_speed_mps, frame_length_ms * 1e6) : 0),
         threshold_nats(significance_threshold_nats(
             {train.circle_ns, travel_looked_at_ns(), shape->width_ns()}, options.false_alarm_rate)),
         least_odds_nats(odds_at_risk_nats(options.range_risk)),
@@ -102,7 +94,7 @@ struct FrameEstimator::Workspace {
                 least_odds_nats,
                 options.effort,
                 mode != Mode::ambiguous,
-                models_dead_time(detector, options)},
+                models_dead_time(detector, options, pulse)},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
         bent_threshold_nats(threshold_nats) {
@@ -111,7 +103,8 @@ struct FrameEstimator::Workspace {
     }
     std::optional<BlindTime> straight_blind;
     if (scene.targets > 1) look_for_several(max_photons);
-    if (models_dead_time(detector, options)) {
+    width = make_width_fit(pulse, scene, options, train, max_photons);
+    if (models_dead_time(detector, options, pulse)) {
       for (auto* room : {&blind, &straight_blind}) {
         room->emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
       }
@@ -121,11 +114,13 @@ struct FrameEstimator::Workspace {
     }
   }
 
-  // The likelihood of several targets knows no dead time.
+  // The likelihood of several targets knows no dead time, and neither does that of a width.
   [[nodiscard]] bool models_dead_time(const DetectorOptions& detector,
-                                      const EstimatorOptions& options) const {
+                                      const EstimatorOptions& options,
+                                      const PulseOptions& pulse) const {
     return detector.dead_time_ns > 0 && detector.dead_time == DeadTime::modelled &&
-           options.method == Method::search && scene.targets == 1;
+           options.method == Method::search && scene.targets == 1 &&
+           pulse.width == PulseWidth::fixed;
   }
   void look_for_several(std::size_t max_photons);
 
@@ -184,6 +179,7 @@ struct FrameEstimator::Workspace {
   void take(const BentFit& found, const FrameView& view, Estimate& estimate, TargetTrack* track);
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync, double bend_ns = 0) const;
   void fill_acceleration(Estimate& estimate, const BentFit& bent) const;
+  void fill_one(Estimate& estimate, const Fit& fit, const SyncFit& sync);
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
@@ -277,7 +273,7 @@ std::optional<Fit> FrameEstimator::Workspace::follow(const TargetTrack& track, s
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
   Fit fit =
       search.find_near(photons, {delay_ns / to_reference() / (1 + beta) + bend_ns / 12,
-                                 travel_of(track.velocity_mps + gained_mps, frame.length_ns)});
+                                 travel_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
   const double least =
       std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, threshold_nats + 6);
   if (fit.gain_nats < least || !fit.has_covariance) return std::nullopt;
@@ -300,7 +296,7 @@ std::optional<Fit> FrameEstimator::Workspace::find_as_paper(const FrameView& vie
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
   const DelayLine line = {found.delay_ns / frame.scale / (1 + beta),
-                          travel_of(found.velocity_mps, frame.length_ns)};
+                          travel_ns_at(found.velocity_mps, frame.length_ns)};
   return search.judge(frame, {line, found.signal_per_pulse, found.background_per_ns});
 }
 
@@ -341,12 +337,7 @@ void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, 
   const double bend_ns = bends->max_bend_ns(length_ns);
   const bool too_many = bends->looks(length_ns) > BendSearch::most_looks;
   if (too_many && scene.motion == Motion::accelerating) {
-    std::ostringstream text;
-    text << "scene.max_acceleration_mps2 is " << scene.max_acceleration_mps2
-         << ", with which the path may bend in " << bends->looks(length_ns)
-         << " ways in a frame of " << length_ns * 1e-6 << " ms; more than "
-         << BendSearch::most_looks << " take too long: lower it, or frame.length_ms";
-    throw Error(Fault::usage, text.str());
+    throw Error(Fault::usage, bends->too_many_looks_text(length_ns));
   }
   if (too_many ||
       (scene.motion == Motion::automatic && bend_ns < least_widths * shape->width_ns())) {
@@ -363,7 +354,7 @@ std::optional<BentFit> FrameEstimator::Workspace::find_bent(const FrameView& vie
                                                             TargetTrack* track, Effort most) {
   if (track != nullptr) {
     const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
-    const double bend_ns = track->acceleration_mps2 / acceleration_of(1, frame.length_ns);
+    const double bend_ns = track->acceleration_mps2 / acceleration_of_bend(1, frame.length_ns);
     const std::optional<Fit> fit =
         follow(*track, mid_ps, bends->straightened(frame, bend_ns), bend_ns);
     track->followed = fit ? track->followed + 1 : 0;
@@ -421,11 +412,12 @@ void FrameEstimator::Workspace::take(const BentFit& found, const FrameView& view
   if (!has_pattern(bends->straightened(frame, bent.bend_ns), bent.fit, estimate)) return;
   fill(estimate, at_mid, view.sync, bent.bend_ns);
   fill_acceleration(estimate, bent);
+  if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
   finish(view, estimate, track);
 }
 
 void FrameEstimator::Workspace::fill_acceleration(Estimate& estimate, const BentFit& bent) const {
-  const double per_bend = acceleration_of(1, frame.length_ns);
+  const double per_bend = acceleration_of_bend(1, frame.length_ns);
   estimate.acceleration_mps2 = bent.bend_ns * per_bend;
   estimate.std_acceleration_mps2 = std::sqrt(bent.variance_ns2) * per_bend;
   // Light that comes back at mid-frame met the target half a delay before.
@@ -522,7 +514,17 @@ bool FrameEstimator::Workspace::has_pattern(const FoldedFrame& photons, const Fi
   estimate.pattern_fault = pattern.fault;
   if (pattern.fault != PatternFault::none) return false;
   estimate.amplitude_misfit = pattern.amplitude_misfit;
+  misfit = pattern_check.judge_pulse(photons, fit.parameters);
   return true;
+}
+
+// The values of a frame's only target, with the pulse's width where it is fitted.
+void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, const SyncFit& sync) {
+  std::optional<FittedWidth> fitted;
+  if (width) fitted = width->climb(frame, Exposure(frame, train), fit, fit.covariance(1, 1) > 0);
+  fill(estimate, fitted ? fitted->fit : fit, sync);
+  if (fitted) return fitted->say_width(estimate);
+  if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
 }
 
 void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate,
@@ -548,10 +550,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
   Estimate estimate;
   estimate.photons = view.photons_ps.size();
   estimate.threshold_nats = w.threshold_nats;
-  double seen_ns = static_cast<double>(view.end_ps - view.start_ps) * ns_per_ps;
-  for (const Loss& loss : view.losses) {
-    seen_ns -= static_cast<double>(loss.end_ps - loss.begin_ps) * ns_per_ps;
-  }
+  const double seen_ns = view.seen_ns();
   if (seen_ns > 0) {
     estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
   }
@@ -591,7 +590,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
   if (w.several && w.estimate_several(view, *fit, estimate, track, most)) return estimate;
   if (!w.moving() && w.moves_after_all(*fit)) return estimate;
   if (!w.has_pattern(w.frame, *fit, estimate)) return estimate;
-  w.fill(estimate, *fit, view.sync);
+  w.fill_one(estimate, *fit, view.sync);
   w.finish(view, estimate, track);
   return estimate;
 }

@@ -40,6 +40,8 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("significance", "nats", message.significance);
   columns.number("range_odds_nats", "nats", message.range_odds_nats);
   columns.number("amplitude_misfit", "", message.amplitude_misfit);
+  columns.number("pulse_misfit", "", message.pulse_misfit);
+  columns.number("pulse_sigma_ps", "ps", message.pulse_sigma_ps);
   columns.number("blind_fraction", "", message.blind_fraction);
   columns.text("pattern_fault", name_bytes,
                message.pattern_fault ? to_string(*message.pattern_fault) : "");
@@ -48,6 +50,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("std_acceleration_mps2", "m/s2", message.std_acceleration_mps2);
   columns.number("std_signal_per_pulse", "counts/pulse", message.std_signal_per_pulse);
   columns.number("std_background_per_s", "counts/s", message.std_background_per_s);
+  columns.number("std_pulse_sigma_ps", "ps", message.std_pulse_sigma_ps);
 }
 
 void show_sync(const FrameMessage& message, ColumnVisitor& columns) {

@@ -24,6 +24,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("significance", message.significance)
       .number("range_odds_nats", message.range_odds_nats)
       .number("amplitude_misfit", message.amplitude_misfit)
+      .number("pulse_misfit", message.pulse_misfit)
+      .number("pulse_sigma_ps", message.pulse_sigma_ps)
       .number("blind_fraction", message.blind_fraction);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
@@ -31,7 +33,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("velocity_mps", message.std_velocity_mps)
       .number("acceleration_mps2", message.std_acceleration_mps2)
       .number("signal_per_pulse", message.std_signal_per_pulse)
-      .number("background_per_s", message.std_background_per_s);
+      .number("background_per_s", message.std_background_per_s)
+      .number("pulse_sigma_ps", message.std_pulse_sigma_ps);
   json.object("std", std_members);
 }
 
@@ -180,6 +183,8 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.significance = members.number("significance");
   message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
+  message.pulse_misfit = members.number("pulse_misfit");
+  message.pulse_sigma_ps = members.number("pulse_sigma_ps");
   message.blind_fraction = members.number("blind_fraction");
   message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
@@ -189,6 +194,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
     message.std_acceleration_mps2 = std_members.number("acceleration_mps2");
     message.std_signal_per_pulse = std_members.number("signal_per_pulse");
     message.std_background_per_s = std_members.number("background_per_s");
+    message.std_pulse_sigma_ps = std_members.number("pulse_sigma_ps");
   }
 }
 

@@ -38,6 +38,10 @@ struct FrameMessage {
   // The relative rms deviation of the pulses' light from the pattern's amplitudes, where the target
   // is surely there.
   std::optional<double> amplitude_misfit;
+  // By how much the detected pulse is wider than the configured one, relative to it; negative where
+  // it is narrower. There only where it surely is another.
+  std::optional<double> pulse_misfit;
+  std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
   std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
 

@@ -31,6 +31,27 @@ const char* reason_of(FrameStatus status) {
   }
 }
 
+void add_sentence(std::string& text, const std::string& sentence) {
+  if (sentence.empty()) return;
+  text += (text.empty() ? "" : "; ") + sentence;
+}
+
+std::string misfit_in_words(double pulse_misfit) {
+  if (pulse_misfit < 0) {
+    return fmt::format(
+        "the detected pulse is {:.0f} % narrower than the configured one: set pulse.sigma_ps, or "
+        "calibrate the pulse",
+        -100 * pulse_misfit);
+  }
+  return fmt::format(
+      "the detected pulse is {:.0f} % wider than the configured one, and the deviations are "
+      "widened "
+      "by that: set pulse.width fitted where the target is tilted, the beam wide or the air foggy, "
+      "scene.targets 2 where a second surface may be close behind, scene.motion accelerating where "
+      "the path may bend, or else calibrate the pulse",
+      100 * pulse_misfit);
+}
+
 }  // namespace
 
 StatusOptions status_options(const Config& config) {
@@ -83,6 +104,10 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.amplitude_misfit) {
     ++second_.misfits;
     second_.amplitude_misfit = *message.amplitude_misfit;
+  }
+  if (message.pulse_misfit) {
+    ++second_.pulse_misfits;
+    second_.pulse_misfit = *message.pulse_misfit;
   }
   if (message.pattern_fault) {
     ++second_.faults;
@@ -163,8 +188,7 @@ void StatusReporter::judge(const StreamHealth& health) {
 }
 
 void StatusReporter::add_reason(const std::string& sentence) {
-  if (sentence.empty()) return;
-  status_.reason += (status_.reason.empty() ? "" : "; ") + sentence;
+  add_sentence(status_.reason, sentence);
 }
 
 void StatusReporter::judge_device(const StreamHealth& health) {
@@ -196,15 +220,16 @@ void StatusReporter::judge_second() {
                             fmt::format("{:.0f}", 100 * second_.amplitude_misfit) +
                             " % (rms) off the pattern's amplitudes: calibrate the pattern";
   }
+  if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
+    add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
+  }
   if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
-    stream_.frames_reason +=
-        (stream_.frames_reason.empty() ? "" : "; ") +
-        fmt::format(
-            "{} of the last {} frames are ambiguous: their photons fit another "
-            "range nearly as well (range_odds_nats); more light, longer frames or "
-            "a pattern that fits itself less tell them apart (splid check says how "
-            "many signal photons this one takes)",
-            second_.unsure, second_.frames);
+    add_sentence(stream_.frames_reason,
+                 fmt::format("{} of the last {} frames are ambiguous: their photons fit another "
+                             "range nearly as well (range_odds_nats); more light, longer frames or "
+                             "a pattern that fits itself less tell them apart (splid check says "
+                             "how many signal photons this one takes)",
+                             second_.unsure, second_.frames));
   }
   second_ = {};
 }

@@ -76,6 +76,11 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
+  message.pulse_misfit = estimate.pulse_misfit;
+  if (estimate.std_pulse_sigma_ns > 0) {
+    message.pulse_sigma_ps = estimate.pulse_sigma_ns / ns_per_ps;
+    message.std_pulse_sigma_ps = estimate.std_pulse_sigma_ns / ns_per_ps;
+  }
   message.range_odds_nats = estimate.range_odds_nats;
   const double background_per_s = *message.background_per_s;
   if (background_per_s > 0 &&

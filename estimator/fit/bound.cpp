@@ -34,13 +34,14 @@ std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb, d
   return lit;
 }
 
-// The information that a ns of a stretch of the train has, by (delay, signal, background).
-Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, double dilation,
+// The information that a ns of a stretch of the train has, by (delay, signal, background, width). A
+// gaussian's derivative by its width is the width times its second derivative by the offset.
+Eigen::Matrix4d information_per_ns(const PulseShape& shape, const Comb& comb, double dilation,
                                    double S, double b, const BlindDetector& detector) {
   const AliveFraction alive(shape, comb, dilation, S, b, detector);
   const CombWindow window(comb, shape.first_ns() / dilation, shape.last_ns() / dilation);
   const double to_32 = 0x1p32 / comb.period_ns;
-  Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+  Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
   double dark_ns = comb.period_ns * alive.mean();
   for (const Interval& lit : lit_intervals(shape, comb, dilation)) {
     const double length = lit.end_ns - lit.begin_ns;
@@ -54,7 +55,7 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
       phase -= comb.period_ns * std::floor(phase / comb.period_ns);
       const double seen = step * alive.at(phase);
       dark_ns -= seen;
-      double density = 0, slope = 0;
+      double density = 0, slope = 0, bend = 0;
       for (const auto& pulse : window.candidates(
                static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * to_32)))) {
         double offset = (phase - pulse.time_ns) * dilation;
@@ -62,10 +63,11 @@ Eigen::Matrix3d information_per_ns(const PulseShape& shape, const Comb& comb, do
         shape.evaluate({&offset, 1}, {{&h, 1}, {&d1, 1}, {&d2, 1}});
         density += pulse.amplitude * h;
         slope += pulse.amplitude * d1;
+        bend += pulse.amplitude * d2;
       }
       const double lambda = b + S * density;
       if (lambda <= 0) continue;
-      const Eigen::Vector3d by(-S * slope * dilation, density, 1);
+      const Eigen::Vector4d by(-S * slope * dilation, density, 1, S * shape.width_ns() * bend);
       J += seen / lambda * by * by.transpose();
     }
   }
@@ -101,33 +103,37 @@ Moments moments_of(const PulseTrain& train, const PulseTrain::Stretch& stretch, 
   return m;
 }
 
-using Matrix5d = Eigen::Matrix<double, 5, 5>;
-constexpr int bend_index = 4;  // after those of ParameterIndex; see BentFit for the bend
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+// After those of ParameterIndex; see BentFit for the bend.
+constexpr int bend_index = 4;
+constexpr int width_index = 5;
 
-Matrix5d information_with_bend(const PulseShape& shape, const PulseTrain& train,
-                               const Exposure& exposure, const FrameParameters& at,
-                               const BlindDetector& detector) {
+Matrix6d information_of_all(const PulseShape& shape, const PulseTrain& train,
+                            const Exposure& exposure, const FrameParameters& at,
+                            const BlindDetector& detector) {
   const double one_less_g = 1 - at.line.travel_ns / exposure.length_ns;
   const double dilation = exposure.scale / one_less_g;
-  Matrix5d J = Matrix5d::Zero();
+  Matrix6d J = Matrix6d::Zero();
   for (const PulseTrain::Stretch& part : train.stretches) {
-    const Eigen::Matrix3d each = information_per_ns(shape, part.comb, dilation, at.signal_per_pulse,
+    const Eigen::Matrix4d each = information_per_ns(shape, part.comb, dilation, at.signal_per_pulse,
                                                     at.background_per_ns, detector) *
                                  exposure.seen_ns;
     const Moments m = moments_of(train, part, exposure.length_ns);
     // A change of the travel moves a photon at position s of the frame by s times that change. Its
     // effect on the rate and on the pulse's width is 1e-6 of that, and is left out.
-    Eigen::Matrix<double, 5, 3> to = Eigen::Matrix<double, 5, 3>::Zero();
-    to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = 1;
+    Eigen::Matrix<double, 6, 4> to = Eigen::Matrix<double, 6, 4>::Zero();
+    to(delay_index, 0) = to(signal_index, 1) = to(background_index, 2) = to(width_index, 3) = 1;
     J += m.share * (to * each * to.transpose());
     J(travel_index, travel_index) += m.second * each(0, 0);
     J(delay_index, travel_index) += m.first * each(0, 0);
     J(travel_index, signal_index) += m.first * each(0, 1);
     J(travel_index, background_index) += m.first * each(0, 2);
+    J(travel_index, width_index) += m.first * each(0, 3);
     J(delay_index, bend_index) += m.bend() * each(0, 0);
     J(travel_index, bend_index) += m.first_bend() * each(0, 0);
     J(signal_index, bend_index) += m.bend() * each(0, 1);
     J(background_index, bend_index) += m.bend() * each(0, 2);
+    J(bend_index, width_index) += m.bend() * each(0, 3);
     J(bend_index, bend_index) += m.bend_squared() * each(0, 0);
   }
   J.triangularView<Eigen::StrictlyLower>() = J.transpose();
@@ -139,7 +145,7 @@ Matrix5d information_with_bend(const PulseShape& shape, const PulseTrain& train,
 Eigen::Matrix4d fisher_information(const PulseShape& shape, const PulseTrain& train,
                                    const Exposure& exposure, const FrameParameters& at,
                                    const BlindDetector& detector) {
-  return information_with_bend(shape, train, exposure, at, detector).topLeftCorner<4, 4>();
+  return information_of_all(shape, train, exposure, at, detector).topLeftCorner<4, 4>();
 }
 
 Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const BoundScene& scene) {
@@ -153,14 +159,14 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   const FrameParameters at = {{scene.delay_ns / (1 + beta), g * scene.length_ns},
                               scene.signal_per_pulse,
                               scene.background_per_ns};
-  const Matrix5d J = information_with_bend(shape, train, exposure, at, scene.detector);
+  const Matrix6d J = information_of_all(shape, train, exposure, at, scene.detector);
 
   // In units that make the matrix well conditioned. Parameters that are known have no row.
   const double width = shape.width_ns();
-  Eigen::Vector<double, 5> unit;
+  Eigen::Vector<double, 6> unit;
   unit << width, width, at.signal_per_pulse, std::max(at.background_per_ns, 1 / scene.seen_ns),
-      width;
-  Matrix5d scaled = unit.asDiagonal() * J * unit.asDiagonal();
+      width, width;
+  Matrix6d scaled = unit.asDiagonal() * J * unit.asDiagonal();
   const auto know = [&](int index) {
     scaled.row(index).setZero();
     scaled.col(index).setZero();
@@ -168,13 +174,14 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   };
   if (!scene.moving) know(travel_index);
   if (!scene.accelerating) know(bend_index);
+  if (!scene.width_unknown) know(width_index);
   if (!(at.background_per_ns > 0)) know(background_index);
   const double infinite = std::numeric_limits<double>::infinity();
-  const Eigen::LLT<Matrix5d> cholesky(scaled);
+  const Eigen::LLT<Matrix6d> cholesky(scaled);
   if (cholesky.info() != Eigen::Success) {
-    return {infinite, infinite, infinite, infinite, infinite, infinite};
+    return {infinite, infinite, infinite, infinite, infinite, infinite, infinite};
   }
-  Matrix5d C = unit.asDiagonal() * cholesky.solve(Matrix5d::Identity()) * unit.asDiagonal();
+  Matrix6d C = unit.asDiagonal() * cholesky.solve(Matrix6d::Identity()) * unit.asDiagonal();
   if (!scene.moving) C(travel_index, travel_index) = 0;
   if (!scene.accelerating) C(bend_index, bend_index) = 0;
 
@@ -183,8 +190,8 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   const double per_travel = 2 / ((2 - g) * (2 - g) * scene.length_ns);
   // At mid-frame the delay is 1/12 of the bend below its mean, and at the start 1/6 above it.
   const auto deviation = [&](double by_delay, double by_travel, double by_bend) {
-    Eigen::Vector<double, 5> by;
-    by << by_delay, by_travel, 0, 0, by_bend;
+    Eigen::Vector<double, 6> by;
+    by << by_delay, by_travel, 0, 0, by_bend, 0;
     return std::sqrt(by.dot(C * by));
   };
   Bound bound;
@@ -194,6 +201,7 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   bound.velocity_mps = deviation(0, per_travel, 0) * speed_of_light_mps;
   bound.acceleration_mps2 = std::sqrt(C(bend_index, bend_index)) * speed_of_light_mps * 1e9 /
                             (scene.length_ns * scene.length_ns);
+  if (scene.width_unknown) bound.pulse_sigma_ns = std::sqrt(C(width_index, width_index));
   bound.signal_per_pulse = std::sqrt(C(signal_index, signal_index));
   if (at.background_per_ns > 0) {
     bound.background_per_ns = std::sqrt(C(background_index, background_index));

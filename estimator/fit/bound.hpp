@@ -34,10 +34,11 @@ struct BoundScene {
   bool moving = true;            // false: the velocity is known to be zero
   bool accelerating = false;     // true: the acceleration is unknown too, and near zero
   BlindDetector detector = {};
+  bool width_unknown = false;  // true: the width of the pulse, a gaussian, is unknown too
 };
 
 // The smallest standard deviations that an unbiased estimate of a scene can have. They are infinite
-// where the photons tell nothing, and 0 for a velocity or a background that is known.
+// where the photons tell nothing, and 0 for a velocity, a background or a width that is known.
 struct Bound {
   double delay_ns = 0;        // at mid-frame
   double delay_start_ns = 0;  // at the frame's start, as [P] gives it
@@ -45,6 +46,7 @@ struct Bound {
   double signal_per_pulse = 0;
   double background_per_ns = 0;
   double acceleration_mps2 = 0;
+  double pulse_sigma_ns = 0;
 };
 
 // The bound of a scene, from fisher_information(). scene: signal_per_pulse > 0. Threads: any.

@@ -13,9 +13,11 @@
 //   blind_light.hpp     the light that comes while the detector is blind
 //   refinement.hpp      the climb to its maximum, with the covariance there
 //   joint_fit.hpp       the same for several targets at once, with joint_likelihood.hpp
+//   width_fit.hpp       the same with the pulse's width unknown, with width_likelihood.hpp
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others
 //   pattern_check.hpp   whether the light is that of the pattern
+//   pulse_check.hpp     whether the detected pulse is the configured one
 //   frame_fold.hpp      pictures of a frame's photons, for people to look at
 //   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13
 //   joint_bound.hpp     the bound of several targets

@@ -43,8 +43,14 @@ double whole_turns_off(double turns) { return turns - std::floor(turns); }
 }  // namespace
 
 PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns)
-    : train_(train), window_ns_(2 * half_window_widths * shape.width_ns()), reach_ns_(reach_ns) {
-  const double peak_ns = shape.peak_offset_ns();
+    : train_(train),
+      pulse_(shape, train.closest_ns),
+      window_ns_(2 * half_window_widths * shape.width_ns()),
+      first_ns_(shape.peak_offset_ns() - window_ns_ / 2),
+      last_ns_(shape.peak_offset_ns() + window_ns_ / 2),
+      reach_ns_(reach_ns) {
+  const double looked_at_first_ns = pulse_.looks() ? pulse_.first_ns() : first_ns_;
+  const double looked_at_last_ns = pulse_.looks() ? pulse_.last_ns() : last_ns_;
   std::size_t pulses = 0;
   for (const PulseTrain::Stretch& stretch : train.stretches) pulses += stretch.comb.times_ns.size();
   for (const PulseTrain::Stretch& stretch : train.stretches) {
@@ -53,7 +59,8 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
     const double turns = train.single()        ? 1
                          : stretch.copies == 0 ? 0
                                                : std::max(0.0, sure_ns / comb.period_ns);
-    parts_.push_back({{comb, peak_ns - window_ns_ / 2, peak_ns + window_ns_ / 2},
+    parts_.push_back({{comb, looked_at_first_ns, looked_at_last_ns},
+                      CombWindow(comb, first_ns_, last_ns_).max_overlap(),
                       turns,
                       weights_.size(),
                       weights_.size() + parts_.size(),
@@ -111,7 +118,7 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   if (!(share.expected > 0)) return verdict;
   // Where the windows of pulses overlap, a photon is counted at each of these pulses.
   std::size_t overlap = 1;
-  for (const Part& part : parts_) overlap = std::max(overlap, part.window.max_overlap());
+  for (const Part& part : parts_) overlap = std::max(overlap, part.overlap);
   const double dark_chance =
       static_cast<double>(overlap) * (share.chance + most_uneven * share.of_uneven);
   if (share.excess > least_dark * share.scale &&
@@ -125,6 +132,26 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   const double misfit = std::sqrt(share.excess / share.scale);
   if (misfit >= least_misfit) verdict.amplitude_misfit = misfit;
   return verdict;
+}
+
+// Where a dead time is modelled, it must be longer than the times that are looked at, so that the
+// first photon of a pulse hides all that come after it.
+std::optional<PulseMisfit> PatternCheck::judge_pulse(const FoldedFrame& frame,
+                                                     const FrameParameters& found) const {
+  if (frame.size() == 0) return std::nullopt;
+  double hidden = 0;
+  if (frame.blind != nullptr) {
+    if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return std::nullopt;
+    hidden = found.signal_per_pulse * frame.blind->share * train_.amplitude_per_ns /
+             train_.pulses_per_ns;
+  }
+  const std::size_t step = 1 + (frame.size() - 1) / most_photons;
+  const double periods =
+      frame.seen_ns / (train_.period_ns * frame.scale) / static_cast<double>(step);
+  double turns = 0;
+  for (const double seen : seen_turns_) turns += seen;
+  return pulse_.judge(found.background_per_ns * pulse_.bin_ns() * frame.scale * periods * turns,
+                      hidden);
 }
 
 // A Poisson count n of mean E has the variance E, and (n - E)^2 has the variance 2 E^2 + E. Where
@@ -224,6 +251,7 @@ double PatternCheck::count(const FoldedFrame& frame, DelayLine line) {
   std::fill(counts_.begin(), counts_.end(), 0.0);
   std::fill(bins_.begin(), bins_.end(), 0);
   std::fill(covers_.begin(), covers_.end(), 0.0);
+  pulse_.clear();
   for (std::size_t s = 0; s < parts_.size(); ++s) count_part(frame, line, step, s);
   return 1 / static_cast<double>(step);
 }
@@ -260,9 +288,10 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns) {
   const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * 0x1p32));
   for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
     const double residual_ns = phase * period_ns - pulse.time_ns;
-    const bool inside =
-        residual_ns >= part.window.first_ns() && residual_ns <= part.window.last_ns();
+    const bool inside = residual_ns >= first_ns_ && residual_ns <= last_ns_;
     counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
+    if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
+    if (pulse_.looks()) pulse_.add(residual_ns);
   }
 }
 

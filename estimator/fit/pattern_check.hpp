@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/pulse_check.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -47,12 +48,17 @@ class PatternCheck {
   // where a pattern of less than eight pulses, in all its stretches together, has as much light
   // between its pulses as three pulses like its own would have, or more.
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
+  // Whether the photons that the last judge() counted, with the same arguments, lie about their
+  // pulses as the configured pulse says.
+  [[nodiscard]] std::optional<PulseMisfit> judge_pulse(const FoldedFrame& frame,
+                                                       const FrameParameters& found) const;
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
 
  private:
   // What is looked at in one stretch of the train.
   struct Part {
     CombWindow window;
+    std::size_t overlap;      // pulses whose light may be the same photon
     double turns;             // periods of the comb, in a pattern period, whose photons are counted
     std::size_t first_pulse;  // where its pulses begin in counts_
     std::size_t first_cover;  // where its steps begin in covers_: one a pulse, and the end
@@ -83,7 +89,9 @@ class PatternCheck {
   [[nodiscard]] bool has_stray_pulses(const Share& share) const;
 
   const PulseTrain& train_;
+  PulseCheck pulse_;
   double window_ns_;
+  double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;
   std::vector<Part> parts_;            // of each stretch
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern

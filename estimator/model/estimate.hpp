@@ -63,12 +63,18 @@ struct Estimate {
   double std_acceleration_mps2 = 0;  // 0: the path was taken as straight
   double std_signal_per_pulse = 0;
   double std_background_per_ns = 0;
-  double significance_nats = 0;  // log-likelihood gained over no target
-  double threshold_nats = 0;     // the significance that false_alarm_rate asks for
-  double range_odds_nats = 0;    // how sure this range is against all others; see RangeOdds
+  double pulse_sigma_ns = 0;      // of the detected pulse, tagger's clock; holds where its
+  double std_pulse_sigma_ns = 0;  // deviation is above 0, which it is where the width was fitted
+  double significance_nats = 0;   // log-likelihood gained over no target
+  double threshold_nats = 0;      // the significance that false_alarm_rate asks for
+  double range_odds_nats = 0;     // how sure this range is against all others; see RangeOdds
   // Relative rms deviation of the pulses' light from the pattern's amplitudes; absent unless it is
   // surely there. See PatternCheck.
   std::optional<double> amplitude_misfit;
+  // How much wider the detected pulse is than the configured one, relative to it; negative where it
+  // is narrower. Absent unless it surely is. The deviations above then hold what that leaves
+  // uncertain. See PulseCheck.
+  std::optional<double> pulse_misfit;
   // Why the photons cannot come from this pattern at all; unless it is none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;

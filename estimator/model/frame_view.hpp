@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <span>
 
+#include "estimator/model/units.hpp"
 #include "estimator/sync/sync_fit.hpp"
 #include "protocol/tag.hpp"
 
@@ -19,6 +20,15 @@ struct FrameView {
   SyncFit sync;                  // the pattern's clock; without a lock there is no estimate
   // The last photons before start_ps, any order: a detector may still be blind from them.
   std::span<const std::int64_t> before_ps = {};
+
+  // The frame's time less that of its losses.
+  [[nodiscard]] double seen_ns() const {
+    double seen = static_cast<double>(end_ps - start_ps) * ns_per_ps;
+    for (const Loss& loss : losses) {
+      seen -= static_cast<double>(loss.end_ps - loss.begin_ps) * ns_per_ps;
+    }
+    return seen;
+  }
 };
 
 }  // namespace splid

@@ -13,6 +13,7 @@ constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "
 constexpr std::array<const char*, 2> reference_names = {"tagger", "pattern"};
 constexpr std::array<const char*, 2> dead_time_names = {"modelled", "flagged"};
 constexpr std::array<const char*, 2> shape_names = {"gaussian", "tabulated"};
+constexpr std::array<const char*, 2> width_names = {"fixed", "fitted"};
 
 }  // namespace
 
@@ -68,6 +69,32 @@ void PulseOptions::describe(OptionVisitor& visitor) {
          "gaussian; tabulated takes the shape that the pattern file holds");
   visitor.number("sigma_ps", sigma_ps, {0.1, 1e6},
                  "standard deviation of a gaussian detected pulse, ps");
+  choose(visitor, "width", width, width_names,
+         "fixed: as sigma_ps or the table says; fitted: the width of a gaussian pulse is estimated "
+         "in each frame (pulse_sigma_ps), from a quarter of sigma_ps to four times that");
+}
+
+std::optional<OptionFault> PulseOptions::validate(const SceneOptions& scene,
+                                                  const EstimatorOptions& estimator) const {
+  if (width == PulseWidth::fixed) return std::nullopt;
+  const auto refuse = [](const std::string& what) {
+    return OptionFault{"/width", "is \"fitted\", but " + what + ", or pulse.width \"fixed\""};
+  };
+  if (shape == Shape::tabulated) {
+    return refuse("only a gaussian has a width to fit; take pulse.shape \"gaussian\"");
+  }
+  if (estimator.method == Method::paper) {
+    return refuse("the method of [P] fits none; take estimator.method \"search\"");
+  }
+  if (scene.targets > 1) {
+    return refuse("scene.targets is " + std::to_string(scene.targets) +
+                  ", and a wide pulse and several targets look alike; take scene.targets 1");
+  }
+  if (scene.motion == Motion::automatic || scene.motion == Motion::accelerating) {
+    return refuse(
+        "an acceleration widens the pulse too; take scene.motion \"moving\" or \"static\"");
+  }
+  return std::nullopt;
 }
 
 void DetectorOptions::describe(OptionVisitor& visitor) {

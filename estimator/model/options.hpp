@@ -49,11 +49,18 @@ struct EstimatorOptions {
   void describe(OptionVisitor& visitor);
 };
 
+// Whether the pulse is as wide as configured. fitted: its width is a parameter of each frame.
+enum class PulseWidth { fixed, fitted };
+
 // The shape of the detected pulse about its time. JSON: `pulse`.
 struct PulseOptions {
   Shape shape = Shape::gaussian;
   double sigma_ps = 100;  // standard deviation of a gaussian
+  PulseWidth width = PulseWidth::fixed;
   void describe(OptionVisitor& visitor);
+  // Whether a fitted width goes with the rest of the estimator's options.
+  [[nodiscard]] std::optional<OptionFault> validate(const SceneOptions& scene,
+                                                    const EstimatorOptions& estimator) const;
 };
 
 // What becomes of the detector's dead time. modelled: the likelihood knows when the detector was

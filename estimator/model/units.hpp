@@ -6,4 +6,15 @@ namespace splid {
 inline constexpr double speed_of_light_mps = 299'792'458.0;
 inline constexpr double ns_per_ps = 1e-3;
 
+// g t_a: how far the delay travels over a frame of this length, for a target at this speed.
+constexpr double travel_ns_at(double velocity_mps, double length_ns) {
+  const double beta = velocity_mps / speed_of_light_mps;
+  return 2 * beta / (1 + beta) * length_ns;
+}
+
+// The acceleration of a path that bends by a t_a^2 / c over a frame of this length.
+constexpr double acceleration_of_bend(double bend_ns, double length_ns) {
+  return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
+}
+
 }  // namespace splid

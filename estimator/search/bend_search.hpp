@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estimator/fit/refinement.hpp"
@@ -62,6 +63,8 @@ class BendSearch {
   [[nodiscard]] double looks(double length_ns) const { return 2 * steps(length_ns, 0) + 1; }
   // More take seconds a frame.
   static constexpr double most_looks = 400;
+  // What to say to people where there are more.
+  [[nodiscard]] std::string too_many_looks_text(double length_ns) const;
 
   // The best maximum over all delays, travels and bends; empty where no cell held a photon. The
   // odds of `search` are then those of the range in the frame as it was straightened.

@@ -114,6 +114,14 @@ class Estimate:
     def blind_fraction(self) -> float:
         """Of the time seen; NaN where the dead time is not modelled."""
     @property
+    def pulse_misfit(self) -> float:
+        """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
+    @property
+    def pulse_sigma_ps(self) -> float:
+        """NaN where pulse.width is not fitted, and where the photons do not tell it."""
+    @property
+    def std_pulse_sigma_ps(self) -> float: ...
+    @property
     def photons(self) -> int: ...
     @property
     def sync_locked(self) -> bool: ...

@@ -155,6 +155,19 @@ void bind_acceleration(py::class_<FrameResult>& type) {
       .def_property_readonly("std_acceleration_mps2", if_known(&Estimate::std_acceleration_mps2));
 }
 
+void bind_pulse(py::class_<FrameResult>& type) {
+  const auto if_fitted = [](double Estimate::*member) {
+    return [member](const FrameResult& self) {
+      return self.estimate.std_pulse_sigma_ns > 0 ? 1e3 * (self.estimate.*member) : unknown;
+    };
+  };
+  type.def_property_readonly("pulse_sigma_ps", if_fitted(&Estimate::pulse_sigma_ns))
+      .def_property_readonly("std_pulse_sigma_ps", if_fitted(&Estimate::std_pulse_sigma_ns))
+      .def_property_readonly("pulse_misfit", [](const FrameResult& self) {
+        return self.estimate.pulse_misfit.value_or(unknown);
+      });
+}
+
 void bind_clock(py::class_<FrameResult>& type) {
   const auto if_locked = [](double SyncFit::*member) {
     return [member](const FrameResult& self) {
@@ -188,6 +201,7 @@ void bind_estimator(py::module_& module) {
                              [](const FrameResult& self) { return self.estimate.photons; });
   bind_values(result);
   bind_acceleration(result);
+  bind_pulse(result);
   bind_clock(result);
   py::class_<FrameByFrame>(module, "Estimator")
       .def(py::init([](const ConfigText& text) {

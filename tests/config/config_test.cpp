@@ -173,11 +173,29 @@ TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
   EXPECT_THAT(error_of(R"(, "scene": {"targets": 5})"), HasSubstr("c.json: /scene/targets"));
 }
 
+TEST_F(ConfigTest, AFittedWidthTakesAGaussianAndOneTargetOnAStraightPath) {
+  EXPECT_EQ(load(R"(, "pulse": {"width": "fitted"})").pulse.width, PulseWidth::fitted);
+  EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "scene": {"targets": 2})"),
+              HasSubstr("c.json: /pulse/width: is \"fitted\", but scene.targets is 2"));
+  EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "scene": {"motion": "auto"})"),
+              HasSubstr("c.json: /pulse/width: is \"fitted\", but an acceleration"));
+  EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "estimator": {"method": "paper"})"),
+              HasSubstr("c.json: /pulse/width: is \"fitted\", but the method of [P]"));
+}
+
 TEST_F(ConfigTest, AFrameHoldsAtLeastThreePatternPeriods) {
   write_pattern(make_periodic(Mode::baseline, 1e9));  // 1 ms
   EXPECT_EQ(error_of(R"(, "frame": {"length_ms": 3})"), "");
   EXPECT_THAT(error_of(R"(, "frame": {"length_ms": 2.5})"),
               HasSubstr("/frame/length_ms: 2.5 is below 3"));
+}
+
+TEST_F(ConfigTest, ATabulatedPulseHasNoWidthToFit) {
+  Pattern pattern = make_interleaved(std::array{180e3, 189e3});
+  pattern.pulse = TabulatedPulse{.first_ps = -100, .step_ps = 100, .density = {0, 1, 0}};
+  write_pattern(pattern);
+  EXPECT_THAT(error_of(R"(, "pulse": {"shape": "tabulated", "width": "fitted"})"),
+              HasSubstr("c.json: /pulse/width: is \"fitted\", but only a gaussian"));
 }
 
 TEST_F(ConfigTest, ATabulatedPulseNeedsACalibratedPattern) {

@@ -265,6 +265,28 @@ TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
+  FrameMessage wide = frame(FrameStatus::ok);
+  wide.pulse_misfit = 0.37;
+  FrameMessage narrow = frame(FrameStatus::ok);
+  narrow.pulse_misfit = -0.2;
+  for (int second = 0; second < 4; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // One frame by chance, then most of them, then another misfit, then none.
+      const bool is_off = second == 0 ? n == 0 : second < 3 && n % 3 != 0;
+      reporter.frame_published(!is_off ? frame(FrameStatus::ok) : second == 2 ? narrow : wide);
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("37 % wider"),
+                                         HasSubstr("pulse.width fitted")),
+                                   AllOf(HasSubstr("20 % narrower"), HasSubstr("pulse.sigma_ps")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
 TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
   FrameMessage by_mode = frame(FrameStatus::ambiguous);
   by_mode.mode = Mode::ambiguous;

@@ -70,6 +70,20 @@ TEST_F(FrameMessages, TurnTheEstimateIntoPublishedUnits) {
   EXPECT_EQ(message.sync->period_ps, 3'780'010);
 }
 
+TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsOne) {
+  FrameMessage message = make();
+  EXPECT_EQ(message.pulse_misfit, std::nullopt);
+  EXPECT_EQ(message.pulse_sigma_ps, std::nullopt);
+  EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
+  estimate.pulse_misfit = 0.5;
+  estimate.pulse_sigma_ns = 0.125;
+  estimate.std_pulse_sigma_ns = 0.0078125;
+  message = make();
+  EXPECT_EQ(message.pulse_misfit, 0.5);
+  EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
+  EXPECT_DOUBLE_EQ(message.std_pulse_sigma_ps.value(), 7.8125);
+}
+
 TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   EXPECT_FALSE(make().targets);
   context.lists_targets = true;

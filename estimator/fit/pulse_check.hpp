@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/pulse_shape.hpp"
+
+namespace splid {
+
+// By how much the detected pulse differs from the configured one.
+struct PulseMisfit {
+  double width_ratio = 1;   // of the detected pulse's width to that of the configured one
+  double signal_ratio = 1;  // of the light with that width to the light with the configured one
+
+  // Says the misfit in an estimate with the configured pulse, and puts what it leaves uncertain
+  // into the deviations. width_ns: of the configured pulse, in the estimate's clock.
+  // amplitude_per_ns: of the pattern.
+  //
+  // Design note: a pulse that is wider than the configured one by a convolution of the deviation s
+  // has light from surfaces whose delays spread by s, or light that fog has delayed by as much.
+  // Which of these delays is the target's, the photons do not say: the brighter of two surfaces is
+  // 0.7 s before the mean of both where the other is half as bright, and s where both are alike. So
+  // s is part of the delay's deviation. The likelihood takes each photon's time for more exact than
+  // it is by the ratio of the widths, and so are delay, velocity and acceleration. The light is
+  // shared otherwise between signal and background with the true width, and that difference is part
+  // of their deviations.
+  void widen(Estimate& estimate, double width_ns, double amplitude_per_ns) const;
+};
+
+// Checks whether the photons of a found target lie about their pulses as the configured pulse says.
+// They do not where a tilted target, a wide beam or fog widens the pulse, where a second surface is
+// some pulse widths behind the target, or where the target's path bends and is taken as straight.
+//
+// The photons' times about their pulses are counted in bins of half a pulse width. Two models are
+// fitted to the counts by maximum likelihood, each with its own light and place, and the background
+// of the frame: the configured pulse, and that pulse made wider or narrower by a factor. Twice what
+// the second gains over the first is distributed as chi squared with one degree of freedom where
+// the configured pulse is right. From 24 on, which chance reaches in one frame of a million, the
+// pulse is another.
+//
+// Design note: a score test would need no second fit, but with 100 photons its chance of an alarm
+// is 150 times the stated one, since the squares of the times have a long tail. The ratio of the
+// likelihoods has the right chance from some ten photons on. A score does decide whether the fits
+// are made at all: it is above 2.4 deviations in one good frame of 70.
+//
+// Threads: one thread for each object. Errors: none. No allocation.
+class PulseCheck {
+ public:
+  // closest_ns: smallest distance between two pulses. shape: outlives this.
+  PulseCheck(const PulseShape& shape, double closest_ns);
+
+  // False where pulses come so close that each photon is near several.
+  [[nodiscard]] bool looks() const { return bins_ > 0; }
+  // The times about a pulse that are looked at.
+  [[nodiscard]] double first_ns() const { return first_ns_; }
+  [[nodiscard]] double last_ns() const { return last_ns_; }
+  [[nodiscard]] double bin_ns() const { return bin_ns_; }
+
+  void clear() { counts_.fill(0); }
+  // A photon at a time about its pulse, which must be from first_ns() to last_ns().
+  void add(double residual_ns) {
+    const auto bin = static_cast<std::size_t>((residual_ns - first_ns_) * bins_per_ns_);
+    counts_[bin < bins_ ? bin : bins_ - 1] += 1;
+  }
+
+  // The misfit of the photons added since clear(); empty where the configured pulse explains them,
+  // and where they are too few to say.
+  //
+  // background: photons of background that a bin is expected to have. hidden: the mean light of a
+  // pulse whose first photon keeps the detector from seeing the others; 0 where no dead time is
+  // modelled.
+  [[nodiscard]] std::optional<PulseMisfit> judge(double background, double hidden) const;
+
+ private:
+  static constexpr std::size_t most_bins = 32;
+  struct Known;
+  struct Model;
+  struct Expected;
+  void expect(const Model& model, double hidden, Expected& expected) const;
+  [[nodiscard]] double log_likelihood(const Expected& expected) const;
+  double climb(Model& model, const Known& known, int parameters) const;
+  [[nodiscard]] double score_of_width(const Expected& expected, const Known& known) const;
+
+  const PulseShape& shape_;
+  std::size_t bins_ = 0;
+  double first_ns_ = 0, last_ns_ = 0, bin_ns_ = 0, bins_per_ns_ = 0;
+  std::array<double, most_bins> counts_{};
+};
+
+}  // namespace splid
