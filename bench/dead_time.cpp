@@ -2,12 +2,13 @@
 // time left out, and with the dead time modelled, over the same frames. Prints one row for each
 // light, for docs/evidence/dead-time.md.
 //
-//   dead_time [FRAMES]    by default 1000 frames for each row
+//   dead_time [FRAMES [NAME]]    by default 1000 frames for each row; rows whose pattern has NAME
 
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
@@ -118,6 +119,18 @@ test::FrameMaker scene(const Pattern& pattern, double S, double in_a_dead_time, 
   return made;
 }
 
+// What the likelihood does not know: afterpulses, and light that the inputs share unevenly.
+Row with_afterpulses(Row row, double probability) {
+  row.made.afterpulse_probability = probability;
+  return row;
+}
+
+Row uneven(Row row, double first_share) {
+  row.made.inputs = 2;
+  row.made.first_share = first_share;
+  return row;
+}
+
 // A path that bends by 13 pulse widths.
 Row bent(Row row) {
   row.made.acceleration_mps2 = 4e5;
@@ -132,8 +145,9 @@ Row bent(Row row) {
 int main(int count, char** arguments) {
   using namespace splid;
   const int frames = count > 1 ? std::atoi(arguments[1]) : 1000;
+  const char* name = count > 2 ? arguments[2] : "";
   if (frames <= 0) {
-    std::fprintf(stderr, "usage: dead_time [FRAMES]\n");
+    std::fprintf(stderr, "usage: dead_time [FRAMES [NAME]]\n");
     return 2;
   }
   const Pattern interleaved = test::interleaved_pattern({180000, 189000}, 3780000);
@@ -155,12 +169,23 @@ int main(int count, char** arguments) {
         Row{"interleaved", scene(interleaved, 0.5, 0.1, 50)},
         Row{"interleaved", scene(interleaved, 3, 0.1, 50)},
         Row{"interleaved", scene(interleaved, 3, 3, 50)},
-        Row{"random", scene(random, 0.5, 0.3, 22)}, Row{"random", scene(random, 3, 1, 50)},
-        Row{"one pulse", scene(one, 0.02, 0.1, 50)}, Row{"one pulse", scene(one, 1, 0.3, 50)},
-        Row{"one pulse", scene(one, 3, 3, 250)}, Row{"interleaved", scene(interleaved, 3, 10, 50)},
+        Row{"random", scene(random, 0.5, 0.3, 22)},
+        Row{"random", scene(random, 3, 1, 50)},
+        Row{"one pulse", scene(one, 0.02, 0.1, 50)},
+        Row{"one pulse", scene(one, 1, 0.3, 50)},
+        Row{"one pulse", scene(one, 3, 3, 250)},
+        Row{"interleaved", scene(interleaved, 3, 10, 50)},
         Row{"one pulse", scene(one, 10, 0.1, 50)},
         bent({"interleaved", scene(interleaved, 0.1, 1, 50)}),
-        bent({"interleaved", scene(interleaved, 3, 0.1, 50)})}) {
-    run(row, frames);
+        bent({"interleaved", scene(interleaved, 3, 0.1, 50)}),
+        with_afterpulses({"1 % afterpulses", scene(interleaved, 0.02, 0.1, 50)}, 0.01),
+        with_afterpulses({"1 % afterpulses", scene(interleaved, 0.5, 0.1, 50)}, 0.01),
+        with_afterpulses({"5 % afterpulses", scene(interleaved, 0.5, 0.1, 50)}, 0.05),
+        with_afterpulses({"5 % afterpulses", scene(interleaved, 3, 3, 50)}, 0.05),
+        uneven({"inputs 50 : 50", scene(interleaved, 0.5, 0.1, 50)}, 0.5),
+        uneven({"inputs 55 : 45", scene(interleaved, 0.5, 0.1, 50)}, 0.55),
+        uneven({"inputs 70 : 30", scene(interleaved, 0.5, 0.1, 50)}, 0.7),
+        uneven({"inputs 70 : 30", scene(interleaved, 0.02, 0.1, 50)}, 0.7)}) {
+    if (std::string(row.pattern).find(name) != std::string::npos) run(row, frames);
   }
 }

@@ -25,6 +25,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("range_odds_nats", message.range_odds_nats)
       .number("amplitude_misfit", message.amplitude_misfit)
       .number("pulse_misfit", message.pulse_misfit)
+      .number("acceleration_misfit_mps2", message.acceleration_misfit_mps2)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
       .number("blind_fraction", message.blind_fraction);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
@@ -184,6 +185,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
   message.pulse_misfit = members.number("pulse_misfit");
+  message.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
   message.blind_fraction = members.number("blind_fraction");
   message.pattern_fault = pattern_fault(members);

@@ -41,6 +41,9 @@ struct FrameMessage {
   // By how much the detected pulse is wider than the configured one, relative to it; negative where
   // it is narrower. There only where it surely is another.
   std::optional<double> pulse_misfit;
+  // About how much the target accelerates although its path was taken as straight. There only where
+  // it surely does.
+  std::optional<double> acceleration_misfit_mps2;
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
   std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern

@@ -109,6 +109,10 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.pulse_misfits;
     second_.pulse_misfit = *message.pulse_misfit;
   }
+  if (message.acceleration_misfit_mps2) {
+    ++second_.path_misfits;
+    second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
+  }
   if (message.pattern_fault) {
     ++second_.faults;
     second_.pattern_fault = *message.pattern_fault;
@@ -222,6 +226,13 @@ void StatusReporter::judge_second() {
   }
   if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
     add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
+  }
+  if (second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the target accelerates by some {:.2g} m/s^2, and its path was taken "
+                             "as straight: set scene.motion auto or accelerating, or make frames "
+                             "shorter",
+                             second_.acceleration_misfit_mps2));
   }
   if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
     add_sentence(stream_.frames_reason,

@@ -77,6 +77,7 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
   message.pulse_misfit = estimate.pulse_misfit;
+  message.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
   if (estimate.std_pulse_sigma_ns > 0) {
     message.pulse_sigma_ps = estimate.pulse_sigma_ns / ns_per_ps;
     message.std_pulse_sigma_ps = estimate.std_pulse_sigma_ns / ns_per_ps;

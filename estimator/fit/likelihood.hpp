@@ -17,6 +17,7 @@
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others
 //   pattern_check.hpp   whether the light is that of the pattern
+//   path_check.hpp      whether the target's path is straight
 //   pulse_check.hpp     whether the detected pulse is the configured one
 //   frame_fold.hpp      pictures of a frame's photons, for people to look at
 //   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13

@@ -45,6 +45,7 @@ double whole_turns_off(double turns) { return turns - std::floor(turns); }
 PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns)
     : train_(train),
       pulse_(shape, train.closest_ns),
+      path_(shape, train.closest_ns),
       window_ns_(2 * half_window_widths * shape.width_ns()),
       first_ns_(shape.peak_offset_ns() - window_ns_ / 2),
       last_ns_(shape.peak_offset_ns() + window_ns_ / 2),
@@ -110,6 +111,8 @@ void PatternCheck::add_bins(const PulseTrain::Stretch& stretch, const PulseShape
 PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParameters& found) {
   PatternVerdict verdict;
   if (frame.size() == 0) return verdict;
+  path_.begin(found.signal_per_pulse * train_.amplitude_per_ns / train_.pulses_per_ns,
+              found.background_per_ns);
   const double part_seen = count(frame, found.line);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
   expect(frame, found, part_seen, periods);
@@ -267,7 +270,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   const auto count_photon = [&](std::size_t i) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / comb.period_ns - turns - slope * frame.time_ns[i]);
-    count_at(part, phase, comb.period_ns);
+    count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns);
     if (blind_ns > 0) add_cover(part, comb, phase * comb.period_ns, blind_ns);
     if (part.bins_per_turn == 0) return;
     const auto bin = static_cast<std::size_t>(phase * part.bins_per_turn);
@@ -283,8 +286,8 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   }
 }
 
-// Counts a photon at the pulses whose windows hold it.
-void PatternCheck::count_at(const Part& part, double phase, double period_ns) {
+// Counts a photon, at a share of the frame from -1/2 to 1/2, at the pulses whose windows hold it.
+void PatternCheck::count_at(const Part& part, double phase, double period_ns, double share) {
   const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * 0x1p32));
   for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
     const double residual_ns = phase * period_ns - pulse.time_ns;
@@ -292,6 +295,7 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns) {
     counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
     if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
     if (pulse_.looks()) pulse_.add(residual_ns);
+    path_.add(residual_ns, share);
   }
 }
 

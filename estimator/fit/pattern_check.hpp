@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/path_check.hpp"
 #include "estimator/fit/pulse_check.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -52,6 +53,8 @@ class PatternCheck {
   // pulses as the configured pulse says.
   [[nodiscard]] std::optional<PulseMisfit> judge_pulse(const FoldedFrame& frame,
                                                        const FrameParameters& found) const;
+  // Whether these photons lie about a straight path.
+  [[nodiscard]] PathVerdict judge_path() const { return path_.judge(); }
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
 
  private:
@@ -81,7 +84,7 @@ class PatternCheck {
               double periods);
   void add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
-  void count_at(const Part& part, double phase, double period_ns);
+  void count_at(const Part& part, double phase, double period_ns, double share);
   template <class Visit>
   void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t stretch,
                   const Visit& visit) const;
@@ -90,6 +93,7 @@ class PatternCheck {
 
   const PulseTrain& train_;
   PulseCheck pulse_;
+  PathCheck path_;
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;

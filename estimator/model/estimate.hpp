@@ -75,6 +75,10 @@ struct Estimate {
   // is narrower. Absent unless it surely is. The deviations above then hold what that leaves
   // uncertain. See PulseCheck.
   std::optional<double> pulse_misfit;
+  // About how much the target accelerates although its path is taken as straight, towards larger
+  // distances above 0. Absent unless it surely does. The deviation of the delay then holds what that
+  // leaves uncertain. See PathCheck.
+  std::optional<double> acceleration_misfit_mps2;
   // Why the photons cannot come from this pattern at all; unless it is none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;

@@ -117,6 +117,9 @@ class Estimate:
     def pulse_misfit(self) -> float:
         """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
     @property
+    def acceleration_misfit_mps2(self) -> float:
+        """About how much the target accelerates though it is taken not to; NaN where it is not surely so."""
+    @property
     def pulse_sigma_ps(self) -> float:
         """NaN where pulse.width is not fitted, and where the photons do not tell it."""
     @property

@@ -27,6 +27,8 @@ struct Scene {
   test::FrameMaker made;
   SceneOptions options;
   PulseOptions pulse;
+  DetectorOptions detector;
+  std::vector<test::FrameMaker> others;  // targets beside the one that is looked for
   double sync_jitter_ps = 0;
   double syncs_missing = 0;  // fraction
   double chirp_ppm_per_s = 0;
@@ -89,6 +91,30 @@ void with_acceleration(Scene& scene, double acceleration_mps2) {
   scene.options.max_acceleration_mps2 = std::abs(acceleration_mps2);
 }
 
+// Light in frames of 1 ms, and a detector that is blind after each detection.
+void with_dead_time(Scene& scene, double dead_time_ns, double S, double in_a_dead_time) {
+  scene.made.dead_time_ns = scene.detector.dead_time_ns = dead_time_ns;
+  scene.made.length_ms = 1;
+  scene.made.signal_per_pulse = S;
+  scene.made.background_per_ns = in_a_dead_time / dead_time_ns;
+}
+
+// A further target with this share of the signal.
+void add_target(Scene& scene, double further_m, double faster_mps, double share) {
+  test::FrameMaker other = scene.made;
+  other.distance_m += further_m;
+  other.velocity_mps += faster_mps;
+  other.signal_per_pulse *= share;
+  scene.others.push_back(other);
+  scene.options.targets = static_cast<std::int64_t>(scene.others.size()) + 1;
+}
+
+// A pulse that is so many times as wide as the configured one, whose width is fitted.
+void with_fitted_width(Scene& scene, double ratio) {
+  scene.made.sigma_ns = ratio * scene.pulse.sigma_ps * 1e-3;
+  scene.pulse.width = PulseWidth::fitted;
+}
+
 void without_target(Scene& scene) {
   scene.made.signal_per_pulse = 0;
   scene.measured = 0;
@@ -99,7 +125,7 @@ void of_length(Scene& scene, double length_ms, int frames) {
   scene.frames = scene.measured = frames;
 }
 
-const std::array<Extreme, 51> extremes = {{
+const std::vector<Extreme> extremes = {
     {"b = 0", [](Scene& s) { s.made.background_per_ns = 0; }},
     {"b = 1e-6 /ns", [](Scene& s) { s.made.background_per_ns = 1e-6; }},
     {"b = 1e-2 /ns, S = 5e-3",
@@ -272,7 +298,52 @@ const std::array<Extreme, 51> extremes = {{
      [](Scene& s) {
        s.made.pattern = test::interleaved_pattern({180000, 189000, 210000}, 3780000);
      }},
-}};
+    {"dead time 1 ps", [](Scene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e-3; }},
+    {"dead time 50 ns, S = 3, 3 of background in it, 1 ms",
+     [](Scene& s) { with_dead_time(s, 50, 3, 3); }},
+    {"dead time 50 ns, S = 3, two inputs, 1 ms",
+     [](Scene& s) {
+       with_dead_time(s, 50, 3, 0.1);
+       s.made.inputs = 2;
+     }},
+    {"dead time 10 us, longer than the pattern's period",
+     [](Scene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e4; }},
+    {"dead time 50 ns, no target, 3 of background in it, 1 ms",
+     [](Scene& s) {
+       with_dead_time(s, 50, 0, 3);
+       without_target(s);
+     }},
+    {"two targets, 1:1/2, 3 widths apart",
+     [](Scene& s) { add_target(s, 3 * 0.1 * light_m_per_ns / 2, 0, 0.5); }},
+    {"two targets at one place, 1:1/2, 5 m/s apart", [](Scene& s) { add_target(s, 0, 5, 0.5); }},
+    {"two targets, 1:1/2, at -150 and 150 m/s",
+     [](Scene& s) {
+       at_speed(s, -150);
+       add_target(s, 1, 300, 0.5);
+     }},
+    {"two targets, 1:1/1000", [](Scene& s) { add_target(s, 30, 0, 1e-3); }},
+    {"four targets, 1:1/2:1/2:1/2",
+     [](Scene& s) {
+       for (const double further_m : {1, 10, 100}) add_target(s, further_m, 0, 0.5);
+     }},
+    {"no target, four asked for",
+     [](Scene& s) {
+       s.options.targets = 4;
+       without_target(s);
+     }},
+    {"width fitted, 0.3 times as configured", [](Scene& s) { with_fitted_width(s, 0.3); }},
+    {"width fitted, 3.8 times as configured", [](Scene& s) { with_fitted_width(s, 3.8); }},
+    {"width fitted, S = 0.1",
+     [](Scene& s) {
+       with_fitted_width(s, 1);
+       s.made.signal_per_pulse = 0.1;
+     }},
+    {"width fitted, no target",
+     [](Scene& s) {
+       with_fitted_width(s, 1);
+       without_target(s);
+     }},
+};
 
 void expect_finite(const Estimate& e) {
   for (const double value :
@@ -321,12 +392,14 @@ TEST_P(Extremes, RightWithinItsDeviationOrSaysWhyNot) {
   std::optional<FrameEstimator> estimator;
   for (int n = 0; n < scene.frames; ++n) {
     const auto seed = static_cast<std::uint64_t>(n + 1);
-    auto frame = scene.made.make(seed);
+    auto frame = scene.made.make_with(scene.others, seed);
     for (std::int64_t& t : frame.photons_ps) t = chirped(t, frame, scene.chirp_ppm_per_s);
     if (scene.sync_jitter_ps > 0) frame.sync = fit_syncs(frame, period_ps, scene, seed);
     if (!estimator) {
       estimator.emplace(scene.made.pattern, scene.pulse, scene.options, EstimatorOptions{},
-                        scene.made.length_ms, frame.photons_ps.size() * 11 / 10 + 100);
+                        scene.made.length_ms, frame.photons_ps.size() * 11 / 10 + 100,
+                        ClockReference::tagger, scene.detector,
+                        static_cast<std::size_t>(scene.made.inputs));
     }
     const Estimate e = estimator->estimate(frame.view());
     expect_finite(e);

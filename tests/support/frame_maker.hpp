@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "estimator/model/frame_view.hpp"
@@ -27,6 +28,9 @@ struct FrameMaker {
   std::int64_t start_ps = 0;
   double dead_time_ns = 0;  // of a detector that is not blind for longer by what it does not see
   int inputs = 1;           // detectors that the light is split over, each blind on its own
+  double first_share = 0;   // of the light that the first of them gets; 0: as much as the others
+  double afterpulse_probability = 0;  // that a detection is followed by one without light
+  double afterpulse_ns = 30;          // mean time from the end of the dead time to that afterpulse
 
   struct Frame {
     std::vector<std::int64_t> photons_ps;
@@ -98,7 +102,7 @@ struct FrameMaker {
       }
     }
     std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
-    if (dead_time_ns > 0 || inputs > 1) blind(frame, random);
+    if (dead_time_ns > 0 || inputs > 1 || afterpulse_probability > 0) blind(frame, random);
     frame.sync.locked = true;
     frame.sync.origin_ps = frame.start_ps;
     frame.sync.phase_ps = 0;
@@ -122,17 +126,39 @@ struct FrameMaker {
     return frame;
   }
 
-  // Leaves of the photons what the detectors see, and parts them at the frame's start.
+  // Leaves of the photons what the detectors see, with their afterpulses, and parts them at the
+  // frame's start.
   void blind(Frame& frame, std::mt19937_64& random) const {
-    std::uniform_int_distribution<std::size_t> any(0, static_cast<std::size_t>(inputs) - 1);
-    std::vector<std::int64_t> blind_until(static_cast<std::size_t>(inputs), INT64_MIN);
+    const auto count = static_cast<std::size_t>(inputs);
+    std::uniform_int_distribution<std::size_t> any(0, count - 1);
+    std::vector<double> shares(count, (1 - first_share) / static_cast<double>(count - (count > 1)));
+    if (first_share > 0) shares[0] = first_share;
+    std::discrete_distribution<std::size_t> uneven(shares.begin(), shares.end());
+    std::vector<std::int64_t> blind_until(count, INT64_MIN);
+    std::vector<std::int64_t> release(count, INT64_MAX);
     std::vector<std::int64_t> seen;
-    for (const std::int64_t t : frame.photons_ps) {
-      std::int64_t& until = blind_until[any(random)];
-      if (t < until) continue;
-      until = t + std::llround(dead_time_ns * 1e3);
+    std::bernoulli_distribution traps(afterpulse_probability);
+    std::exponential_distribution<double> later(1e-3 / afterpulse_ns);
+    const auto detect = [&](std::int64_t t, std::size_t input) {
+      if (t < blind_until[input]) return;
+      blind_until[input] = t + std::llround(dead_time_ns * 1e3);
       (t < frame.start_ps ? frame.before_ps : seen).push_back(t);
+      if (afterpulse_probability > 0 && traps(random)) {
+        release[input] = blind_until[input] + std::llround(later(random));
+      }
+    };
+    const auto release_until = [&](std::int64_t t) {
+      for (;;) {
+        const auto next = std::min_element(release.begin(), release.end());
+        if (*next >= t) return;
+        detect(std::exchange(*next, INT64_MAX), static_cast<std::size_t>(next - release.begin()));
+      }
+    };
+    for (const std::int64_t t : frame.photons_ps) {
+      release_until(t);
+      detect(t, first_share > 0 ? uneven(random) : any(random));
     }
+    release_until(frame.end_ps);
     frame.photons_ps = seen;
   }
 };

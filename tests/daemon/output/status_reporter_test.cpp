@@ -287,6 +287,24 @@ TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
+  FrameMessage bent = frame(FrameStatus::ok);
+  bent.acceleration_misfit_mps2 = -25.3;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      const bool is_off = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_off ? bent : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("-25 m/s^2"),
+                                         HasSubstr("scene.motion auto")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
 TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
   FrameMessage by_mode = frame(FrameStatus::ambiguous);
   by_mode.mode = Mode::ambiguous;

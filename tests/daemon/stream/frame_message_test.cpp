@@ -75,11 +75,14 @@ TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsO
   EXPECT_EQ(message.pulse_misfit, std::nullopt);
   EXPECT_EQ(message.pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
+  EXPECT_EQ(message.acceleration_misfit_mps2, std::nullopt);
+  estimate.acceleration_misfit_mps2 = -25;
   estimate.pulse_misfit = 0.5;
   estimate.pulse_sigma_ns = 0.125;
   estimate.std_pulse_sigma_ns = 0.0078125;
   message = make();
   EXPECT_EQ(message.pulse_misfit, 0.5);
+  EXPECT_EQ(message.acceleration_misfit_mps2, -25);
   EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
   EXPECT_DOUBLE_EQ(message.std_pulse_sigma_ps.value(), 7.8125);
 }

@@ -1,0 +1,157 @@
+#include "estimator/fit/path_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "estimator/frame_estimator.hpp"
+#include "estimator/model/units.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double pulse_width_ns = 0.1;
+
+// A target's light over a frame, and background about its pulses.
+struct PathLight {
+  int photons = 700;
+  double bend_ns = 0;
+  double from_share = -0.5;  // of the frame, from which on the target is there
+  double background_per_ns = 30;
+
+  // What the check says of one draw. The line is as far off in delay and travel as chance has it.
+  PathVerdict drawn(PathCheck& check, std::mt19937_64& random) const {
+    std::normal_distribution<double> pulse(0, pulse_width_ns);
+    std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), wide(-0.5, 0.5);
+    std::poisson_distribution<int> light(photons), dark(background_per_ns);
+    const double off_ns = pulse(random) / std::sqrt(photons);
+    const double travel_off_ns = pulse(random) * std::sqrt(12.0 / photons);
+    check.begin(photons, background_per_ns);
+    for (int n = light(random); n > 0; --n) {
+      const double s = over(random);
+      check.add(pulse(random) + off_ns + travel_off_ns * s + bend_ns * (s * s - 1.0 / 12), s);
+    }
+    for (int n = dark(random); n > 0; --n) check.add(wide(random), all(random));
+    return check.judge();
+  }
+};
+
+struct Drawn {
+  double mean_bend_ns = 0, mean_deviations = 0, rms_deviations = 0;
+  int bent = 0, straight = 0;
+};
+
+Drawn draw(const PathLight& light, int draws) {
+  const GaussianPulse shape(pulse_width_ns);
+  PathCheck check(shape, 9);
+  std::mt19937_64 random(11);
+  Drawn drawn;
+  for (int n = 0; n < draws; ++n) {
+    const PathVerdict verdict = light.drawn(check, random);
+    drawn.mean_bend_ns += verdict.bend_ns / draws;
+    drawn.mean_deviations += verdict.deviations / draws;
+    drawn.rms_deviations += verdict.deviations * verdict.deviations / draws;
+    drawn.bent += verdict.bends() ? 1 : 0;
+    drawn.straight += verdict.is_straight() ? 1 : 0;
+  }
+  drawn.rms_deviations = std::sqrt(drawn.rms_deviations);
+  return drawn;
+}
+
+// Of 3000 draws the mean of the deviations is known to 0.018 and their rms to 1.3 %. A straight
+// path is within two deviations in 95.4 %.
+TEST(PathCheck, TakesAStraightPathAsStraight) {
+  for (const int photons : {150, 700, 5000}) {
+    PathLight light;
+    light.photons = photons;
+    const Drawn drawn = draw(light, 3000);
+    EXPECT_NEAR(drawn.mean_deviations, 0, 0.08) << photons;
+    EXPECT_NEAR(drawn.rms_deviations, 1, 0.06) << photons;
+    EXPECT_EQ(drawn.bent, 0) << photons;
+    EXPECT_NEAR(drawn.straight, 0.953 * 3000, 50) << photons;
+  }
+}
+
+// The bend of 700 photons has a deviation of 0.51 pulse widths.
+TEST(PathCheck, SaysHowMuchAPathBends) {
+  for (const double widths : {-1.0, 0.5, 1.0}) {
+    PathLight light;
+    light.bend_ns = widths * pulse_width_ns;
+    EXPECT_NEAR(draw(light, 1000).mean_bend_ns, light.bend_ns, 0.1 * std::abs(light.bend_ns));
+  }
+  PathLight light;
+  light.bend_ns = 5 * pulse_width_ns;
+  const Drawn drawn = draw(light, 300);
+  EXPECT_EQ(drawn.bent, 300);
+  EXPECT_EQ(drawn.straight, 0);
+}
+
+TEST(PathCheck, TakesNoPathAsStraightThatIsThereInAPartOfTheFrame) {
+  PathLight light;
+  light.from_share = 0;
+  EXPECT_EQ(draw(light, 300).straight, 0);
+}
+
+TEST(PathCheck, SaysNothingOfTooFewPhotonsOrOfPulsesTooCloseToEachOther) {
+  PathLight light;
+  light.photons = 20;
+  light.bend_ns = 20 * pulse_width_ns;
+  const Drawn drawn = draw(light, 100);
+  EXPECT_EQ(drawn.bent, 0);
+  EXPECT_EQ(drawn.straight, 0);
+  const GaussianPulse shape(pulse_width_ns);
+  PathCheck check(shape, 4 * pulse_width_ns);
+  std::mt19937_64 random(3);
+  light.photons = 700;
+  const PathVerdict verdict = light.drawn(check, random);
+  EXPECT_EQ(verdict.photons, 0);
+  EXPECT_FALSE(verdict.bends());
+}
+
+test::FrameMaker accelerating_target(double acceleration_mps2) {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.velocity_mps = 20;
+  made.acceleration_mps2 = acceleration_mps2;
+  return made;
+}
+
+// At 50 m/s^2 the path bends by four pulse widths, and the delay is off by a third of one.
+TEST(PathOfAFrame, ThatBendsAndIsTakenAsStraightIsSaid) {
+  const test::FrameMaker made = accelerating_target(50);
+  for (const Motion motion : {Motion::moving, Motion::automatic}) {
+    SceneOptions scene;
+    scene.motion = motion;
+    scene.max_acceleration_mps2 = 0;
+    FrameEstimator estimator(made.pattern, {}, scene, {}, made.length_ms, 100'000);
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const Estimate e = estimator.estimate(made.make(seed).view());
+      ASSERT_EQ(e.status, FrameStatus::ok);
+      ASSERT_TRUE(e.acceleration_misfit_mps2) << seed;
+      EXPECT_GT(*e.acceleration_misfit_mps2, 20);
+      EXPECT_LT(*e.acceleration_misfit_mps2, 80);
+      const double off_ns = e.delay_ns - 2 * made.distance_m / (speed_of_light_mps * 1e-9);
+      EXPECT_GT(std::abs(off_ns), 0.02);
+      EXPECT_LT(std::abs(off_ns), 2 * e.std_delay_ns);
+    }
+  }
+}
+
+TEST(PathOfAFrame, ThatIsStraightOrWhoseBendIsFittedSaysNothing) {
+  for (const double acceleration_mps2 : {0.0, 50.0}) {
+    const test::FrameMaker made = accelerating_target(acceleration_mps2);
+    SceneOptions scene;
+    scene.motion = acceleration_mps2 == 0 ? Motion::moving : Motion::accelerating;
+    FrameEstimator estimator(made.pattern, {}, scene, {}, made.length_ms, 100'000);
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const Estimate e = estimator.estimate(made.make(seed).view());
+      ASSERT_EQ(e.status, FrameStatus::ok);
+      EXPECT_FALSE(e.acceleration_misfit_mps2);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace splid
