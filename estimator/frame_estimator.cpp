@@ -525,8 +525,7 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   std::optional<FittedWidth> fitted;
   if (width) fitted = width->climb(frame, Exposure(frame, train), fit, fit.covariance(1, 1) > 0);
   fill(estimate, fitted ? fitted->fit : fit, sync);
-  const PathVerdict path = pattern_check.judge_path();
-  if (path.bends()) path.widen(estimate, to_reference(), frame.length_ns);
+  pattern_check.judge_path().widen(estimate, to_reference(), frame.length_ns);
   if (fitted) return fitted->say_width(estimate);
   if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
 }

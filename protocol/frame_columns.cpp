@@ -42,6 +42,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("amplitude_misfit", "", message.amplitude_misfit);
   columns.number("pulse_misfit", "", message.pulse_misfit);
   columns.number("acceleration_misfit_mps2", "m/s2", message.acceleration_misfit_mps2);
+  columns.number("signal_gap", "", message.signal_gap);
   columns.number("pulse_sigma_ps", "ps", message.pulse_sigma_ps);
   columns.number("blind_fraction", "", message.blind_fraction);
   columns.text("pattern_fault", name_bytes,

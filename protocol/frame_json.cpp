@@ -26,6 +26,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("amplitude_misfit", message.amplitude_misfit)
       .number("pulse_misfit", message.pulse_misfit)
       .number("acceleration_misfit_mps2", message.acceleration_misfit_mps2)
+      .number("signal_gap", message.signal_gap)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
       .number("blind_fraction", message.blind_fraction);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
@@ -186,6 +187,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.amplitude_misfit = members.number("amplitude_misfit");
   message.pulse_misfit = members.number("pulse_misfit");
   message.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
+  message.signal_gap = members.number("signal_gap");
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
   message.blind_fraction = members.number("blind_fraction");
   message.pattern_fault = pattern_fault(members);

@@ -44,6 +44,7 @@ struct FrameMessage {
   // About how much the target accelerates although its path was taken as straight. There only where
   // it surely does.
   std::optional<double> acceleration_misfit_mps2;
+  std::optional<double> signal_gap;  // 0 to 1: of the frame, where the target's light is missing
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
   std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern

@@ -113,6 +113,10 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.path_misfits;
     second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
   }
+  if (message.signal_gap) {
+    ++second_.gaps;
+    second_.signal_gap = *message.signal_gap;
+  }
   if (message.pattern_fault) {
     ++second_.faults;
     second_.pattern_fault = *message.pattern_fault;
@@ -233,6 +237,13 @@ void StatusReporter::judge_second() {
                              "as straight: set scene.motion auto or accelerating, or make frames "
                              "shorter",
                              second_.acceleration_misfit_mps2));
+  }
+  if (second_.gaps > 0 && 2 * second_.gaps >= second_.frames) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the target's light is missing in {:.0f} % of a frame's time: the "
+                             "target comes and goes, or its path bends away from a straight one, "
+                             "for which set scene.motion auto or accelerating",
+                             100 * second_.signal_gap));
   }
   if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
     add_sentence(stream_.frames_reason,

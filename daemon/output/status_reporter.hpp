@@ -122,8 +122,10 @@ class StatusReporter {
     double pulse_misfit = 0;      // of the last such frame
     int path_misfits = 0;         // of these, with a path that bends and was taken as straight
     double acceleration_misfit_mps2 = 0;  // of the last such frame
-    int unsure = 0;               // of these, ambiguous by their photons and not by the mode
-    int faults = 0;               // without a target, since the photons contradict the pattern
+    int gaps = 0;                         // of these, without the target's light for a part
+    double signal_gap = 0;                // of the last such frame
+    int unsure = 0;  // of these, ambiguous by their photons and not by the mode
+    int faults = 0;  // without a target, since the photons contradict the pattern
     PatternFault pattern_fault = PatternFault::none;  // of the last frame with a fault
     double computed_ms = 0, lasted_ms = 0;            // all frames together
   };

@@ -78,6 +78,7 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.amplitude_misfit = estimate.amplitude_misfit;
   message.pulse_misfit = estimate.pulse_misfit;
   message.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
+  message.signal_gap = estimate.signal_gap;
   if (estimate.std_pulse_sigma_ns > 0) {
     message.pulse_sigma_ps = estimate.pulse_sigma_ns / ns_per_ps;
     message.std_pulse_sigma_ps = estimate.std_pulse_sigma_ns / ns_per_ps;

@@ -18,6 +18,10 @@ constexpr double may_be_straight = 4;
 constexpr double fewest_for_straight = 100;
 // Of chi squared with 7 degrees of freedom: one even frame of a thousand is taken as uneven.
 constexpr double most_uneven = 24.3;
+// Chi squared reaches this in one even frame of a million. A part of the frame is without signal
+// where it has less than a quarter of the mean; fading light seldom has that in an eighth.
+constexpr double surely_uneven = 41;
+constexpr double most_in_gap = 0.25;
 
 }  // namespace
 
@@ -28,8 +32,13 @@ bool PathVerdict::is_straight() const {
 }
 
 void PathVerdict::widen(Estimate& estimate, double scale, double length_ns) const {
-  estimate.acceleration_misfit_mps2 = acceleration_of_bend(bend_ns, length_ns);
-  estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, bend_ns * scale / 12);
+  if (!bends() && signal_gap == 0) return;
+  if (bends()) estimate.acceleration_misfit_mps2 = acceleration_of_bend(bend_ns, length_ns);
+  if (signal_gap > 0) estimate.signal_gap = signal_gap;
+  estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, off_delay_ns * scale);
+  // The velocity of a travel is c g / (2 - g), g = travel / length.
+  estimate.std_velocity_mps =
+      std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_travel_ns / (2 * length_ns));
 }
 
 PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
@@ -39,9 +48,11 @@ PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape)
   steps_per_ns_ = static_cast<double>(steps) / (2 * reach_ns);
 }
 
-void PathCheck::begin(double signal_per_pulse, double background_per_ns) {
+void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool sends_evenly) {
+  sends_evenly_ = sends_evenly;
   score_.setZero();
   information_.setZero();
+  moments_.setZero();
   signal_.fill(0);
   spread_ = 0;
   if (steps_per_ns_ == 0) return;
@@ -61,18 +72,49 @@ PathVerdict PathCheck::judge() const {
   PathVerdict verdict;
   for (const double photons : signal_) verdict.photons += photons;
   if (verdict.photons < fewest_photons) return verdict;
-  const Eigen::LDLT<Eigen::Matrix2d> others(information_.topLeftCorner<2, 2>());
-  const Eigen::Vector2d cross = information_.col(2).head<2>();
-  const double score = score_[2] - cross.dot(others.solve(score_.head<2>()));
-  const double information = information_(2, 2) - cross.dot(others.solve(cross));
-  if (!(information > 0) || !std::isfinite(score)) return verdict;
-  verdict.bend_ns = score / information;
-  verdict.deviations = score / std::sqrt(information);
+  judge_light(verdict);
+  step_to_bend(verdict);
+  if (verdict.signal_gap > 0) bend_away(verdict);
+  return verdict;
+}
+
+void PathCheck::judge_light(PathVerdict& verdict) const {
   const double mean = verdict.photons / parts;
   double squares = 0;
-  for (const double photons : signal_) squares += (photons - mean) * (photons - mean);
+  int gaps = 0;
+  for (const double photons : signal_) {
+    squares += (photons - mean) * (photons - mean);
+    gaps += photons < most_in_gap * mean ? 1 : 0;
+  }
   verdict.is_even = squares < most_uneven * spread_ / parts;
-  return verdict;
+  const bool is_surely_uneven = squares > surely_uneven * spread_ / parts;
+  if (sends_evenly_ && is_surely_uneven) verdict.signal_gap = static_cast<double>(gaps) / parts;
+}
+
+void PathCheck::step_to_bend(PathVerdict& verdict) const {
+  const Eigen::LLT<Eigen::Matrix3d> cholesky(information_);
+  if (cholesky.info() != Eigen::Success) return;
+  const Eigen::Matrix3d covariance = cholesky.solve(Eigen::Matrix3d::Identity());
+  const Eigen::Vector3d step = covariance * score_;
+  const Eigen::Vector3d mid(1, 0, -1.0 / 12);  // the delay at mid-frame, by the three
+  if (!covariance.allFinite() || !step.allFinite()) return;
+  verdict.bend_ns = step[2];
+  verdict.deviations = step[2] / std::sqrt(covariance(2, 2));
+  verdict.off_delay_ns = std::abs(mid.dot(step));
+  verdict.off_travel_ns = std::abs(step[1]);
+}
+
+// A line that touches a path holds the light of the part in which the path is within some three
+// pulse widths of it. The signal's mean and variance over the frame tell where that part is and how
+// long, and so about how much the path bends: a part of the half-length d has the variance d^2 / 3,
+// and the bend 3 widths / d^2. The deviations hold twice what such a bend moves, since the estimate
+// of the bend may be half of it.
+void PathCheck::bend_away(PathVerdict& verdict) const {
+  const Eigen::Vector2d mean = moments_ / verdict.photons;
+  const double variance = std::max(mean[1] - mean[0] * mean[0], 1e-6);
+  const double bend_ns = 2 * shape_.width_ns() / variance;
+  verdict.off_delay_ns = std::hypot(verdict.off_delay_ns, bend_ns * mean[0] * mean[0]);
+  verdict.off_travel_ns = std::hypot(verdict.off_travel_ns, 2 * bend_ns * mean[0]);
 }
 
 }  // namespace splid

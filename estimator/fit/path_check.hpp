@@ -17,21 +17,28 @@ struct PathVerdict {
   double deviations = 0;  // of that bend from none
   double photons = 0;     // of signal, that were looked at
   bool is_even = false;   // the signal is spread over the frame as evenly as chance has it
+  // The share of the frame in which the signal is surely missing, in eighths.
+  double signal_gap = 0;
+  // What the straight line leaves uncertain of the delay at mid-frame and of the travel.
+  double off_delay_ns = 0, off_travel_ns = 0;
 
   // The path surely bends; chance says so in one frame of a million.
   [[nodiscard]] bool bends() const;
   // Nothing speaks for a bend, and no part of the frame is without its signal, as it would be where
   // the line touches a path that bends away from it.
   [[nodiscard]] bool is_straight() const;
-  // Says the acceleration in an estimate with a straight path, and puts what it leaves uncertain
-  // into the deviation of the delay at mid-frame. scale: the estimate's clock over the pattern's.
-  // length_ns: of the frame, pattern's clock.
+  // Says in an estimate with a straight path what speaks against that path, and puts into the
+  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap. scale:
+  // the estimate's clock over the pattern's. length_ns: of the frame, pattern's clock.
   void widen(Estimate& estimate, double scale, double length_ns) const;
 };
 
 // Checks whether the photons of a found target are late and early over the frame as on a path that
 // bends, by the score of the bend: the slope of the likelihood by it, with delay and travel free,
 // over that slope's own deviation. Where the light is even, the three do not correlate.
+//
+// Where a path bends by many pulse widths, the best straight line touches it in a part of the
+// frame, and the rest of the frame is without signal. A target that comes and goes looks the same.
 //
 // Design note: each photon's part of the slope is looked up in 64 steps of its time about the
 // pulse, which costs 2 us a frame and loses 2 % of the bend's information.
@@ -42,8 +49,9 @@ class PathCheck {
   // closest_ns: smallest distance between two pulses. shape: outlives this.
   PathCheck(const PulseShape& shape, double closest_ns);
 
-  // Forgets the photons. signal_per_pulse: of a pulse of the mean amplitude.
-  void begin(double signal_per_pulse, double background_per_ns);
+  // Forgets the photons. signal_per_pulse: of a pulse of the mean amplitude. sends_evenly: pulses
+  // come alike, and were seen, all over the frame; only then are gaps looked for.
+  void begin(double signal_per_pulse, double background_per_ns, bool sends_evenly);
 
   // A photon at a time about its pulse, and at a share of the frame from -1/2 to 1/2.
   void add(double residual_ns, double share) {
@@ -57,6 +65,7 @@ class PathCheck {
     const auto part = static_cast<std::size_t>((share + 0.5) * parts);
     signal_[part < parts ? part : parts - 1] += chance_[step];
     spread_ += chance_[step] * chance_[step];
+    moments_ += chance_[step] * Eigen::Vector2d(share, share * share);
   }
 
   // What the photons added since begin() say. Nothing where pulses are so close that each photon
@@ -66,14 +75,19 @@ class PathCheck {
  private:
   static constexpr std::size_t steps = 64;
   static constexpr std::size_t parts = 8;
+  void judge_light(PathVerdict& verdict) const;
+  void step_to_bend(PathVerdict& verdict) const;
+  void bend_away(PathVerdict& verdict) const;
 
   const PulseShape& shape_;
   double first_ns_ = 0, steps_per_ns_ = 0;
+  bool sends_evenly_ = false;
   std::array<double, steps> slope_{};   // of log lambda by the delay, at a time about the pulse
   std::array<double, steps> chance_{};  // that a photon there is signal
   std::array<double, parts> signal_{};  // photons of signal in each part of the frame
   double spread_ = 0;                   // the variance of all signal_ together
-  Eigen::Vector3d score_ = Eigen::Vector3d::Zero();  // by delay, travel and bend
+  Eigen::Vector2d moments_ = Eigen::Vector2d::Zero();  // of the signal over the frame
+  Eigen::Vector3d score_ = Eigen::Vector3d::Zero();    // by delay, travel and bend
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
 };
 

@@ -112,7 +112,8 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   PatternVerdict verdict;
   if (frame.size() == 0) return verdict;
   path_.begin(found.signal_per_pulse * train_.amplitude_per_ns / train_.pulses_per_ns,
-              found.background_per_ns);
+              found.background_per_ns,
+              train_.single() && frame.seen_ns > 0.99 * frame.length_ns * frame.scale);
   const double part_seen = count(frame, found.line);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
   expect(frame, found, part_seen, periods);

@@ -76,9 +76,12 @@ struct Estimate {
   // uncertain. See PulseCheck.
   std::optional<double> pulse_misfit;
   // About how much the target accelerates although its path is taken as straight, towards larger
-  // distances above 0. Absent unless it surely does. The deviation of the delay then holds what that
-  // leaves uncertain. See PathCheck.
+  // distances above 0. Absent unless it surely does. The deviation of the delay then holds what
+  // that leaves uncertain. See PathCheck.
   std::optional<double> acceleration_misfit_mps2;
+  // The share of the frame's time in which the target's light is surely missing. Absent where it is
+  // not. The deviations of delay and velocity then are those of a path that may bend.
+  std::optional<double> signal_gap;
   // Why the photons cannot come from this pattern at all; unless it is none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;

@@ -120,6 +120,9 @@ class Estimate:
     def acceleration_misfit_mps2(self) -> float:
         """About how much the target accelerates though it is taken not to; NaN where it is not surely so."""
     @property
+    def signal_gap(self) -> float:
+        """The share of the frame without the target's light; NaN where there is surely none."""
+    @property
     def pulse_sigma_ps(self) -> float:
         """NaN where pulse.width is not fitted, and where the photons do not tell it."""
     @property

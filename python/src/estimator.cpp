@@ -153,8 +153,12 @@ void bind_acceleration(py::class_<FrameResult>& type) {
   };
   type.def_property_readonly("acceleration_mps2", if_known(&Estimate::acceleration_mps2))
       .def_property_readonly("std_acceleration_mps2", if_known(&Estimate::std_acceleration_mps2))
-      .def_property_readonly("acceleration_misfit_mps2", [](const FrameResult& self) {
-        return self.estimate.acceleration_misfit_mps2.value_or(unknown);
+      .def_property_readonly("acceleration_misfit_mps2",
+                             [](const FrameResult& self) {
+                               return self.estimate.acceleration_misfit_mps2.value_or(unknown);
+                             })
+      .def_property_readonly("signal_gap", [](const FrameResult& self) {
+        return self.estimate.signal_gap.value_or(unknown);
       });
 }
 

@@ -43,6 +43,7 @@ FrameMessage typical() {
   message.amplitude_misfit = 0.25;
   message.pulse_misfit = -0.125;
   message.acceleration_misfit_mps2 = 62.5;
+  message.signal_gap = 0.25;
   message.pulse_sigma_ps = 137.5;
   message.std_pulse_sigma_ps = 3.5;
   message.blind_fraction = 0.375;
@@ -70,7 +71,7 @@ const char* const typical_json =
     R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,"acceleration_mps2":0.75,)"
     R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
-    R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"acceleration_misfit_mps2":62.5,"pulse_sigma_ps":137.5,)"
+    R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"acceleration_misfit_mps2":62.5,"signal_gap":0.25,"pulse_sigma_ps":137.5,)"
     R"("blind_fraction":0.375,"pattern_fault":"dark_pulses",)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
     R"("background_per_s":1870,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"

@@ -290,6 +290,7 @@ TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
 TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
   FrameMessage bent = frame(FrameStatus::ok);
   bent.acceleration_misfit_mps2 = -25.3;
+  bent.signal_gap = 0.375;
   for (int second = 0; second < 3; ++second) {
     for (int n = 0; n < 20; ++n) {
       const bool is_off = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
@@ -298,11 +299,11 @@ TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
     clock.advance_ms(1000);
     reporter.tick({1000, clock.steady_ns(), 0, ""});
   }
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("-25 m/s^2"),
-                                         HasSubstr("scene.motion auto")),
-                                   HasSubstr("\"reason\":\"\"")));
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                               AllOf(HasSubstr("\"streaming\""), HasSubstr("-25 m/s^2"),
+                                     HasSubstr("scene.motion auto"), HasSubstr("missing in 38 %")),
+                               HasSubstr("\"reason\":\"\"")));
 }
 
 TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {

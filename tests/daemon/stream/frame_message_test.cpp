@@ -76,13 +76,16 @@ TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsO
   EXPECT_EQ(message.pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.acceleration_misfit_mps2, std::nullopt);
+  EXPECT_EQ(message.signal_gap, std::nullopt);
   estimate.acceleration_misfit_mps2 = -25;
+  estimate.signal_gap = 0.375;
   estimate.pulse_misfit = 0.5;
   estimate.pulse_sigma_ns = 0.125;
   estimate.std_pulse_sigma_ns = 0.0078125;
   message = make();
   EXPECT_EQ(message.pulse_misfit, 0.5);
   EXPECT_EQ(message.acceleration_misfit_mps2, -25);
+  EXPECT_EQ(message.signal_gap, 0.375);
   EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
   EXPECT_DOUBLE_EQ(message.std_pulse_sigma_ps.value(), 7.8125);
 }
