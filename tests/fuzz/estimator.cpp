@@ -23,41 +23,45 @@ struct Setting {
   double period_ps = 0;
 };
 
-Setting make_setting(const Pattern& pattern, Motion motion, Method method, double sigma_ps,
-                     double dead_time_ns = 0, std::size_t inputs = 1) {
-  PulseOptions pulse;
-  pulse.sigma_ps = sigma_ps;
-  SceneOptions scene;
-  scene.motion = motion;
+Setting make_setting(const Pattern& pattern, SceneOptions scene, PulseOptions pulse,
+                     Method method = Method::search, const DetectorOptions& detector = {},
+                     std::size_t inputs = 1) {
   scene.max_acceleration_mps2 = 2e8;  // bends these short frames by 7 ns, so that all looks happen
   EstimatorOptions options;
   options.method = method;
   options.effort = Effort::fast;
   return {pattern,
           std::make_unique<FrameEstimator>(pattern, pulse, scene, options, length_ms, most_photons,
-                                           ClockReference::tagger, DetectorOptions{dead_time_ns},
-                                           inputs),
+                                           ClockReference::tagger, detector, inputs),
           pattern_period_ps(pattern)};
 }
 
-std::array<Setting, 12>& settings() {
+std::array<Setting, 15>& settings() {
   static const Pattern interleaved = interleaved_pattern({180'000, 189'000}, 3'780'000);
-  static std::array<Setting, 12> made = {
-      make_setting(interleaved, Motion::moving, Method::search, 100),
-      make_setting(interleaved, Motion::automatic, Method::search, 1000),
-      make_setting(interleaved, Motion::moving, Method::paper, 100),
-      make_setting(periodic_pattern(100'000), Motion::static_target, Method::search, 50),
-      make_setting(random_pattern(1'000'000, 8, 9'000, 1), Motion::moving, Method::search, 100),
-      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::moving, Method::search,
-                   100),
-      make_setting(interleaved, Motion::accelerating, Method::search, 100),
-      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::accelerating,
-                   Method::search, 300),
-      make_setting(interleaved, Motion::moving, Method::search, 100, 0.05),
-      make_setting(interleaved, Motion::automatic, Method::search, 1000, 45, 2),
-      make_setting(mrr_pattern({90'000, 99'000}, 990'000, 2e6), Motion::moving, Method::search, 100,
-                   2000),
-      make_setting(interleaved, Motion::accelerating, Method::search, 100, 50)};
+  static const Pattern rates = mrr_pattern({90'000, 99'000}, 990'000, 2e6);
+  static const Pattern random = random_pattern(1'000'000, 8, 9'000, 1);
+  const auto pulse = [](double sigma_ps, PulseWidth width = PulseWidth::fixed) {
+    return PulseOptions{.sigma_ps = sigma_ps, .width = width};
+  };
+  const auto scene = [](Motion motion, std::int64_t targets = 1) {
+    return SceneOptions{.motion = motion, .targets = targets};
+  };
+  static std::array<Setting, 15> made = {
+      make_setting(interleaved, scene(Motion::moving), pulse(100)),
+      make_setting(interleaved, scene(Motion::automatic), pulse(1000)),
+      make_setting(interleaved, scene(Motion::moving), pulse(100), Method::paper),
+      make_setting(periodic_pattern(100'000), scene(Motion::static_target), pulse(50)),
+      make_setting(random, scene(Motion::moving), pulse(100)),
+      make_setting(rates, scene(Motion::moving), pulse(100)),
+      make_setting(interleaved, scene(Motion::accelerating), pulse(100)),
+      make_setting(rates, scene(Motion::accelerating), pulse(300)),
+      make_setting(interleaved, scene(Motion::moving), pulse(100), Method::search, {0.05}),
+      make_setting(interleaved, scene(Motion::automatic), pulse(1000), Method::search, {45}, 2),
+      make_setting(rates, scene(Motion::moving), pulse(100), Method::search, {2000}),
+      make_setting(interleaved, scene(Motion::accelerating), pulse(100), Method::search, {50}),
+      make_setting(interleaved, scene(Motion::moving, 3), pulse(100)),
+      make_setting(random, scene(Motion::static_target, 2), pulse(300)),
+      make_setting(interleaved, scene(Motion::moving), pulse(100, PulseWidth::fitted))};
   return made;
 }
 
@@ -121,7 +125,22 @@ void add_photons(FuzzInput& input, double period_ps, MadeFrame& frame) {
   }
 }
 
+void check_targets(const Estimate& e) {
+  must(e.target_count <= most_targets, "a frame has four targets at most");
+  for (std::size_t k = 0; k < e.target_count; ++k) {
+    const TargetEstimate& target = e.targets.at(k);
+    for (const double value : {target.delay_ns, target.velocity_mps, target.std_delay_ns,
+                               target.std_velocity_mps, target.significance_nats}) {
+      must(std::isfinite(value), "a target's values are finite");
+    }
+    must(target.signal_per_pulse >= 0, "a target's flux is not negative");
+    must(k == 0 || target.signal_per_pulse <= e.targets.at(k - 1).signal_per_pulse,
+         "the brightest target is first");
+  }
+}
+
 void check_values(const Estimate& e, const Pattern& pattern) {
+  check_targets(e);
   const std::array values = {e.delay_ns,
                              e.delay_start_ns,
                              e.velocity_mps,
@@ -135,7 +154,12 @@ void check_values(const Estimate& e, const Pattern& pattern) {
                              e.std_background_per_ns,
                              e.significance_nats,
                              e.threshold_nats,
-                             e.range_odds_nats};
+                             e.range_odds_nats,
+                             e.pulse_sigma_ns,
+                             e.std_pulse_sigma_ns,
+                             e.pulse_misfit.value_or(0),
+                             e.acceleration_misfit_mps2.value_or(0),
+                             e.signal_gap.value_or(0)};
   for (const double value : values) must(std::isfinite(value), "values are finite");
   must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
