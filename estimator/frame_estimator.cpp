@@ -375,9 +375,7 @@ std::optional<BentFit> FrameEstimator::Workspace::bent_if_seen(const std::option
     if (pattern_check.judge_path().is_straight()) return std::nullopt;
     least = std::max(least, straight->gain_nats + nats_for_acceleration);
     best = bends->refine(frame, straight->parameters.line, 0);
-    if (best->fit.gain_nats < least && bends->looks(frame.length_ns) == 1) {
-      return std::nullopt;
-    }
+    if (best->fit.gain_nats < least && bends->looks(frame.length_ns) == 1) return std::nullopt;
   }
   const std::optional<BentFit> found = bends->find(frame, most);
   if (found && (!best || found->fit.gain_nats > best->fit.gain_nats)) best = found;
