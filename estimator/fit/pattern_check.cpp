@@ -278,8 +278,8 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
     const auto last = static_cast<std::size_t>(part.bins_per_turn) - 1;
     ++bins_[part.first_bin + std::min(bin, last)];
   };
-  if (step == 1 && blind_ns == 0 && part.bins_per_turn == 0) {
-    visit_near(frame, line, stretch, count_photon);
+  if (blind_ns == 0 && part.bins_per_turn == 0) {
+    visit_near(frame, line, step, stretch, count_photon);
     return;
   }
   for (std::size_t i = frame.group_begin(stretch); i < frame.group_end[stretch]; i += step) {
@@ -300,13 +300,13 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns, do
   }
 }
 
-// Visits the photons of a stretch that may be near a pulse.
+// Visits those of every step-th photon of a stretch that may be near a pulse.
 //
 // Design note: the kernels pick them at 1 ns a photon. The division and the look at the pulses cost
 // five times as much, and few photons are near a pulse.
 template <class Visit>
-void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::size_t stretch,
-                              const Visit& visit) const {
+void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::size_t step,
+                              std::size_t stretch, const Visit& visit) const {
   const SearchKernels& kernels = best_search_kernels();
   const CombWindow& window = parts_[stretch].window;
   const double period_ns = train_.stretches[stretch].comb.period_ns;
@@ -314,15 +314,19 @@ void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::siz
   const double delay_32 = std::remainder(line.delay_ns, period_ns) * to_32;
   const double slope_32 = line.travel_ns / frame.length_ns * to_32;
   constexpr std::size_t chunk = 1024;
-  std::array<std::uint32_t, chunk> phases, picked;
+  std::array<std::uint32_t, chunk> folded, phases, picked;
+  std::array<double, chunk> times;
   const std::size_t end = frame.group_end[stretch];
-  for (std::size_t begin = frame.group_begin(stretch); begin < end; begin += chunk) {
-    const std::size_t count = std::min(chunk, end - begin);
-    kernels.line_phases(phases.data(), frame.phase_32.data() + begin, frame.time_ns.data() + begin,
-                        delay_32, slope_32, count);
+  for (std::size_t begin = frame.group_begin(stretch); begin < end; begin += chunk * step) {
+    const std::size_t count = std::min(chunk, (end - begin + step - 1) / step);
+    for (std::size_t k = 0; k < count; ++k) {
+      folded[k] = frame.phase_32[begin + k * step];
+      times[k] = frame.time_ns[begin + k * step];
+    }
+    kernels.line_phases(phases.data(), folded.data(), times.data(), delay_32, slope_32, count);
     const std::size_t near =
         kernels.pick(picked.data(), phases.data(), window.flags(), window.shift(), count);
-    for (std::size_t n = 0; n < near; ++n) visit(begin + picked[n]);
+    for (std::size_t n = 0; n < near; ++n) visit(begin + picked[n] * step);
   }
 }
 

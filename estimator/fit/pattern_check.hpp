@@ -86,7 +86,7 @@ class PatternCheck {
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
   void count_at(const Part& part, double phase, double period_ns, double share);
   template <class Visit>
-  void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t stretch,
+  void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
                   const Visit& visit) const;
   [[nodiscard]] Share share_out(double background_per_turn) const;
   [[nodiscard]] bool has_stray_pulses(const Share& share) const;

@@ -92,19 +92,31 @@ Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::si
   if (may_be_blind) blind_.emplace(shape, max_photons, max_photons * widest_overlap(windows_));
 }
 
-void Refinement::collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns) {
-  near_.collect(frame, windows_, train_, about, gather_width_ns);
+void Refinement::collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns,
+                         std::size_t gather_from) {
+  near_.collect(frame, windows_, train_, about, gather_width_ns, gather_from);
   const bool is_blind = blind_ && frame.blind != nullptr;
   if (is_blind) blind_->collect(frame, near_, windows_, train_, gather_width_ns);
   likelihood_.leave_out(is_blind ? &*blind_ : nullptr);
 }
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
-                      bool moving, double to_beat_nats) {
+                      bool moving, double to_beat_nats, bool roughly) {
+  const Way way = {frame, exposure, moving, to_beat_nats};
+  Fit fit = climb_gathered(way, start, NearSet::gathered_roughly_from);
+  const bool is_exact = !near_.gathers || near_.likely_near >= NearSet::gathered_from;
+  if (!is_exact && !roughly && fit.stop != Stop::beaten) {
+    fit = climb_gathered(way, fit.parameters.line, NearSet::gathered_from);
+  }
+  if (fit.stop != Stop::beaten) add_covariance(exposure, moving, fit);
+  return fit;
+}
+
+Fit Refinement::climb_gathered(const Way& way, DelayLine start, std::size_t gather_from) {
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
-    collect(frame, start, width_ns_);
-    fit = climb_within(exposure, start, moving, to_beat_nats);
+    collect(way.frame, start, width_ns_, gather_from);
+    fit = climb_within(way.exposure, start, way.moving, way.to_beat_nats);
     if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
     // The ends of the line move by half of what its travel changes.
@@ -113,13 +125,12 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
     if (moved <= margin_ns_) break;
     start = line;
   }
-  add_covariance(exposure, moving, fit);
   return fit;
 }
 
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
                       bool moving) {
-  collect(frame, at.line, 0);
+  collect(frame, at.line, 0, NearSet::gathered_from);
   Fit fit;
   fit.parameters = at;
   const double all = static_cast<double>(near_.far_photons) + near_.near_photons;

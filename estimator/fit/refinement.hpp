@@ -36,16 +36,26 @@ class Refinement {
   // The maximum near `start`, which should be within two pulse widths of it. moving: false keeps
   // the travel of `start`. to_beat_nats: a maximum that surely has less gain than this is given up
   // before it is reached; the result then has the stop reason `beaten`, no covariance, and less
-  // gain.
+  // gain. roughly: a thousandth of a deviation does not matter, as where a sample of a frame's
+  // photons says where to look.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,
-            double to_beat_nats = -std::numeric_limits<double>::infinity());
+            double to_beat_nats = -std::numeric_limits<double>::infinity(), bool roughly = false);
 
   // The likelihood and its curvature at given parameters, without a climb.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
             bool moving);
 
  private:
-  void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns);
+  // What holds for all of a climb.
+  struct Way {
+    const FoldedFrame& frame;
+    const Exposure& exposure;
+    bool moving;
+    double to_beat_nats;
+  };
+  Fit climb_gathered(const Way& way, DelayLine start, std::size_t gather_from);
+  void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns,
+               std::size_t gather_from);
   Fit climb_within(const Exposure& exposure, DelayLine start, bool moving, double to_beat_nats);
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 

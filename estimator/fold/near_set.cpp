@@ -8,11 +8,8 @@
 namespace splid {
 namespace {
 
-// Design note: photons are gathered from 16,384 near photons on. One evaluation of the likelihood
-// of so many entries takes half a millisecond, which is worth the work of gathering them.
-constexpr std::size_t gathered_from = 16384;
 constexpr std::size_t gathered_rows = 32;
-constexpr std::size_t most_cells = gathered_from;
+constexpr std::size_t most_cells = 16384;
 constexpr std::size_t most_columns = most_cells / gathered_rows;
 constexpr double cells_a_width = 8;
 
@@ -53,14 +50,15 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_in
   amplitude.reserve(max_entries);
   first.reserve(max_photons + 1);
   weight.reserve(max_photons);
-  if (max_photons > gathered_from) cells_.reserve(most_cells);
+  if (max_photons >= gathered_roughly_from) cells_.reserve(most_cells);
   phase_32_.reserve(max_photons);
   picked_.reserve(max_photons);
   picks_.reserve(256);
 }
 
 void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
-                      const PulseTrain& train, DelayLine about, double gather_width_ns) {
+                      const PulseTrain& train, DelayLine about, double gather_width_ns,
+                      std::size_t gather_from) {
   line = about;
   beyond_ = 0;
   residual_ns.clear();
@@ -69,11 +67,10 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   first.clear();
   weight.clear();
   index.clear();
-  const std::size_t likely_near = pick_groups(frame, windows, train);
-  const bool gathers =
-      gather_width_ns > 0 && likely_near >= gathered_from &&
-      columns_of(windows.front(), gather_width_ns) <= static_cast<double>(most_columns) &&
-      each_photon_has_one_pulse(windows);
+  likely_near = pick_groups(frame, windows, train);
+  gathers = gather_width_ns > 0 && likely_near >= gather_from &&
+            columns_of(windows.front(), gather_width_ns) <= static_cast<double>(most_columns) &&
+            each_photon_has_one_pulse(windows);
   if (gathers) {
     const CombWindow& window = windows.front();
     const Cells cells = {window.first_ns(), window.last_ns(), cells_a_width / gather_width_ns,

@@ -238,7 +238,8 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
 
 Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
                         double to_beat_nats) {
-  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats);
+  const bool roughly = &photons == &sample_;
+  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly);
   odds_.add(fit);
   return fit;
 }
