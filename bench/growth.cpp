@@ -87,6 +87,21 @@ void by_photons(const char* what, double signal_share) {
   series.print_exponent();
 }
 
+// The share of signal of a bright frame of 250,000 photons, 0.05 counts a pulse.
+void by_photons_of_two_rates() {
+  Series series{"photons, an eighth of them signal, interleaved", {}, {}};
+  for (const double wanted : {1e4, 3e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 4e5, 6e5, 1e6}) {
+    test::FrameMaker made = experiment();
+    made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+    made.signal_per_pulse = 0.05 * wanted / 2.5e5;
+    made.background_per_ns = 4.5e-3 * wanted / 2.5e5;
+    double photons = 0;
+    const double ms = median_ms(made, 150, photons);
+    series.add(photons, ms);
+  }
+  series.print_exponent();
+}
+
 void by_motion() {
   Series series{"v_max t_a, m", {}, {}};
   for (const double speed : {10.0, 40.0, 150.0, 600.0, 2400.0, 9600.0}) {
@@ -145,6 +160,7 @@ int main() {
   std::printf("| what | value | p50, ms of one core |\n|---|---|---|\n");
   by_photons("photons, 400 of them signal", 0);
   by_photons("photons, half of them signal", 0.5);
+  by_photons_of_two_rates();
   by_motion();
   by_pulses();
   by_threads();
