@@ -54,8 +54,7 @@ struct Limits {
 Limits measure_limits() {
   constexpr std::size_t count = 8192;
   std::vector<std::uint32_t> places(count);
-  for (std::size_t i = 0; i < count; ++i)
-    places[i] = (static_cast<std::uint32_t>(i) * 2654435761U) >> 20;
+  for (std::size_t i = 0; i < count; ++i) places[i] = static_cast<std::uint32_t>(i * 389 % 4096);
   std::vector<std::uint8_t> cells(4096), more(28 * count), moved(28 * count);
   std::vector<double> values(count, -0.3);
   const SearchKernels& kernels = best_search_kernels();
@@ -65,7 +64,9 @@ Limits measure_limits() {
                           more[moved[5]] = 1;
                         });
   limits.increment = 1e3 / count * median_us([&] {
-                       for (const std::uint32_t place : places) ++cells[place];
+                       std::uint8_t* to = cells.data();
+                       const std::uint32_t* from = places.data();
+                       for (std::size_t i = 0; i < count; ++i) ++to[from[i]];
                      });
   // The three rows are in different lines of the cache.
   constexpr std::size_t row = 3072;

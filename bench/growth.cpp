@@ -88,8 +88,8 @@ void by_photons(const char* what, double signal_share) {
 }
 
 // The share of signal of a bright frame of 250,000 photons, 0.05 counts a pulse.
-void by_photons_of_two_rates() {
-  Series series{"photons, an eighth of them signal, interleaved", {}, {}};
+void by_interleaved_photons() {
+  Series series{"photons, a tenth of them signal, interleaved", {}, {}};
   for (const double wanted : {1e4, 3e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 4e5, 6e5, 1e6}) {
     test::FrameMaker made = experiment();
     made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
@@ -160,7 +160,7 @@ int main() {
   std::printf("| what | value | p50, ms of one core |\n|---|---|---|\n");
   by_photons("photons, 400 of them signal", 0);
   by_photons("photons, half of them signal", 0.5);
-  by_photons_of_two_rates();
+  by_interleaved_photons();
   by_motion();
   by_pulses();
   by_threads();
