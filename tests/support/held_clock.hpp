@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include "daemon/base/clock.hpp"
@@ -7,6 +8,8 @@
 namespace splid {
 
 // A clock that stands still until it is told to go on.
+//
+// Threads: any.
 class HeldClock final : public Clock {
  public:
   [[nodiscard]] double unix_s() const override {
@@ -16,7 +19,7 @@ class HeldClock final : public Clock {
   void advance_ms(std::int64_t ms) { now_ns_ += ms * 1'000'000; }
 
  private:
-  std::int64_t now_ns_ = 1'000'000'000;
+  std::atomic<std::int64_t> now_ns_{1'000'000'000};
 };
 
 }  // namespace splid

@@ -18,6 +18,7 @@
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/eventually.hpp"
+#include "tests/support/held_clock.hpp"
 #include "tests/support/measured_stream.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/scripted_source.hpp"
@@ -145,6 +146,27 @@ TEST(RecordingTap, SaysWhereItsTagsGo) {
     recording.take(std::vector<Tag>{photon_tag(begin_ps + 500'000'000'000, 1)});
     ASSERT_TRUE(test::eventually([&] { return recording.status().seconds == 0.5; }));
     EXPECT_GT(recording.status().bytes, status.bytes);
+  }
+  recording.finish();
+}
+
+// What a killed daemon may lose, on a clock that the test moves: no machine is too slow for this.
+TEST(RecordingTap, HandsItsTagsToTheSystemWithinHalfASecond) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  HeldClock clock;
+  RecordingTap recording(config, SourceInfo{"script", false, {}}, clock, say_nothing);
+  for (std::int64_t half_second = 1; half_second <= 3; ++half_second) {
+    const std::int64_t begin_ps = half_second * 500'000'000'000;
+    recording.take(std::vector<Tag>{photon_tag(begin_ps, 1), photon_tag(begin_ps + 1000, 1),
+                                    photon_tag(begin_ps + 100'000'000, 1)});
+    ASSERT_TRUE(test::eventually([&] { return recording.status().seconds > 0; }));
+    clock.advance_ms(500);
+    // The last of three stays behind: tags of the last microsecond are still to be sorted.
+    EXPECT_TRUE(test::eventually([&] {
+      return read_back(recording.file()).size() >= static_cast<std::size_t>(3 * half_second) - 1;
+    }));
   }
   recording.finish();
 }
