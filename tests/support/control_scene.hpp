@@ -14,14 +14,13 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
-#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 namespace splid::test {
 
 using std::chrono::milliseconds;
-using std::chrono::steady_clock;
 
 // A daemon with a control socket, and splid ctl to ask it.
 class ControlScene : public ::testing::Test {
@@ -55,15 +54,6 @@ class ControlScene : public ::testing::Test {
   std::string status() const {
     if (!std::filesystem::exists(socket)) return "";
     return ctl({"--json", "status"}).out;
-  }
-  template <class Holds>
-  static bool eventually(Holds holds) {
-    const auto until = steady_clock::now() + patience;
-    while (steady_clock::now() < until) {
-      if (holds()) return true;
-      std::this_thread::sleep_for(milliseconds{10});
-    }
-    return false;
   }
   void end() {
     daemon->signal(SIGTERM);

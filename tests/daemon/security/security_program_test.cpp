@@ -3,17 +3,14 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <functional>
 #include <regex>
 #include <string>
-#include <thread>
 
+#include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/metrics_text.hpp"
-#include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 
 // Keys, the daemon that asks for them and the viewer that has some, by the built program.
@@ -26,19 +23,11 @@ using splid::test::Program;
 using splid::test::ProgramResult;
 using splid::test::run_program;
 using splid::test::TempFolder;
+using test::eventually;
 using testing::AllOf;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
-
-bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + test::patience;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds{50});
-  }
-  return true;
-}
 
 constexpr const char* refused = "splid_connections_refused_total";
 
@@ -82,7 +71,7 @@ class SecurityProgram : public testing::Test {
     std::smatch found;
     const std::regex said(words + "tcp://[0-9.]+:([0-9]+)");
     std::string err;
-    comes_true([&] { return (err = program.err()).find("publishing at") != err.npos; });
+    eventually([&] { return (err = program.err()).find("publishing at") != err.npos; });
     return std::regex_search(err, found, said) ? "tcp://127.0.0.1:" + found[1].str() : err;
   }
 
@@ -150,7 +139,7 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   EXPECT_THAT(listen_in_vain(endpoint, "", "").err, HasSubstr("give --key and --server-key"));
   EXPECT_THAT(listen_in_vain(local, "viewer.key_secret", server).err, HasSubstr("no CURVE"));
   EXPECT_EQ(run_program({"listen", "--key", server}).exit_code, 2);
-  EXPECT_TRUE(comes_true([this] {
+  EXPECT_TRUE(eventually([this] {
     const std::string prometheus = file_text(folder.path("splid.prom"));
     return prometheus.find(refused) != prometheus.npos &&
            test::MetricsText(prometheus)(refused) >= 3;
@@ -172,10 +161,10 @@ TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
   const std::string late = make_keys("late");
   Program waiting(listening(endpoint, "late.key_secret", folder.path("server.key")));
   ASSERT_TRUE(
-      comes_true([&] { return waiting.err().find("refuses this key") != std::string::npos; }));
+      eventually([&] { return waiting.err().find("refuses this key") != std::string::npos; }));
   folder.write("allowed", "nonsense\n");
   daemon.signal(SIGHUP);
-  ASSERT_TRUE(comes_true([&] { return daemon.err().find("not reloaded") != std::string::npos; }));
+  ASSERT_TRUE(eventually([&] { return daemon.err().find("not reloaded") != std::string::npos; }));
   EXPECT_THAT(daemon.err(), HasSubstr(folder.path("allowed") + ":1: does not begin with"));
   allow("late", late);
   daemon.signal(SIGHUP);
@@ -186,7 +175,7 @@ TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
   list.clear();
   allow("late", late);
   daemon.signal(SIGHUP);
-  EXPECT_TRUE(comes_true([&] { return daemon.err().find("1 key removed") != std::string::npos; }));
+  EXPECT_TRUE(eventually([&] { return daemon.err().find("1 key removed") != std::string::npos; }));
 }
 
 TEST_F(SecurityProgram, CheckReadsTheList) {

@@ -23,6 +23,7 @@ namespace {
 
 using test::AwgDouble;
 using test::AwgFaults;
+using test::eventually;
 using test::Program;
 using test::ProgramResult;
 using test::recordings_in;

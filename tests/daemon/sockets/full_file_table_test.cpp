@@ -22,6 +22,7 @@
 namespace splid {
 namespace {
 
+using test::eventually;
 using ::testing::HasSubstr;
 
 // The thread's processor time, s.

@@ -3,19 +3,18 @@
 
 #include <chrono>
 #include <csignal>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <set>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "daemon/sockets/subscriber.hpp"
 #include "drivers/bridge/bridge.hpp"
 #include "drivers/source.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
 #include "tests/support/metrics_text.hpp"
@@ -33,20 +32,11 @@ using splid::test::LocalConnection;
 using splid::test::MetricsText;
 using splid::test::Program;
 using std::chrono::steady_clock;
+using test::eventually;
 using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr const char* get_metrics = "GET /metrics HTTP/1.1\r\nHost: splid\r\n\r\n";
-
-// Looks again ten times a second; false where the test's patience ends first.
-bool comes_true(const std::function<bool()>& condition) {
-  const auto deadline = steady_clock::now() + test::patience;
-  while (!condition()) {
-    if (steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds{100});
-  }
-  return true;
-}
 
 class MetricsProgram : public ::testing::Test {
  protected:
@@ -63,7 +53,7 @@ class MetricsProgram : public ::testing::Test {
   static int port_of(const Program& program) {
     std::smatch found;
     const std::regex said("metrics at http://127\\.0\\.0\\.1:([0-9]+)/metrics");
-    if (!comes_true([&] { return program.err().find("/metrics\n") != std::string::npos; }))
+    if (!eventually([&] { return program.err().find("/metrics\n") != std::string::npos; }))
       return 0;
     const std::string err = program.err();
     return std::regex_search(err, found, said) ? std::stoi(found[1]) : 0;
@@ -86,8 +76,8 @@ TEST_F(MetricsProgram, TellsPrometheusAndTheFileWhatItDoes) {
   Program program({"run", "--config", config(R"({"file":"splid.prom","http":"127.0.0.1:*"})")});
   const int port = port_of(program);
   ASSERT_NE(port, 0) << program.err();
-  ASSERT_TRUE(comes_true([&] { return scrape(port).sum("splid_frames_total") >= 3; }));
-  ASSERT_TRUE(comes_true([&] {
+  ASSERT_TRUE(eventually([&] { return scrape(port).sum("splid_frames_total") >= 3; }));
+  ASSERT_TRUE(eventually([&] {
     const MetricsText text(file_text(file));  // whole whenever it is read
     return !text.names.empty() && text.sum("splid_frames_total") >= 3;
   }));
@@ -147,7 +137,7 @@ TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
     ++heard;
   }
   held.clear();
-  EXPECT_TRUE(comes_true([&] {
+  EXPECT_TRUE(eventually([&] {
     try {
       return scrape(port).sum("splid_frames_total") >= 30;
     } catch (const std::runtime_error&) {

@@ -26,6 +26,7 @@ namespace {
 
 using std::chrono::milliseconds;
 using test::ControlPeer;
+using test::eventually;
 using test::ProgramResult;
 using test::run_program;
 using ::testing::AllOf;

@@ -2,16 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "protocol/pattern_json.hpp"
 #include "tests/support/awg_double.hpp"
-#include "tests/support/patience.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/program.hpp"
 
 // The built program and a generator on a port of this machine.
@@ -128,11 +126,7 @@ TEST_F(UploadCommand, EndsOnASignalWhileTheGeneratorIsSilent) {
   faults.silent_at = ":TRAC1:DATA";
   AwgDouble awg(AwgDouble::Model::m8195a, faults);
   test::Program program({"upload", "--config", config_for(awg)});
-  const auto end = std::chrono::steady_clock::now() + test::patience;
-  while (!has_begun_to_send(awg.heard())) {
-    ASSERT_LT(std::chrono::steady_clock::now(), end);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  ASSERT_TRUE(test::eventually([&] { return has_begun_to_send(awg.heard()); }));
   program.signal(SIGINT);
   const ProgramResult result = program.wait();
   EXPECT_EQ(result.exit_code, 2) << result.err;
