@@ -8,7 +8,7 @@ namespace splid::simulator {
 // keeps all its digits after months. Newton's step is exact for a constant velocity; a corner in
 // the path still leaves a contraction by v/c <= 1e-4 a step: eight steps are always enough, and
 // what is left after a change of 0.01 ps is 1e-6 ps.
-std::optional<double> round_trip_ps(const Motion& motion, const FineTime& emitted) {
+std::optional<double> round_trip_ps(const TargetPath& motion, const FineTime& emitted) {
   const double emitted_s = emitted.seconds();
   const double light_m = light_m_per_ps / motion.clock_rate();  // in a ps of the tagger's clock
   MotionState target = motion.at(emitted_s);

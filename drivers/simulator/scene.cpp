@@ -21,12 +21,12 @@ std::vector<SignalStream> signals_of(const Pattern& pattern, const SimulatorOpti
   std::vector<SignalStream> signals;
   signals.reserve(1 + options.more_targets.size());
   signals.emplace_back(pattern, options.detection, drift_of(options),
-                       Motion(options.target, options.tagger_rate()), seed_of(options));
+                       TargetPath(options.target, options.tagger_rate()), seed_of(options));
   for (const FurtherTarget& target : options.more_targets) {
     DetectionOptions detection = options.detection;
     detection.signal_per_pulse = target.signal_per_pulse;
     signals.emplace_back(pattern, detection, drift_of(options),
-                         Motion(target.path, options.tagger_rate()), seed_of(options),
+                         TargetPath(target.path, options.tagger_rate()), seed_of(options),
                          signals.size());
   }
   return signals;

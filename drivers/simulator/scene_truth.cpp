@@ -37,7 +37,7 @@ SceneTruth scene_truth(const SimulatorOptions& options) {
   truth.step_ps = std::max(shortest_step_ps, (length_ps + max_steps - 1) / max_steps);
   const std::int64_t steps = (length_ps + truth.step_ps - 1) / truth.step_ps;
   const auto follow = [&](const TargetOptions& path, auto& target) {
-    const Motion motion(path, options.tagger_rate());
+    const TargetPath motion(path, options.tagger_rate());
     for (std::int64_t i = 0; i <= steps; ++i) {
       const MotionState state = motion.at(FineTime{i * truth.step_ps, 0}.seconds());
       target.distance_m.push_back(state.distance_m);

@@ -13,7 +13,7 @@ constexpr std::uint64_t later_streams = 16;
 }  // namespace
 
 SignalStream::SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
-                           Motion motion, std::uint64_t seed, std::uint64_t target)
+                           TargetPath motion, std::uint64_t seed, std::uint64_t target)
     : schedule_(pattern),
       options_(options),
       clock_(pattern, drift),

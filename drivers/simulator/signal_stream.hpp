@@ -6,9 +6,9 @@
 
 #include "drivers/simulator/emission.hpp"
 #include "drivers/simulator/fine_time.hpp"
-#include "drivers/simulator/motion.hpp"
 #include "drivers/simulator/pending_times.hpp"
 #include "drivers/simulator/random.hpp"
+#include "drivers/simulator/target_path.hpp"
 
 namespace splid::simulator {
 
@@ -29,7 +29,7 @@ class SignalStream {
  public:
   // target: which of the scene's targets, from 0; each draws random numbers of its own.
   SignalStream(const Pattern& pattern, const DetectionOptions& options, DriftRate drift,
-               Motion motion, std::uint64_t seed, std::uint64_t target = 0);
+               TargetPath motion, std::uint64_t seed, std::uint64_t target = 0);
 
   // Makes all detections before until_ps available in pending(), and some later detections.
   void fill(std::int64_t until_ps);
@@ -47,7 +47,7 @@ class SignalStream {
   EmissionSchedule schedule_;
   DetectionOptions options_;
   GeneratorClock clock_;
-  Motion motion_;
+  TargetPath motion_;
   Random random_;
   PendingTimes pending_;
   double accumulated_ = 0;     // amplitude since the period's start, at the next photon

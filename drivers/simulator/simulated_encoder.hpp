@@ -4,8 +4,8 @@
 
 #include "drivers/encoder/encoder_source.hpp"
 #include "drivers/simulator/fine_time.hpp"
-#include "drivers/simulator/motion.hpp"
 #include "drivers/simulator/simulator_options.hpp"
+#include "drivers/simulator/target_path.hpp"
 
 namespace splid {
 
@@ -20,7 +20,7 @@ class SimulatedEncoder final : public EncoderSource {
   [[nodiscard]] bool live() const override { return false; }
 
  private:
-  simulator::Motion motion_;
+  simulator::TargetPath motion_;
   EncoderOptions options_;
   simulator::FineTime time_;  // of the next count
   double gap_ps_;

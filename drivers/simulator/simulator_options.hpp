@@ -8,9 +8,9 @@
 
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
-#include "drivers/simulator/motion.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/sync_stream.hpp"
+#include "drivers/simulator/target_path.hpp"
 #include "drivers/source.hpp"
 
 namespace splid {

@@ -9,12 +9,12 @@ namespace {
 
 constexpr long double c_m_per_ps = 299'792'458e-12L;
 
-Motion linear_motion(double distance_m, double velocity_mps) {
+TargetPath linear_motion(double distance_m, double velocity_mps) {
   TargetOptions options;
   options.motion = MotionKind::linear;
   options.distance_m = distance_m;
   options.velocity_mps = velocity_mps;
-  return Motion(options);
+  return TargetPath(options);
 }
 
 class ConstantVelocity : public testing::TestWithParam<double> {};
@@ -22,7 +22,7 @@ class ConstantVelocity : public testing::TestWithParam<double> {};
 // z0 + v t = c (t - e) has the flight (z0 + v e) / (c - v), here from long doubles.
 TEST_P(ConstantVelocity, HasTheClosedFormsFlight) {
   const double velocity_mps = GetParam();
-  const Motion motion = linear_motion(50'000, velocity_mps);
+  const TargetPath motion = linear_motion(50'000, velocity_mps);
   for (const std::int64_t emitted_ps : {0LL, 3'780'000LL, 999'999'999'999LL, -2'000'000LL}) {
     const long double v = velocity_mps * 1e-12L;
     const long double flight_ps = (50'000 + v * emitted_ps) / (c_m_per_ps - v);
@@ -39,7 +39,7 @@ TEST(Echo, MeetsASwingingTarget) {
   TargetOptions options;
   options.amplitude_m = 100;
   options.period_s = 0.1;
-  const Motion motion(options);
+  const TargetPath motion(options);
   for (const double emitted_s : {0.0, 0.0131, 0.05, 0.0777}) {
     double low_s = 0;
     double high_s = 1e-5;
@@ -65,7 +65,7 @@ TEST(Echo, AFastTaggerCountsMoreOfTheLightsTime) {
     const long double true_ps = emitted_ps / rate;
     const long double v = 150e-12L;
     const long double flight_ps = (284.5L + v * true_ps) / (c_m_per_ps - v);
-    EXPECT_NEAR(round_trip_ps(Motion(options, 1 + 1e-4), {emitted_ps, 0}).value(),
+    EXPECT_NEAR(round_trip_ps(TargetPath(options, 1 + 1e-4), {emitted_ps, 0}).value(),
                 static_cast<double>(2 * flight_ps * rate), 1e-4);
   }
 }

@@ -28,7 +28,7 @@ TEST(SceneTruth, IsTheMotionToAMicrometre) {
   const SceneTruth truth = scene_truth(options);
   EXPECT_EQ(truth.step_ps, 1'000'000'000);
   EXPECT_EQ(truth.distance_m.size(), 3001U);
-  const Motion motion(options.target);
+  const TargetPath motion(options.target);
   for (double time_s = 0.00037; time_s < 3; time_s += 0.0171) {
     const auto at_ps = options.start_ps + static_cast<std::int64_t>(time_s * 1e12);
     const auto state = truth.at(at_ps);

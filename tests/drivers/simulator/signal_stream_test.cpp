@@ -52,7 +52,7 @@ TEST_P(MovingTarget, PhotonsArriveWhenTheClosedFormSays) {
   const double distance_m = 40'000;
   const Pattern pattern = paper_pattern();
   const auto times = detections(
-      SignalStream(pattern, exact(0.01), {}, Motion(linear(distance_m, velocity_mps)), 11),
+      SignalStream(pattern, exact(0.01), {}, TargetPath(linear(distance_m, velocity_mps)), 11),
       200'000'000'000);
   const long double c = 299'792'458e-12L;
   const long double v = velocity_mps * 1e-12L;
@@ -79,8 +79,9 @@ TEST(SignalStream, CountsArePoisson) {
   constexpr double mean = 2;
   constexpr int periods = 200'000;
   const Pattern pattern = one_segment(1e6, {0, 300'000}, {1.5, 0.5});
-  const auto times = detections(SignalStream(pattern, exact(mean / 2), {}, Motion(linear(10)), 5),
-                                std::int64_t{periods} * 1'000'000);
+  const auto times =
+      detections(SignalStream(pattern, exact(mean / 2), {}, TargetPath(linear(10)), 5),
+                 std::int64_t{periods} * 1'000'000);
   std::vector<int> counts(periods + 1);
   for (const std::int64_t time : times) ++counts[static_cast<std::size_t>(time / 1'000'000)];
   std::map<int, double> seen;
@@ -99,7 +100,7 @@ TEST(SignalStream, CountsArePoisson) {
 TEST(SignalStream, PulsesShareTheLightByAmplitude) {
   const Pattern pattern = one_segment(1e6, {0, 300'000, 600'000}, {1.5, 0, 0.5});
   const auto times =
-      detections(SignalStream(pattern, exact(0.1), {}, Motion(linear(10)), 6), 500'000'000'000);
+      detections(SignalStream(pattern, exact(0.1), {}, TargetPath(linear(10)), 6), 500'000'000'000);
   std::map<std::int64_t, double> by_phase;
   for (const std::int64_t time : times) by_phase[time % 1'000'000 / 300'000] += 1;
   const double total = static_cast<double>(times.size());
@@ -111,7 +112,7 @@ TEST(SignalStream, PulsesShareTheLightByAmplitude) {
 // 200 km away, light of a hundred periods is under way when the stream starts.
 TEST(SignalStream, LightOfEarlierPulsesIsThereFromTheStart) {
   const auto times = detections(
-      SignalStream(paper_pattern(), exact(1), {}, Motion(linear(200'000)), 7), 100'000'000);
+      SignalStream(paper_pattern(), exact(1), {}, TargetPath(linear(200'000)), 7), 100'000'000);
   ASSERT_FALSE(times.empty());
   EXPECT_LT(times.front(), 2'000'000);
   const auto half = std::lower_bound(times.begin(), times.end(), 50'000'000) - times.begin();
@@ -127,7 +128,7 @@ TEST(SignalStream, JitterTailAndDelayShowInTheArrivals) {
   options.emission_jitter_ps = 100;
   options.electronic_delay_ns = 300;
   const auto times =
-      detections(SignalStream(one_segment(1e6, {0}, {1}), options, {}, Motion(linear(10)), 8),
+      detections(SignalStream(one_segment(1e6, {0}, {1}), options, {}, TargetPath(linear(10)), 8),
                  200'000'000'000);
   const double expected_ps = 2 * 10 / light_m_per_ps + 300'000;
   double sum = 0;
@@ -149,8 +150,9 @@ TEST(SignalStream, JitterTailAndDelayShowInTheArrivals) {
 TEST(SignalStream, EmissionJitterBelongsToThePulse) {
   DetectionOptions options = exact(2);
   options.emission_jitter_ps = 1000;
-  const auto times = detections(
-      SignalStream(one_segment(1e6, {0}, {1}), options, {}, Motion(linear(30)), 9), 10'000'000'000);
+  const auto times =
+      detections(SignalStream(one_segment(1e6, {0}, {1}), options, {}, TargetPath(linear(30)), 9),
+                 10'000'000'000);
   int same = 0;
   int pairs = 0;
   for (std::size_t i = 1; i < times.size(); ++i) {
@@ -168,15 +170,16 @@ TEST(SignalStream, EmissionJitterBelongsToThePulse) {
 }
 
 TEST(SignalStream, NoSignalGivesNoPhotons) {
-  EXPECT_TRUE(
-      detections(SignalStream(paper_pattern(), exact(0), {}, Motion(linear(10)), 1), 1'000'000'000)
-          .empty());
+  EXPECT_TRUE(detections(SignalStream(paper_pattern(), exact(0), {}, TargetPath(linear(10)), 1),
+                         1'000'000'000)
+                  .empty());
 }
 
 // A target that goes through the lidar gives light until then, and the stream goes on.
 TEST(SignalStream, NoLightFromBehindTheLidar) {
-  const auto times = detections(
-      SignalStream(paper_pattern(), exact(0.1), {}, Motion(linear(3, -100)), 1), 100'000'000'000);
+  const auto times =
+      detections(SignalStream(paper_pattern(), exact(0.1), {}, TargetPath(linear(3, -100)), 1),
+                 100'000'000'000);
   ASSERT_FALSE(times.empty());
   EXPECT_NEAR(static_cast<double>(times.back()), 30e9, 1e8);
 }

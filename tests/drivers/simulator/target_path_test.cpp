@@ -1,4 +1,4 @@
-#include "drivers/simulator/motion.hpp"
+#include "drivers/simulator/target_path.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,31 +18,31 @@ TargetOptions points_target() {
   return options;
 }
 
-TEST(Motion, LinearGoesOnForEver) {
+TEST(TargetPath, LinearGoesOnForEver) {
   TargetOptions options;
   options.motion = MotionKind::linear;
   options.distance_m = 50;
   options.velocity_mps = -2;
-  const Motion motion(options);
+  const TargetPath motion(options);
   EXPECT_DOUBLE_EQ(motion.at(10).distance_m, 30);
   EXPECT_DOUBLE_EQ(motion.at(-10).distance_m, 70);
   EXPECT_EQ(motion.at(3).velocity_mps, -2);
 }
 
-TEST(Motion, SinusoidStartsAtItsPhase) {
+TEST(TargetPath, SinusoidStartsAtItsPhase) {
   TargetOptions options;
   options.distance_m = 200;
   options.amplitude_m = 3;
   options.period_s = 8;
   options.phase_turns = 0.25;
-  const Motion motion(options);
+  const TargetPath motion(options);
   EXPECT_NEAR(motion.at(0).distance_m, 203, 1e-12);
   EXPECT_NEAR(motion.at(0).velocity_mps, 0, 1e-12);
   EXPECT_NEAR(motion.at(4).distance_m, 197, 1e-12);
 }
 
-TEST(Motion, PointsAreVisitedToAndFro) {
-  const Motion motion(points_target());
+TEST(TargetPath, PointsAreVisitedToAndFro) {
+  const TargetPath motion(points_target());
   EXPECT_DOUBLE_EQ(motion.at(0.5).distance_m, 101.5);
   EXPECT_DOUBLE_EQ(motion.at(0.5).velocity_mps, 3);
   EXPECT_DOUBLE_EQ(motion.at(2).distance_m, 102);
@@ -60,7 +60,7 @@ TEST_P(VelocityIsTheSlope, AwayFromCorners) {
   TargetOptions options = points_target();
   options.motion = GetParam();
   options.velocity_mps = 7;
-  const Motion motion(options);
+  const TargetPath motion(options);
   constexpr double h_s = 1e-4;
   for (const double time_s : {-4.3, -0.2, 0.31, 1.7, 3.9, 12.345}) {
     const double slope_mps =
@@ -77,7 +77,7 @@ TEST(TargetOptions, DefaultsAreValidAndBiasAFrameLittle) {
   const TargetOptions options;
   EXPECT_FALSE(options.validate());
   // Largest acceleration from a numeric second derivative; 50 ms frames.
-  const Motion motion(options);
+  const TargetPath motion(options);
   double largest_mps2 = 0;
   for (double time_s = 0; time_s < options.period_s; time_s += 0.01) {
     const double change_mps =

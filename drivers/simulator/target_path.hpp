@@ -50,10 +50,10 @@ struct MotionState {
 // start: light that met the target then comes in after the start.
 //
 // Threads: any. Errors: none. No allocation after construction.
-class Motion {
+class TargetPath {
  public:
   // options: valid. clock_rate: the seconds that the tagger counts in a true second.
-  explicit Motion(TargetOptions options, double clock_rate = 1);
+  explicit TargetPath(TargetOptions options, double clock_rate = 1);
   // tagger_s: in the tagger's clock. The state is in true metres and seconds.
   [[nodiscard]] MotionState at(double tagger_s) const;
   [[nodiscard]] double clock_rate() const { return clock_rate_; }

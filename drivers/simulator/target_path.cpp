@@ -1,4 +1,4 @@
-#include "drivers/simulator/motion.hpp"
+#include "drivers/simulator/target_path.hpp"
 
 #include <algorithm>
 #include <array>
@@ -82,10 +82,10 @@ std::optional<OptionFault> TargetOptions::validate() const {
   return std::nullopt;
 }
 
-Motion::Motion(TargetOptions options, double clock_rate)
+TargetPath::TargetPath(TargetOptions options, double clock_rate)
     : options_(std::move(options)), clock_rate_(clock_rate) {}
 
-MotionState Motion::at(double tagger_s) const {
+MotionState TargetPath::at(double tagger_s) const {
   const double time_s = tagger_s / clock_rate_;
   switch (options_.motion) {
     case MotionKind::sinusoid:
@@ -98,14 +98,14 @@ MotionState Motion::at(double tagger_s) const {
   return {options_.distance_m + options_.velocity_mps * time_s, options_.velocity_mps};
 }
 
-MotionState Motion::on_sinusoid(double time_s) const {
+MotionState TargetPath::on_sinusoid(double time_s) const {
   const double turns = time_s / options_.period_s + options_.phase_turns;
   const double rate_per_s = 2 * std::numbers::pi / options_.period_s;
   return {options_.distance_m + options_.amplitude_m * sin_turns(turns),
           options_.amplitude_m * rate_per_s * cos_turns(turns)};
 }
 
-MotionState Motion::between_points(double time_s) const {
+MotionState TargetPath::between_points(double time_s) const {
   const std::vector<TargetOptions::Point>& points = options_.points;
   const double span_s = points.back().time_s - points.front().time_s;
   double along_s = time_s - points.front().time_s;
