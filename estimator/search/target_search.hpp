@@ -21,6 +21,7 @@
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
 //   several_targets.hpp   the targets of a frame beside its best one
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
+//   line_tree.hpp       the tree: sums along all straight lines of a block of delays
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
 
