@@ -4,6 +4,7 @@
 #include <nlopt.h>
 
 #include <cmath>
+#include <limits>
 
 #include "tests/support/frame_maker.hpp"
 
@@ -37,6 +38,32 @@ struct RefinementScene {
              2 * beta / (1 + beta) * folded.length_ns};
   }
 };
+
+// 6,000 photons near the line: put together on the way, and each by itself at the end, unless only
+// a rough place is asked for.
+TEST(Refinement, BrightClimbsEndWithEachPhotonByItself) {
+  test::FrameMaker bright = RefinementScene::maker(40);
+  bright.signal_per_pulse = 0.055;
+  const auto photons = bright.make(3);
+  const PulseTrain train(bright.pattern);
+  FoldedFrame folded(train, photons.photons_ps.size());
+  folded.fold(photons.view(), train);
+  const auto shape = make_gaussian(0.1);
+  const Exposure exposure(folded, train);
+  Refinement refinement(*shape, train, folded.size());
+  const DelayLine start = {RefinementScene(40).truth.delay_ns + 0.1,
+                           RefinementScene(40).truth.travel_ns};
+  const Fit fit = refinement.climb(folded, exposure, start, true);
+  EXPECT_NEAR(refinement.judge(folded, exposure, fit.parameters, true).gain_nats, fit.gain_nats,
+              1e-6);
+  const Fit rough = refinement.climb(folded, exposure, start, true,
+                                     -std::numeric_limits<double>::infinity(), true);
+  const DelayLine& a = fit.parameters.line;
+  const DelayLine& b = rough.parameters.line;
+  EXPECT_NE(a.delay_ns, b.delay_ns);
+  EXPECT_NEAR(a.delay_ns, b.delay_ns, 0.01 * std::sqrt(fit.covariance(0, 0)));
+  EXPECT_NEAR(a.travel_ns, b.travel_ns, 0.05 * std::sqrt(fit.covariance(1, 1)));
+}
 
 // The same maximum by another's optimiser from the same start, over all four parameters at once.
 TEST(Refinement, ReachesTheMaximumThatNLoptReaches) {
