@@ -45,7 +45,7 @@ struct Errors {
 };
 
 struct Score {
-  int valid = 0, wrong = 0, bent = 0, right = 0;
+  int valid = 0, wrong = 0, warned = 0, wrong_warned = 0, bent = 0, right = 0;
   Errors distance, velocity, acceleration;
   std::vector<double> took_ms;
 };
@@ -67,9 +67,12 @@ void measure(const test::FrameMaker& made, const Bound& bound, FrameEstimator& e
   if (!e.has_values) return;
   ++score.valid;
   const double off_ns = std::remainder(e.delay_ns - made.distance_m / m_per_ns_of_delay, 3780.0);
+  const bool warns = e.acceleration_misfit_mps2 || e.signal_gap || e.pulse_misfit;
+  score.warned += warns ? 1 : 0;
   // Beyond a tenth of the pulses' distance it is another delay.
   if (std::abs(off_ns) > 0.9) {
     ++score.wrong;
+    score.wrong_warned += warns ? 1 : 0;
     return;
   }
   ++score.right;
@@ -102,8 +105,9 @@ void run(const Row& row, double length_ms, double acceleration_mps2, double sign
   }
   std::nth_element(score.took_ms.begin(), score.took_ms.begin() + trials / 2, score.took_ms.end());
   const int n = score.right;
-  std::printf("| %g | %g | %g | %s | %d of %d | %d | %d |", length_ms, acceleration_mps2,
-              signal_per_pulse, row.name, score.valid, trials, score.wrong, score.bent);
+  std::printf("| %g | %g | %g | %s | %d of %d | %d | %d, %d | %d |", length_ms, acceleration_mps2,
+              signal_per_pulse, row.name, score.valid, trials, score.wrong, score.warned,
+              score.wrong_warned, score.bent);
   if (n == 0) {
     std::printf(" | | | | |");
   } else {
@@ -128,9 +132,10 @@ int main(int argc, char** argv) {
   const double shortest_ms = argc > 2 ? std::atof(argv[2]) : 50;
   const double longest_ms = argc > 3 ? std::atof(argv[3]) : 2000;
   std::printf(
-      "| t_a, ms | a, m/s^2 | S | motion | valid | wrong delay | with a | distance / bound | "
+      "| t_a, ms | a, m/s^2 | S | motion | valid | wrong delay | warned, of wrong | with a | "
+      "distance / bound | "
       "within | velocity / bound | within | a / bound, within | p50, ms |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const double length_ms : {50.0, 200.0, 1000.0, 2000.0}) {
     if (length_ms < shortest_ms || length_ms > longest_ms) continue;
     // Longer frames gather as many photons in all from a fifth of the light.

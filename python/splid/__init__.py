@@ -26,6 +26,7 @@ from splid._splid import (
     DeviceError,
     Estimate,
     SplidError,
+    Target,
     UsageError,
     __version__,
 )
@@ -33,6 +34,6 @@ from splid._studies import Bound, Calibration, bound, calibrate
 
 __all__ = [
     "Bound", "Calibration", "Config", "DataError", "DeviceError", "Estimate", "Estimator", "FRAME",
-    "Kind", "Message", "Pattern", "Recording", "Scene", "SplidError", "TAG", "Truth", "UNITS",
-    "UsageError", "__version__", "bound", "calibrate", "frames", "listen", "simulate",
+    "Kind", "Message", "Pattern", "Recording", "Scene", "SplidError", "TAG", "Target", "Truth",
+    "UNITS", "UsageError", "__version__", "bound", "calibrate", "frames", "listen", "simulate",
 ]

@@ -4,6 +4,7 @@
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <vector>
 
 #include "daemon/stream/frame_plan.hpp"
 #include "estimator/frame_estimator.hpp"
@@ -30,6 +31,24 @@ struct FrameResult {
   SyncFit sync;
   double range_offset_m = 0;
 };
+
+// One of a frame's targets.
+struct TargetResult {
+  TargetEstimate target;
+  double range_offset_m = 0;
+};
+
+py::list targets_of(const FrameResult& self) {
+  const Estimate& estimate = self.estimate;
+  py::list targets;
+  const auto add = [&](const TargetEstimate& target) {
+    targets.append(TargetResult{target, self.range_offset_m});
+  };
+  if (!estimate.has_values) return targets;
+  if (estimate.target_count == 0) add(estimate.first_target());
+  for (std::size_t k = 0; k < estimate.target_count; ++k) add(estimate.targets.at(k));
+  return targets;
+}
 
 // One estimator, which one thread at a time may use.
 class FrameByFrame {
@@ -175,6 +194,31 @@ void bind_pulse(py::class_<FrameResult>& type) {
       });
 }
 
+void bind_target(py::module_& module) {
+  const auto value = [](double TargetEstimate::*member, double factor = 1) {
+    return [=](const TargetResult& self) { return factor * (self.target.*member); };
+  };
+  py::class_<TargetResult>(module, "Target")
+      .def_property_readonly("status",
+                             [](const TargetResult& self) { return to_string(self.target.status); })
+      .def_property_readonly("distance_m",
+                             [](const TargetResult& self) {
+                               return m_per_ns_of_delay * self.target.delay_ns -
+                                      self.range_offset_m;
+                             })
+      .def_property_readonly("delay_ns", value(&TargetEstimate::delay_ns))
+      .def_property_readonly("delay_start_ns", value(&TargetEstimate::delay_start_ns))
+      .def_property_readonly("velocity_mps", value(&TargetEstimate::velocity_mps))
+      .def_property_readonly("signal_per_pulse", value(&TargetEstimate::signal_per_pulse))
+      .def_property_readonly("std_distance_m",
+                             value(&TargetEstimate::std_delay_ns, m_per_ns_of_delay))
+      .def_property_readonly("std_delay_ns", value(&TargetEstimate::std_delay_ns))
+      .def_property_readonly("std_velocity_mps", value(&TargetEstimate::std_velocity_mps))
+      .def_property_readonly("std_signal_per_pulse", value(&TargetEstimate::std_signal_per_pulse))
+      .def_property_readonly("significance", value(&TargetEstimate::significance_nats))
+      .def_property_readonly("range_odds_nats", value(&TargetEstimate::range_odds_nats));
+}
+
 void bind_clock(py::class_<FrameResult>& type) {
   const auto if_locked = [](double SyncFit::*member) {
     return [member](const FrameResult& self) {
@@ -196,6 +240,7 @@ void bind_clock(py::class_<FrameResult>& type) {
 }  // namespace
 
 void bind_estimator(py::module_& module) {
+  bind_target(module);
   py::class_<FrameResult> result(module, "Estimate");
   result
       .def_property_readonly(
@@ -205,7 +250,8 @@ void bind_estimator(py::module_& module) {
       .def_property_readonly(
           "significance", [](const FrameResult& self) { return self.estimate.significance_nats; })
       .def_property_readonly("photons",
-                             [](const FrameResult& self) { return self.estimate.photons; });
+                             [](const FrameResult& self) { return self.estimate.photons; })
+      .def_property_readonly("targets", &targets_of);
   bind_values(result);
   bind_acceleration(result);
   bind_pulse(result);

@@ -70,6 +70,28 @@ def test_strong_light_on_a_detector_with_a_dead_time(scene):
         assert (abs(found.distance_m - row["distance_m"]) < 1e-6 * found.std_distance_m)
 
 
+def test_a_frame_has_all_its_targets(scene):
+    scene["source"]["target"] = {"motion": "linear", "distance_m": 284.5, "velocity_mps": 20}
+    scene["source"]["more_targets"] = [
+        {"motion": "linear", "distance_m": 282.5, "velocity_mps": 20, "signal_per_pulse": 6e-4}]
+    scene["scene"] = {**scene.get("scene", {}), "targets": 2}
+    tags = splid.simulate(scene, 0.1).tags
+    photons, syncs = (np.ascontiguousarray(tags["time_ps"][tags["kind"] == kind])
+                      for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
+    row = next(row for row in splid.frames(tags, scene) if row["status"] == b"ok")
+    found = estimate_of(row, photons, syncs, splid.Estimator(scene))
+    assert len(found.targets) == 2
+    first, second = found.targets
+    assert first.distance_m == found.distance_m and first.significance > 100
+    assert first.signal_per_pulse > second.signal_per_pulse
+    apart_m = first.distance_m - second.distance_m
+    assert abs(apart_m - 2) < 5 * np.hypot(first.std_distance_m, second.std_distance_m)
+    assert abs(second.velocity_mps - 20) < 5 * second.std_velocity_mps
+    scene["scene"]["targets"] = 1
+    one = estimate_of(row, photons, syncs, splid.Estimator(scene))
+    assert [target.distance_m for target in one.targets] == [one.distance_m]
+
+
 def test_bounds_may_be_left_to_the_syncs(interleaved):
     recording, config = interleaved
     photons, syncs = tags_of(recording)
