@@ -372,7 +372,7 @@ std::optional<BentFit> FrameEstimator::Workspace::bent_if_seen(const std::option
   std::optional<BentFit> best;
   if (straight && straight->gain_nats >= threshold_nats && straight->has_covariance) {
     pattern_check.judge(frame, straight->parameters);
-    if (pattern_check.judge_path().is_straight()) return std::nullopt;
+    if (pattern_check.judge_path(frame).is_straight()) return std::nullopt;
     least = std::max(least, straight->gain_nats + nats_for_acceleration);
     best = bends->refine(frame, straight->parameters.line, 0);
     if (best->fit.gain_nats < least && bends->looks(frame.length_ns) == 1) return std::nullopt;
@@ -523,7 +523,7 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   std::optional<FittedWidth> fitted;
   if (width) fitted = width->climb(frame, Exposure(frame, train), fit, fit.covariance(1, 1) > 0);
   fill(estimate, fitted ? fitted->fit : fit, sync);
-  pattern_check.judge_path().widen(estimate, to_reference(), frame.length_ns);
+  pattern_check.judge_path(frame).widen(estimate, to_reference(), frame.length_ns);
   if (fitted) return fitted->say_width(estimate);
   if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
 }

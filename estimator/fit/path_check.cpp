@@ -10,7 +10,10 @@ namespace {
 
 constexpr double reach_widths = 4;
 constexpr double nearest_reach_widths = 2.5;
+// Of signal, for a bend; and of signal and background together, for a gap, so that parts of the
+// frame have normal deviations.
 constexpr double fewest_photons = 40;
+constexpr double fewest_for_gap = 15;  // of signal
 // Squared deviations of the bend. Chance reaches the first in one frame of a million.
 constexpr double surely_bent = 24;
 constexpr double may_be_straight = 4;
@@ -49,6 +52,7 @@ PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape)
 }
 
 void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool sends_evenly) {
+  background_per_ns_ = background_per_ns;
   sends_evenly_ = sends_evenly;
   score_.setZero();
   information_.setZero();
@@ -68,23 +72,30 @@ void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool se
   }
 }
 
-PathVerdict PathCheck::judge() const {
+PathVerdict PathCheck::judge(double pulses) const {
   PathVerdict verdict;
-  for (const double photons : signal_) verdict.photons += photons;
-  if (verdict.photons < fewest_photons) return verdict;
-  judge_light(verdict);
-  step_to_bend(verdict);
-  if (verdict.signal_gap > 0) bend_away(verdict);
+  if (steps_per_ns_ == 0) return verdict;
+  // What photons of background add to the chances, evenly over the frame.
+  double dark = 0;
+  for (const double chance : chance_) dark += chance * background_per_ns_ * pulses / steps_per_ns_;
+  double all = 0;
+  for (const double photons : signal_) all += photons;
+  verdict.photons = all - dark;
+  if (verdict.photons < fewest_for_gap || all * all < fewest_photons * spread_) return verdict;
+  judge_light(dark, verdict);
+  if (verdict.photons >= fewest_photons) step_to_bend(verdict);
+  if (verdict.signal_gap > 0) bend_away(dark, verdict);
   return verdict;
 }
 
-void PathCheck::judge_light(PathVerdict& verdict) const {
+void PathCheck::judge_light(double dark, PathVerdict& verdict) const {
   const double mean = verdict.photons / parts;
   double squares = 0;
   int gaps = 0;
   for (const double photons : signal_) {
-    squares += (photons - mean) * (photons - mean);
-    gaps += photons < most_in_gap * mean ? 1 : 0;
+    const double signal = photons - dark / parts;
+    squares += (signal - mean) * (signal - mean);
+    gaps += signal < most_in_gap * mean ? 1 : 0;
   }
   verdict.is_even = squares < most_uneven * spread_ / parts;
   const bool is_surely_uneven = squares > surely_uneven * spread_ / parts;
@@ -109,8 +120,8 @@ void PathCheck::step_to_bend(PathVerdict& verdict) const {
 // long, and so about how much the path bends: a part of the half-length d has the variance d^2 / 3,
 // and the bend 3 widths / d^2. The deviations hold twice what such a bend moves, since the estimate
 // of the bend may be half of it.
-void PathCheck::bend_away(PathVerdict& verdict) const {
-  const Eigen::Vector2d mean = moments_ / verdict.photons;
+void PathCheck::bend_away(double dark, PathVerdict& verdict) const {
+  const Eigen::Vector2d mean = (moments_ - Eigen::Vector2d(0, dark / 12)) / verdict.photons;
   const double variance = std::max(mean[1] - mean[0] * mean[0], 1e-6);
   const double bend_ns = 2 * shape_.width_ns() / variance;
   verdict.off_delay_ns = std::hypot(verdict.off_delay_ns, bend_ns * mean[0] * mean[0]);

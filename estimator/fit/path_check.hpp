@@ -68,19 +68,20 @@ class PathCheck {
     moments_ += chance_[step] * Eigen::Vector2d(share, share * share);
   }
 
-  // What the photons added since begin() say. Nothing where pulses are so close that each photon
-  // is near several.
-  [[nodiscard]] PathVerdict judge() const;
+  // What the photons added since begin() say. pulses: whose photons were added, all over the frame.
+  // Nothing where pulses are so close that each photon is near several.
+  [[nodiscard]] PathVerdict judge(double pulses) const;
 
  private:
   static constexpr std::size_t steps = 64;
   static constexpr std::size_t parts = 8;
-  void judge_light(PathVerdict& verdict) const;
+  void judge_light(double dark, PathVerdict& verdict) const;
   void step_to_bend(PathVerdict& verdict) const;
-  void bend_away(PathVerdict& verdict) const;
+  void bend_away(double dark, PathVerdict& verdict) const;
 
   const PulseShape& shape_;
   double first_ns_ = 0, steps_per_ns_ = 0;
+  double background_per_ns_ = 0;
   bool sends_evenly_ = false;
   std::array<double, steps> slope_{};   // of log lambda by the delay, at a time about the pulse
   std::array<double, steps> chance_{};  // that a photon there is signal

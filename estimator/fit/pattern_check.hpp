@@ -54,7 +54,7 @@ class PatternCheck {
   [[nodiscard]] std::optional<PulseMisfit> judge_pulse(const FoldedFrame& frame,
                                                        const FrameParameters& found) const;
   // Whether these photons lie about a straight path.
-  [[nodiscard]] PathVerdict judge_path() const { return path_.judge(); }
+  [[nodiscard]] PathVerdict judge_path(const FoldedFrame& frame) const;
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
 
  private:

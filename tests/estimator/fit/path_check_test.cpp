@@ -35,7 +35,7 @@ struct PathLight {
       check.add(pulse(random) + off_ns + travel_off_ns * s + bend_ns * (s * s - 1.0 / 12), s);
     }
     for (int n = dark(random); n > 0; --n) check.add(wide(random), all(random));
-    return check.judge();
+    return check.judge(1);
   }
 };
 
