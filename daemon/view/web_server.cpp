@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <microhttpd.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,6 +21,9 @@ namespace {
 constexpr std::size_t connection_bytes = 24U << 10U;  // headers of the request and its answer
 constexpr unsigned patience_s = 15;                   // for a connection on which nothing moves
 constexpr std::size_t block_bytes = 16U << 10U;       // of events that are sent at once
+// What the system keeps for a viewer that does not read, which it doubles. By itself it would keep
+// up to 4 MiB: a minute of old news and more, which a viewer that wakes up has to read first.
+constexpr int unread_bytes = 128 << 10;
 constexpr std::int64_t heartbeat_ns = 5'000'000'000;
 constexpr std::int64_t default_window_s = 60;
 
@@ -140,6 +144,8 @@ WebServer::WebServer(const std::string& address, const LiveView& view, const Clo
   place_ = listener.endpoint().substr(scheme_bytes);
   // libmicrohttpd closes the socket that it is given.
   const int socket = ::fcntl(listener.get(), F_DUPFD_CLOEXEC, 0);
+  // Connections inherit it.
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &unread_bytes, sizeof unread_bytes);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME, 0, &Callbacks::may_connect, this,
       &Callbacks::handle, this, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
