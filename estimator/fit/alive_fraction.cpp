@@ -10,7 +10,7 @@ constexpr double cells_a_width = 8;
 constexpr double most_periods = 2000;
 // A longer dead time averages over so many periods that its phase does not matter.
 constexpr double most_cells_dead = 1 << 22;
-constexpr double settled = 1e-7;
+constexpr double alive_settled = 1e-7;
 
 }  // namespace
 
@@ -82,7 +82,7 @@ void AliveFraction::settle(const std::vector<double>& chances, double cells_dead
       alive = std::clamp(alive, 0.0, 1.0);
     }
     mean_ = sum / static_cast<double>(cells);
-    if (static_cast<double>(period) > 2 * dead_periods + 1 && change < settled) return;
+    if (static_cast<double>(period) > 2 * dead_periods + 1 && change < alive_settled) return;
   }
 }
 

@@ -8,11 +8,11 @@
 namespace splid {
 namespace {
 
-constexpr double reach_widths = 4;
-constexpr double nearest_reach_widths = 2.5;
+constexpr double path_reach_widths = 4;
+constexpr double nearest_path_widths = 2.5;
 // Of signal, for a bend; and of signal and background together, for a gap, so that parts of the
 // frame have normal deviations.
-constexpr double fewest_photons = 40;
+constexpr double fewest_for_bend = 40;
 constexpr double fewest_for_gap = 15;  // of signal
 // Squared deviations of the bend. Chance reaches the first in one frame of a million.
 constexpr double surely_bent = 24;
@@ -20,10 +20,10 @@ constexpr double may_be_straight = 4;
 // With fewer photons a part of the frame may be empty by chance.
 constexpr double fewest_for_straight = 100;
 // Of chi squared with 7 degrees of freedom: one even frame of a thousand is taken as uneven.
-constexpr double most_uneven = 24.3;
+constexpr double most_uneven_signal = 24.3;
 // Chi squared reaches this in one even frame of a million. A part of the frame is without signal
 // where it has less than a quarter of the mean; fading light seldom has that in an eighth.
-constexpr double surely_uneven = 41;
+constexpr double surely_uneven_signal = 41;
 constexpr double most_in_gap = 0.25;
 
 }  // namespace
@@ -45,8 +45,8 @@ void PathVerdict::widen(Estimate& estimate, double scale, double length_ns) cons
 }
 
 PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
-  const double reach_ns = std::min(reach_widths * shape.width_ns(), 0.499 * closest_ns);
-  if (reach_ns < nearest_reach_widths * shape.width_ns()) return;
+  const double reach_ns = std::min(path_reach_widths * shape.width_ns(), 0.499 * closest_ns);
+  if (reach_ns < nearest_path_widths * shape.width_ns()) return;
   first_ns_ = shape.peak_offset_ns() - reach_ns;
   steps_per_ns_ = static_cast<double>(steps) / (2 * reach_ns);
 }
@@ -81,9 +81,9 @@ PathVerdict PathCheck::judge(double pulses) const {
   double all = 0;
   for (const double photons : signal_) all += photons;
   verdict.photons = all - dark;
-  if (verdict.photons < fewest_for_gap || all * all < fewest_photons * spread_) return verdict;
+  if (verdict.photons < fewest_for_gap || all * all < fewest_for_bend * spread_) return verdict;
   judge_light(dark, verdict);
-  if (verdict.photons >= fewest_photons) step_to_bend(verdict);
+  if (verdict.photons >= fewest_for_bend) step_to_bend(verdict);
   if (verdict.signal_gap > 0) bend_away(dark, verdict);
   return verdict;
 }
@@ -97,8 +97,8 @@ void PathCheck::judge_light(double dark, PathVerdict& verdict) const {
     squares += (signal - mean) * (signal - mean);
     gaps += signal < most_in_gap * mean ? 1 : 0;
   }
-  verdict.is_even = squares < most_uneven * spread_ / parts;
-  const bool is_surely_uneven = squares > surely_uneven * spread_ / parts;
+  verdict.is_even = squares < most_uneven_signal * spread_ / parts;
+  const bool is_surely_uneven = squares > surely_uneven_signal * spread_ / parts;
   if (sends_evenly_ && is_surely_uneven) verdict.signal_gap = static_cast<double>(gaps) / parts;
 }
 
