@@ -56,7 +56,7 @@ std::string make_table(const BatchFolder& folder, const BatchRecording& recordin
   return summary.line();
 }
 
-RecordingOutcome outcome_of(const BatchRecording& recording, RecordingState state) {
+RecordingOutcome outcome_of(const BatchRecording& recording, BatchState state) {
   RecordingOutcome outcome;
   outcome.recording = recording;
   outcome.state = state;
@@ -64,7 +64,7 @@ RecordingOutcome outcome_of(const BatchRecording& recording, RecordingState stat
 }
 
 RecordingOutcome done(const BatchRecording& recording, const std::string& line) {
-  RecordingOutcome outcome = outcome_of(recording, RecordingState::done);
+  RecordingOutcome outcome = outcome_of(recording, BatchState::done);
   outcome.line = line;
   return outcome;
 }
@@ -74,7 +74,7 @@ RecordingOutcome not_done(const BatchFolder& folder, const BatchRecording& recor
   const auto failure = folder.read(recording, failure_of_recording, "");
   const bool failed = failure && failure->contains("why");
   RecordingOutcome outcome =
-      outcome_of(recording, failed ? RecordingState::failed : RecordingState::unfinished);
+      outcome_of(recording, failed ? BatchState::failed : BatchState::unfinished);
   outcome.why = failed ? failure->at("why") : recording.file + ": " + missing;
   return outcome;
 }
@@ -113,7 +113,7 @@ std::string summary_text(const std::vector<RecordingOutcome>& outcomes) {
   const auto values = static_cast<std::size_t>(std::count(columns.begin(), columns.end(), ','));
   std::string text = "recording,table,state," + columns + ",why\n";
   for (const RecordingOutcome& outcome : outcomes) {
-    const bool is_done = outcome.state == RecordingState::done;
+    const bool is_done = outcome.state == BatchState::done;
     const std::string table = is_done ? outcome.recording.name + ".h5" : "";
     text += quoted_field(outcome.recording.file) + "," + quoted_field(table) + "," +
             names.at(static_cast<std::size_t>(outcome.state)) + "," +

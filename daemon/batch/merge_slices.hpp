@@ -8,7 +8,7 @@
 
 namespace splid {
 
-enum class RecordingState {
+enum class BatchState {
   done,        // its table is made
   failed,      // it cannot be measured
   unfinished,  // slices are missing that may still come
@@ -17,7 +17,7 @@ enum class RecordingState {
 // What became of a recording.
 struct RecordingOutcome {
   BatchRecording recording;
-  RecordingState state = RecordingState::unfinished;
+  BatchState state = BatchState::unfinished;
   std::string why;   // a sentence, where it is not done
   std::string line;  // where it is done: as RecordingSummary::line()
 };

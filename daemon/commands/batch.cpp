@@ -214,10 +214,10 @@ int merge(const std::string& folder) {
   const std::vector<RecordingOutcome> outcomes = merge_folder(BatchFolder(folder));
   std::size_t done = 0;
   for (const RecordingOutcome& outcome : outcomes) {
-    if (outcome.state == RecordingState::done) {
+    if (outcome.state == BatchState::done) {
       ++done;
     } else {
-      spdlog::error("{}: {}", outcome.state == RecordingState::failed ? "failed" : "unfinished",
+      spdlog::error("{}: {}", outcome.state == BatchState::failed ? "failed" : "unfinished",
                     outcome.why);
     }
   }

@@ -78,7 +78,7 @@ class Batch : public ::testing::TestWithParam<const char*> {
     }
     std::map<std::string, std::string> written;
     for (const RecordingOutcome& outcome : merge_folder(folder)) {
-      EXPECT_EQ(outcome.state, RecordingState::done) << outcome.why;
+      EXPECT_EQ(outcome.state, BatchState::done) << outcome.why;
       written[outcome.recording.name] = test::file_text(folder.table_file(outcome.recording));
     }
     written["summary"] = test::file_text(folder.summary_file());
@@ -142,7 +142,7 @@ TEST_F(BatchOfGolden, KeepsTheSlicesThatAreMeasured) {
   folder.remove_slices(recording);
   folder.write_slice(recording, key, 0, marked);
   measure(files, meter, {}, folder);
-  EXPECT_EQ(merge_folder(folder).front().state, RecordingState::done);
+  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
   const std::string table = test::file_text(folder.table_file(recording));
   EXPECT_NE(table.find(marked), std::string::npos);
 }
@@ -165,9 +165,9 @@ TEST_F(BatchOfGolden, AStopKeepsWholeSlicesAndGoesOnLater) {
       meter.measure(recordings[0], all, folder, stop_after_a_slice, stop.get_token());
   EXPECT_FALSE(ended);
   for (const SliceHead& slice : folder.slices(recordings[0], key)) EXPECT_EQ(slice.rows, 3U);
-  EXPECT_EQ(merge_slices(folder, recordings[0]).state, RecordingState::unfinished);
+  EXPECT_EQ(merge_slices(folder, recordings[0]).state, BatchState::unfinished);
   EXPECT_TRUE(meter.measure(recordings[0], all, folder, hear_nothing, {}));
-  ASSERT_EQ(merge_folder(folder).front().state, RecordingState::done);
+  ASSERT_EQ(merge_folder(folder).front().state, BatchState::done);
   EXPECT_EQ(test::file_text(folder.table_file(recordings[0])),
             batch(files, made, 1, 1).at("interleaved"));
 }
@@ -179,12 +179,12 @@ TEST_F(BatchOfGolden, AnUnfinishedRecordingSaysWhatIsMissing) {
   BatchMeter meter(config("interleaved"), 1, few_frames);
   measure(files, meter, {1, 7}, folder);
   const RecordingOutcome part = merge_folder(folder).front();
-  EXPECT_EQ(part.state, RecordingState::unfinished);
+  EXPECT_EQ(part.state, BatchState::unfinished);
   EXPECT_THAT(part.why, HasSubstr("interleaved.ptu: what follows frame "));
   for (std::uint64_t index = 2; index <= 7; ++index) measure(files, meter, {index, 7}, folder);
-  EXPECT_EQ(merge_folder(folder).front().state, RecordingState::done);
+  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
   // Once it is done, it stays so, and needs no measuring.
-  EXPECT_EQ(merge_folder(folder).front().state, RecordingState::done);
+  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
   const BatchRecording recording = find_recordings(files).front();
   EXPECT_TRUE(meter.is_measured(recording, {0, recording.bytes}, folder));
   std::filesystem::remove(folder.table_file(recording));
@@ -210,7 +210,7 @@ TEST_F(BatchOfGolden, OneThatCannotLockFails) {
   const std::string why =
       test::error_text([&] { measure({golden_folder + "interleaved.ptu"}, meter, {}, folder); });
   EXPECT_THAT(why, HasSubstr("period"));
-  EXPECT_EQ(merge_folder(folder).front().state, RecordingState::unfinished);
+  EXPECT_EQ(merge_folder(folder).front().state, BatchState::unfinished);
 }
 
 }  // namespace

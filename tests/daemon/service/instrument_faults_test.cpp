@@ -25,7 +25,7 @@ constexpr std::int64_t second_ps = 1'000'000'000'000;
 constexpr std::int64_t frame_ps = second_ps / 20;
 constexpr int sync_input = 8;
 
-struct Fault {
+struct FaultyInstrument {
   const char* name;
   const char* words;  // what it is, for the table
   std::function<void(FaultyBridge&)> inject;
@@ -38,12 +38,13 @@ struct Fault {
   std::int64_t good_within_ps = 2 * frame_ps;
 };
 
-void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+void PrintTo(const FaultyInstrument& fault, std::ostream* out) { *out << fault.name; }
 
-class InstrumentFault : public test::FaultScene, public ::testing::WithParamInterface<Fault> {};
+class InstrumentFault : public test::FaultScene,
+                        public ::testing::WithParamInterface<FaultyInstrument> {};
 
 TEST_P(InstrumentFault, IsToldAndCountedAndGoodFramesComeAgain) {
-  const Fault& fault = GetParam();
+  const FaultyInstrument& fault = GetParam();
   start();
   daemon->start_counting();
   auto begin = WatchedDaemon::Clock::now();
@@ -92,7 +93,7 @@ WatchedDaemon::FrameTest lost(std::uint64_t tags) {
   return [tags](const FrameMessage& frame) { return frame.lost_tags.value_or(0) == tags; };
 }
 
-std::vector<Fault> connection_faults() {
+std::vector<FaultyInstrument> connection_faults() {
   return {{"hangsUp",
            "bridge closes the connection and takes the next",
            [](FaultyBridge& bridge) { bridge.hang_up(false); },
@@ -136,7 +137,7 @@ std::vector<Fault> connection_faults() {
            {}}};
 }
 
-std::vector<Fault> told_losses() {
+std::vector<FaultyInstrument> told_losses() {
   return {{"missed", "instrument says that 500 tags were missed",
            [](FaultyBridge& bridge) {
              once(bridge, [](auto& records) { put_second(records, {{0, 1, 4, 500}}); });
@@ -156,7 +157,7 @@ std::vector<Fault> told_losses() {
            "", is_unseen, undo}};
 }
 
-std::vector<Fault> clock_faults() {
+std::vector<FaultyInstrument> clock_faults() {
   return {{"clockAhead", "clock jumps 10 s forward, unsaid",
            [](FaultyBridge& bridge) { bridge.sender.step(10 * second_ps); }, "",
            [](const FrameMessage& frame) { return frame.start_ps > 9 * second_ps; }},
@@ -176,7 +177,7 @@ std::vector<Fault> clock_faults() {
            "", [](const FrameMessage& frame) { return frame.lost_tags.value_or(0) > 0; }, undo}};
 }
 
-std::vector<Fault> light_and_sync_faults() {
+std::vector<FaultyInstrument> light_and_sync_faults() {
   return {
       {"noSync",
        "sync cable comes off",
@@ -227,7 +228,9 @@ std::vector<Fault> light_and_sync_faults() {
        "", [](const FrameMessage& frame) { return frame.photons.value_or(0) > 200'000; }, undo, 0}};
 }
 
-std::string name_of(const ::testing::TestParamInfo<Fault>& fault) { return fault.param.name; }
+std::string name_of(const ::testing::TestParamInfo<FaultyInstrument>& fault) {
+  return fault.param.name;
+}
 
 INSTANTIATE_TEST_SUITE_P(Connection, InstrumentFault, ::testing::ValuesIn(connection_faults()),
                          name_of);

@@ -12,7 +12,7 @@
 namespace splid {
 namespace {
 
-constexpr double pulse_width_ns = 0.1;
+constexpr double sent_width_ns = 0.1;
 
 // A target's light over a frame, and background about its pulses.
 struct PathLight {
@@ -24,7 +24,7 @@ struct PathLight {
 
   // What the check says of one draw. The line is as far off in delay and travel as chance has it.
   PathVerdict drawn(PathCheck& check, std::mt19937_64& random) const {
-    std::normal_distribution<double> pulse(0, pulse_width_ns);
+    std::normal_distribution<double> pulse(0, sent_width_ns);
     std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), wide(-0.5, 0.5);
     std::poisson_distribution<int> light(photons), dark(background_per_ns);
     const double off_ns = pulse(random) / std::sqrt(photons);
@@ -46,7 +46,7 @@ struct Drawn {
 };
 
 Drawn draw(const PathLight& light, int draws) {
-  const GaussianPulse shape(pulse_width_ns);
+  const GaussianPulse shape(sent_width_ns);
   PathCheck check(shape, 9);
   std::mt19937_64 random(11);
   Drawn drawn;
@@ -82,11 +82,11 @@ TEST(PathCheck, TakesAStraightPathAsStraight) {
 TEST(PathCheck, SaysHowMuchAPathBends) {
   for (const double widths : {-1.0, 0.5, 1.0}) {
     PathLight light;
-    light.bend_ns = widths * pulse_width_ns;
+    light.bend_ns = widths * sent_width_ns;
     EXPECT_NEAR(draw(light, 1000).mean_bend_ns, light.bend_ns, 0.1 * std::abs(light.bend_ns));
   }
   PathLight light;
-  light.bend_ns = 5 * pulse_width_ns;
+  light.bend_ns = 5 * sent_width_ns;
   const Drawn drawn = draw(light, 300);
   EXPECT_EQ(drawn.bent, 300);
   EXPECT_EQ(drawn.straight, 0);
@@ -106,12 +106,12 @@ TEST(PathCheck, SeesTheGapOfATargetThatIsThereInAPartOfTheFrame) {
 TEST(PathCheck, SaysNothingOfTooFewPhotonsOrOfPulsesTooCloseToEachOther) {
   PathLight light;
   light.photons = 20;
-  light.bend_ns = 20 * pulse_width_ns;
+  light.bend_ns = 20 * sent_width_ns;
   const Drawn drawn = draw(light, 100);
   EXPECT_EQ(drawn.bent, 0);
   EXPECT_EQ(drawn.straight, 0);
-  const GaussianPulse shape(pulse_width_ns);
-  PathCheck check(shape, 4 * pulse_width_ns);
+  const GaussianPulse shape(sent_width_ns);
+  PathCheck check(shape, 4 * sent_width_ns);
   std::mt19937_64 random(3);
   light.photons = 700;
   const PathVerdict verdict = light.drawn(check, random);
