@@ -46,6 +46,7 @@ std::string to_json(const StatusMessage& message) {
   json.integer("frames", message.frames)
       .integer("valid_frames", message.valid_frames)
       .number("ring_fill_ratio", message.ring_fill_ratio);
+  if (message.effort_is_lowered) json.flag("effort_is_lowered", true);
   if (message.recording) write_recording(json, *message.recording);
   return json.finish();
 }

@@ -325,6 +325,7 @@ bool StatusReporter::is_turned(const StreamHealth& health) const {
 void StatusReporter::publish(const StreamHealth& health) {
   status_.timestamp_s = timestamp_s();
   status_.recording = health.recording;
+  status_.effort_is_lowered = effort_is_lowered();
   status_.tags = health.tags;
   status_.ring_fill_ratio = std::exchange(highest_fill_, 0);
   publisher_.publish_status(to_json(status_));

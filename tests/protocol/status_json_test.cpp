@@ -1,5 +1,6 @@
 #include "protocol/status_json.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -49,6 +50,13 @@ TEST(StatusMessage, RecordingBeforeItsFirstFileHasItsStateAlone) {
   EXPECT_EQ(
       recording_of(),
       R"("recording":{"state":"writing","file":"r/\"a\".ptu","bytes":1234567,"seconds":2.5}})");
+}
+
+TEST(StatusMessage, SaysWhereTheEffortIsLowered) {
+  StatusMessage message;
+  EXPECT_THAT(to_json(message), testing::Not(testing::HasSubstr("effort")));
+  message.effort_is_lowered = true;
+  EXPECT_THAT(to_json(message), testing::HasSubstr(R"("effort_is_lowered":true)"));
 }
 
 TEST(StatusMessage, RecordingStates) {

@@ -275,6 +275,14 @@ await check('a daemon that is not there yet, stops and comes back', async () => 
   }
 });
 
+await check('a lowered effort has the colour of an alarm', async () => {
+  const colours = await follower.evaluate(() => [true, undefined].map((effort_is_lowered) => {
+    take_status({...state_message, effort_is_lowered});
+    return document.getElementById('effort').className;
+  }));
+  expect(colours[0] === 'alarm' && colours[1] === 'good', colours.join(', '));
+});
+
 await check('a target that is lost and found again', async () => {
   const steps = [[true, 'ok'], [false, 'no target'], [true, 'ok']];
   for (const [bright, status] of steps) {

@@ -140,6 +140,7 @@ function take_status(status) {
   put('lost', Number(status.lost_tags).toLocaleString('en') + uncounted, status.lost_tags);
   at('lost').className = Number(status.lost_tags) > 0 || uncounted !== '' ? 'alarm' : 'good';
   put('frames', `${Number(status.frames).toLocaleString('en')}, ${Number(status.valid_frames).toLocaleString('en')} valid`);
+  at('effort').className = status.effort_is_lowered ? 'alarm' : 'good';
   show_recording(status.recording);
   show_health();
 }

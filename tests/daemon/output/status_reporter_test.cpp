@@ -362,9 +362,11 @@ TEST_F(StatusReports, SayWhenTheEffortIsLowered) {
   reporter.frame_published(lowered);
   reporter.tick(health);
   EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""),
-                                   AllOf(HasSubstr("\"degraded\""), HasSubstr("to fast")),
-                                   HasSubstr("\"streaming\"")));
+              testing::ElementsAre(
+                  HasSubstr("\"starting\""),
+                  AllOf(HasSubstr("\"degraded\""), HasSubstr("to fast"),
+                        HasSubstr("\"effort_is_lowered\":true")),
+                  AllOf(HasSubstr("\"streaming\""), testing::Not(HasSubstr("effort_is_lowered")))));
 }
 
 TEST_F(StatusReports, SayWhenFramesCostMoreThanTheyLast) {
