@@ -45,7 +45,7 @@ struct StatusMessage {
   double ring_fill_ratio = 0;  // 0 to 1, highest since the last status
   // Which instrument is read, in its driver's words for it; where empty, the member is left out.
   std::string device_name = {};
-  std::uint64_t uncounted_losses = 0;             // losses that took an unknown number of tags
+  std::uint64_t uncounted_losses = 0;  // losses that took an unknown number of tags
   // The last frame had less effort than was configured; where false, the member is left out.
   bool effort_is_lowered = false;
   std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
