@@ -10,7 +10,7 @@ from conftest import ROOT
 
 FOLDER = ROOT / "docs" / "notebooks"
 # How many figures each shows.
-FIGURES = {"recording": 3, "scene": 3, "calibration": 1}
+FIGURES = {"recording": 3, "scene": 3, "calibration": 1, "first-hour": 2}
 
 
 def shown_by(notebook):
@@ -53,6 +53,9 @@ def test_a_notebook_runs_and_draws(name, program, monkeypatch):
         for one in namespace["found"]:  # nothing is better than its bound, but by chance
             assert one["distance_mm"] > 0.6 * one["bound_mm"]
             assert one["distance_mm"] < 1.6 * one["bound_mm"]
+    if name == "first-hour":
+        assert len(namespace["good"]) == 80
+        assert abs(float(np.mean(namespace["good"]["velocity_mps"])) - 3) < 0.01
     if name == "calibration":
         assert abs(float(namespace["late_ps"].mean())) < 100
         assert np.all(namespace["calibrated"]["valid"][1:-1])
