@@ -9,7 +9,6 @@ namespace splid {
 namespace {
 
 constexpr double path_reach_widths = 4;
-constexpr double nearest_path_widths = 2.5;
 // Of signal, for a bend; and of signal and background together, for a gap, so that parts of the
 // frame have normal deviations.
 constexpr double fewest_for_bend = 40;
@@ -40,13 +39,14 @@ void PathVerdict::widen(Estimate& estimate, double scale, double length_ns) cons
   if (signal_gap > 0) estimate.signal_gap = signal_gap;
   estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, off_delay_ns * scale);
   // The velocity of a travel is c g / (2 - g), g = travel / length.
+  if (estimate.std_velocity_mps == 0) return;  // the target was taken to be at rest
   estimate.std_velocity_mps =
       std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_travel_ns / (2 * length_ns));
 }
 
 PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
-  const double reach_ns = std::min(path_reach_widths * shape.width_ns(), 0.499 * closest_ns);
-  if (reach_ns < nearest_path_widths * shape.width_ns()) return;
+  const double reach_ns = path_reach_widths * shape.width_ns();
+  if (reach_ns > 0.499 * closest_ns) return;
   first_ns_ = shape.peak_offset_ns() - reach_ns;
   steps_per_ns_ = static_cast<double>(steps) / (2 * reach_ns);
 }

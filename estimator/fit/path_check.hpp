@@ -46,7 +46,8 @@ struct PathVerdict {
 // Threads: one thread for each object. Errors: none. No allocation.
 class PathCheck {
  public:
-  // closest_ns: smallest distance between two pulses. shape: outlives this.
+  // closest_ns: smallest distance between two pulses, of which eight widths are asked for. shape:
+  // outlives this.
   PathCheck(const PulseShape& shape, double closest_ns);
 
   // Forgets the photons. signal_per_pulse: of a pulse of the mean amplitude. sends_evenly: pulses

@@ -160,7 +160,8 @@ std::optional<PulseMisfit> PatternCheck::judge_pulse(const FoldedFrame& frame,
 
 PathVerdict PatternCheck::judge_path(const FoldedFrame& frame) const {
   const std::size_t step = 1 + (std::max<std::size_t>(frame.size(), 1) - 1) / most_photons;
-  return path_.judge(train_.pulses_per_ns * frame.seen_ns / static_cast<double>(step));
+  const double blind_ns = frame.blind != nullptr ? frame.blind->blind_ns : 0;
+  return path_.judge(train_.pulses_per_ns * (frame.seen_ns - blind_ns) / static_cast<double>(step));
 }
 
 // A Poisson count n of mean E has the variance E, and (n - E)^2 has the variance 2 E^2 + E. Where

@@ -148,6 +148,21 @@ TEST(PathOfAFrame, ThatBendsAndIsTakenAsStraightIsSaid) {
   }
 }
 
+// A target that is taken to be at rest turns around in mid-frame: its velocity stays as it was
+// taken.
+TEST(PathOfAFrame, ThatBendsAboutRestIsSaid) {
+  test::FrameMaker made = accelerating_target(50);
+  made.velocity_mps = 0;
+  FrameEstimator estimator(made.pattern, {}, {.motion = Motion::static_target}, {}, made.length_ms,
+                           100'000);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Estimate e = estimator.estimate(made.make(seed).view());
+    ASSERT_EQ(e.status, FrameStatus::ok);
+    EXPECT_TRUE(e.acceleration_misfit_mps2);
+    EXPECT_EQ(e.std_velocity_mps, 0);
+  }
+}
+
 // At 100 m/s^2 the path bends by 67 pulse widths in 200 ms, and the best straight line touches it.
 // Errors are within their deviations in two of three frames, and within four in all but some.
 TEST(PathOfAFrame, ThatALineOnlyTouchesHasAGapAndWideDeviations) {
