@@ -35,7 +35,11 @@ FrameLog::FrameLog(const std::string& file, const TableFacts& facts, bool overwr
       thread_([this] { run(); }) {}
 
 FrameLog::FrameLog(TableFacts facts, Say say)
-    : facts_(std::move(facts)), say_(std::move(say)), waits_(false), thread_([this] { run(); }) {}
+    : facts_(std::move(facts)),
+      say_(std::move(say)),
+      waits_(false),
+      checksums_(std::in_place, say_),
+      thread_([this] { run(); }) {}
 
 FrameLog::~FrameLog() {
   std::stop_source now;
@@ -54,13 +58,19 @@ void FrameLog::put(const FrameMessage& frame, const std::string& file,
   queue_.push_back({frame, file, recording});
 }
 
-void FrameLog::finish(const std::stop_token& stop) {
+void FrameLog::finish(const std::stop_token& stop,
+                      std::optional<std::chrono::milliseconds> patience) {
   {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
   }
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
+  if (checksums_) {
+    end_table();
+    checksums_->finish(stop, patience);
+    checksums_.reset();
+  }
   if (!checksum_thread_.joinable()) return;
   {
     const std::stop_callback pass_on(stop, [this] { checksum_thread_.request_stop(); });
@@ -93,7 +103,7 @@ void FrameLog::run() {
 void FrameLog::take(const Entry& entry) {
   if (!waits_ && entry.file != last_file_) {
     flush();
-    table_.reset();
+    end_table();
     last_file_ = entry.file;
   }
   if (!table_ && may_make_) open(entry);
@@ -170,9 +180,9 @@ void FrameLog::finish_table() {
   }
 }
 
-void FrameLog::add_checksum(const std::string& recording, const std::stop_token& stop) {
-  checksum_ = sha256_of_file(recording, stop).value_or("");
-  finish_table();
+// Of a live source: no frame comes for this table any more, and its recording is over.
+void FrameLog::end_table() {
+  if (table_ != nullptr) checksums_->add(std::move(table_), facts_.recording);
 }
 
 std::string FrameLog::fault() const {

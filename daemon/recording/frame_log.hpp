@@ -1,16 +1,19 @@
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
 
 #include "daemon/recording/frame_table.hpp"
+#include "daemon/recording/recording_checksums.hpp"
 #include "daemon/recording/table_head.hpp"
 #include "protocol/frame_json.hpp"
 
@@ -34,7 +37,8 @@ class FrameLog {
   // facts.recording is computed meanwhile. Errors: those of FrameTable.
   FrameLog(const std::string& file, const TableFacts& facts, bool overwrite, Say say);
   // The tables of a live source, each of which is made with its first frame; facts.recording is
-  // filled in.
+  // filled in. A table gets its recording's checksum once frames of the next recording come, since
+  // its own is over then.
   FrameLog(TableFacts facts, Say say);
   ~FrameLog();
   FrameLog(const FrameLog&) = delete;
@@ -44,13 +48,9 @@ class FrameLog {
   // its table; where that is another than before, the table before ends. Errors: none.
   void put(const FrameMessage& frame, const std::string& file = {},
            const std::string& recording = {});
-  // Waits until all frames are written, and for the checksum unless a stop is requested. Errors:
-  // none.
-  void finish(const std::stop_token& stop);
-
-  // After finish(): the checksum of a recording that is whole by now, for the table written last.
-  // Errors: none.
-  void add_checksum(const std::string& recording, const std::stop_token& stop);
+  // Waits until all frames are written, and for the checksums unless a stop is requested or
+  // `patience` is over. All recordings are whole by now. Errors: none.
+  void finish(const std::stop_token& stop, std::optional<std::chrono::milliseconds> patience = {});
 
   // Why frames are not written at present, in a sentence; empty while all is well.
   [[nodiscard]] std::string fault() const;
@@ -72,6 +72,7 @@ class FrameLog {
   void say_what_was_dropped();
   void lose(std::uint64_t frames, const std::string& why);
   void finish_table();
+  void end_table();
 
   TableFacts facts_;
   Say say_;
@@ -86,11 +87,12 @@ class FrameLog {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Entry> queue_;    // guarded by mutex_
-  std::uint64_t dropped_ = 0;  // guarded by mutex_; found no room in the queue
-  bool ended_ = false;         // guarded by mutex_
-  std::string fault_;          // guarded by mutex_
-  std::string checksum_;       // of the checksum's thread, until it has ended
+  std::deque<Entry> queue_;                      // guarded by mutex_
+  std::uint64_t dropped_ = 0;                    // guarded by mutex_; found no room in the queue
+  bool ended_ = false;                           // guarded by mutex_
+  std::string fault_;                            // guarded by mutex_
+  std::optional<RecordingChecksums> checksums_;  // of a live source
+  std::string checksum_;  // of a replay; of the checksum's thread, until it has ended
   std::jthread checksum_thread_;
   std::jthread thread_;
 };

@@ -19,6 +19,10 @@ constexpr std::size_t tap_tags_at_once = 65'536;
 constexpr std::size_t max_batches = 65'536;
 constexpr std::size_t max_early_frames = 256;
 
+// A service has to end at once. Short recordings are read in this time, and of long ones the log
+// says that their tables lack the sum.
+constexpr std::chrono::milliseconds patience_for_checksum{300};
+
 // A killed daemon may lose half a second of tags; flushing a little more often leaves time for the
 // write itself.
 constexpr std::int64_t tap_flush_interval_ns = 400'000'000;
@@ -183,7 +187,7 @@ std::string RecordingTap::summary() {
                   grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
   if (!frames_) return text;
   put_frames();
-  frames_->finish({});
+  frames_->finish({}, patience_for_checksum);
   return text + "; " + frames_->summary();
 }
 

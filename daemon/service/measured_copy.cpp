@@ -112,7 +112,6 @@ std::string MeasuredCopy::finish(const std::stop_token& stop) {
   thread_.join();
   frames_.finish(stop);
   if (fault_) std::rethrow_exception(fault_);
-  frames_.add_checksum(recording_, stop);
   const std::uint64_t dropped = dropping_.dropped_tags();
   std::string text = frames_.summary();
   return dropped == 0 ? text : text + fmt::format("; {} tags lost to them", grouped(dropped));

@@ -87,6 +87,24 @@ TEST(FrameLog, ALiveSourceHasATableForEachRecording) {
   EXPECT_THAT(file_text(folder.path("2.csv.facts.json")), HasSubstr("\"recording\":\"2.ptu\""));
 }
 
+// The sums are those of "abc" and of nothing.
+TEST(FrameLog, ALiveSourcesTablesHaveTheChecksumsOfTheirRecordings) {
+  const test::TempFolder folder;
+  Said said;
+  FrameLog log(live_facts, std::ref(said));
+  log.put(numbered_frame(0), folder.path("1.csv"), folder.write("1.ptu", "abc"));
+  log.put(numbered_frame(1), folder.path("2.csv"), folder.write("2.ptu", ""));
+  const auto has = [&](const char* facts, const char* sum) {
+    return file_text(folder.path(facts)).find(sum) != std::string::npos;
+  };
+  EXPECT_TRUE(comes_true([&] { return has("1.csv.facts.json", "\"ba7816bf8f01cfea"); }))
+      << "while the second recording goes on";
+  EXPECT_FALSE(has("2.csv.facts.json", "\"e3b0c44298fc1c14"));
+  log.finish({});
+  EXPECT_TRUE(has("2.csv.facts.json", "\"e3b0c44298fc1c14"));
+  EXPECT_THAT(said.sentences, ElementsAre());
+}
+
 // The frames come far faster than a disk or the queue could take them.
 TEST(FrameLog, ALiveSourceNeverWaits) {
   const test::TempFolder folder;
