@@ -13,6 +13,8 @@
 #include "protocol/ptu_decode.hpp"
 #include "protocol/ptu_header.hpp"
 #include "protocol/ptu_t3_decode.hpp"
+#include "protocol/qutag_decode.hpp"
+#include "protocol/spc_decode.hpp"
 
 namespace splid {
 namespace {
@@ -64,7 +66,7 @@ void decode_in_chunks(benchmark::State& state, std::span<const std::byte> record
   for (auto _ : state) {
     Decoder decoder = begun;
     std::span<const std::byte> rest = records;
-    while (rest.size() >= PtuDecoder::record_bytes) {
+    while (rest.size() >= decoder.record_bytes()) {
       const auto progress = decoder.decode(rest, tags);
       benchmark::DoNotOptimize(tags.data());
       benchmark::ClobberMemory();
@@ -72,25 +74,59 @@ void decode_in_chunks(benchmark::State& state, std::span<const std::byte> record
     }
   }
   state.SetItemsProcessed(state.iterations() *
-                          static_cast<std::int64_t>(records.size() / PtuDecoder::record_bytes));
+                          static_cast<std::int64_t>(records.size() / begun.record_bytes()));
 }
 
-void mix(benchmark::State& state, PtuRecordType type, double resolution_s) {
-  decode_in_chunks(state, mixed_records(type != PtuRecordType::hydra_harp_v1),
+void mix(benchmark::State& state, RecordType type, double resolution_s) {
+  decode_in_chunks(state, mixed_records(type != RecordType::hydra_harp_v1),
                    PtuDecoder(type, resolution_s));
 }
 
 void t3(benchmark::State& state) {
   decode_in_chunks(state, t3_records(),
-                   PtuT3Decoder(PtuRecordType::hydra_harp_v2_t3, 3.78e6, 128e-12));
+                   PtuT3Decoder(RecordType::hydra_harp_v2_t3, 3.78e6, 128e-12));
 }
 
-BENCHMARK_CAPTURE(mix, hydra_harp_v2, PtuRecordType::hydra_harp_v2, 1e-12);
-BENCHMARK_CAPTURE(mix, hydra_harp_v1, PtuRecordType::hydra_harp_v1, 1e-12);
-BENCHMARK_CAPTURE(mix, pico_harp, PtuRecordType::pico_harp, 4e-12);
-BENCHMARK_CAPTURE(mix, fraction_of_a_ps, PtuRecordType::generic, 3.90625e-12);
+BENCHMARK_CAPTURE(mix, hydra_harp_v2, RecordType::hydra_harp_v2, 1e-12);
+BENCHMARK_CAPTURE(mix, hydra_harp_v1, RecordType::hydra_harp_v1, 1e-12);
+BENCHMARK_CAPTURE(mix, pico_harp, RecordType::pico_harp, 4e-12);
+BENCHMARK_CAPTURE(mix, fraction_of_a_ps, RecordType::generic, 3.90625e-12);
 
 BENCHMARK(t3);
+
+// Detections of two inputs and a sync at random places.
+void qutag(benchmark::State& state) {
+  std::mt19937 generator(1);
+  std::vector<std::byte> bytes;
+  const auto append = [&bytes](std::uint64_t value, unsigned count) {
+    for (; count > 0; --count, value >>= 8U) bytes.push_back(static_cast<std::byte>(value & 0xFFU));
+  };
+  std::uint64_t time_ps = 340'000'000'000'000'000;
+  for (std::size_t i = 0; i < record_count; ++i) {
+    append(time_ps += generator() % 10'000'000, 8);
+    append(1 + 2 * (generator() % 3), 2);
+  }
+  decode_in_chunks(state, bytes, QutagDecoder());
+}
+BENCHMARK(qutag);
+
+// Photons of [P]'s pattern: one in six periods, and the overflows that these make.
+void spc(benchmark::State& state) {
+  std::mt19937 generator(1);
+  std::vector<std::byte> bytes;
+  std::uint32_t sync = 0;
+  for (std::size_t i = 0; i < record_count; ++i) {
+    sync += generator() % 12;
+    std::uint32_t record = (generator() & 0xFFFU) << 16U | (generator() & 1U) << 12U | sync % 4096;
+    if (sync >= 4096) record |= 1U << 30U;
+    sync %= 4096;
+    for (unsigned shift = 0; shift < 32; shift += 8) {
+      bytes.push_back(static_cast<std::byte>(record >> shift & 0xFFU));
+    }
+  }
+  decode_in_chunks(state, bytes, SpcDecoder(3.78e6, 12e-12));
+}
+BENCHMARK(spc);
 
 // The recording that SPLID_PTU names, decoded over and over.
 void file(benchmark::State& state) {

@@ -131,7 +131,7 @@ void decoder_ring_and_framer(benchmark::State& state) {
   std::ifstream in(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
-  const PtuHeader header = parse_ptu_header(bytes, true).value();
+  const RecordingHeader header = parse_ptu_header(bytes, true).value();
   const ChannelMap channels{ChannelOptions{}};
   OneFrame frames({ring_capacity, 1 << 16, 1 << 10, 256});
   std::uint64_t events = 0;

@@ -21,7 +21,7 @@
 // should read this header first: it says what a driver is (SourceOptions and TagSource), where its
 // tags go (TagSink), and how it announces itself (register_source).
 //
-//   replay/     a PTU recording, played again
+//   replay/     a recording, played again
 //   simulator/  a scene from first principles
 //   usb/        instruments on USB; usb/usb_source.hpp tells the way of a tag from there
 //   bridge/     instruments whose vendor's library serves tags16 blocks over a socket

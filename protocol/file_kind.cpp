@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 
+#include "protocol/recording_format.hpp"
+
 namespace splid {
 namespace {
 
@@ -15,13 +17,9 @@ struct Mark {
   FileKind kind;
 };
 
-constexpr std::string_view t2_next =
-    "have libpicoquant write its times as text, and make a PTU of that (docs/guide/recording.md, "
-    "\"Recordings of other kinds\")";
 constexpr std::string_view t3_next =
     "record again in T2 mode, as PTU, or in T3 mode as PTU, if that must be: it lacks the syncs' "
-    "own "
-    "times, which are the pattern's clock, and no program brings them back";
+    "own times, which are the pattern's clock, and no program brings them back";
 constexpr std::string_view counts_next =
     "record again in T2 mode, as PTU: no program brings single photons back";
 constexpr std::string_view swabian_next =
@@ -29,28 +27,14 @@ constexpr std::string_view swabian_next =
     "PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
 constexpr std::string_view hdf5_next =
     "h5py reads it; where it has each detection's time in ps by one clock, have h5py write these "
-    "as "
-    "text, and make a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
-
-constexpr std::string_view qutag_next =
-    "write its times as text, which stand from byte 40 on as 8 bytes of ps and 2 of channel each, "
-    "little endian, and make a PTU of that (docs/guide/recording.md, \"Recordings of other "
-    "kinds\")";
+    "as text, and make a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
 
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
 
 // The first kind that fits is taken. A JSON file's schema goes before kinds that only a name tells.
 constexpr std::array marks = {
-    Mark{"PQTTTR"sv, "", recording_file_kind},
     Mark{"PQHISTO"sv, "", histogram_kind},
-    Mark{"PicoHarp"sv, ".pt2", {"a PicoHarp recording in T2 mode (.pt2)", t2_next}},
-    Mark{"PicoHarp"sv, ".pt3", {"a PicoHarp recording in T3 mode (.pt3)", t3_next}},
-    Mark{"PicoHarp"sv, "", {"a PicoQuant file of the kind before PTU (.pt2, .pt3, .phd)", t2_next}},
-    Mark{"HydraHarp"sv, ".ht2", {"a HydraHarp recording in T2 mode (.ht2)", t2_next}},
-    Mark{"HydraHarp"sv, ".ht3", {"a HydraHarp recording in T3 mode (.ht3)", t3_next}},
-    Mark{
-        "HydraHarp"sv, "", {"a PicoQuant file of the kind before PTU (.ht2, .ht3, .hhd)", t2_next}},
     Mark{"TimeHarp"sv, "", {"a PicoQuant file of the kind before PTU (.t3r, .thd)", t3_next}},
     Mark{"\x89HDF\r\n\x1a\n"sv,
          "",
@@ -68,12 +52,6 @@ constexpr std::array marks = {
 // Formats that do not begin with a mark that could be relied on.
 constexpr std::array endings = {
     Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
-    Mark{"", ".qutag"sv, {"a quTAG file by its name", qutag_next}},
-    Mark{"", ".spc"sv, {"a Becker & Hickl file by its name", t3_next}},
-    Mark{"", ".pt2"sv, {"a PicoHarp recording in T2 mode by its name", t2_next}},
-    Mark{"", ".ht2"sv, {"a HydraHarp recording in T2 mode by its name", t2_next}},
-    Mark{"", ".pt3"sv, {"a PicoHarp recording in T3 mode by its name", t3_next}},
-    Mark{"", ".ht3"sv, {"a HydraHarp recording in T3 mode by its name", t3_next}},
     Mark{"", ".t3r"sv, {"a TimeHarp recording in T3 mode by its name", t3_next}},
     Mark{"", ".phu"sv, {"a PicoQuant histogram by its name", counts_next}},
     Mark{"", ".h5"sv, {"an HDF5 file by its name", hdf5_next}},
@@ -109,6 +87,8 @@ std::optional<FileKind> kind_of_file(std::string_view start, std::string_view na
   const auto fits = [&](const Mark& mark) {
     return start.starts_with(mark.start) && small.ends_with(mark.ending);
   };
+  if (const auto format = format_of(start, name))
+    return FileKind{in_words(*format), recording_next};
   const auto* const mark = std::find_if(marks.begin(), marks.end(), fits);
   if (mark != marks.end()) return mark->kind;
   const std::string_view schema = schema_of(start);

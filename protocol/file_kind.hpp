@@ -14,8 +14,8 @@ struct FileKind {
   friend bool operator==(const FileKind&, const FileKind&) = default;
 };
 
-inline constexpr FileKind recording_file_kind = {"a PTU recording",
-                                                 "splid check tells what is in it"};
+// What to do with a recording of any format that splid reads.
+inline constexpr std::string_view recording_next = "splid check tells what is in it";
 inline constexpr FileKind config_file_kind = {"a splid configuration", "give it as --config"};
 inline constexpr FileKind pattern_file_kind = {"a splid pattern",
                                                "name it in a configuration, as /pattern/file"};

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <string>
 
 #include "protocol/error.hpp"
@@ -18,17 +16,9 @@ constexpr std::int64_t wrap_hydra_harp = 1 << 25;
 constexpr std::int64_t wrap_hydra_harp_v1 = 33'552'000;
 constexpr std::int64_t wrap_pico_harp = 210'698'240;
 
-// The last 8 bytes of a Tag: all but its time.
-struct Meaning {
-  std::int32_t value = 0;
-  TagKind kind = TagKind::photon;
-  std::uint8_t reserved[3] = {0, 0, 0};
-};
-static_assert(sizeof(Meaning) + sizeof(std::int64_t) == sizeof(Tag));
-
 // What to do for a record, by the 7 bits that tell the kinds of records apart.
 struct Action {
-  Meaning meaning;
+  TagMeaning meaning;
   std::uint64_t tags = 0;           // to keep: 1 or 0
   std::uint64_t overflows = 0;      // 1 or 0
   std::uint64_t overflow_mask = 0;  // all ones for an overflow
@@ -49,25 +39,6 @@ constexpr std::array<Action, 128> hydra_harp_actions = [] {
   return actions;
 }();
 
-std::uint32_t record_at(const std::byte* bytes) {
-  std::uint32_t record = 0;
-  if constexpr (std::endian::native == std::endian::little) {
-    std::memcpy(&record, bytes, sizeof record);
-  } else {
-    for (int i = 3; i >= 0; --i) record = (record << 8U) | std::to_integer<std::uint32_t>(bytes[i]);
-  }
-  return record;
-}
-
-// Writes a tag by two stores of 8 bytes. Member by member there would be six stores, and decoding
-// would be a third slower.
-void put(Tag& tag, std::uint64_t time, const Meaning& meaning) {
-  static_assert(offsetof(Tag, time_ps) == 0 && offsetof(Tag, value) == sizeof time);
-  auto* bytes = reinterpret_cast<std::byte*>(&tag);
-  std::memcpy(bytes, &time, sizeof time);
-  std::memcpy(bytes + sizeof time, &meaning, sizeof meaning);
-}
-
 // Times in here are unsigned. The times of a damaged file may add up past 2^63; they then wrap
 // around, which does no other harm.
 struct Clock {
@@ -85,13 +56,14 @@ struct Clock {
 template <bool counted>
 Clock decode_hydra_harp(Clock clock, const std::byte* in, std::size_t count, Tag* out) {
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t record = record_at(in + 4 * i);
+    const std::uint32_t record = little_endian_32(in + 4 * i);
     const Action& action = hydra_harp_actions[record >> 25U];
     const std::uint64_t ticks = record & 0x1FFFFFFU;
     const std::uint64_t wraps = counted ? ticks + (ticks == 0 ? 1 : 0) : 1;
     clock.base += action.overflow_mask & (wraps * clock.wrap);
     clock.overflows += action.overflows;
-    put(out[clock.tags], clock.base + ticks * clock.unit, action.meaning);
+    write_tag(out[clock.tags], static_cast<std::int64_t>(clock.base + ticks * clock.unit),
+              action.meaning);
     clock.tags += action.tags;
   }
   return clock;
@@ -111,36 +83,37 @@ constexpr std::array<Action, 31> pico_harp_actions = [] {
 
 Clock decode_pico_harp(Clock clock, const std::byte* in, std::size_t count, Tag* out) {
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t record = record_at(in + 4 * i);
+    const std::uint32_t record = little_endian_32(in + 4 * i);
     const std::uint32_t channel = record >> 28U;
     const std::uint32_t bits = record & (channel == 15 ? 15U : 0U);
     const Action& action = pico_harp_actions[channel + bits];
     const std::uint64_t ticks = (record & 0xFFFFFFFU) - bits;
     clock.base += action.overflow_mask & clock.wrap;
     clock.overflows += action.overflows;
-    put(out[clock.tags], clock.base + ticks * clock.unit, action.meaning);
+    write_tag(out[clock.tags], static_cast<std::int64_t>(clock.base + ticks * clock.unit),
+              action.meaning);
     clock.tags += action.tags;
   }
   return clock;
 }
 
-std::int64_t wrap_of(PtuRecordType type) {
+std::int64_t wrap_of(RecordType type) {
   switch (type) {
-    case PtuRecordType::pico_harp:
+    case RecordType::pico_harp:
       return wrap_pico_harp;
-    case PtuRecordType::hydra_harp_v1:
+    case RecordType::hydra_harp_v1:
       return wrap_hydra_harp_v1;
-    case PtuRecordType::time_harp_260_nano:
-    case PtuRecordType::time_harp_260_pico:
-    case PtuRecordType::generic:
-    case PtuRecordType::hydra_harp_v2:
+    case RecordType::time_harp_260_nano:
+    case RecordType::time_harp_260_pico:
+    case RecordType::generic:
+    case RecordType::hydra_harp_v2:
       break;
-    case PtuRecordType::pico_harp_t3:
-    case PtuRecordType::hydra_harp_v1_t3:
-    case PtuRecordType::time_harp_260_nano_t3:
-    case PtuRecordType::time_harp_260_pico_t3:
-    case PtuRecordType::generic_t3:
-    case PtuRecordType::hydra_harp_v2_t3:
+    case RecordType::pico_harp_t3:
+    case RecordType::hydra_harp_v1_t3:
+    case RecordType::time_harp_260_nano_t3:
+    case RecordType::time_harp_260_pico_t3:
+    case RecordType::generic_t3:
+    case RecordType::hydra_harp_v2_t3:
       throw Error(Fault::data, "PTU records: T3 is decoded by PtuT3Decoder");
   }
   return wrap_hydra_harp;
@@ -177,7 +150,7 @@ Fraction fraction_of(double value) {
 
 }  // namespace
 
-PtuDecoder::PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t origin_ps)
+PtuDecoder::PtuDecoder(RecordType type, double resolution_s, std::int64_t origin_ps)
     : type_(type), origin_ps_(origin_ps) {
   if (!(resolution_s >= 1e-15 && resolution_s <= 1e-3)) {
     throw Error(Fault::data, "PTU records: a resolution of " + number_text(resolution_s) +
@@ -189,7 +162,7 @@ PtuDecoder::PtuDecoder(PtuRecordType type, double resolution_s, std::int64_t ori
   denominator_ = static_cast<std::int64_t>(ps.denominator);
 }
 
-PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std::span<Tag> out) {
+RecordDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std::span<Tag> out) {
   const bool whole = denominator_ == 1;
   const auto unit = static_cast<std::uint64_t>(whole ? numerator_ : 1);
   const auto origin = static_cast<std::uint64_t>(whole ? origin_ps_ : 0);
@@ -201,12 +174,12 @@ PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std:
   // A record writes at most one tag: so many at a time as there is surely room for.
   while (true) {
     const std::size_t count =
-        std::min(records.size() / record_bytes - done, out.size() - clock.tags);
+        std::min(records.size() / ptu_record_bytes - done, out.size() - clock.tags);
     if (count == 0) break;
-    const std::byte* in = records.data() + record_bytes * done;
-    if (type_ == PtuRecordType::pico_harp) {
+    const std::byte* in = records.data() + ptu_record_bytes * done;
+    if (type_ == RecordType::pico_harp) {
       clock = decode_pico_harp(clock, in, count, out.data());
-    } else if (type_ == PtuRecordType::hydra_harp_v1) {
+    } else if (type_ == RecordType::hydra_harp_v1) {
       clock = decode_hydra_harp<false>(clock, in, count, out.data());
     } else {
       clock = decode_hydra_harp<true>(clock, in, count, out.data());
@@ -217,7 +190,7 @@ PtuDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, std:
   overflow_records_ += clock.overflows;
   unknown_records_ += done - clock.tags - clock.overflows;
   if (!whole) scale(out.first(clock.tags));
-  return {done * record_bytes, clock.tags};
+  return {done * ptu_record_bytes, clock.tags};
 }
 
 std::int64_t PtuDecoder::reached_ps() const {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 
 #include "protocol/saturated.hpp"
 
@@ -26,15 +27,14 @@ constexpr std::int64_t longest_step_ps = 86'400'000'000'000'000;
 // is written early instead of growing the buffer.
 constexpr std::size_t max_waiting = 4096;
 
-// The record of a tag, without its time; zero where no record can hold the tag. Zero is no tag's
-// record, since raw input 0 stays unused.
-std::uint32_t record_of(const Tag& tag) {
-  const bool input = tag.kind == TagKind::photon && tag.value >= 1 && tag.value <= 62;
+// The record of a tag, without its time; absent where no record can hold the tag.
+std::optional<std::uint32_t> record_of(const Tag& tag, int least_input) {
+  const bool input = tag.kind == TagKind::photon && tag.value >= least_input && tag.value <= 62;
   const bool marker = tag.kind == TagKind::marker && tag.value >= 1 && tag.value <= 15;
   if (tag.kind == TagKind::sync) return special;
   if (input) return static_cast<std::uint32_t>(tag.value) << 25U;
   if (marker) return special | (static_cast<std::uint32_t>(tag.value) << 25U);
-  return 0;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -50,8 +50,12 @@ std::uint64_t ptu_tags(std::span<const std::byte> records) {
   return tags;
 }
 
-PtuEncoder::PtuEncoder(std::int64_t origin_ps)
-    : origin_ps_(origin_ps), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
+PtuEncoder::PtuEncoder(std::int64_t origin_ps, int least_input)
+    : origin_ps_(origin_ps),
+      least_input_(least_input),
+      now_ps_(origin_ps),
+      written_ps_(origin_ps),
+      base_ps_(origin_ps) {
   waiting_.reserve(2 * max_waiting);
 }
 
@@ -70,11 +74,11 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
   if (clock_broke_ || step_ps > longest_step_ps) restart(tag.time_ps, out);
   tag.time_ps = in_recording(tag.time_ps);
   if (is_event(tag.kind)) {
-    const std::uint32_t record = record_of(tag);
-    if (record == 0 || tag.time_ps < written_ps_) {
+    const std::optional<std::uint32_t> record = record_of(tag, least_input_);
+    if (!record || tag.time_ps < written_ps_) {
       reject(tag.time_ps);
     } else {
-      insert({tag.time_ps, record}, out);
+      insert({tag.time_ps, *record}, out);
     }
   } else {
     losses_.take(tag);

@@ -17,19 +17,21 @@ std::uint64_t ptu_tags(std::span<const std::byte> records);
 // Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
 // Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
 //
-// Takes photons of inputs 1 to 62, syncs and markers 1 to 15. Heartbeats only move the clock.
-// Losses go to losses(), for the header. So does, as `missed`, each tag that no record can hold: a
-// tag that comes after a later tag was written (more than 1 us too late), a tag before origin_ps,
-// and a tag of another input. A tag after the clock was set anew (clock_break), or more than a day
-// ahead of all tags before it, is written 1 s after the last record. The gap is a loss of unknown
-// count. So a recording's time never runs backwards, but its later tags no longer show the tagger's
-// clock.
+// Takes photons of inputs 1 (or least_input) to 62, syncs and markers 1 to 15. Heartbeats only move
+// the clock. Losses go to losses(), for the header. So does, as `missed`, each tag that no record
+// can hold: a tag that comes after a later tag was written (more than 1 us too late), a tag before
+// origin_ps, and a tag of another input. A tag after the clock was set anew (clock_break), or more
+// than a day ahead of all tags before it, is written 1 s after the last record. The gap is a loss
+// of unknown count. So a recording's time never runs backwards, but its later tags no longer show
+// the tagger's clock.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuEncoder {
  public:
-  // origin_ps: tagger's clock at time 0 of the recording.
-  explicit PtuEncoder(std::int64_t origin_ps);
+  // origin_ps: tagger's clock at time 0 of the recording. least_input: 0 for a recording of another
+  // program, whose inputs keep their numbers; splid's own leave input 0 unused, which some readers
+  // take for the sync.
+  explicit PtuEncoder(std::int64_t origin_ps, int least_input = 1);
 
   // Takes tags, and appends the records of all tags that no later tag can precede.
   void encode(std::span<const Tag> tags, std::vector<std::byte>& out);
@@ -60,6 +62,7 @@ class PtuEncoder {
   void append(std::uint32_t record, std::vector<std::byte>& out);
 
   std::int64_t origin_ps_;
+  int least_input_;
   // The same moment, in the tags' clock since the last clock break and in the recording's.
   std::int64_t clock_zero_ps_ = 0;
   std::int64_t recording_zero_ps_ = 0;

@@ -136,7 +136,7 @@ class Entries {
 };
 
 template <class Value>
-const Value& required(const PtuHeader& header, std::string_view name) {
+const Value& required(const RecordingHeader& header, std::string_view name) {
   const PtuTag* tag = header.find(name);
   const Value* value = tag == nullptr ? nullptr : std::get_if<Value>(&tag->value);
   if (tag == nullptr) fail(header.header_bytes, "tag " + std::string(name) + " is missing");
@@ -144,11 +144,11 @@ const Value& required(const PtuHeader& header, std::string_view name) {
   return *value;
 }
 
-std::size_t offset_of(const PtuHeader& header, std::string_view name) {
+std::size_t offset_of(const RecordingHeader& header, std::string_view name) {
   return header.find(name)->offset;
 }
 
-PtuRecordType record_type(const PtuHeader& header) {
+RecordType record_type(const RecordingHeader& header) {
   constexpr std::string_view name = "TTResultFormat_TTTRRecType";
   const auto value = static_cast<std::uint64_t>(required<std::int64_t>(header, name));
   switch (value) {
@@ -164,17 +164,17 @@ PtuRecordType record_type(const PtuHeader& header) {
     case 0x00010306:
     case 0x00010307:
     case 0x01010304:
-      return static_cast<PtuRecordType>(value);
+      return static_cast<RecordType>(value);
     default:
       break;
   }
   fail(offset_of(header, name), "unknown record type " + hex(value));
 }
 
-void check_mode(const PtuHeader& header) {
+void check_mode(const RecordingHeader& header) {
   constexpr std::string_view name = "Measurement_Mode";
   const auto mode = header.integer(name);
-  const std::int64_t expected = is_t3(header.record_type) ? 3 : 2;
+  const std::int64_t expected = header.is_t3 ? 3 : 2;
   if (!mode || *mode == expected) return;
   const std::string found =
       "Measurement_Mode is " + std::to_string(*mode) + (*mode == 3 ? " (T3)" : "");
@@ -188,7 +188,8 @@ void check_mode(const PtuHeader& header) {
 }
 
 // name: of a time in seconds.
-double time_within(const PtuHeader& header, std::string_view name, double least_s, double most_s) {
+double time_within(const RecordingHeader& header, std::string_view name, double least_s,
+                   double most_s) {
   const auto value = required<double>(header, name);
   if (value >= least_s && value <= most_s) return value;
   fail(offset_of(header, name), std::string(name) + " is " + number_text(value) +
@@ -197,9 +198,10 @@ double time_within(const PtuHeader& header, std::string_view name, double least_
 }
 
 // In T2 one clock counts everything; in T3 it counts syncs, and a second one the time since each.
-void read_resolution(PtuHeader& header) {
+void read_resolution(RecordingHeader& header) {
   constexpr std::string_view clock = "MeasDesc_GlobalResolution";
-  if (is_t3(header.record_type)) {
+  if (header.is_t3) {
+    header.time_steps = t3_time_steps(header.record_type);
     header.sync_period_s = time_within(header, clock, 1e-12, 1);
     header.resolution_s = time_within(header, "MeasDesc_Resolution", 1e-15, 1e-3);
   } else {
@@ -207,7 +209,7 @@ void read_resolution(PtuHeader& header) {
   }
 }
 
-std::uint64_t record_count(const PtuHeader& header) {
+std::uint64_t record_count(const RecordingHeader& header) {
   constexpr std::string_view name = "TTResult_NumberOfRecords";
   if (header.find(name) == nullptr) return 0;
   const auto value = required<std::int64_t>(header, name);
@@ -218,7 +220,7 @@ std::uint64_t record_count(const PtuHeader& header) {
   return static_cast<std::uint64_t>(value);
 }
 
-void check_bits(const PtuHeader& header) {
+void check_bits(const RecordingHeader& header) {
   const auto bits = header.integer("TTResultFormat_BitsPerRecord");
   if (!bits || *bits == 32) return;
   fail(offset_of(header, "TTResultFormat_BitsPerRecord"),
@@ -226,7 +228,7 @@ void check_bits(const PtuHeader& header) {
 }
 
 // Reads splid's own tags. Where a tag is absent the default stays.
-void read_own_facts(PtuHeader& header) {
+void read_own_facts(RecordingHeader& header) {
   header.pattern_json = header.text("Splid_Pattern").value_or("");
   header.config_json = header.text("Splid_Config").value_or("");
   if (const auto text = header.text("Splid_Origin_ps")) {
@@ -246,8 +248,9 @@ void read_own_facts(PtuHeader& header) {
   }
 }
 
-void read_facts(PtuHeader& header) {
+void read_facts(RecordingHeader& header) {
   header.record_type = record_type(header);
+  header.is_t3 = is_t3(header.record_type);
   check_mode(header);
   check_bits(header);
   read_resolution(header);
@@ -267,36 +270,36 @@ void check_magic(std::span<const std::byte> prefix) {
 
 }  // namespace
 
-const PtuTag* PtuHeader::find(std::string_view name, std::int32_t index) const {
+const PtuTag* RecordingHeader::find(std::string_view name, std::int32_t index) const {
   const auto found = std::find_if(tags.begin(), tags.end(), [&](const PtuTag& tag) {
     return tag.name == name && tag.index == index;
   });
   return found == tags.end() ? nullptr : &*found;
 }
 
-std::optional<std::int64_t> PtuHeader::integer(std::string_view name) const {
+std::optional<std::int64_t> RecordingHeader::integer(std::string_view name) const {
   const PtuTag* tag = find(name);
   const auto* value = tag == nullptr ? nullptr : std::get_if<std::int64_t>(&tag->value);
   return value == nullptr ? std::nullopt : std::optional(*value);
 }
 
-std::optional<double> PtuHeader::real(std::string_view name) const {
+std::optional<double> RecordingHeader::real(std::string_view name) const {
   const PtuTag* tag = find(name);
   const auto* value = tag == nullptr ? nullptr : std::get_if<double>(&tag->value);
   return value == nullptr ? std::nullopt : std::optional(*value);
 }
 
-std::optional<std::string> PtuHeader::text(std::string_view name) const {
+std::optional<std::string> RecordingHeader::text(std::string_view name) const {
   const PtuTag* tag = find(name);
   if (tag == nullptr || tag->type != PtuTagType::string) return std::nullopt;
   return std::get<std::string>(tag->value);
 }
 
-std::optional<PtuHeader> parse_ptu_header(std::span<const std::byte> prefix, bool complete) {
+std::optional<RecordingHeader> parse_ptu_header(std::span<const std::byte> prefix, bool complete) {
   check_magic(prefix);
   if (prefix.size() >= preamble_bytes) {
     Entries entries(prefix);
-    PtuHeader header;
+    RecordingHeader header;
     while (auto tag = entries.next()) {
       if (tag->name == ptu_end_name) {
         header.header_bytes = entries.offset();

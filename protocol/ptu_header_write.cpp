@@ -99,15 +99,17 @@ void write_origin(Writer& writer, const PtuFacts& facts) {
 }
 
 void write_measurement(Writer& writer, const PtuFacts& facts) {
-  writer.integer("Measurement_Mode", 2);
+  const RecordType type = facts.t3 ? RecordType::hydra_harp_v2_t3 : RecordType::hydra_harp_v2;
+  const double clock_s = facts.t3 ? facts.t3->sync_period_s : 1e-12;
+  writer.integer("Measurement_Mode", facts.t3 ? 3 : 2);
   writer.integer("Measurement_SubMode", 0);
-  writer.integer("TTResultFormat_TTTRRecType",
-                 static_cast<std::int64_t>(PtuRecordType::hydra_harp_v2));
+  writer.integer("TTResultFormat_TTTRRecType", static_cast<std::int64_t>(type));
   writer.integer("TTResultFormat_BitsPerRecord", 32);
   writer.integer("MeasDesc_BinningFactor", 1);
   writer.integer("MeasDesc_AcquisitionTime", facts.acquisition_ms);
-  writer.real("MeasDesc_Resolution", 1e-12);
-  writer.real("MeasDesc_GlobalResolution", 1e-12);
+  writer.real("MeasDesc_Resolution", facts.t3 ? facts.t3->resolution_s : 1e-12);
+  writer.real("MeasDesc_GlobalResolution", clock_s);
+  if (facts.t3) writer.integer("HWSync_Divider", facts.t3->sync_divider);
   writer.integer("TTResult_SyncRate", facts.sync_rate_hz);
 }
 

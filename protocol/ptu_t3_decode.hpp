@@ -5,8 +5,9 @@
 #include <optional>
 #include <span>
 
-#include "protocol/ptu_decode.hpp"
-#include "protocol/ptu_header.hpp"
+#include "protocol/counted_syncs.hpp"
+#include "protocol/record_decoder.hpp"
+#include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -25,24 +26,20 @@ namespace splid {
 //    as unknown and left out.
 //
 // Source: PicoQuant's description of the unified TTTR file format. Threads: one. No allocation.
-class PtuT3Decoder {
+class PtuT3Decoder final : public RecordDecoder {
  public:
-  static constexpr std::size_t record_bytes = PtuDecoder::record_bytes;
-
   // type: one of T3. period_ps: the pattern period, 1 ps to 1 s. resolution_s: a unit of a
   // photon's time since its sync, 1e-15 to 1e-3 s. Errors: Error(Fault::data) for values outside.
-  PtuT3Decoder(PtuRecordType type, double period_ps, double resolution_s);
+  PtuT3Decoder(RecordType type, double period_ps, double resolution_s);
 
-  // As PtuDecoder::decode(). A record can give two tags; where `out` has room for the first alone,
-  // the second comes with the next call.
-  PtuDecoder::Progress decode(std::span<const std::byte> records, std::span<Tag> out);
-
-  [[nodiscard]] std::uint64_t unknown_records() const { return unknown_records_; }
-  [[nodiscard]] std::uint64_t overflow_records() const { return overflow_records_; }
+  [[nodiscard]] std::size_t record_bytes() const override { return ptu_record_bytes; }
+  Progress decode(std::span<const std::byte> records, std::span<Tag> out) override;
+  [[nodiscard]] std::uint64_t unknown_records() const override { return unknown_records_; }
+  [[nodiscard]] std::uint64_t overflow_records() const override { return overflow_records_; }
   // Photons whose time since their sync was the largest that a record can hold.
-  [[nodiscard]] std::uint64_t saturated_photons() const { return saturated_photons_; }
+  [[nodiscard]] std::uint64_t saturated_photons() const override { return saturated_photons_; }
   // When the last sync that was counted came.
-  [[nodiscard]] std::int64_t reached_ps() const { return sync_time_ps(syncs_); }
+  [[nodiscard]] std::int64_t reached_ps() const override { return clock_.time_ps(syncs_); }
 
  private:
   struct Fields {
@@ -59,12 +56,10 @@ class PtuT3Decoder {
   [[nodiscard]] Fields hydra_harp_fields(std::uint32_t record) const;
   // Writes the sync or the event that `fields` stand for; the number of tags written.
   std::size_t put(const Fields& fields, std::span<Tag> out);
-  [[nodiscard]] Tag event_of(const Fields& fields);
-  [[nodiscard]] std::int64_t sync_time_ps(std::uint64_t number) const;
+  void write_event(const Fields& fields, Tag& out);
 
-  PtuRecordType type_;
-  std::int64_t whole_period_ps_;
-  double rest_of_period_ps_;
+  RecordType type_;
+  CountedSyncs clock_;
   double tick_ps_;
   std::uint64_t most_ticks_;  // the largest time since a sync
   std::uint64_t syncs_in_overflow_;

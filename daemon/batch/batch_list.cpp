@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "protocol/error.hpp"
+#include "protocol/recording_format.hpp"
 #include "protocol/text.hpp"
 
 namespace splid {
@@ -15,7 +16,8 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t most_shards = 100'000;
 
-// The path below `folder` without the ending .ptu; that of a file alone is its name.
+// The path below `folder` without the ending .ptu, which alone is left out so that a.ptu and a.pt2
+// have a name each; that of a file alone is its name.
 std::string table_name(const fs::path& file, const fs::path& folder) {
   fs::path name = folder.empty() ? file.filename() : file.lexically_relative(folder);
   if (name.extension() == ".ptu") name.replace_extension();
@@ -32,12 +34,22 @@ void list_file(const fs::path& file, const fs::path& folder, std::vector<BatchRe
   into.push_back(std::move(recording));
 }
 
+// "*.ptu, *.pt2"
+std::string listed_endings() {
+  std::string text;
+  for (const std::string_view ending : recording_endings()) {
+    text += text.empty() ? "*" : ", *";
+    text += ending;
+  }
+  return text;
+}
+
 void list_folder(const fs::path& folder, std::vector<BatchRecording>& into) {
   std::vector<fs::path> files;
   std::error_code failure;
   for (auto entry = fs::recursive_directory_iterator(folder, failure);
        !failure && entry != fs::recursive_directory_iterator(); entry.increment(failure)) {
-    if (entry->path().extension() == ".ptu" && !entry->is_directory(failure)) {
+    if (is_named_as_recording(entry->path().native()) && !entry->is_directory(failure)) {
       files.push_back(entry->path());
     }
   }
@@ -45,9 +57,12 @@ void list_folder(const fs::path& folder, std::vector<BatchRecording>& into) {
     throw Error(Fault::usage, folder.string() + ": cannot be listed: " + failure.message());
   }
   if (files.empty()) {
-    throw Error(Fault::usage, folder.string() +
-                                  ": there is no recording (*.ptu) in this folder or below it; "
-                                  "name the recordings, or another folder");
+    throw Error(Fault::usage,
+                folder.string() +
+                    ": there is no recording in this folder or below it (splid looks for " +
+                    listed_endings() +
+                    "); "
+                    "name the recordings, or another folder");
   }
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) list_file(file, folder, into);

@@ -12,6 +12,7 @@
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "daemon/study/replay_frames.hpp"
+#include "drivers/replay/recording_reader.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
 
@@ -127,7 +128,9 @@ bool BatchMeter::measure_slices(const BatchRecording& recording, const Recording
   for (const SliceHead& slice : folder.slices(recording, key)) {
     if (slice.rows == slicing_.frames) measured.insert(slice.number);
   }
-  SliceChoice choice(slicing_, recording.bytes, part, std::move(measured));
+  const RecordingReader reader(recording.file, [](const std::string&) {});
+  SliceChoice choice(slicing_, recording.bytes, part, std::move(measured),
+                     reader.decoder().record_bytes());
   SliceWriter writer(folder, recording, key, slicing_);
   std::uint64_t frames = 0;
   bool stopped = false;

@@ -3,18 +3,20 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocol/ptu_decode.hpp"
-
 namespace splid {
 
 SliceChoice::SliceChoice(Slicing slicing, std::uint64_t bytes, RecordingPart part,
-                         std::set<std::uint64_t> measured)
-    : slicing_(slicing), bytes_(bytes), part_(part), measured_(std::move(measured)) {}
+                         std::set<std::uint64_t> measured, std::size_t record_bytes)
+    : slicing_(slicing),
+      bytes_(bytes),
+      part_(part),
+      measured_(std::move(measured)),
+      record_bytes_(record_bytes) {}
 
 bool SliceChoice::wants(const Frame& frame) {
   if (frame.sequence % slicing_.frames == 0) begin_slice(frame.sequence / slicing_.frames);
   const std::uint64_t tags = frame.photons_ps.size() + frame.syncs_ps.size() + frame.markers.size();
-  const std::uint64_t reached = position() + PtuDecoder::record_bytes * tags;
+  const std::uint64_t reached = position() + record_bytes_ * tags;
   // A slice that is in no part would never be measured, so the last byte is as far as they go.
   position_.store(std::min(reached, bytes_ - 1), std::memory_order_relaxed);
   return wanted_;

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <set>
 
 #include "daemon/batch/batch_list.hpp"
 #include "daemon/stream/frame.hpp"
+#include "protocol/record_decoder.hpp"
 
 namespace splid {
 
@@ -23,7 +25,7 @@ struct Slicing {
 // Says of each frame of a recording, in their order, whether a shard estimates it: where its slice
 // begins in the shard's part of the recording, and was not measured before.
 //
-// A slice begins where its first frame does: at as many records of 4 bytes as there are tags in the
+// A slice begins where its first frame does: at as many records as there are tags in the
 // frames before. (Records without a tag, such as overflows, put it a little earlier than it stands
 // in the file, which no result hangs on.)
 //
@@ -31,9 +33,10 @@ struct Slicing {
 // construction.
 class SliceChoice {
  public:
-  // bytes: of the recording; measured: the slices that are there already, by number.
+  // bytes: of the recording; measured: the slices that are there already, by number; record_bytes:
+  // of each of its records.
   SliceChoice(Slicing slicing, std::uint64_t bytes, RecordingPart part,
-              std::set<std::uint64_t> measured);
+              std::set<std::uint64_t> measured, std::size_t record_bytes = ptu_record_bytes);
 
   bool wants(const Frame& frame);
 
@@ -49,6 +52,7 @@ class SliceChoice {
   std::uint64_t bytes_;
   RecordingPart part_;
   std::set<std::uint64_t> measured_;
+  std::size_t record_bytes_;
   bool wanted_ = false;  // the slice that the last frame was in
   std::atomic<bool> passed_{false};
   std::atomic<std::uint64_t> position_{0};

@@ -158,6 +158,7 @@ int parse_and_run(int argc, char** argv) {
   add_replay(app, action);
   add_batch(app, action);
   add_merge(app, action);
+  add_convert(app, action);
   add_record(app, action);
   add_listen(app, action);
   add_view(app, action);

@@ -233,7 +233,7 @@ void add_batch(CLI::App& app, Action& action) {
   const auto options = std::make_shared<BatchCommand>();
   command
       ->add_option("files", options->files,
-                   "PTU files, and folders of which all recordings (*.ptu) are taken")
+                   "Recordings, and folders of which all recordings are taken")
       ->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();

@@ -18,19 +18,20 @@
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/recording_format.hpp"
 
 namespace splid {
 namespace {
 
-constexpr const char* ptu_magic = "PQTTTR";
-constexpr std::size_t ptu_magic_bytes = 6;
+// As much of a file as tells its format.
+constexpr std::size_t start_bytes = 64;
 
 struct CheckCommand {
   std::string file;
   bool schema = false;
 };
 
-constexpr const char* checked_kinds = "a configuration, a pattern or a PTU recording";
+constexpr const char* checked_kinds = "a configuration, a pattern or a recording";
 
 // Whether a text begins like JSON. An editor may have put a byte-order mark before the brace, which
 // the JSON parser accepts.
@@ -80,7 +81,7 @@ int check(const CheckCommand& options) {
     return 0;
   }
   if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
-  if (read_start(options.file, ptu_magic_bytes) == ptu_magic) {
+  if (format_of(read_start(options.file, start_bytes), options.file)) {
     std::fputs(report_recording(options.file).c_str(), stdout);
     return 0;
   }
@@ -95,8 +96,8 @@ int check(const CheckCommand& options) {
     throw Error(
         Fault::data,
         options.file + ": " +
-            (what.empty() ? std::string("is neither a configuration or a pattern (JSON) nor "
-                                        "a PTU recording (which starts with PQTTTR)")
+            (what.empty() ? "is neither a configuration or a pattern (JSON) nor a recording; " +
+                                std::string(recordings_in_words)
                           : what));
   }
   return 0;
@@ -106,7 +107,7 @@ int check(const CheckCommand& options) {
 
 void add_check(CLI::App& app, Action& action) {
   CLI::App* command =
-      app.add_subcommand("check", "Say what is in a configuration, pattern or PTU recording");
+      app.add_subcommand("check", "Say what is in a configuration, pattern or recording");
   const auto options = std::make_shared<CheckCommand>();
   command->add_option("file", options->file, "File to look at");
   command->add_flag("--schema", options->schema, "Print the JSON schema of the configuration");

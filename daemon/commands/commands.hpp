@@ -28,6 +28,7 @@ void add_simulate(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_batch(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);
+void add_convert(CLI::App& app, Action& action);
 void add_record(CLI::App& app, Action& action);
 void add_listen(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);

@@ -25,8 +25,6 @@ constexpr std::size_t block_tags = block_bytes / 4;
 // the first tag.
 constexpr std::int64_t lead_ps = 1'000'000;
 
-constexpr std::uint64_t ptu_record_bytes = 4;
-
 constexpr std::int64_t ps_per_ms = 1'000'000'000;
 
 }  // namespace
@@ -157,7 +155,7 @@ void PtuWriter::begin(std::int64_t first_tag_ps) {
   clock_.anchor(first_tag_ps);
   facts_.origin_ps = saturated_difference(first_tag_ps, lead_ps);
   facts_.created_unix_s = clock_.unix_s(facts_.origin_ps);
-  encoder_ = PtuEncoder(facts_.origin_ps);
+  encoder_ = PtuEncoder(facts_.origin_ps, facts_.least_input);
   write_header();
 }
 

@@ -32,7 +32,7 @@ TableFacts table_facts(const Config& config, const std::string& recording) {
           recording};
 }
 
-std::string other_pattern_than_recorded(const Config& config, const PtuHeader& header,
+std::string other_pattern_than_recorded(const Config& config, const RecordingHeader& header,
                                         const std::string& file) {
   if (header.pattern_json.empty()) return {};
   try {

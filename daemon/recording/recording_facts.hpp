@@ -26,7 +26,7 @@ TableFacts table_facts(const Config& config, const std::string& recording);
 // patterns agree or the header has none.
 //
 // header: of the recording `file`. Threads: any. Errors: none.
-std::string other_pattern_than_recorded(const Config& config, const PtuHeader& header,
+std::string other_pattern_than_recorded(const Config& config, const RecordingHeader& header,
                                         const std::string& file);
 
 // Writes that sentence to the log. Errors: as scan_recording().

@@ -17,6 +17,7 @@
 #include "drivers/replay/recording_reader.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/sync/sync_survey.hpp"
+#include "protocol/recording_format.hpp"
 
 namespace splid {
 namespace {
@@ -28,7 +29,7 @@ struct SyncChannel {
   std::string of;  // the channel in words; empty for PTU's own sync records
 };
 
-SyncChannel sync_channel(const PtuHeader& header) {
+SyncChannel sync_channel(const RecordingHeader& header) {
   const auto config = nlohmann::json::parse(header.config_json, nullptr, false);
   const nlohmann::json::json_pointer place("/channels/sync");
   if (config.is_discarded() || !config.contains(place)) return {};
@@ -107,7 +108,13 @@ std::string report_t3(const RecordingInfo& info) {
   return text;
 }
 
-std::string report_own_facts(const PtuHeader& header) {
+// "record type 0x01010204, ", where the format has types of records.
+std::string records_in_words(const RecordingHeader& header) {
+  if (!is_pico_quant(header.format)) return {};
+  return fmt::format("record type 0x{:08x}, ", static_cast<std::uint32_t>(header.record_type));
+}
+
+std::string report_own_facts(const RecordingHeader& header) {
   std::string text;
   if (!header.pattern_json.empty()) text += "  holds the pattern it was recorded with\n";
   if (!header.config_json.empty()) text += "  holds the configuration it was recorded with\n";
@@ -138,10 +145,10 @@ std::string report_recording(const std::string& file) {
   });
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
-  const bool t3 = is_t3(info.header.record_type);
-  std::string text = fmt::format(
-      "{}: a PTU recording, {}, record type 0x{:08x}, {:.6g} ps a tick\n", file, t3 ? "T3" : "T2",
-      static_cast<std::uint32_t>(info.header.record_type), info.header.resolution_s * 1e12);
+  const bool t3 = info.header.is_t3;
+  std::string text =
+      fmt::format("{}: {}, {}, {}{:.6g} ps a tick\n", file, in_words(info.header.format),
+                  t3 ? "T3" : "T2", records_in_words(info.header), info.header.resolution_s * 1e12);
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);

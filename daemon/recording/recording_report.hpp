@@ -4,7 +4,7 @@
 
 namespace splid {
 
-// What `splid check` prints of a PTU recording, in lines for people: its record type, its counts by
+// What `splid check` prints of a recording, in lines for people: its record type, its counts by
 // channel, times, rates, the sync period found in it, and splid's own facts in its header. Reads
 // the whole file.
 //

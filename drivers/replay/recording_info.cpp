@@ -73,16 +73,16 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags, co
     scanned += tags.size();
   }
   info.records = reader.records();
-  info.overflow_records = reader.overflow_records();
-  info.unknown_records = reader.unknown_records();
-  info.saturated_photons = reader.saturated_photons();
+  info.overflow_records = reader.decoder().overflow_records();
+  info.unknown_records = reader.decoder().unknown_records();
+  info.saturated_photons = reader.decoder().saturated_photons();
   return info;
 }
 
 std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_ps,
                                       double pulse_sigma_ps) {
-  const PtuHeader& header = info.header;
-  if (!is_t3(header.record_type)) return {};
+  const RecordingHeader& header = info.header;
+  if (!header.is_t3) return {};
   std::vector<std::string> doubts;
   const std::int64_t divider = header.integer("HWSync_Divider").value_or(1);
   if (divider > 1) {
@@ -92,12 +92,14 @@ std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_p
   }
   const double sync_ps = header.sync_period_s * 1e12;
   if (std::abs(sync_ps - period_ps) > most_period_error * period_ps) {
-    doubts.push_back("its header has a sync every " + number_text(sync_ps) +
-                     " ps, and the pattern a period of " + number_text(period_ps) +
-                     " ps: the syncs were divided, or it is another pattern");
+    doubts.push_back(
+        "its header has a sync every " + number_text(sync_ps) +
+        " ps, and the pattern a period of " + number_text(period_ps) +
+        " ps: the syncs were divided, the recorder counted by a clock of its own, or it is "
+        "another pattern");
   }
   const double tick_ps = header.resolution_s * 1e12;
-  const double steps = header.record_type == PtuRecordType::pico_harp_t3 ? 4096 : 32'768;
+  const auto steps = static_cast<double>(header.time_steps);
   if (steps * tick_ps < std::min(sync_ps, period_ps)) {
     doubts.push_back("a photon's time since its sync fits a record up to " +
                      number_text(steps * tick_ps / 1000) + " ns, and syncs come every " +

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "protocol/ptu_header.hpp"
+#include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
 
 // What a recording holds.
 struct RecordingInfo {
-  PtuHeader header;
+  RecordingHeader header;
   std::uint64_t records = 0;                // records that were read, overflows included
   std::uint64_t overflow_records = 0;       // each may stand for several wraps
   std::uint64_t unknown_records = 0;        // neither photon, sync, marker nor overflow

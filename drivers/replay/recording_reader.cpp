@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
+#include "protocol/recording_format.hpp"
 
 namespace splid {
 namespace {
@@ -18,6 +21,9 @@ constexpr std::size_t buffer_bytes = 1 << 20;
 
 // The first bytes of a file that is no recording, enough to tell what it is.
 constexpr std::size_t kind_bytes = 4096;
+
+// A settings file has some 20 kB.
+constexpr std::size_t most_settings_bytes = 1 << 20;
 
 // Design note: headers in the wild have a few KB; splid's own hold a pattern of some 100 KB at most
 // and 64 KiB of losses. A header that has no end after 64 MiB is taken for none.
@@ -38,7 +44,7 @@ RecordingReader::RecordingReader(std::string file, Warn warn, double period_ps)
     ::close(descriptor_);
     throw;
   }
-  if (header_.record_count == 0) {
+  if (header_.record_count == 0 && counts_records(header_.format)) {
     warn_(file_ + ": the record count is 0, as a recorder leaves it that was stopped; reading up " +
           "to the end of the file");
   }
@@ -52,56 +58,50 @@ void RecordingReader::read_header() {
     const std::size_t got = read_bytes(buffer_.size() - end_);
     end_ += got;
     const bool complete = got == 0 || end_ >= max_header_bytes;
-    std::optional<PtuHeader> header;
-    try {
-      header = parse_ptu_header(std::span(buffer_).first(end_), complete);
-    } catch (const Error& error) {
-      throw Error(error.fault(), file_ + ": " + what_else_it_is().value_or(error.what()));
-    }
+    std::optional<RecordingHeader> header = header_of(std::span(buffer_).first(end_), complete);
     if (!header) continue;
     header_ = std::move(*header);
     begin_ = header_.header_bytes;
-    make_decoder();
+    decoder_ = make_decoder(header_, period_ps_);
     return;
   }
 }
 
-void RecordingReader::make_decoder() {
-  if (!is_t3(header_.record_type)) {
-    t2_.emplace(header_.record_type, header_.resolution_s, header_.origin_ps);
-    return;
+std::optional<RecordingHeader> RecordingReader::header_of(std::span<const std::byte> prefix,
+                                                          bool complete) {
+  const std::string_view start(reinterpret_cast<const char*>(prefix.data()),
+                               std::min(prefix.size(), kind_bytes));
+  const std::optional<RecordingFormat> format = format_of(start, file_);
+  if (!format) {
+    // A mark has at most 10 bytes.
+    if (!complete && prefix.size() < kind_bytes) return std::nullopt;
+    throw Error(Fault::data, file_ + ": " + what_else_it_is());
   }
-  const double period_ps = period_ps_ > 0 ? period_ps_ : header_.sync_period_s * 1e12;
-  t3_.emplace(header_.record_type, period_ps, header_.resolution_s);
+  try {
+    return parse_recording_header(*format, prefix, complete, settings_beside(*format));
+  } catch (const Error& error) {
+    throw Error(error.fault(), file_ + ": " + error.what());
+  }
 }
 
-PtuDecoder::Progress RecordingReader::decode(std::span<const std::byte> records,
-                                             std::span<Tag> out) {
-  return t3_ ? t3_->decode(records, out) : t2_->decode(records, out);
+// Empty where the format has no settings beside it, or none are there.
+std::string RecordingReader::settings_beside(RecordingFormat format) const {
+  const std::string_view ending = settings_ending(format);
+  if (ending.empty()) return {};
+  std::ifstream in(std::filesystem::path(file_).replace_extension(ending), std::ios::binary);
+  std::string text(most_settings_bytes, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return text;
 }
 
-std::uint64_t RecordingReader::overflow_records() const {
-  return t3_ ? t3_->overflow_records() : t2_->overflow_records();
-}
-
-std::uint64_t RecordingReader::unknown_records() const {
-  return t3_ ? t3_->unknown_records() : t2_->unknown_records();
-}
-
-std::uint64_t RecordingReader::saturated_photons() const {
-  return t3_ ? t3_->saturated_photons() : 0;
-}
-
-std::int64_t RecordingReader::reached_ps() const {
-  return t3_ ? t3_->reached_ps() : t2_->reached_ps();
-}
-
-std::optional<std::string> RecordingReader::what_else_it_is() const {
+std::string RecordingReader::what_else_it_is() const {
   std::string start(std::min(end_, kind_bytes), '\0');
   std::memcpy(start.data(), buffer_.data(), start.size());
-  const auto kind = kind_of_file(start, file_);
-  if (!kind || *kind == recording_file_kind) return std::nullopt;
-  return misplaced_file(start, file_, "a PTU recording");
+  const std::string what = misplaced_file(start, file_, "a recording");
+  return what.empty() ? "is no recording that splid reads, by its first bytes and its name; " +
+                            std::string(recordings_in_words)
+                      : what;
 }
 
 std::size_t RecordingReader::read_bytes(std::size_t max_bytes) {
@@ -122,12 +122,12 @@ std::size_t RecordingReader::read(std::span<Tag> out) {
     std::uint64_t bytes = end_ - begin_;
     if (header_.record_count != 0) {
       const std::uint64_t left = header_.record_count - records_;
-      bytes = std::min(bytes, left < bytes ? left * PtuDecoder::record_bytes : bytes);
+      bytes = std::min(bytes, left < bytes ? left * decoder_->record_bytes() : bytes);
     }
     const auto records = std::span(buffer_).subspan(begin_, static_cast<std::size_t>(bytes));
-    const PtuDecoder::Progress progress = decode(records, out);
+    const RecordDecoder::Progress progress = decoder_->decode(records, out);
     begin_ += progress.bytes;
-    records_ += progress.bytes / PtuDecoder::record_bytes;
+    records_ += progress.bytes / decoder_->record_bytes();
     if (progress.tags > 0) return progress.tags;
     if (ended_ || !refill()) return 0;
   }
@@ -153,13 +153,14 @@ bool RecordingReader::refill() {
 }
 
 std::uint64_t RecordingReader::end_of_records() const {
-  return header_.header_bytes + records_ * PtuDecoder::record_bytes;
+  return header_.header_bytes + records_ * decoder_->record_bytes();
 }
 
 void RecordingReader::end_of_file() {
   if (end_ > begin_) {
     warn_(file_ + ", byte " + std::to_string(end_of_records()) + ": the last record is cut, " +
-          std::to_string(end_ - begin_) + " of 4 bytes; left out");
+          std::to_string(end_ - begin_) + " of " + std::to_string(decoder_->record_bytes()) +
+          " bytes; left out");
   }
   if (header_.record_count > records_) {
     warn_(file_ + ": the header counts " + std::to_string(header_.record_count) +

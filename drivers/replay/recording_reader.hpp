@@ -3,20 +3,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "protocol/ptu_decode.hpp"
-#include "protocol/ptu_header.hpp"
-#include "protocol/ptu_t3_decode.hpp"
+#include "protocol/record_decoder.hpp"
+#include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
 
-// Reads a PTU recording from its beginning to its end, however large, in 1 MiB of memory. The tags
-// of one in T2 mode are as PtuDecoder gives them, those of one in T3 mode as PtuT3Decoder does.
+// Reads a recording of any format that splid knows (protocol/recording_format.hpp) from its
+// beginning to its end, however large, in 1 MiB of memory. The tags are as the format's decoder
+// gives them.
 //
 // Where the header's record count is 0 (the recorder was stopped) or too large, the file is read up
 // to its end. Bytes after the last counted record are left out. Each of these cases, and a last
@@ -35,7 +36,7 @@ class RecordingReader {
   RecordingReader(const RecordingReader&) = delete;
   RecordingReader& operator=(const RecordingReader&) = delete;
 
-  [[nodiscard]] const PtuHeader& header() const { return header_; }
+  [[nodiscard]] const RecordingHeader& header() const { return header_; }
 
   // Writes the next tags and returns their number, 0 only at the end. `out` is not empty; its
   // elements past the tags written hold nothing of use.
@@ -43,20 +44,15 @@ class RecordingReader {
 
   // The records that were read so far.
   [[nodiscard]] std::uint64_t records() const { return records_; }
-  [[nodiscard]] std::uint64_t overflow_records() const;
-  [[nodiscard]] std::uint64_t unknown_records() const;
-  // Photons of T3 records whose time since their sync was the largest that a record can hold.
-  [[nodiscard]] std::uint64_t saturated_photons() const;
-  // A time that the records have reached; no later tag is earlier by more than the streams'
-  // disorder.
-  [[nodiscard]] std::int64_t reached_ps() const;
+  // What was seen so far of records that are no tags, and how far the clock has come.
+  [[nodiscard]] const RecordDecoder& decoder() const { return *decoder_; }
 
  private:
   void read_header();
-  void make_decoder();
-  PtuDecoder::Progress decode(std::span<const std::byte> records, std::span<Tag> out);
+  std::optional<RecordingHeader> header_of(std::span<const std::byte> prefix, bool complete);
+  [[nodiscard]] std::string settings_beside(RecordingFormat format) const;
   // What a file that is no recording seems to be, and what to do with it, for an error's sentence.
-  [[nodiscard]] std::optional<std::string> what_else_it_is() const;
+  [[nodiscard]] std::string what_else_it_is() const;
   bool refill();
   std::size_t read_bytes(std::size_t max_bytes);
   void end_of_file();
@@ -66,10 +62,9 @@ class RecordingReader {
   std::string file_;
   Warn warn_;
   int descriptor_ = -1;
-  PtuHeader header_;
+  RecordingHeader header_;
   double period_ps_;
-  std::optional<PtuDecoder> t2_;  // one of the two, once the header is read
-  std::optional<PtuT3Decoder> t3_;
+  std::unique_ptr<RecordDecoder> decoder_;  // once the header is read
   std::vector<std::byte> buffer_;
   std::size_t begin_ = 0;  // begin and end in buffer_ of the bytes that are not decoded yet
   std::size_t end_ = 0;

@@ -30,7 +30,9 @@ const bool replay_registered = register_source("replay", std::make_unique<Replay
 }  // namespace
 
 void ReplayOptions::describe(OptionVisitor& visitor) {
-  visitor.path("recording", recording, "the recording to play: PTU, in T2 or T3 mode");
+  visitor.path(
+      "recording", recording,
+      "the recording to play: PTU in T2 or T3 mode, .pt2, .pt3, .ht2, .ht3, .qutag or .spc");
   visitor.require("recording");
   visitor.number("speed", speed, {0, 1e9},
                  "1: at the recorded pace; N: that many times as fast; 0: as fast as possible");
@@ -57,13 +59,13 @@ ReplaySource::ReplaySource(const ReplayOptions& options, const SourceContext& co
       reached_ps_(reader_.header().origin_ps) {}
 
 SourceInfo ReplaySource::info() const {
-  const PtuHeader& header = reader_.header();
+  const RecordingHeader& header = reader_.header();
   SourceInfo info;
   info.name = "replay of " + header.text("HW_Type").value_or("a recording");
   if (header.created_unix_s) {
     info.start_unix_s = *header.created_unix_s - static_cast<double>(header.origin_ps) * 1e-12;
   }
-  info.syncs_are_counted = is_t3(header.record_type);
+  info.syncs_are_counted = header.is_t3;
   return info;
 }
 
@@ -141,7 +143,7 @@ bool ReplaySource::await(std::int64_t time_ps, TagWriter& out, const std::stop_t
 
 void ReplaySource::end(TagSink& sink) {
   TagWriter out(sink);
-  out.put(heartbeat_tag(std::max(reached_ps_, reader_.reached_ps())));
+  out.put(heartbeat_tag(std::max(reached_ps_, reader_.decoder().reached_ps())));
   out.publish();
 }
 

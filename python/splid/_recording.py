@@ -31,7 +31,7 @@ class Kind(enum.IntEnum):
 
 
 class Recording:
-    """A PTU recording in T2 or T3 mode, however large: it is read in pieces, as they are asked for.
+    """A recording, however large: it is read in pieces, as they are asked for.
 
     Errors: DataError with the file and the byte offset, here and from every method.
     """
@@ -55,8 +55,13 @@ class Recording:
         return self._facts["is_t3"]
 
     @property
-    def record_type(self) -> int:
-        """The header's TTResultFormat_TTTRRecType."""
+    def format(self) -> str:
+        """What the file is, in words: "a PTU recording"."""
+        return self._facts["format"]
+
+    @property
+    def record_type(self) -> Optional[int]:
+        """The header's TTResultFormat_TTTRRecType; None of formats that are not PicoQuant's."""
         return self._facts["record_type"]
 
     @property

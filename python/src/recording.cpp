@@ -5,12 +5,13 @@
 
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
+#include "protocol/recording_format.hpp"
 #include "python/src/bindings.hpp"
 
 namespace splid::python {
 namespace {
 
-py::list listed_losses(const PtuHeader& header) {
+py::list listed_losses(const RecordingHeader& header) {
   py::list losses;
   for (const Loss& loss : header.losses) {
     losses.append(py::make_tuple(loss.begin_ps, loss.end_ps, loss.count));
@@ -19,7 +20,7 @@ py::list listed_losses(const PtuHeader& header) {
 }
 
 // The header's tags by name; one of several has its index behind its name, as in "UsrAI(2)".
-py::dict tags_of_header(const PtuHeader& header) {
+py::dict tags_of_header(const RecordingHeader& header) {
   py::dict all;
   for (const PtuTag& tag : header.tags) {
     const std::string name =
@@ -42,11 +43,14 @@ py::dict tags_of_header(const PtuHeader& header) {
   return all;
 }
 
-py::dict facts_of(const PtuHeader& header) {
+py::dict facts_of(const RecordingHeader& header) {
   py::dict facts;
   facts["header"] = tags_of_header(header);
-  facts["record_type"] = static_cast<std::uint32_t>(header.record_type);
-  facts["is_t3"] = is_t3(header.record_type);
+  facts["format"] = in_words(header.format);
+  facts["record_type"] = is_pico_quant(header.format)
+                             ? py::object(py::int_(static_cast<std::uint32_t>(header.record_type)))
+                             : py::object(py::none());
+  facts["is_t3"] = header.is_t3;
   facts["resolution_s"] = header.resolution_s;
   facts["sync_period_s"] = header.sync_period_s;
   facts["record_count"] = header.record_count;

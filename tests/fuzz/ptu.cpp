@@ -13,7 +13,7 @@ namespace splid::test {
 namespace {
 
 // As readers of files do: more of it until the header is there.
-std::optional<PtuHeader> header_in_pieces(std::span<const std::byte> bytes) {
+std::optional<RecordingHeader> header_in_pieces(std::span<const std::byte> bytes) {
   for (std::size_t size = 1; size < bytes.size(); size += 1 + size / 2) {
     if (auto header = parse_ptu_header(bytes.first(size), false)) return header;
   }
@@ -30,11 +30,11 @@ template <class Decoder>
 Decoded decode_by(Decoder decoder, std::span<const std::byte> records, std::size_t piece) {
   Decoded decoded;
   std::vector<Tag> room(piece);
-  while (records.size() >= PtuDecoder::record_bytes) {
+  while (records.size() >= ptu_record_bytes) {
     // A cut record is the caller's to bring again.
     const auto some = records.first(std::min(records.size(), 4 * piece + piece % 4));
     const auto done = decoder.decode(some, room);
-    must(done.bytes + done.tags > 0 && done.bytes % PtuDecoder::record_bytes == 0,
+    must(done.bytes + done.tags > 0 && done.bytes % ptu_record_bytes == 0,
          "whole records are used");
     decoded.tags.insert(decoded.tags.end(), room.begin(),
                         room.begin() + static_cast<std::ptrdiff_t>(done.tags));
@@ -49,8 +49,9 @@ Decoded decode_by(Decoder decoder, std::span<const std::byte> records, std::size
   return decoded;
 }
 
-Decoded decode(const PtuHeader& header, std::span<const std::byte> records, std::size_t piece) {
-  if (!is_t3(header.record_type)) {
+Decoded decode(const RecordingHeader& header, std::span<const std::byte> records,
+               std::size_t piece) {
+  if (!header.is_t3) {
     return decode_by(PtuDecoder(header.record_type, header.resolution_s, header.origin_ps), records,
                      piece);
   }
@@ -60,16 +61,16 @@ Decoded decode(const PtuHeader& header, std::span<const std::byte> records, std:
 }
 
 // The tags that stand for records: the syncs of T3 stand for none.
-std::size_t tags_of_records(const PtuHeader& header, const std::vector<Tag>& tags) {
-  if (!is_t3(header.record_type)) return tags.size();
+std::size_t tags_of_records(const RecordingHeader& header, const std::vector<Tag>& tags) {
+  if (!header.is_t3) return tags.size();
   return static_cast<std::size_t>(std::count_if(
       tags.begin(), tags.end(), [](const Tag& tag) { return tag.kind != TagKind::sync; }));
 }
 
 void check(std::span<const std::byte> bytes) {
-  std::optional<PtuHeader> header;
+  std::optional<RecordingHeader> header;
   const bool good = accepts(Fault::data, [&] { header = parse_ptu_header(bytes, true); });
-  std::optional<PtuHeader> again;
+  std::optional<RecordingHeader> again;
   must(accepts(Fault::data, [&] { again = header_in_pieces(bytes); }) == good,
        "a header is good or bad, however it comes");
   if (!good) return;
@@ -80,7 +81,7 @@ void check(std::span<const std::byte> bytes) {
   must(tags_of_records(*header, whole.tags) + whole.unknown + whole.overflows == records.size() / 4,
        "each record is a tag, an overflow or unknown");
   for (const Tag& tag : whole.tags) {
-    must(is_event(tag.kind) || (is_t3(header->record_type) && tag.kind == TagKind::missed),
+    must(is_event(tag.kind) || (header->is_t3 && tag.kind == TagKind::missed),
          "records are events, or photons that are lost");
   }
   const Decoded pieces = decode(*header, records, 1 + records.size() % 5);

@@ -90,7 +90,7 @@ void check(FuzzInput input) {
   encoder.flush(records);
   must(records.size() == 4 * encoder.records(), "records are counted");
 
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12, origin_ps);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12, origin_ps);
   std::vector<Tag> read(records.size() / 4 + 1);
   read.resize(decoder.decode(records, read).tags);
   const Sums sums = sums_of(tags);

@@ -47,29 +47,28 @@ TEST(FileKind, IsToldByTheNameWhereNothingElseTells) {
   EXPECT_EQ(what("hello", "a.txt"), "not known");
 }
 
-// What keeps each detection's time can become a PTU; what does not has to be recorded again.
+// What splid reads is to be looked at. What keeps each detection's time can become a PTU; what does
+// not has to be recorded again.
 TEST(FileKind, TheSentenceSaysWhetherAPtuInT2ModeCanBeMadeOfIt) {
   const auto next = [](std::string_view start, std::string_view name) {
     return misplaced_file(start, name, "a PTU recording in T2 mode");
   };
-  for (const auto& [start, name, program] :
-       {std::array{"HydraHarp\0"sv, "A.HT2"sv, "libpicoquant"sv},
-        {"", "a.pt2", "libpicoquant"},
-        {"\x01", "a.ttbin", "FileReader"},
-        {"\x89HDF\r\n\x1a\n"sv, "a", "h5py"},
-        {"", "a.qutag", "from byte 40 on as 8 bytes of ps"},
-        {"", "a.h5", "h5py"}}) {
+  for (const auto& [start, name, program] : {std::array{"\x01"sv, "a.ttbin"sv, "FileReader"sv},
+                                             {"\x89HDF\r\n\x1a\n"sv, "a", "h5py"},
+                                             {"", "a.h5", "h5py"}}) {
     EXPECT_THAT(next(start, name), HasSubstr(program));
     EXPECT_THAT(next(start, name), HasSubstr("make a PTU of that (docs/guide/recording.md"));
   }
-  for (const auto& [start, name] : {std::array{"HydraHarp\0"sv, "a.ht3"sv},
-                                    {"TimeHarp 200"sv, "a.t3r"},
-                                    {"", "a.pt3"},
-                                    {"", "a.spc"},
-                                    {"PQHISTO", "a"},
-                                    {"", "a.phu"}}) {
+  for (const auto& [start, name] :
+       {std::array{"TimeHarp 200"sv, "a.t3r"sv}, {"PQHISTO", "a"}, {"", "a.phu"}}) {
     EXPECT_THAT(next(start, name), HasSubstr("record again in T2 mode")) << name;
     EXPECT_THAT(next(start, name), HasSubstr("no program brings")) << name;
+  }
+  for (const auto& [start, name] : {std::array{"HydraHarp\0"sv, "A.HT2"sv},
+                                    {"PicoHarp 300", "a"},
+                                    {"\x01", "a.qutag"},
+                                    {"", "a.spc"}}) {
+    EXPECT_THAT(next(start, name), HasSubstr("splid check tells what is in it")) << name;
   }
 }
 

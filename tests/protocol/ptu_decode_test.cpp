@@ -22,13 +22,13 @@ using testing::ElementsAre;
 
 constexpr std::int64_t wrap = 33'554'432;
 
-std::vector<Tag> decoded(PtuRecordType type, std::initializer_list<std::uint32_t> records,
+std::vector<Tag> decoded(RecordType type, std::initializer_list<std::uint32_t> records,
                          double resolution_s = 1e-12, std::int64_t origin_ps = 0) {
   PtuDecoder decoder(type, resolution_s, origin_ps);
   return decode_all(decoder, record_bytes(records));
 }
 
-class CountedWraps : public testing::TestWithParam<PtuRecordType> {};
+class CountedWraps : public testing::TestWithParam<RecordType> {};
 
 TEST_P(CountedWraps, AllKindsOfRecords) {
   EXPECT_THAT(decoded(GetParam(),
@@ -51,20 +51,18 @@ TEST_P(CountedWraps, LargestCount) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Types, CountedWraps,
-                         testing::Values(PtuRecordType::hydra_harp_v2,
-                                         PtuRecordType::time_harp_260_nano,
-                                         PtuRecordType::time_harp_260_pico,
-                                         PtuRecordType::generic));
+                         testing::Values(RecordType::hydra_harp_v2, RecordType::time_harp_260_nano,
+                                         RecordType::time_harp_260_pico, RecordType::generic));
 
 TEST(PtuDecode, HydraHarpV1WrapsOnceWhateverTheCount) {
   EXPECT_THAT(
-      decoded(PtuRecordType::hydra_harp_v1,
+      decoded(RecordType::hydra_harp_v1,
               {0xFE000000, 0x02000001, 0xFE000005, 0x80000002, 0x84000003}),
       ElementsAre(photon_tag(33'552'001, 1), sync_tag(67'104'002), marker_tag(67'104'003, 2)));
 }
 
 TEST(PtuDecode, PicoHarp) {
-  EXPECT_THAT(decoded(PtuRecordType::pico_harp,
+  EXPECT_THAT(decoded(RecordType::pico_harp,
                       {0x0000000A,   // photon, channel 0
                        0xEFFFFFFF,   // photon, channel 14, last tick
                        0xF0000000,   // overflow
@@ -80,7 +78,7 @@ TEST(PtuDecode, PicoHarp) {
 }
 
 TEST(PtuDecode, UnknownSpecialsAreCountedAndLeftOut) {
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12);
   // Channels 16 and 62 of the specials.
   const auto tags = decode_all(
       decoder, record_bytes({0xA0000001, 0x02000002, 0xFC000003, 0xFE000001, 0x02000004}));
@@ -93,16 +91,15 @@ TEST(PtuDecode, UnknownSpecialsAreCountedAndLeftOut) {
 TEST(PtuDecode, TimesStartAtTheOrigin) {
   const std::int64_t origin_ps = 340'000'000'000'000'001;
   EXPECT_THAT(
-      decoded(PtuRecordType::hydra_harp_v2, {0x02000005, 0xFE000001, 0x02000006}, 1e-12, origin_ps),
+      decoded(RecordType::hydra_harp_v2, {0x02000005, 0xFE000001, 0x02000006}, 1e-12, origin_ps),
       ElementsAre(photon_tag(origin_ps + 5, 1), photon_tag(origin_ps + wrap + 6, 1)));
-  EXPECT_THAT(
-      decoded(PtuRecordType::hydra_harp_v2, {0x02000005, 0xFE000001, 0x02000006}, 1e-12, -7),
-      ElementsAre(photon_tag(-2, 1), photon_tag(wrap - 1, 1)));
+  EXPECT_THAT(decoded(RecordType::hydra_harp_v2, {0x02000005, 0xFE000001, 0x02000006}, 1e-12, -7),
+              ElementsAre(photon_tag(-2, 1), photon_tag(wrap - 1, 1)));
 }
 
 TEST(PtuDecode, WholePicosecondsAreExact) {
   for (const int resolution_ps : {1, 4, 5, 25, 80, 250, 8'000}) {
-    EXPECT_THAT(decoded(PtuRecordType::generic, {0xFFFFFFFF, 0x01000003}, resolution_ps * 1e-12),
+    EXPECT_THAT(decoded(RecordType::generic, {0xFFFFFFFF, 0x01000003}, resolution_ps * 1e-12),
                 ElementsAre(photon_tag((33'554'431 * wrap + 0x1000003) * resolution_ps, 0)))
         << resolution_ps;
   }
@@ -111,22 +108,22 @@ TEST(PtuDecode, WholePicosecondsAreExact) {
 TEST(PtuDecode, FractionsOfPicosecondsAddUpNoError) {
   // 1/256 ns is 125/32 ps; 0.0823 ns is 823/10 ps; 1/3 ps. Times to the nearest, halves up.
   const std::int64_t ticks = 33'554'431 * wrap + 16;
-  EXPECT_THAT(decoded(PtuRecordType::generic, {0xFFFFFFFF, 0x00000010}, 3.90625e-12),
+  EXPECT_THAT(decoded(RecordType::generic, {0xFFFFFFFF, 0x00000010}, 3.90625e-12),
               ElementsAre(photon_tag((ticks / 32) * 125 + 63, 0)));  // 16/32 of 125 is 62.5
-  EXPECT_THAT(decoded(PtuRecordType::generic, {0xFFFFFFFF, 0x00000010}, 82.3e-12),
+  EXPECT_THAT(decoded(RecordType::generic, {0xFFFFFFFF, 0x00000010}, 82.3e-12),
               ElementsAre(photon_tag((ticks / 10) * 823 + ((ticks % 10) * 823 + 5) / 10, 0)));
-  EXPECT_THAT(decoded(PtuRecordType::generic, {0xFFFFFFFF, 0x00000010}, 1e-12 / 3),
+  EXPECT_THAT(decoded(RecordType::generic, {0xFFFFFFFF, 0x00000010}, 1e-12 / 3),
               ElementsAre(photon_tag((ticks + 1) / 3, 0)));
 }
 
 TEST(PtuDecode, RefusesAbsurdResolutions) {
   for (const double resolution_s : {0.0, -1e-12, 1e-16, 1.0, std::nan("")}) {
-    EXPECT_THROW(PtuDecoder(PtuRecordType::generic, resolution_s), Error) << resolution_s;
+    EXPECT_THROW(PtuDecoder(RecordType::generic, resolution_s), Error) << resolution_s;
   }
 }
 
 TEST(PtuDecode, ACutRecordIsLeftForTheCaller) {
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12);
   const auto bytes = record_bytes({0x02000005, 0x02000006});
   std::array<Tag, 8> out{};
   auto progress = decoder.decode(std::span(bytes).first(7), out);
@@ -141,7 +138,7 @@ TEST(PtuDecode, ACutRecordIsLeftForTheCaller) {
 }
 
 TEST(PtuDecode, StopsWhereTheRoomEnds) {
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12);
   const auto bytes = record_bytes({0xFE000001, 0x02000001, 0xFE000001, 0x02000002, 0x02000003});
   std::array<Tag, 3> out{};
   out[2] = photon_tag(-1, 77);
@@ -186,7 +183,7 @@ TEST(PtuDecode, AnyBytesInAnyChunksAtAnyAlignmentDecodeAlike) {
       bytes.push_back(static_cast<std::byte>((record >> shift) & 0xFFU));
     }
   }
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12);
   std::vector<Tag> tags;
   std::span<const std::byte> rest = std::span(bytes).subspan(1);
   std::array<Tag, 97> out{};
@@ -200,7 +197,7 @@ TEST(PtuDecode, AnyBytesInAnyChunksAtAnyAlignmentDecodeAlike) {
 }
 
 TEST(PtuDecode, ADamagedFileWrapsAroundWithoutHarm) {
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-3);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-3);
   std::vector<std::byte> bytes;
   for (int i = 0; i < 20'000; ++i) bytes.insert(bytes.end(), 4, std::byte{0xFF});
   EXPECT_THAT(decode_all(decoder, bytes), testing::IsEmpty());

@@ -31,7 +31,7 @@ std::vector<std::byte> encoded(PtuEncoder& encoder, const std::vector<Tag>& tags
 }
 
 std::vector<Tag> decoded(const std::vector<std::byte>& bytes, std::int64_t origin_ps = 0) {
-  PtuDecoder decoder(PtuRecordType::hydra_harp_v2, 1e-12, origin_ps);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12, origin_ps);
   return test::decode_all(decoder, bytes);
 }
 

@@ -113,7 +113,7 @@ TEST(PtuHeader, KnowsAllT2RecordTypes) {
   for (const std::uint32_t type :
        {0x00010203U, 0x00010204U, 0x00010205U, 0x00010206U, 0x00010207U, 0x01010204U}) {
     const auto header = parse_ptu_header(usual(type).end().bytes, true);
-    EXPECT_EQ(header->record_type, static_cast<PtuRecordType>(type));
+    EXPECT_EQ(header->record_type, static_cast<RecordType>(type));
   }
 }
 
@@ -122,13 +122,13 @@ TEST(PtuHeader, KnowsAllT3RecordTypes) {
        {0x00010303U, 0x00010304U, 0x00010305U, 0x00010306U, 0x00010307U, 0x01010304U}) {
     const auto header = parse_ptu_header(
         usual(type, 3.78e-6).real("MeasDesc_Resolution", 64e-12).end().bytes, true);
-    EXPECT_EQ(header->record_type, static_cast<PtuRecordType>(type));
-    EXPECT_TRUE(is_t3(header->record_type));
+    EXPECT_EQ(header->record_type, static_cast<RecordType>(type));
+    EXPECT_TRUE(header->is_t3);
     EXPECT_EQ(header->sync_period_s, 3.78e-6);
     EXPECT_EQ(header->resolution_s, 64e-12);
   }
   const auto t2 = parse_ptu_header(usual().end().bytes, true);
-  EXPECT_FALSE(is_t3(t2->record_type));
+  EXPECT_FALSE(t2->is_t3);
   EXPECT_EQ(t2->sync_period_s, 0);
   EXPECT_THAT(error_of(usual(0x01010304, 3.78e-6).end().bytes),
               HasSubstr("MeasDesc_Resolution is missing"));
@@ -191,7 +191,7 @@ TEST(PtuHeader, HydraHarpRecording) {
   const auto header = parse_ptu_header(test::file_bytes(file), true);
   EXPECT_EQ(header->header_bytes, 4'392U);
   EXPECT_EQ(header->tags.size(), 87U);
-  EXPECT_EQ(header->record_type, PtuRecordType::hydra_harp_v2);
+  EXPECT_EQ(header->record_type, RecordType::hydra_harp_v2);
   EXPECT_EQ(header->record_count, 409'482U);
   EXPECT_EQ(header->text("HW_Type"), "HydraHarp 400");
   EXPECT_NEAR(header->created_unix_s.value(), (43'865.52570115322 - 25'569) * 86'400, 1e-4);

@@ -33,7 +33,7 @@ TEST(PtuHeaderWrite, RoundTrip) {
   const auto bytes = make_ptu_header(facts());
   const auto header = parse_ptu_header(bytes, false);
   ASSERT_TRUE(header);
-  EXPECT_EQ(header->record_type, PtuRecordType::hydra_harp_v2);
+  EXPECT_EQ(header->record_type, RecordType::hydra_harp_v2);
   EXPECT_EQ(header->resolution_s, 1e-12);
   EXPECT_EQ(header->record_count, 12'345U);
   EXPECT_EQ(header->header_bytes, bytes.size());

@@ -35,7 +35,7 @@ std::vector<Tag> decode_all(PtuT3Decoder& decoder, std::span<const std::byte> re
 Tag missed(std::int64_t time_ps) { return {time_ps, 1, TagKind::missed, {}}; }
 
 TEST(PtuT3Decoder, APhotonIsAfterItsSyncByItsTime) {
-  PtuT3Decoder decoder(PtuRecordType::hydra_harp_v2_t3, period_ps, 64e-12);
+  PtuT3Decoder decoder(RecordType::hydra_harp_v2_t3, period_ps, 64e-12);
   const auto records = record_bytes({t3_photon(0, 0, 0), t3_photon(1, 10, 0), t3_photon(5, 2, 3),
                                      t3_marker(1, 3), t3_marker(15, 4)});
   EXPECT_THAT(
@@ -47,12 +47,12 @@ TEST(PtuT3Decoder, APhotonIsAfterItsSyncByItsTime) {
 }
 
 TEST(PtuT3Decoder, OverflowsMoveTheNumberOn) {
-  const auto at = [](PtuRecordType type, std::initializer_list<std::uint32_t> records) {
+  const auto at = [](RecordType type, std::initializer_list<std::uint32_t> records) {
     PtuT3Decoder decoder(type, 1000, 1e-12);
     const auto tags = decode_all(decoder, record_bytes(records));
     return tags.empty() ? decoder.reached_ps() : tags.back().time_ps;
   };
-  using Type = PtuRecordType;
+  using Type = RecordType;
   for (const Type type : {Type::hydra_harp_v2_t3, Type::generic_t3, Type::time_harp_260_nano_t3,
                           Type::time_harp_260_pico_t3}) {
     EXPECT_EQ(at(type, {t3_overflow(0), t3_photon(0, 7, 1)}), 1025 * 1000 + 7);
@@ -66,7 +66,7 @@ TEST(PtuT3Decoder, OverflowsMoveTheNumberOn) {
 }
 
 TEST(PtuT3Decoder, PicoHarpsRecords) {
-  PtuT3Decoder decoder(PtuRecordType::pico_harp_t3, 1000, 1e-12);
+  PtuT3Decoder decoder(RecordType::pico_harp_t3, 1000, 1e-12);
   EXPECT_THAT(decode_all(decoder, record_bytes({0x10050002U, 0xE0FE0002U, 0xF0030002U, 0xF0000000U,
                                                 0x2FFF0000U})),
               ElementsAre(sync_tag(2000), photon_tag(2005, 1), photon_tag(2254, 14),
@@ -76,20 +76,20 @@ TEST(PtuT3Decoder, PicoHarpsRecords) {
 }
 
 TEST(PtuT3Decoder, WhatIsTooLateForARecordIsLost) {
-  PtuT3Decoder decoder(PtuRecordType::generic_t3, 1e6, 4e-12);
+  PtuT3Decoder decoder(RecordType::generic_t3, 1e6, 4e-12);
   EXPECT_THAT(decode_all(decoder, record_bytes({t3_photon(2, 32'766, 0), t3_photon(2, 32'767, 0)})),
               ElementsAre(sync_tag(0), photon_tag(4 * 32'766, 2), missed(4 * 32'767)));
   EXPECT_EQ(decoder.saturated_photons(), 1U);
 }
 
 TEST(PtuT3Decoder, UnknownSpecialRecordsAreCounted) {
-  PtuT3Decoder decoder(PtuRecordType::generic_t3, 1e6, 4e-12);
+  PtuT3Decoder decoder(RecordType::generic_t3, 1e6, 4e-12);
   EXPECT_TRUE(decode_all(decoder, record_bytes({t3_marker(0, 1), t3_marker(16, 2)})).empty());
   EXPECT_EQ(decoder.unknown_records(), 2U);
 }
 
 TEST(PtuT3Decoder, PeriodsThatAreNotWholeDoNotAddUp) {
-  PtuT3Decoder decoder(PtuRecordType::hydra_harp_v2_t3, 3'780'007.5625, 1e-12);
+  PtuT3Decoder decoder(RecordType::hydra_harp_v2_t3, 3'780'007.5625, 1e-12);
   std::vector<std::byte> records;
   for (int i = 0; i < 1000; ++i) {
     const auto some = record_bytes({t3_overflow(1000)});
@@ -107,7 +107,7 @@ TEST(PtuT3Decoder, PiecesAndRoomMakeNoDifference) {
     const auto record = record_bytes({static_cast<std::uint32_t>(random())});
     records.insert(records.end(), record.begin(), record.end());
   }
-  for (const auto type : {PtuRecordType::pico_harp_t3, PtuRecordType::generic_t3}) {
+  for (const auto type : {RecordType::pico_harp_t3, RecordType::generic_t3}) {
     PtuT3Decoder whole(type, period_ps, 64e-12);
     const std::vector<Tag> expected = decode_all(whole, records);
     PtuT3Decoder decoder(type, period_ps, 64e-12);
@@ -127,7 +127,7 @@ TEST(PtuT3Decoder, PiecesAndRoomMakeNoDifference) {
 
 TEST(PtuT3Decoder, RefusesTimesThatMakeNoSense) {
   const auto refusal = [](double period, double resolution_s) {
-    return test::error_text([&] { PtuT3Decoder(PtuRecordType::generic_t3, period, resolution_s); });
+    return test::error_text([&] { PtuT3Decoder(RecordType::generic_t3, period, resolution_s); });
   };
   EXPECT_THAT(refusal(0.5, 1e-12), HasSubstr("a time between syncs of 0.5 ps"));
   EXPECT_THAT(refusal(1e13, 1e-12), HasSubstr("must be from 1 to 1e12 ps"));

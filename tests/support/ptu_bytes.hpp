@@ -23,7 +23,7 @@ inline std::vector<std::byte> record_bytes(std::initializer_list<std::uint32_t> 
 
 // All tags of `records`, decoded at one go.
 inline std::vector<Tag> decode_all(PtuDecoder& decoder, std::span<const std::byte> records) {
-  std::vector<Tag> tags(records.size() / PtuDecoder::record_bytes + 1);
+  std::vector<Tag> tags(records.size() / ptu_record_bytes + 1);
   tags.resize(decoder.decode(records, tags).tags);
   return tags;
 }

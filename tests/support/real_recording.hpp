@@ -34,9 +34,9 @@ inline std::vector<std::byte> file_bytes(const std::filesystem::path& file) {
 // All tags of a PTU file.
 inline std::vector<Tag> ptu_tags(const std::filesystem::path& file) {
   const std::vector<std::byte> bytes = file_bytes(file);
-  const PtuHeader header = parse_ptu_header(bytes, true).value();
+  const RecordingHeader header = parse_ptu_header(bytes, true).value();
   PtuDecoder decoder(header.record_type, header.resolution_s, header.origin_ps);
-  std::vector<Tag> tags(bytes.size() / PtuDecoder::record_bytes);
+  std::vector<Tag> tags(bytes.size() / ptu_record_bytes);
   const auto done = decoder.decode(std::span(bytes).subspan(header.header_bytes), tags);
   tags.resize(done.tags);
   return tags;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "protocol/ptu_header.hpp"
+#include "protocol/tag.hpp"
 
 namespace splid::test {
 
@@ -20,9 +22,27 @@ constexpr std::uint32_t t3_marker(int bits, std::uint32_t sync) {
 }
 constexpr std::uint32_t t3_overflow(std::uint32_t count) { return 1U << 31U | 63U << 25U | count; }
 
+// The records that an instrument in T3 mode would have kept of a stream with all its syncs.
+inline std::vector<std::uint32_t> as_t3(const std::vector<Tag>& tags, double resolution_ps) {
+  std::vector<std::uint32_t> records;
+  std::uint32_t syncs = 0;
+  std::int64_t sync_ps = -1;
+  for (const Tag& tag : tags) {
+    if (tag.kind == TagKind::sync) {
+      sync_ps = tag.time_ps;
+      if (++syncs % 1024 == 0) records.push_back(t3_overflow(1));
+    } else if (tag.kind == TagKind::photon && sync_ps >= 0) {
+      const auto since_ps = static_cast<double>(tag.time_ps - sync_ps);
+      const auto ticks = static_cast<std::uint32_t>(since_ps / resolution_ps);
+      records.push_back(t3_photon(tag.value, std::min(ticks, 0x7FFFU), syncs % 1024));
+    }
+  }
+  return records;
+}
+
 // A recording in T3 mode, by splid's header of one in T2 mode with other values.
 struct T3Recording {
-  PtuRecordType type = PtuRecordType::hydra_harp_v2_t3;
+  RecordType type = RecordType::hydra_harp_v2_t3;
   double sync_period_s = 3.78e-6;
   double resolution_s = 128e-12;
   std::int64_t divider = 1;

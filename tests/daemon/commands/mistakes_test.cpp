@@ -101,7 +101,7 @@ TEST_F(Mistakes, FilesOfAnotherKind) {
   expect_error({"run", "--config", gzip}, 2, HasSubstr("gunzip"));
   expect_error({"run", "--config", folder.write("empty.json", "")}, 2, HasSubstr("is empty"));
   expect_error({"replay", config, "--config", config}, 4,
-               HasSubstr("is a splid configuration, but a PTU recording is expected"));
+               HasSubstr("is a splid configuration, but a recording is expected"));
   expect_error({"replay", gzip, "--config", config}, 4, HasSubstr("gunzip"));
   expect_error({"check", gzip}, 4, HasSubstr("gunzip"));
   expect_error({"check", folder.write("a.spc", "1234")}, 4, HasSubstr("Becker & Hickl"));

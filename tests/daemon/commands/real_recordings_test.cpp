@@ -151,13 +151,12 @@ void write_thinned(const std::string& from, const std::string& to, std::size_t n
   std::vector<std::byte> bytes = test::file_bytes(from);
   std::size_t out = parse_ptu_header(bytes, true).value().header_bytes;
   std::size_t photons = 0;
-  for (std::size_t at = out; at + PtuDecoder::record_bytes <= bytes.size();
-       at += PtuDecoder::record_bytes) {
+  for (std::size_t at = out; at + ptu_record_bytes <= bytes.size(); at += ptu_record_bytes) {
     const bool is_photon = (bytes[at + 3] & std::byte{0x80}) == std::byte{0};
     if (is_photon && photons++ % n != 0) continue;
-    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), PtuDecoder::record_bytes,
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), ptu_record_bytes,
                 bytes.begin() + static_cast<std::ptrdiff_t>(out));
-    out += PtuDecoder::record_bytes;
+    out += ptu_record_bytes;
   }
   std::ofstream(to, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(out));

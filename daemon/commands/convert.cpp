@@ -1,0 +1,61 @@
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "daemon/base/text.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/recording/convert_recording.hpp"
+#include "daemon/service/stop_signals.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+constexpr int convert_stopped_exit_code = 130;
+
+struct ConvertCommand {
+  std::string recording;
+  std::string output;
+  bool force = false;
+};
+
+int convert(const ConvertCommand& options) {
+  std::error_code absent;
+  if (std::filesystem::equivalent(options.recording, options.output, absent)) {
+    throw Error(Fault::usage, options.output +
+                                  ": is the recording itself, which would be overwritten while it "
+                                  "is read; give the new file another name");
+  }
+  if (!options.output.ends_with(".ptu")) {
+    throw Error(Fault::usage, options.output + ": convert writes a PTU; end its name in .ptu");
+  }
+  const StopSignals signals;
+  const ConvertSummary summary = convert_recording(options.recording, options.output, options.force,
+                                                   host_clock(), signals.token());
+  if (summary.stopped) {
+    spdlog::warn("stopped; {} was not written", options.output);
+    return convert_stopped_exit_code;
+  }
+  spdlog::info("{} records in {}, {} mode, {} tags lost", grouped(summary.records), options.output,
+               summary.is_t3 ? "T3" : "T2", grouped(summary.lost_tags));
+  return 0;
+}
+
+}  // namespace
+
+void add_convert(CLI::App& app, Action& action) {
+  CLI::App* command =
+      app.add_subcommand("convert", "Write a recording of another format as a PTU recording");
+  const auto options = std::make_shared<ConvertCommand>();
+  command->add_option("recording", options->recording, "Recording of any format that splid reads")
+      ->required();
+  command->add_option("output", options->output, "PTU file to write")->required();
+  command->add_flag("--force", options->force, "Overwrite an existing file");
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return convert(*options); }; });
+}
+
+}  // namespace splid

@@ -1,0 +1,186 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "drivers/replay/recording_info.hpp"
+#include "protocol/frame_json.hpp"
+#include "tests/support/made_recording.hpp"
+#include "tests/support/other_recordings.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/read_back.hpp"
+#include "tests/support/real_recording.hpp"
+#include "tests/support/t3_recording.hpp"
+
+// Recordings of other formats through the built program: looked at, measured and converted.
+
+namespace splid {
+namespace {
+
+using test::run_program;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class ConvertProgram : public ::testing::Test {
+ protected:
+  ConvertProgram() {
+    config = folder.write("config.json",
+                          R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)"
+                          R"("pace":"max"},"pattern":{"file":")" SPLID_SOURCE_DIR
+                          R"(/config/patterns/interleaved-180-189.json"}})");
+  }
+
+  std::string simulated() {
+    std::string file = folder.path("simulated.ptu");
+    EXPECT_EQ(run_program({"simulate", "--config", config, "--seconds", "0.3", "--output", file})
+                  .exit_code,
+              0);
+    return file;
+  }
+
+  // The frames of a recording as JSON, without how long they took.
+  std::vector<std::string> frames(const std::string& file) {
+    std::istringstream lines(
+        run_program({"replay", file, "--config", config, "--no-publish", "--json"}).out);
+    std::vector<std::string> all;
+    for (std::string line; std::getline(lines, line);) {
+      FrameMessage frame = frame_from_json(line);
+      frame.compute_ms.reset();
+      frame.latency_ms.reset();
+      all.push_back(to_json(frame));
+    }
+    return all;
+  }
+
+  test::TempFolder folder;
+  std::string config;
+};
+
+TEST_F(ConvertProgram, AT2RecordingKeepsItsTagsAndItsFrames) {
+  const std::string ptu = simulated();
+  const std::string converted = folder.path("converted.ptu");
+  const auto result = run_program({"convert", ptu, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("T2 mode, 0 tags lost"));
+  EXPECT_EQ(test::read_back(converted), test::read_back(ptu));
+  EXPECT_EQ(frames(converted), frames(ptu));
+  EXPECT_FALSE(std::filesystem::exists(converted + ".part"));
+}
+
+TEST_F(ConvertProgram, AT3RecordingStaysT3) {
+  const std::vector<std::uint32_t> records = test::as_t3(test::read_back(simulated()), 16);
+  const std::string ht3 = folder.write("a.ht3", test::hydra_harp_recording(3, "2.0", records));
+  const std::string converted = folder.path("a.ptu");
+  const auto result = run_program({"convert", ht3, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("T3 mode"));
+  const RecordingInfo info = scan_recording(converted);
+  EXPECT_TRUE(info.header.is_t3);
+  EXPECT_EQ(info.header.record_count, info.records);
+  EXPECT_EQ(info.header.text("HW_Type"), "HydraHarp 400");
+  EXPECT_EQ(test::read_back(converted), test::read_back(ht3));
+  const auto of_ht3 = frames(ht3);
+  EXPECT_GE(of_ht3.size(), 5U);
+  EXPECT_EQ(frames(converted), of_ht3);
+}
+
+TEST_F(ConvertProgram, InputsKeepTheirNumbersAndLossesTheirPlace) {
+  PtuFacts facts = test::counted(3);
+  facts.losses = {{500, 900, 7}};
+  facts.created_unix_s = 1'700'000'000;
+  facts.instrument = "a tagger";
+  const std::string file = folder.write(
+      "a.ptu",
+      test::recording(facts, {test::photon_record(0, 5), test::photon_record(62, 2'000'000),
+                              test::marker_record(3, 3'000'000)}));
+  const std::string converted = folder.path("b.ptu");
+  ASSERT_EQ(run_program({"convert", file, converted}).exit_code, 0);
+  EXPECT_EQ(test::read_back(converted), test::read_back(file));
+  const RecordingHeader header = scan_recording(converted).header;
+  EXPECT_THAT(header.losses, ElementsAre(Loss{500, 900, 7}));
+  EXPECT_EQ(header.text("HW_Type"), "a tagger");
+  const double at_zero_s = *header.created_unix_s - static_cast<double>(header.origin_ps) * 1e-12;
+  EXPECT_NEAR(at_zero_s, 1'700'000'000, 1e-5);
+}
+
+TEST_F(ConvertProgram, LostPhotonsOfASpcAreLossesOfThePtu) {
+  folder.write("a.set", std::string(test::spc_settings));
+  const std::string spc = folder.write(
+      "a.spc", test::spc_recording(37'800, {test::spc_photon(3, 4095, 2),
+                                            test::spc_gap | test::spc_photon(9, 1000, 2)}));
+  const std::string converted = folder.path("b.ptu");
+  const auto result = run_program({"convert", spc, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(scan_recording(converted).header.losses,
+              ElementsAre(Loss{3 * 3'780'000, 9 * 3'780'000, -1}));
+  EXPECT_EQ(test::read_back(converted).size(), 4U);
+}
+
+TEST_F(ConvertProgram, CheckSaysWhatEachIs) {
+  const auto check = [&](const std::string& name, const std::string& content) {
+    const auto result = run_program({"check", folder.write(name, content)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out;
+  };
+  EXPECT_THAT(check("a.qutag", test::qutag_recording({{5, 1}, {9, 5}})),
+              AllOf(HasSubstr("a quTAG recording, T2, 1 ps a tick"), HasSubstr("input 5")));
+  EXPECT_THAT(check("a.pt2", test::pico_harp_recording(2, {5})),
+              HasSubstr("a PicoHarp recording (.pt2, .pt3), T2, record type 0x00010203, 4 ps"));
+  EXPECT_THAT(check("a.ht3", test::hydra_harp_recording(3, "1.0", {5})),
+              AllOf(HasSubstr("a HydraHarp recording (.ht2, .ht3), T3, record type 0x00010304"),
+                    HasSubstr("as the header has it")));
+  folder.write("a.set", std::string(test::spc_settings));
+  EXPECT_THAT(check("a.spc", test::spc_recording(100, {test::spc_photon(1, 1, 1)})),
+              HasSubstr("a Becker & Hickl recording (.spc), T3, 8 ps a tick"));
+  const auto alone = run_program({"check", folder.write("b.spc", test::spc_recording(100, {}))});
+  EXPECT_EQ(alone.exit_code, 4);
+  EXPECT_THAT(alone.err, HasSubstr("the same name with .set"));
+}
+
+TEST_F(ConvertProgram, MistakesAreSaidAndLeaveNothingBehind) {
+  const std::string ptu = simulated();
+  const auto said = [&](const std::vector<std::string>& arguments, int exit_code) {
+    const auto result = run_program(arguments);
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    return result.err;
+  };
+  EXPECT_THAT(said({"convert", ptu, ptu, "--force"}, 2), HasSubstr("is the recording itself"));
+  EXPECT_THAT(said({"convert", ptu, folder.path("a.txt")}, 2), HasSubstr("end its name in .ptu"));
+  EXPECT_THAT(said({"convert", folder.path("none.pt2"), folder.path("a.ptu")}, 4),
+              HasSubstr("cannot open the recording"));
+  EXPECT_THAT(said({"convert", config, folder.path("a.ptu")}, 4),
+              HasSubstr("is a splid configuration, but a recording is expected"));
+  EXPECT_THAT(said({"convert", ptu, "/nonexistent/a.ptu"}, 3), HasSubstr("/nonexistent"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("a.ptu")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("a.ptu.part")));
+  const std::string there = folder.write("there.ptu", "something");
+  said({"convert", ptu, there}, 2);
+  EXPECT_EQ(test::file_text(there), "something");
+  EXPECT_EQ(run_program({"convert", ptu, there, "--force"}).exit_code, 0);
+  EXPECT_EQ(test::read_back(there), test::read_back(ptu));
+}
+
+// The same stream, by the instrument's own program and re-encoded with its syncs as sync records.
+TEST_F(ConvertProgram, ARealQutagFileIsItsTwin) {
+  const auto real = test::real_recording_path("qutag_sync.qutag");
+  if (!std::filesystem::exists(real)) GTEST_SKIP() << real << " is not there";
+  const std::string converted = folder.path("a.ptu");
+  ASSERT_EQ(run_program({"convert", real.string(), converted}).exit_code, 0);
+  const std::vector<Tag> tags = test::read_back(converted);
+  std::vector<Tag> twin = test::read_back(test::real_recording_path("qutag_sync_t2.ptu").string());
+  ASSERT_EQ(tags.size(), 211'773U);
+  const std::int64_t shift_ps = tags.front().time_ps - twin.front().time_ps;
+  for (Tag& tag : twin) {
+    tag.time_ps += shift_ps;
+    if (tag.kind == TagKind::sync) tag = photon_tag(tag.time_ps, 5);
+  }
+  EXPECT_EQ(tags, twin);
+}
+
+}  // namespace
+}  // namespace splid
