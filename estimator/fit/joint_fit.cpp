@@ -29,18 +29,6 @@ JointParameters stepped(const JointParameters& from, const JointVector& step) {
   return to;
 }
 
-// The farthest that an end of any line is from where it started.
-double moved_ns(const JointParameters& from, const JointParameters& to) {
-  double most = 0;
-  for (std::size_t k = 0; k < from.count; ++k) {
-    const DelayLine& a = from.targets.at(k).line;
-    const DelayLine& b = to.targets.at(k).line;
-    most =
-        std::max(most, std::abs(a.delay_ns - b.delay_ns) + std::abs(a.travel_ns - b.travel_ns) / 2);
-  }
-  return most;
-}
-
 // The information in `units`, with a 1 in place of each parameter that is fixed.
 template <class Fixed>
 JointMatrix information(const JointMatrix& hessian, const JointVector& units, const Fixed& fixed) {
@@ -58,8 +46,7 @@ JointMatrix information(const JointMatrix& hessian, const JointVector& units, co
 
 JointFit::JointFit(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons)
     : width_ns_(shape.width_ns()),
-      margin_ns_(joint_margin_widths * shape.width_ns()),
-      likelihood_(shape, train, max_photons, margin_ns_) {}
+      likelihood_(shape, train, max_photons, joint_margin_widths * shape.width_ns()) {}
 
 // In these units the information is well conditioned. Where no photon speaks for a background, the
 // likelihood falls as exp(-b t), so that the unit of b is then 1 / t.
@@ -73,19 +60,22 @@ JointVector JointFit::units_of(const JointParameters& at, const Exposure& exposu
   return units;
 }
 
-JointMaximum JointFit::climb(const FoldedFrame& frame, const Exposure& exposure,
-                             const JointParameters& start, bool moving) {
+void JointFit::begin(const FoldedFrame& frame, const Exposure& exposure) {
   const auto all = static_cast<double>(frame.size());
   no_target_nats_ = all * std::log(all / exposure.seen_ns) - all;
+  likelihood_.forget();
+}
+
+JointMaximum JointFit::climb(const FoldedFrame& frame, const Exposure& exposure,
+                             const JointParameters& start, bool moving) {
   Fixed fixed{};
   for (std::size_t k = 0; k < start.count; ++k) fixed.at(3 * k + 1) = !moving;
   JointMaximum maximum;
   maximum.at = start;
   for (int collected = 0; collected < most_collected; ++collected) {
-    const JointParameters about = maximum.at;
-    likelihood_.collect(frame, about);
+    likelihood_.hold(frame, maximum.at);
     climb_within(exposure, fixed, maximum);
-    if (moved_ns(about, maximum.at) <= margin_ns_) break;
+    if (likelihood_.serves(maximum.at)) break;
   }
   add_covariance(exposure, fixed, maximum);
   return maximum;
@@ -97,7 +87,7 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
-  const JointParameters start = best.at;
+  constexpr double last_gain = 1e-5;  // nats: 0.0045 deviations
   likelihood_.evaluate(exposure, best.at, point_);
   double damping = 0;
   best.stop = Stop::rounds_spent;
@@ -117,13 +107,17 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
       continue;
     }
     JointVector step = hill.solve(slope);
-    // What is left to gain on this hill.
-    if (damping == 0 && slope.dot(step) / 2 < gain_small) {
+    const double longest = step.cwiseAbs().maxCoeff();
+    if (longest > 1) step /= longest;
+    // What is left to gain on this hill. A last step that short ends a hundredth of its length from
+    // the top at most, so that nothing is to be seen there.
+    const double to_gain = slope.dot(step) / 2;
+    if (damping == 0 && longest <= 1 && to_gain < last_gain) {
+      best.at = stepped(best.at, units.asDiagonal() * step);
+      point_.value += to_gain;
       best.stop = Stop::gain_small;
       break;
     }
-    const double longest = step.cwiseAbs().maxCoeff();
-    if (longest > 1) step /= longest;
     next = point_;
     const JointParameters to = stepped(best.at, units.asDiagonal() * step);
     likelihood_.evaluate(exposure, to, next);
@@ -140,7 +134,7 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
       best.stop = longest < step_small ? Stop::step_small : Stop::gain_small;
       break;
     }
-    if (damping > most_damping || moved_ns(start, best.at) > margin_ns_) break;
+    if (damping > most_damping || !likelihood_.serves(best.at)) break;
   }
   best.gain_nats = point_.value - no_target_nats_;
 }

@@ -25,13 +25,15 @@ class JointFit {
  public:
   JointFit(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
+  // A frame comes, which the calls up to the next begin() are about.
+  void begin(const FoldedFrame& frame, const Exposure& exposure);
   // The maximum near `start`, of which each line should be within some two pulse widths of the
   // maximum's. moving: false keeps the travels of `start`.
   JointMaximum climb(const FoldedFrame& frame, const Exposure& exposure,
                      const JointParameters& start, bool moving);
   // The gain of a maximum without one of its targets, where the other targets' lines stay and their
   // signals and the background become their best. likelihood() must have been collected about the
-  // maximum, of the frame of the last climb.
+  // maximum.
   double gain_without(std::size_t target, const Exposure& exposure, const JointMaximum& of);
   // The gain at parameters about which likelihood() has been collected.
   double gain(const Exposure& exposure, const JointParameters& at) {
@@ -47,7 +49,6 @@ class JointFit {
   [[nodiscard]] JointVector units_of(const JointParameters& at, const Exposure& exposure) const;
 
   double width_ns_;
-  double margin_ns_;
   JointLikelihood likelihood_;
   double no_target_nats_ = 0;  // the log-likelihood of no target, of the frame
   JointPoint point_;

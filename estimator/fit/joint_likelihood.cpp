@@ -27,6 +27,7 @@ JointLikelihood::JointLikelihood(const PulseShape& shape, const PulseTrain& trai
                                  std::size_t max_photons, double margin_ns)
     : shape_(shape),
       train_(train),
+      margin_ns_(margin_ns),
       windows_(
           comb_windows(train, shape.first_ns() - 2 * margin_ns, shape.last_ns() + 2 * margin_ns)) {
   const std::size_t of_one = max_photons * widest_overlap(windows_);
@@ -40,26 +41,38 @@ JointLikelihood::JointLikelihood(const PulseShape& shape, const PulseTrain& trai
   }
 }
 
-// Each target's photons ascend, so that merging their rows gives each photon once.
 void JointLikelihood::collect(const FoldedFrame& frame, const JointParameters& about) {
-  about_ = about;
+  forget();
+  hold(frame, about);
+}
+
+void JointLikelihood::hold(const FoldedFrame& frame, const JointParameters& about) {
+  if (serves(about)) return;
   photons_ = frame.size();
   for (std::size_t k = 0; k < about.count; ++k) {
+    if (k < about_.count && serves(k, about)) continue;
+    about_.targets.at(k) = about.targets.at(k);
     near_[k].collect(frame, windows_, train_, about.targets.at(k).line);
   }
+  about_.count = about.count;
+  merge(about.count);
+}
+
+// Each target's photons ascend, so that merging their rows gives each photon once.
+void JointLikelihood::merge(std::size_t targets) {
   for (auto* values : {&residual_, &position_, &amplitude_}) values->clear();
   for (auto* values : {&index_, &first_}) values->clear();
   target_.clear();
   std::array<std::size_t, most_targets> next{};
   while (true) {
     std::uint32_t photon = std::numeric_limits<std::uint32_t>::max();
-    for (std::size_t k = 0; k < about.count; ++k) {
+    for (std::size_t k = 0; k < targets; ++k) {
       if (next.at(k) < near_[k].index.size()) photon = std::min(photon, near_[k].index[next.at(k)]);
     }
     first_.push_back(static_cast<std::uint32_t>(residual_.size()));
     if (photon == std::numeric_limits<std::uint32_t>::max()) return;
     index_.push_back(photon);
-    for (std::size_t k = 0; k < about.count; ++k) {
+    for (std::size_t k = 0; k < targets; ++k) {
       const NearSet& near = near_[k];
       std::size_t& n = next.at(k);
       if (n == near.index.size() || near.index[n] != photon) continue;
@@ -74,27 +87,41 @@ void JointLikelihood::collect(const FoldedFrame& frame, const JointParameters& a
   }
 }
 
+bool JointLikelihood::serves(std::size_t target, const JointParameters& at) const {
+  const DelayLine& a = about_.targets.at(target).line;
+  const DelayLine& b = at.targets.at(target).line;
+  return std::abs(a.delay_ns - b.delay_ns) + std::abs(a.travel_ns - b.travel_ns) / 2 <= margin_ns_;
+}
+
+bool JointLikelihood::serves(const JointParameters& at) const {
+  if (at.count != about_.count) return false;
+  for (std::size_t k = 0; k < at.count; ++k) {
+    if (!serves(k, at)) return false;
+  }
+  return true;
+}
+
 void JointLikelihood::load(const Exposure& exposure, const JointParameters& at) {
-  std::array<double, most_targets> delay{}, travel{}, dilation{};
+  std::array<double, most_targets> delay{}, travel{};
   for (std::size_t k = 0; k < at.count; ++k) {
     const DelayLine& line = at.targets.at(k).line;
     delay.at(k) = line.delay_ns - about_.targets.at(k).line.delay_ns;
     travel.at(k) = line.travel_ns - about_.targets.at(k).line.travel_ns;
-    dilation.at(k) = exposure.scale / (1 - line.travel_ns / exposure.length_ns);
+    const double one_less_g = 1 - line.travel_ns / exposure.length_ns;
+    by_.at(k) = {exposure.scale / one_less_g, 1 / (one_less_g * exposure.length_ns)};
   }
   const std::size_t count = residual_.size();
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_}) scratch->resize(count);
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t k = target_[j];
-    offset_[j] = (residual_[j] - delay[k] - travel[k] * position_[j]) * dilation[k];
+    offset_[j] = (residual_[j] - delay[k] - travel[k] * position_[j]) * by_[k].dilation;
   }
   shape_.evaluate(offset_, {h_, d1_, d2_});
 }
 
 // Each target's density at a photon and its derivatives by delay (1) and travel (2); see
 // Likelihood::evaluate(). Targets that do not matter to the photon are left out.
-std::size_t JointLikelihood::shares_of(std::size_t photon, const Exposure& exposure,
-                                       const JointParameters& at,
+std::size_t JointLikelihood::shares_of(std::size_t photon, const JointParameters& at,
                                        std::array<Share, most_targets>& shares) const {
   std::size_t count = 0;
   for (std::size_t begin = first_[photon], end = begin; begin < first_[photon + 1]; begin = end) {
@@ -106,9 +133,8 @@ std::size_t JointLikelihood::shares_of(std::size_t photon, const Exposure& expos
     if (at.targets[k].signal_per_pulse * share.density <= least_share * at.background_per_ns) {
       continue;
     }
-    const double one_less_g = 1 - at.targets[k].line.travel_ns / exposure.length_ns;
-    const double dilation = exposure.scale / one_less_g;
-    const double turn = 1 / (one_less_g * exposure.length_ns);
+    const double dilation = by_[k].dilation;
+    const double turn = by_[k].turn;
     for (std::size_t j = begin; j < end; ++j) {
       const double a = amplitude_[j];
       const double o1 = -dilation;
@@ -211,7 +237,7 @@ void JointLikelihood::evaluate(const Exposure& exposure, const JointParameters& 
   std::array<OfOne, most_targets> of_one;
   std::array<Share, most_targets> shares;
   for (std::size_t i = 0; i < index_.size(); ++i) {
-    const std::size_t count = shares_of(i, exposure, at, shares);
+    const std::size_t count = shares_of(i, at, shares);
     if (count == 0) {
       ++dark;
       continue;

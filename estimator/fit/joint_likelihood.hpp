@@ -60,6 +60,14 @@ class JointLikelihood {
 
   // Takes the photons that are near any of the targets' lines.
   void collect(const FoldedFrame& frame, const JointParameters& about);
+  // The same, but leaves the photons of the lines that they still serve for. The frame is that of
+  // the last collect() or forget().
+  void hold(const FoldedFrame& frame, const JointParameters& about);
+  // Another frame comes next.
+  void forget() { about_.count = 0; }
+  // Whether what was collected last serves for these targets: no end of a line is more than the
+  // margin away from where it was seen.
+  [[nodiscard]] bool serves(const JointParameters& at) const;
   // at: as many targets as collect() was given, in the same order.
   void evaluate(const Exposure& exposure, const JointParameters& at, JointPoint& point);
   // The value alone.
@@ -83,6 +91,9 @@ class JointLikelihood {
     std::size_t target = 0;
     double density = 0, g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
   };
+  struct Stretching {  // of a target's pattern by its travel; see Likelihood::evaluate()
+    double dilation = 1, turn = 0;
+  };
   // Sums over the photons that a single target has a share in: by delay, travel, signal and
   // background.
   struct OfOne {
@@ -91,7 +102,7 @@ class JointLikelihood {
   };
   void load(const Exposure& exposure, const JointParameters& at);
   void start(const Exposure& exposure, const JointParameters& at, JointPoint& point) const;
-  std::size_t shares_of(std::size_t photon, const Exposure& exposure, const JointParameters& at,
+  std::size_t shares_of(std::size_t photon, const JointParameters& at,
                         std::array<Share, most_targets>& shares) const;
   static void add(const Share& share, double S, double lambda, OfOne& sums);
   static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
@@ -99,7 +110,11 @@ class JointLikelihood {
   static void add(const OfOne& sums, std::size_t target, JointPoint& point);
 
   const PulseShape& shape_;
+  void merge(std::size_t targets);
+  [[nodiscard]] bool serves(std::size_t target, const JointParameters& at) const;
+
   const PulseTrain& train_;
+  double margin_ns_;
   std::vector<CombWindow> windows_;
   std::vector<NearSet> near_;  // of each target
   std::size_t photons_ = 0;    // of the frame
@@ -107,7 +122,8 @@ class JointLikelihood {
   std::vector<std::uint32_t> index_, first_;
   std::vector<std::uint8_t> target_;
   std::vector<double> residual_, position_, amplitude_;
-  std::vector<double> offset_, h_, d1_, d2_;  // scratch: one value for each entry
+  std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry
+  std::array<Stretching, most_targets> by_{};  // at what was loaded last
   JointParameters about_;
 };
 

@@ -97,15 +97,26 @@ void RangeOdds::keep(const Peak& peak) {
   if (peak.gain_nats > least->gain_nats) *least = peak;
 }
 
+bool RangeOdds::is_one_of(DelayLine line, std::span<const DelayLine> lines) const {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](DelayLine other) { return is_same_range(line, other); });
+}
+
+std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine> lines) const {
+  std::optional<Place> best;
+  for (const Peak& peak : peaks_) {
+    if (is_one_of(peak.line, lines)) continue;
+    if (!best || peak.gain_nats > best->gain_nats) best = Place{peak.line, peak.gain_nats};
+  }
+  return best;
+}
+
 double RangeOdds::of(const Fit& best, std::span<const DelayLine> others) const {
   const double own_nats = volume_nats(best);
   double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance
   for (const Peak& peak : peaks_) {
     if (is_same_range(peak.line, best.parameters.line)) continue;
-    if (std::any_of(others.begin(), others.end(),
-                    [&](DelayLine other) { return is_same_range(peak.line, other); })) {
-      continue;
-    }
+    if (is_one_of(peak.line, others)) continue;
     elsewhere =
         log_add(elsewhere, peak.gain_nats + (peak.has_volume ? peak.volume_nats : own_nats));
   }

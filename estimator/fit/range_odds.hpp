@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,12 @@ class RangeOdds {
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
   [[nodiscard]] double of(const Fit& best, std::span<const DelayLine> others = {}) const;
+  // The strongest place that is not at one of these lines, or none.
+  struct Place {
+    DelayLine line;
+    double gain_nats = 0;
+  };
+  [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayLine> lines) const;
 
  private:
   struct Peak {
@@ -58,6 +65,7 @@ class RangeOdds {
   [[nodiscard]] double volume_nats(const Fit& fit) const;
   [[nodiscard]] double apart_ns(DelayLine a, DelayLine b) const;
   [[nodiscard]] bool is_same_range(DelayLine a, DelayLine b) const;
+  [[nodiscard]] bool is_one_of(DelayLine line, std::span<const DelayLine> lines) const;
   void keep(const Peak& peak);
 
   SearchVolume volume_;

@@ -51,6 +51,7 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   found_.clear();
   search_.keep_peaks();
   exposure_ = Exposure(frame, train_);
+  joint_.begin(frame, exposure_);
   all_ = {};
   all_.at.add({first.parameters.line, first.parameters.signal_per_pulse});
   all_.at.background_per_ns = first.parameters.background_per_ns;
@@ -111,35 +112,36 @@ JointParameters SeveralTargets::pair_about(const JointParameters& start, std::si
   return pair;
 }
 
-// The likeliest of several pairs about the middle of one target and the last one. The likelihood is
-// left collected about it.
+// The likeliest of several pairs about the middle of one target and the last one. The photons are
+// collected once, about the middle: windows reach four widths beyond the pulse.
 JointParameters SeveralTargets::likeliest_pair(const FoldedFrame& frame,
                                                const JointParameters& start, std::size_t target,
                                                bool moving) {
+  joint_.likelihood().hold(frame, pair_about(start, target, 0, false));
   JointParameters likeliest = start;
   double most_nats = -std::numeric_limits<double>::infinity();
   for (const double widths : {0.6, 1.0, 1.5, 2.5}) {
     for (const bool cross : {false, true}) {
       if (cross && !moving) continue;
       const JointParameters pair = pair_about(start, target, widths, cross);
-      joint_.likelihood().collect(frame, pair);
       const double nats = joint_.likelihood().value(exposure_, pair);
       if (!(nats > most_nats)) continue;
       most_nats = nats;
       likeliest = pair;
     }
   }
-  joint_.likelihood().collect(frame, likeliest);
   return likeliest;
 }
 
 // Two targets that are close to each other may first look like one in their middle. What that
-// leaves over then looks like another target, beside the first or at a shoulder of the comb. So a
-// pair is also climbed to where the new target is close to another, or weak and as fast as another.
+// leaves over then looks like another target, beside the first or at a shoulder of the comb. So the
+// climb may also begin at a pair, where the new target is close to another, or weak and as fast as
+// another. It begins at the likeliest place.
 JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParameters& start,
                                    bool moving) {
-  JointMaximum best = joint_.climb(frame, exposure_, start, moving);
   const std::size_t last = start.count - 1;
+  JointParameters best = start;
+  std::optional<double> most_nats;
   for (std::size_t k = 0; k < last; ++k) {
     JointParameters pair = start;
     const bool is_far = apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
@@ -147,13 +149,18 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
       if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
       pair.targets.at(last) = {start.targets.at(k).line, 0};
     }
+    if (!most_nats) {
+      joint_.likelihood().hold(frame, start);
+      most_nats = joint_.gain(exposure_, start);
+    }
     pair = likeliest_pair(frame, pair, k, moving);
+    const double nats = joint_.gain(exposure_, pair);
     // Where no pair is likelier than the target that it would stand for, that target's pulse fits.
-    if (is_far && joint_.gain(exposure_, pair) < all_.gain_nats) continue;
-    const JointMaximum from_pair = joint_.climb(frame, exposure_, pair, moving);
-    if (from_pair.has_covariance && from_pair.gain_nats > best.gain_nats) best = from_pair;
+    if (nats <= *most_nats || (is_far && nats < all_.gain_nats)) continue;
+    most_nats = nats;
+    best = pair;
   }
-  return best;
+  return joint_.climb(frame, exposure_, best, moving);
 }
 
 // Whether a target may be what the misfit of a brighter one leaves over at a shoulder.
@@ -164,12 +171,20 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
          std::abs(target.line.travel_ns - bright.line.travel_ns) < tail_widths * shape_.width_ns();
 }
 
+// The best target of what is left. The search of the frame has often climbed to it already.
+std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
+  std::array<DelayLine, most_targets> lines;
+  for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
+  const auto kept = search_.find_kept(rest_, std::span(lines).first(all_.at.count));
+  return kept ? kept : search_.find(rest_, most);
+}
+
 // Looks for one more target; returns false where there is none.
 bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most) {
-  joint_.likelihood().collect(frame, all_.at);
+  joint_.likelihood().hold(frame, all_.at);
   take_out(frame, all_.at, most_targets);
   if (rest_.size() == 0) return false;
-  const std::optional<Fit> next = search_.find(rest_, most);
+  const std::optional<Fit> next = find_in_rest(most);
   if (!next || next->gain_nats < least_of_threshold * threshold_nats_ || !next->has_covariance) {
     return false;
   }
@@ -215,7 +230,7 @@ double SeveralTargets::odds_of_first_nats(const Fit& first) const {
 
 // Looks at each target in a frame from which the others are taken out.
 void SeveralTargets::judge(const FoldedFrame& frame, const Fit& first, bool moving) {
-  joint_.likelihood().collect(frame, best_.at);
+  joint_.likelihood().hold(frame, best_.at);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
     FoundTarget found = target_of(k);
     found.fit.gain_nats = best_.gain_nats - joint_.gain_without(k, exposure_, best_);

@@ -26,7 +26,8 @@ struct FoundTarget {
 //  1. Photons are taken out of the frame with the share that the targets found so far have in the
 //     intensity at each of them. What is left is as if these targets were not there: their
 //     shoulders, the delays at which a comb falls on itself in part, are gone too.
-//  2. TargetSearch looks for the best line in what is left.
+//  2. The strongest other peak of the frame's search is climbed to in what is left; where that is
+//     no target, TargetSearch looks for the best line in what is left.
 //  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely.
 //
@@ -58,6 +59,7 @@ class SeveralTargets {
                                     Effort most);
 
  private:
+  std::optional<Fit> find_in_rest(Effort most);
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
   JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, bool moving);
   JointParameters likeliest_pair(const FoldedFrame& frame, const JointParameters& start,

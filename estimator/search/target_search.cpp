@@ -395,6 +395,17 @@ void TargetSearch::keep_peaks() {
   kept_sample_best_ = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 
+std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest,
+                                           std::span<const DelayLine> known) {
+  constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
+  const std::optional<RangeOdds::Place> kept = kept_odds_.best_beside(known);
+  if (!kept) return std::nullopt;
+  const Fit fit = find_near(rest, kept->line);
+  const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
+  if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
+  return look_beside(rest, fit);
+}
+
 double TargetSearch::kept_range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const {
   const double of_all = kept_odds_.of(fit, others);
   return kept_sample_best_ ? std::min(kept_odds_.of(*kept_sample_best_, others), of_all) : of_all;

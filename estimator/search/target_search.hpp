@@ -85,6 +85,10 @@ class TargetSearch {
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
   // Keeps the peaks that the last find() came by, over further calls of it.
   void keep_peaks();
+  // A target at the strongest kept peak beside those of the targets at `known`, which have been
+  // taken out of the frame. Empty where the peak is not so plainly a target in what is left that
+  // find() would be over with it: it may have been the shoulder of one that was taken out.
+  std::optional<Fit> find_kept(const FoldedFrame& rest, std::span<const DelayLine> known);
   // How sure the range of a fit is against the kept peaks, less those of other targets.
   [[nodiscard]] double kept_range_odds_nats(const Fit& fit,
                                             std::span<const DelayLine> others) const;

@@ -175,6 +175,28 @@ TEST(JointLikelihood, IsThatOfLikelihoodForOneTarget) {
   EXPECT_LT((point.hessian - expected.hessian).norm(), 1e-9 * expected.hessian.norm());
 }
 
+// Lines that moved little keep their photons; one that moved far, and one that came, get theirs.
+TEST(JointLikelihood, HoldsThePhotonsThatStillServe) {
+  const TwoTargets scene(40);
+  JointLikelihood held(*scene.shape, scene.train, scene.folded.size(), 0.4);
+  JointParameters at;
+  at.background_per_ns = 1.75e-4;
+  at.add({{scene.truth.targets[0].line.delay_ns + 0.2, scene.truth.targets[0].line.travel_ns}, 1});
+  held.collect(scene.folded, at);
+  at = scene.truth;
+  at.targets[1].line.delay_ns += 7;
+  for (const double back_ns : {0.0, 7.0}) {
+    at.targets[1].line.delay_ns -= back_ns;
+    EXPECT_FALSE(held.serves(at));
+    held.hold(scene.folded, at);
+    EXPECT_TRUE(held.serves(at));
+    JointLikelihood fresh = scene.likelihood();
+    fresh.collect(scene.folded, at);
+    const double expected = fresh.value(scene.exposure(), at);
+    EXPECT_NEAR(held.value(scene.exposure(), at), expected, 1e-12 * std::abs(expected));
+  }
+}
+
 // What is left when both are taken out is background: as many photons as it has, to within 4
 // deviations, near the targets' pulses and elsewhere.
 TEST(JointLikelihood, WhatIsLeftWithoutTheTargetsIsBackground) {

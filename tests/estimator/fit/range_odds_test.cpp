@@ -339,6 +339,18 @@ TEST(RangeOdds, OfWhatIsTooFastAreLower) {
   EXPECT_NEAR(odds.of(fast), slow_nats - 20, 1e-6);
 }
 
+TEST(RangeOdds, NameTheStrongestPlaceBesideKnownTargets) {
+  RangeOdds odds({3780, 50, 0.1});
+  EXPECT_FALSE(odds.best_beside({}));
+  odds.add({100, 1}, 50);
+  odds.add({3779.9, 1}, 40);
+  odds.add({100, 9}, 30);
+  const DelayLine known[] = {{100.2, 1.1}, {0.1, 1}};
+  EXPECT_EQ(odds.best_beside({})->gain_nats, 50);
+  EXPECT_EQ(odds.best_beside(std::span(known).first(1))->gain_nats, 40);
+  EXPECT_EQ(odds.best_beside(known)->line.travel_ns, 9);
+}
+
 TEST(RangeOdds, OfARiskAreItsLogit) {
   EXPECT_EQ(odds_at_risk_nats(0.5), 0);
   EXPECT_NEAR(odds_at_risk_nats(1e-3), 6.9068, 1e-4);
