@@ -38,6 +38,18 @@ def test_facts_of_the_header(interleaved):
     assert recording.losses.shape == (len(recording.losses), 3)
 
 
+def test_another_format_than_ptu(tmp_path):
+    file = tmp_path / "a.qutag"
+    events = np.array([(5, 1), (340_000_000_000_000_007, 5)], dtype=[("t", "<i8"), ("c", "<i2")])
+    file.write_bytes(bytes(40) + events.tobytes())
+    recording = splid.Recording(file)
+    assert recording.format == "a quTAG recording"
+    assert recording.record_type is None
+    tags = np.concatenate(list(recording.tags()))
+    assert tags["time_ps"].tolist() == events["t"].tolist()
+    assert tags["value"].tolist() == [1, 5]
+
+
 def test_no_recording(tmp_path):
     with pytest.raises(splid.SplidError, match="absent.ptu"):
         splid.Recording(tmp_path / "absent.ptu")

@@ -38,8 +38,9 @@ TEST(BatchList, HasTheRecordingsOfFoldersSortedAndThoseThatAreNamed) {
 TEST(BatchList, RefusesFoldersWithoutRecordingsAndTwoRecordingsOfOneTable) {
   const test::TempFolder folder;
   folder.write("empty/notes.txt", "no recording");
-  EXPECT_THAT(test::error_text([&] { find_recordings({folder.path("empty")}); }),
-              HasSubstr("there is no recording (*.ptu) in this folder or below it"));
+  EXPECT_THAT(
+      test::error_text([&] { find_recordings({folder.path("empty")}); }),
+      HasSubstr("there is no recording in this folder or below it (splid looks for *.ptu, *.pt2"));
   const std::string a = folder.write("a/run.ptu", "1");
   const std::string b = folder.write("b/run.ptu", "1");
   EXPECT_THAT(test::error_text([&] {

@@ -50,6 +50,14 @@ TEST(SliceChoice, PartsAreEvenAndOfWholeSlices) {
   EXPECT_TRUE(choice.passed());
 }
 
+// Of a format with records of 10 bytes.
+TEST(SliceChoice, PartsOfLongerRecordsAreEvenToo) {
+  BatchRecording recording;
+  recording.bytes = recorded_bytes * 10 / 4;
+  SliceChoice choice({8}, recording.bytes, part_of({4, 4}, recording, recording.bytes), {}, 10);
+  EXPECT_NEAR(static_cast<double>(wanted_frames(choice).size()), 25, 8);
+}
+
 TEST(SliceChoice, TheLastPartIsNeverPassedAndMeasuredSlicesAreLeftOut) {
   SliceChoice choice({8}, recorded_bytes, {0, recorded_bytes}, {0, 2});
   const std::set<std::uint64_t> wanted = wanted_frames(choice);
