@@ -113,11 +113,12 @@ BENCHMARK(qutag);
 // Photons of [P]'s pattern: one in six periods, and the overflows that these make.
 void spc(benchmark::State& state) {
   std::mt19937 generator(1);
+  const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
   std::vector<std::byte> bytes;
   std::uint32_t sync = 0;
   for (std::size_t i = 0; i < record_count; ++i) {
-    sync += generator() % 12;
-    std::uint32_t record = (generator() & 0xFFFU) << 16U | (generator() & 1U) << 12U | sync % 4096;
+    sync += random() % 12;
+    std::uint32_t record = (random() & 0xFFFU) << 16U | (random() & 1U) << 12U | sync % 4096;
     if (sync >= 4096) record |= 1U << 30U;
     sync %= 4096;
     for (unsigned shift = 0; shift < 32; shift += 8) {
