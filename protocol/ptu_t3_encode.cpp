@@ -57,7 +57,7 @@ void PtuT3Encoder::encode(std::span<const Tag> tags, std::vector<std::byte>& out
   for (const Tag& tag : tags) {
     switch (tag.kind) {
       case TagKind::sync:
-        if (tag.time_ps >= sync_ps_) sync_ps_ = tag.time_ps;
+        sync_ps_ = tag.time_ps;
         break;
       case TagKind::photon:
       case TagKind::marker:

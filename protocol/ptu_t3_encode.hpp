@@ -16,7 +16,7 @@ namespace splid {
 //
 // A `missed` tag, a photon that came too late after its sync, becomes a record of the largest time.
 // Losses go to losses(), for the header. A tag that no record can hold goes there as `missed`: an
-// input above 62, a time before its sync, or a sync before the sync of the last record.
+// input above 62, a time before its sync, or a sync before the last overflow record.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuT3Encoder {

@@ -1,5 +1,6 @@
 #include "protocol/spc_decode.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <string>
 #include <system_error>
@@ -113,7 +114,7 @@ void SpcDecoder::take(std::uint32_t record) {
                                                static_cast<std::uint64_t>(since_ps));
   if ((record & gap_bit) != 0) {
     push(last_ps_, {0, TagKind::loss_begin, {}});
-    push(sync_ps, {-1, TagKind::loss_end, {}});
+    push(std::max(sync_ps, last_ps_), {-1, TagKind::loss_end, {}});
   }
   if (told_ != syncs_) {
     push(sync_ps, {0, TagKind::sync, {}});

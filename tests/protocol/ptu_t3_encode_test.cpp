@@ -70,6 +70,22 @@ TEST(PtuT3Encoder, WhatNoRecordHoldsIsALoss) {
   EXPECT_EQ(encoder.losses().lost_tags(), 5U);
 }
 
+// Syncs may step back where no overflow record stands between them.
+TEST(PtuT3Encoder, SyncsThatStepBackAreKeptUpToAnOverflow) {
+  const std::vector<Tag> tags = {
+      sync_tag(1030 * encoded_period_ps), photon_tag(1030 * encoded_period_ps, 1),
+      sync_tag(1027 * encoded_period_ps), photon_tag(1027 * encoded_period_ps + 128, 1)};
+  PtuT3Encoder encoder(encoded_period_ps, encoded_step_ps);
+  std::vector<std::byte> records;
+  encoder.encode(tags, records);
+  EXPECT_EQ(decoded_t3(records), tags);
+  encoder.encode(
+      std::vector<Tag>{sync_tag(1023 * encoded_period_ps), photon_tag(1023 * encoded_period_ps, 1)},
+      records);
+  EXPECT_EQ(decoded_t3(records), tags);
+  EXPECT_EQ(encoder.losses().lost_tags(), 1U);
+}
+
 TEST(PtuT3Encoder, LossesOfTheStreamAreKept) {
   PtuT3Encoder encoder(encoded_period_ps, encoded_step_ps);
   std::vector<std::byte> records;

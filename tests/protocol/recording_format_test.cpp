@@ -203,6 +203,16 @@ TEST(RecordingFormat, BeckerHicklTellsOfLostPhotons) {
                   Tag{90'000, -1, TagKind::loss_end, {}}, sync_tag(90'000), photon_tag(90'000, 2)));
 }
 
+// The photon before came later after the same sync.
+TEST(RecordingFormat, BeckerHicklsLossesEndWhereTheyBeginAtTheEarliest) {
+  const std::string file =
+      spc_recording(100, {spc_photon(3, 4000, 2), test::spc_gap | spc_photon(3, 4095, 2)});
+  EXPECT_THAT(
+      read(file, "a.spc", test::spc_settings),
+      ElementsAre(sync_tag(30'000), photon_tag(30'760, 2), Tag{30'760, 0, TagKind::loss_begin, {}},
+                  Tag{30'760, -1, TagKind::loss_end, {}}, photon_tag(30'000, 2)));
+}
+
 TEST(RecordingFormat, BeckerHicklNeedsItsSettings) {
   const std::string file = spc_recording(100, {});
   EXPECT_THAT(error_of(file, "a.spc"), HasSubstr("same name with .set"));
