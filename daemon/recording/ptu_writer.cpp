@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "protocol/error.hpp"
+#include "protocol/record_decoder.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
