@@ -6,6 +6,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <string>
@@ -247,9 +248,11 @@ TEST(Output, HotThreadsAllocateNothingAfterStart) {
     return true;
   });
   const StreamSummary summary = measured.run({});
+  // Read before those of all threads count again: ZeroMQ's allocate when they like.
+  const std::uint64_t allocated = test::allocations;
   test::counted_thread = nullptr;
   EXPECT_GE(summary.frames, 12u);
-  EXPECT_EQ(test::allocations.load(), 0u);
+  EXPECT_EQ(allocated, 0u);
 }
 
 TEST(Output, TheAllocationTrapWorks) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -235,8 +236,9 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
   (void)stream.run({});
   over = true;
   asking.join();
+  const std::uint64_t allocated = test::allocations;
   test::counted_thread = nullptr;
-  EXPECT_EQ(test::allocations.load(), 0u);
+  EXPECT_EQ(allocated, 0u);
   EXPECT_THAT(json, ElementsAreArray(plain.json));
   EXPECT_GE(whole, 2u);
   EXPECT_EQ(recordings_in(folder.path("r")).size(), whole);
