@@ -14,7 +14,9 @@
 namespace splid {
 namespace {
 
-constexpr std::chrono::milliseconds patience{1000};
+// A splid that has just started, or whose machine is busy, answers late; who is none costs all of
+// it.
+constexpr std::chrono::seconds patience{3};
 
 std::string text_in(const std::string& json, const char* member) {
   const auto message = nlohmann::json::parse(json, nullptr, false);

@@ -105,6 +105,8 @@ TEST_F(DemoProgram, SaysWhichPortIsInUseAndWhatToDo) {
   Program first(words());
   const int port = page_of(first);
   ASSERT_NE(port, 0) << first.err();
+  // Its page comes before its frames.
+  ASSERT_GT(last_start_s(events_until(port, 0.1)), 0);
   const std::string taken = "127.0.0.1:" + std::to_string(port);
   const ProgramResult same_page =
       run_program({"demo", "--endpoint", endpoint + "2", "--http", taken});
