@@ -15,6 +15,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/python_program.hpp"
 #include "tests/support/read_back.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/small_disk.hpp"
 
 // The tables of frames that the built program writes, as h5py reads them.
@@ -232,7 +233,7 @@ TEST_F(TablesProgram, ARecordingsFramesAreThoseOfItsReplay) {
 }
 
 TEST_F(TablesProgram, AKilledDaemonLeavesATableWithAllThatWasReadBefore) {
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < test::times(3); ++round) {
     const std::string kept = folder.path("kept" + std::to_string(round));
     // A frame a millisecond, so that a kill may come between any two writes.
     const std::string file =

@@ -139,7 +139,7 @@ class Floods : public test::FaultScene {
   }
 
   std::atomic<int> let_go{0};
-  int frames_to_watch = 25;
+  int frames_to_watch = test::times(25);
 };
 
 TEST_F(Floods, WhatASubscriberSendsCostsNobodyElse) {

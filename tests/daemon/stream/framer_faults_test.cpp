@@ -9,6 +9,7 @@
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/framed.hpp"
 #include "tests/support/real_recording.hpp"
+#include "tests/support/sanitized.hpp"
 
 // The framer under every fault at once, without memory, and on real recordings.
 
@@ -93,7 +94,7 @@ void expect_no_tag_twice(const Framed& r, const std::vector<Tag>& tags) {
 }
 
 TEST(Framer, SumsCloseUnderEveryFault) {
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+  for (int seed = 1; seed <= test::times(300); ++seed) {
     SCOPED_TRACE(seed);
     const std::vector<Tag> tags = faulty_stream(seed);
     FrameCapacity capacity = room_enough;
@@ -140,7 +141,7 @@ Framed framed_with_sync_bits(std::vector<Tag> tags, int bits, const FrameCapacit
 // Syncs that share their records with the encoder's marker are taken one by one, and others in runs
 // with the photons: the frames are the same.
 TEST(Framer, SyncsInRunsGiveTheFramesOfSyncsOneByOne) {
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+  for (int seed = 1; seed <= test::times(300); ++seed) {
     SCOPED_TRACE(seed);
     const std::vector<Tag> tags = faulty_stream(seed);
     FrameCapacity capacity = room_enough;

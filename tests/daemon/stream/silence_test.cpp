@@ -8,6 +8,7 @@
 
 #include "tests/support/framed.hpp"
 #include "tests/support/real_recording.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace splid {
 namespace {
@@ -127,7 +128,7 @@ TEST(Silence, IsNoneWherePhotonsGoOn) {
 
 TEST(Silence, OfSyncsBesidePhotonsIsWhatChanceDoesNotExplain) {
   for (const double photons_per_ms : {20.0, 300.0}) {
-    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    for (int seed = 1; seed <= test::times(10); ++seed) {
       SCOPED_TRACE(seed);
       const std::vector<Tag> tags = stream_with_syncs_beside_photons(photons_per_ms, seed);
       const Framed whole = framed_80_mhz(tags);

@@ -14,6 +14,7 @@
 #include "tests/support/local_connection.hpp"
 #include "tests/support/process_memory.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/sanitized.hpp"
 
 // `splid view` as browsers, good ones and others, meet it.
 
@@ -270,7 +271,8 @@ TEST_F(ViewProgram, ViewersThatReadNothingCostNoMemoryAndTheOthersNothing) {
   const LocalConnection viewer(port);
   viewer.send(request("/events?seconds=10"));
   // A minute of frames, as fast as they come.
-  Program daemon({"run", "--config", config(live + std::string(R"(,"pace":"max","seconds":60)"))});
+  const std::string seconds = std::to_string(test::times(60));
+  Program daemon({"run", "--config", config(live + (R"(,"pace":"max","seconds":)" + seconds))});
   events_until(viewer, "event: frame");
   daemon.wait();
   EXPECT_THAT(events_until(viewer, "stopping"), HasSubstr("event: bins"));
