@@ -19,6 +19,9 @@ using Time = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr milliseconds patience{2000};
+// A daemon that has let this client in is there, though a machine at its limits keeps it from
+// answering.
+constexpr milliseconds patience_once_connected{10'000};
 constexpr milliseconds between_questions{500};
 constexpr milliseconds slice{100};  // how often a stop request is looked for
 
@@ -59,8 +62,14 @@ void ControlClient::fail(const std::string& why) const {
 void ControlClient::fail_silent() const {
   using State = HandshakeWatch::State;
   const State state = socket_->watch.state();
-  if (state == State::pending || state == State::connected) fail("; is the service running?");
+  if (state == State::pending) fail("; is the service running?");
+  if (state == State::connected) fail(": it let this client in, and said nothing for 10 s");
   throw Error(Fault::device, in_words(state, endpoint_, keys_ ? &*keys_ : nullptr));
+}
+
+milliseconds ControlClient::patience_at_present() const {
+  const bool connected = socket_->watch.state() == HandshakeWatch::State::connected;
+  return connected ? patience_once_connected : patience;
 }
 
 // While a request is under way, the daemon is asked for its status again and again. A daemon that
@@ -80,7 +89,7 @@ ControlReply ControlClient::ask(const ControlRequest& request, const Progress& p
       progress(reply);
     }
     const Time::time_point now = Time::now();
-    if (now - heard > patience) fail_silent();
+    if (now - heard > patience_at_present()) fail_silent();
     if (now - asked < between_questions) continue;
     asked = now;
     send({});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -15,7 +16,8 @@ namespace splid {
 //
 // Threads: one. Errors: the constructor throws Error(Fault::device) where there is no socket or
 // this user may not use it; ask() throws Error(Fault::device) where no daemon answers. Timeouts:
-// ask() gives up after 2 s without a sign of the daemon, which answers status requests at any time.
+// ask() gives up after 2 s in which it does not get in, or after 10 s without a sign of a daemon
+// that let it in: the daemon answers status requests at any time.
 class ControlClient {
  public:
   // Called once a second, while the reply is awaited, with the daemon's status.
@@ -36,6 +38,7 @@ class ControlClient {
  private:
   struct Socket;
   void send(const ControlRequest& request);
+  std::chrono::milliseconds patience_at_present() const;
   [[noreturn]] void fail(const std::string& why) const;
   [[noreturn]] void fail_silent() const;
 

@@ -203,8 +203,8 @@ TEST(RecordingTap, CountsThatNobodyTakesAreAnOverrun) {
 TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
   const splid::test::TempFolder folder;
   Config config = scene_config(4);
-  test::counted_thread = [] { return false; };
   const Measured plain = measure(config, open_scene(config));
+  test::counted_thread = [] { return false; };  // nor ZeroMQ's, until the framer's are counted
   config.record.folder = folder.path("r");
   Publisher publisher(config.publish.endpoint, 1000);
   std::unique_ptr<TagSource> source = open_scene(config);
