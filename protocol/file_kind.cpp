@@ -26,8 +26,7 @@ constexpr std::string_view swabian_next =
     "have the FileReader of Swabian's Python module TimeTagger write its times as text, and make a "
     "PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
 constexpr std::string_view hdf5_next =
-    "h5py reads it; where it has each detection's time in ps by one clock, have h5py write these "
-    "as text, and make a PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
+    "splid check says whether it is Photon-HDF5, and splid convert then makes a PTU of it";
 
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
@@ -38,7 +37,7 @@ constexpr std::array marks = {
     Mark{"TimeHarp"sv, "", {"a PicoQuant file of the kind before PTU (.t3r, .thd)", t3_next}},
     Mark{"\x89HDF\r\n\x1a\n"sv,
          "",
-         {"an HDF5 file: a table of frames, or maybe Photon-HDF5", hdf5_next}},
+         {"an HDF5 file: a table of frames, Photon-HDF5 or something else", hdf5_next}},
     Mark{"\x1f\x8b"sv, "", {"a gzip archive", "unpack it first, with gunzip"}},
     Mark{"\xfd"
          "7zXZ\0"sv,

@@ -159,6 +159,7 @@ int parse_and_run(int argc, char** argv) {
   add_batch(app, action);
   add_merge(app, action);
   add_convert(app, action);
+  add_read_photon_hdf5(app, action);
   add_record(app, action);
   add_listen(app, action);
   add_view(app, action);

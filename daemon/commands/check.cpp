@@ -10,6 +10,7 @@
 #include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/recording/photon_hdf5_reader.hpp"
 #include "daemon/recording/recording_report.hpp"
 #include "daemon/security/allow_list.hpp"
 #include "daemon/service/memory.hpp"
@@ -83,6 +84,10 @@ int check(const CheckCommand& options) {
   if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
   if (format_of(read_start(options.file, start_bytes), options.file)) {
     std::fputs(report_recording(options.file).c_str(), stdout);
+    return 0;
+  }
+  if (begins_as_hdf5(options.file)) {
+    std::fputs(report_photon_hdf5(options.file).c_str(), stdout);
     return 0;
   }
   const std::string text = read_file(options.file);

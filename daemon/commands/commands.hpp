@@ -29,6 +29,7 @@ void add_replay(CLI::App& app, Action& action);
 void add_batch(CLI::App& app, Action& action);
 void add_merge(CLI::App& app, Action& action);
 void add_convert(CLI::App& app, Action& action);
+void add_read_photon_hdf5(CLI::App& app, Action& action);
 void add_record(CLI::App& app, Action& action);
 void add_listen(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);

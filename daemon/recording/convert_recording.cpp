@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <span>
 #include <system_error>
@@ -16,6 +17,7 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
+#include "daemon/recording/photon_hdf5_reader.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/stream/device_clock.hpp"
 #include "drivers/replay/loss_list.hpp"
@@ -44,23 +46,75 @@ PtuFacts kept_facts(const RecordingHeader& header) {
   return facts;
 }
 
+// What is converted: where its tags come from, and how far they have.
+class Original {
+ public:
+  Original() = default;
+  Original(const Original&) = delete;
+  Original& operator=(const Original&) = delete;
+  virtual ~Original() = default;
+
+  [[nodiscard]] virtual const RecordingHeader& header() const = 0;
+  virtual std::size_t read(std::span<Tag> out) = 0;
+  [[nodiscard]] virtual std::int64_t reached_ps() const = 0;
+  [[nodiscard]] virtual std::uint64_t records() const = 0;
+  // What records() becomes; 0: not known.
+  [[nodiscard]] virtual double all_records() const = 0;
+};
+
+class RecordingFile final : public Original {
+ public:
+  RecordingFile(const std::string& file, double period_ps) : reader_(file, warn_of, period_ps) {
+    std::error_code unknown;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
+    if (!unknown) bytes_ = static_cast<double>(bytes);
+  }
+  [[nodiscard]] const RecordingHeader& header() const override { return reader_.header(); }
+  std::size_t read(std::span<Tag> out) override { return reader_.read(out); }
+  [[nodiscard]] std::int64_t reached_ps() const override { return reader_.decoder().reached_ps(); }
+  [[nodiscard]] std::uint64_t records() const override { return reader_.records(); }
+  [[nodiscard]] double all_records() const override {
+    return bytes_ / static_cast<double>(reader_.decoder().record_bytes());
+  }
+
+ private:
+  RecordingReader reader_;
+  double bytes_ = 0;
+};
+
+class PhotonHdf5 final : public Original {
+ public:
+  PhotonHdf5(const std::string& file, const std::stop_token& stop) : reader_(file, warn_of, stop) {}
+  [[nodiscard]] const RecordingHeader& header() const override { return reader_.header(); }
+  std::size_t read(std::span<Tag> out) override { return reader_.read(out); }
+  [[nodiscard]] std::int64_t reached_ps() const override { return reader_.reached_ps(); }
+  [[nodiscard]] std::uint64_t records() const override { return reader_.photons(); }
+  [[nodiscard]] double all_records() const override {
+    return static_cast<double>(reader_.header().record_count);
+  }
+
+ private:
+  PhotonHdf5Reader reader_;
+};
+
+std::unique_ptr<Original> open_original(const std::string& file, const std::stop_token& stop) {
+  if (begins_as_hdf5(file)) return std::make_unique<PhotonHdf5>(file, stop);
+  const RecordingHeader header = RecordingReader(file, [](const std::string&) {}).header();
+  const auto period_ps = static_cast<double>(whole_period_ps(header));
+  return std::make_unique<RecordingFile>(file, header.is_t3 ? period_ps : 0);
+}
+
 // Says how far a conversion has come, and whether it has been stopped.
 class Steps {
  public:
-  Steps(const std::string& file, const Clock& clock, const std::stop_token& stop)
-      : progress_(clock), stop_(stop) {
-    std::error_code unknown;
-    bytes_ = std::filesystem::file_size(file, unknown);
-    if (unknown) bytes_ = 0;
-  }
+  Steps(const Clock& clock, const std::stop_token& stop) : progress_(clock), stop_(stop) {}
 
   // False once a stop was requested.
-  bool go_on(const RecordingReader& reader) {
+  bool go_on(const Original& original) {
     if (progress_.due()) {
-      const std::uint64_t read = reader.records() * reader.decoder().record_bytes();
-      const double share =
-          bytes_ == 0 ? 0 : static_cast<double>(read) / static_cast<double>(bytes_);
-      progress_.show(fmt::format("{} records converted, {:.0f} %", grouped(reader.records()),
+      const double all = original.all_records();
+      const double share = all > 0 ? static_cast<double>(original.records()) / all : 0;
+      progress_.show(fmt::format("{} records converted, {:.0f} %", grouped(original.records()),
                                  100 * std::min(share, 1.0)));
     }
     return !stop_.stop_requested();
@@ -69,7 +123,6 @@ class Steps {
  private:
   Progress progress_;
   const std::stop_token& stop_;
-  std::uint64_t bytes_ = 0;
 };
 
 // A file that is removed again unless it is kept.
@@ -101,9 +154,9 @@ class PartFile {
 };
 
 // False where it was stopped.
-bool convert_t2(RecordingReader& reader, const std::string& part, Steps& steps, const Clock& clock,
+bool convert_t2(Original& original, const std::string& part, Steps& steps, const Clock& clock,
                 ConvertSummary& summary) {
-  const RecordingHeader& header = reader.header();
+  const RecordingHeader& header = original.header();
   SourceInfo info;
   info.start_unix_s =
       header.created_unix_s.value_or(0) - static_cast<double>(header.origin_ps) * 1e-12;
@@ -111,7 +164,7 @@ bool convert_t2(RecordingReader& reader, const std::string& part, Steps& steps, 
   LossList losses(header.losses);
   std::vector<Tag> block(converted_at_once);
   std::vector<Tag> merged;
-  while (const std::size_t count = reader.read(block)) {
+  while (const std::size_t count = original.read(block)) {
     merged.clear();
     for (const Tag& tag : std::span(block).first(count)) {
       for (; losses.next() != nullptr && losses.next()->time_ps <= tag.time_ps; losses.take()) {
@@ -120,8 +173,9 @@ bool convert_t2(RecordingReader& reader, const std::string& part, Steps& steps, 
       merged.push_back(tag);
     }
     writer.write(merged);
-    if (!steps.go_on(reader)) return false;
+    if (!steps.go_on(original)) return false;
   }
+  if (!steps.go_on(original)) return false;
   for (; losses.next() != nullptr; losses.take()) writer.write(std::span(losses.next(), 1));
   writer.close();
   summary.records = writer.records();
@@ -137,10 +191,10 @@ void write_or_fail(std::ofstream& out, const std::string& file, std::span<const 
   }
 }
 
-// False where it was stopped. period_ps: by which the reader makes the syncs' times.
-bool convert_t3(RecordingReader& reader, std::int64_t period_ps, const std::string& part,
-                Steps& steps, ConvertSummary& summary) {
-  const RecordingHeader& header = reader.header();
+// False where it was stopped.
+bool convert_t3(Original& original, const std::string& part, Steps& steps,
+                ConvertSummary& summary) {
+  const RecordingHeader& header = original.header();
   PtuFacts facts = kept_facts(header);
   facts.t3 = PtuT3Facts{header.sync_period_s, header.resolution_s,
                         header.integer("HWSync_Divider").value_or(1)};
@@ -148,18 +202,19 @@ bool convert_t3(RecordingReader& reader, std::int64_t period_ps, const std::stri
   facts.losses = header.losses;
   std::ofstream out(part, std::ios::binary | std::ios::trunc);
   write_or_fail(out, part, make_ptu_header(facts));
-  PtuT3Encoder encoder(period_ps, header.resolution_s * 1e12);
+  PtuT3Encoder encoder(whole_period_ps(header), header.resolution_s * 1e12);
   std::vector<Tag> block(converted_at_once);
   std::vector<std::byte> records;
-  while (const std::size_t count = reader.read(block)) {
+  while (const std::size_t count = original.read(block)) {
     records.clear();
     encoder.encode(std::span(block).first(count), records);
     write_or_fail(out, part, records);
-    if (!steps.go_on(reader)) return false;
+    if (!steps.go_on(original)) return false;
   }
+  if (!steps.go_on(original)) return false;
   facts.record_count = encoder.records();
-  facts.acquisition_ms = reader.decoder().reached_ps() / 1'000'000'000;
-  const std::vector<Loss> more = encoder.losses().losses(reader.decoder().reached_ps());
+  facts.acquisition_ms = original.reached_ps() / 1'000'000'000;
+  const std::vector<Loss> more = encoder.losses().losses(original.reached_ps());
   facts.losses.insert(facts.losses.end(), more.begin(), more.end());
   std::sort(facts.losses.begin(), facts.losses.end(),
             [](const Loss& a, const Loss& b) { return a.begin_ps < b.begin_ps; });
@@ -179,15 +234,11 @@ ConvertSummary convert_recording(const std::string& recording, const std::string
   check_may_write(output, overwrite);
   ConvertSummary summary;
   PartFile part(output);
-  Steps steps(recording, clock, stop);
-  const RecordingHeader header = RecordingReader(recording, [](const std::string&) {}).header();
-  summary.is_t3 = header.is_t3;
-  // A whole number, so that a sync's number comes back from its time.
-  const std::int64_t period_ps =
-      std::max<std::int64_t>(std::llround(header.sync_period_s * 1e12), 1);
-  RecordingReader reader(recording, warn_of, header.is_t3 ? static_cast<double>(period_ps) : 0);
-  const bool is_whole = header.is_t3 ? convert_t3(reader, period_ps, part.name(), steps, summary)
-                                     : convert_t2(reader, part.name(), steps, clock, summary);
+  Steps steps(clock, stop);
+  const std::unique_ptr<Original> original = open_original(recording, stop);
+  summary.is_t3 = original->header().is_t3;
+  const bool is_whole = summary.is_t3 ? convert_t3(*original, part.name(), steps, summary)
+                                      : convert_t2(*original, part.name(), steps, clock, summary);
   summary.stopped = !is_whole;
   if (is_whole) part.keep();
   return summary;

@@ -15,10 +15,10 @@ struct ConvertSummary {
   bool stopped = false;  // a stop was requested; no file was written
 };
 
-// Writes a recording of any format that splid reads as a PTU: in T2 mode one whose tags have times
-// of one clock, in T3 mode one that counts its syncs, whose own times nobody knows. A replay of
-// either gives the same tags. What the recording's header says of its instrument, its time of day,
-// its losses, its pattern and its configuration is kept.
+// Writes a recording of any format that splid reads, or Photon-HDF5, as a PTU: in T2 mode one whose
+// tags have times of one clock, in T3 mode one that counts its syncs, whose own times nobody knows.
+// A replay of either gives the same tags. What the recording's header says of its instrument, its
+// time of day, its losses, its pattern and its configuration is kept.
 //
 // The new file gets its name when it is whole: until then it is `output` with .part behind it,
 // which goes where the conversion fails or is stopped. Shows its progress on a terminal.

@@ -10,9 +10,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "config/channel_name.hpp"
 #include "daemon/base/text.hpp"
+#include "daemon/recording/photon_hdf5_reader.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
 #include "estimator/model/options.hpp"
@@ -61,7 +63,7 @@ std::string report_steps_back(const RecordingInfo& info) {
   return text + "\n";
 }
 
-std::string report_counts(const RecordingInfo& info, double duration_s) {
+std::string report_channels(const RecordingInfo& info, double duration_s) {
   std::string text;
   for (std::size_t i = 0; i < info.photons.size(); ++i) {
     if (info.photons[i] == 0) continue;
@@ -72,6 +74,11 @@ std::string report_counts(const RecordingInfo& info, double duration_s) {
     if (info.markers[i] == 0) continue;
     text += count_line("marker:" + std::to_string(i), info.markers[i], duration_s);
   }
+  return text;
+}
+
+std::string report_counts(const RecordingInfo& info, double duration_s) {
+  std::string text = report_channels(info, duration_s);
   text += count_line("overflows", info.overflow_records, 0);
   if (info.unknown_records > 0) text += count_line("unknown", info.unknown_records, 0);
   if (info.steps_back > 0) text += report_steps_back(info);
@@ -160,6 +167,39 @@ std::string report_recording(const std::string& file) {
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
   return text;
+}
+
+std::string report_photon_hdf5(const std::string& file) {
+  RecordingInfo info;
+  const auto warn = [&](const std::string& text) { info.warnings.push_back(text); };
+  PhotonHdf5Reader reader(file, warn);
+  const RecordingHeader& header = reader.header();
+  std::vector<Tag> tags(1 << 16);
+  while (const std::size_t count = reader.read(tags)) {
+    for (const Tag& tag : std::span(tags).first(count)) {
+      if (tag.kind != TagKind::photon) continue;
+      ++info.photons[static_cast<std::size_t>(tag.value)];
+      if (!info.first_ps) info.first_ps = tag.time_ps;
+      info.last_ps = tag.time_ps;
+    }
+  }
+  double duration_s =
+      info.first_ps ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
+  if (header.is_t3) {
+    duration_s *= header.sync_period_s * 1e12 / static_cast<double>(whole_period_ps(header));
+  }
+  std::string text = fmt::format("{}: a Photon-HDF5 recording, {}, {:.6g} ps a tick\n", file,
+                                 header.is_t3 ? "T3" : "T2", header.resolution_s * 1e12);
+  text += count_line("photons", header.record_count, 0);
+  text += report_channels(info, duration_s);
+  text += fmt::format("  duration       {:>15.9g} s\n", duration_s);
+  if (header.is_t3) {
+    text += fmt::format("  sync period    {:>15.6f} ps, as the file has it\n",
+                        header.sync_period_s * 1e12);
+  }
+  for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
+  return text + "  next           splid convert " + file +
+         " NEW.ptu, which every other command takes\n";
 }
 
 }  // namespace splid

@@ -11,4 +11,9 @@ namespace splid {
 // Errors: Error(Fault::data) with the file and the byte offset where the file cannot be decoded.
 std::string report_recording(const std::string& file);
 
+// The same of a Photon-HDF5 file, and that splid convert makes a recording of it.
+//
+// Errors: Error(Fault::data) with the file where it cannot be read or is none.
+std::string report_photon_hdf5(const std::string& file);
+
 }  // namespace splid

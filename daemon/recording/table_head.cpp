@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "daemon/recording/hdf5_handle.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
 
@@ -17,25 +18,13 @@ namespace {
 // Stands where the checksum goes, so that its place can be found.
 const std::string checksum_sign(TableHead::checksum_bytes, '#');
 
+using Handle = Hdf5Handle;
+
 template <class Result>
 Result checked(Result result) {
   if (result < 0) throw std::runtime_error("the HDF5 library cannot make a table; is memory full?");
   return result;
 }
-
-// A handle of the library's, with the function that gives it back.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(checked(id)), close_(close) {}
-  ~Handle() { close_(id_); }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): passed to H5*()
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
 
 Handle text_type() {
   const hid_t type = checked(H5Tcopy(H5T_C_S1));

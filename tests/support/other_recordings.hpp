@@ -68,16 +68,16 @@ inline std::string pico_harp_recording(int mode, const std::vector<std::uint32_t
   return header.with(records);
 }
 
-// Of a HydraHarp 400 with two inputs; version: "1.0" or "2.0"; mode 3: .ht3 with steps of 16 ps and
-// 200 kHz.
+// Of a HydraHarp 400 with two inputs; version: "1.0" or "2.0"; mode 3: .ht3.
 inline std::string hydra_harp_recording(int mode, std::string_view version,
-                                        const std::vector<std::uint32_t>& records) {
+                                        const std::vector<std::uint32_t>& records,
+                                        double step_ps = 16, std::uint64_t rate_hz = 200'000) {
   constexpr std::size_t rate_at = 696 + 2 * 20;
   OldHeader header(rate_at + 24);
   header.text(0, "HydraHarp 400").text(16, version).text(22, "HydraHarp Software");
   header.text(52, "23/11/26 10:11:12").integer(332, 32);
   header.integer(340, static_cast<std::uint32_t>(mode)).integer(664, 2).integer(680, 1);
-  header.integer(352, std::bit_cast<std::uint64_t>(16.0), 8).integer(rate_at, 200'000);
+  header.integer(352, std::bit_cast<std::uint64_t>(step_ps), 8).integer(rate_at, rate_hz);
   header.integer(rate_at + 16, records.size(), 8);
   return header.with(records);
 }

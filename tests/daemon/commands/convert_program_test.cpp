@@ -1,13 +1,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "drivers/replay/recording_info.hpp"
+#include "drivers/replay/recording_reader.hpp"
 #include "protocol/frame_json.hpp"
+#include "tests/support/hdf5_maker.hpp"
 #include "tests/support/made_recording.hpp"
 #include "tests/support/other_recordings.hpp"
 #include "tests/support/program.hpp"
@@ -73,8 +78,9 @@ TEST_F(ConvertProgram, AT2RecordingKeepsItsTagsAndItsFrames) {
 }
 
 TEST_F(ConvertProgram, AT3RecordingStaysT3) {
-  const std::vector<std::uint32_t> records = test::as_t3(test::read_back(simulated()), 16);
-  const std::string ht3 = folder.write("a.ht3", test::hydra_harp_recording(3, "2.0", records));
+  const std::vector<std::uint32_t> records = test::as_t3(test::read_back(simulated()), 128);
+  const std::string ht3 =
+      folder.write("a.ht3", test::hydra_harp_recording(3, "2.0", records, 128, 264'550));
   const std::string converted = folder.path("a.ptu");
   const auto result = run_program({"convert", ht3, converted});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -85,8 +91,50 @@ TEST_F(ConvertProgram, AT3RecordingStaysT3) {
   EXPECT_EQ(info.header.text("HW_Type"), "HydraHarp 400");
   EXPECT_EQ(test::read_back(converted), test::read_back(ht3));
   const auto of_ht3 = frames(ht3);
-  EXPECT_GE(of_ht3.size(), 5U);
+  ASSERT_GE(of_ht3.size(), 5U);
+  EXPECT_THAT(of_ht3.front(), HasSubstr(R"("status":"ok")"));
   EXPECT_EQ(frames(converted), of_ht3);
+}
+
+// The numbers of a recording's syncs, times since them in steps of 16 ps, and inputs, as
+// Photon-HDF5 has them.
+test::PhotonArrays as_photon_hdf5(const std::string& t3_file) {
+  constexpr std::int64_t period_ps = 1'000'000'000;
+  RecordingReader reader(
+      t3_file, [](const std::string&) {}, static_cast<double>(period_ps));
+  test::PhotonArrays arrays;
+  arrays.step_s = reader.header().resolution_s;
+  const auto step_ps = static_cast<std::int64_t>(std::llround(arrays.step_s * 1e12));
+  std::vector<Tag> block(4096);
+  while (const std::size_t count = reader.read(block)) {
+    for (const Tag& tag : std::span(block).first(count)) {
+      if (tag.kind != TagKind::photon) continue;
+      arrays.timestamps.push_back(tag.time_ps / period_ps);
+      arrays.nanotimes.push_back(static_cast<std::uint16_t>(tag.time_ps % period_ps / step_ps));
+      arrays.detectors.push_back(static_cast<std::uint8_t>(tag.value));
+    }
+  }
+  arrays.unit_s = reader.header().sync_period_s;
+  arrays.laser_hz = 1 / arrays.unit_s;
+  arrays.bins = 32'768;
+  arrays.form = test::ArrayForm::packed(1000);
+  return arrays;
+}
+
+TEST_F(ConvertProgram, PhotonHdf5GivesTheFramesOfItsTwin) {
+  test::T3Recording t3;
+  t3.records = test::as_t3(test::read_back(simulated()), 128);
+  const std::string ptu = folder.write("a.ptu", t3.bytes());
+  const std::string hdf5 = folder.path("a.hdf5");
+  test::write_photon_hdf5(hdf5, as_photon_hdf5(ptu));
+  const std::string converted = folder.path("b.ptu");
+  const auto result = run_program({"convert", hdf5, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(test::read_back(converted), test::read_back(ptu));
+  const auto of_ptu = frames(ptu);
+  ASSERT_GE(of_ptu.size(), 5U);
+  EXPECT_THAT(of_ptu.front(), HasSubstr(R"("status":"ok")"));
+  EXPECT_EQ(frames(converted), of_ptu);
 }
 
 TEST_F(ConvertProgram, InputsKeepTheirNumbersAndLossesTheirPlace) {
@@ -137,9 +185,29 @@ TEST_F(ConvertProgram, CheckSaysWhatEachIs) {
   folder.write("a.set", std::string(test::spc_settings));
   EXPECT_THAT(check("a.spc", test::spc_recording(100, {test::spc_photon(1, 1, 1)})),
               HasSubstr("a Becker & Hickl recording (.spc), T3, 8 ps a tick"));
+  test::PhotonArrays arrays;
+  arrays.timestamps = {5, 9};
+  arrays.detectors = {1, 5};
+  test::write_photon_hdf5(folder.path("a.hdf5"), arrays);
+  EXPECT_THAT(run_program({"check", folder.path("a.hdf5")}).out,
+              AllOf(HasSubstr("a Photon-HDF5 recording, T2, 1 ps a tick"), HasSubstr("input 5")));
   const auto alone = run_program({"check", folder.write("b.spc", test::spc_recording(100, {}))});
   EXPECT_EQ(alone.exit_code, 4);
   EXPECT_THAT(alone.err, HasSubstr("the same name with .set"));
+}
+
+TEST_F(ConvertProgram, ATableOfFramesIsToldFromARecording) {
+  const std::string table = folder.path("frames.h5");
+  ASSERT_EQ(
+      run_program({"replay", simulated(), "--config", config, "--no-publish", "--output", table})
+          .exit_code,
+      0);
+  const auto result = run_program({"check", table});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr("frames.h5: is a table of frames that splid wrote"));
+  const auto replayed = run_program({"replay", table, "--config", config, "--no-publish"});
+  EXPECT_EQ(replayed.exit_code, 4);
+  EXPECT_THAT(replayed.err, HasSubstr("is an HDF5 file: a table of frames, Photon-HDF5 or"));
 }
 
 TEST_F(ConvertProgram, MistakesAreSaidAndLeaveNothingBehind) {
