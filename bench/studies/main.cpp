@@ -99,7 +99,8 @@ int report(const Options& options) {
   const std::filesystem::path table =
       options.table.empty() ? folder / "accuracy.md" : std::filesystem::path(options.table);
   write_report(folder, table);
-  std::fprintf(stderr, "%s and its figures written\n", table.c_str());
+  std::fprintf(stderr, "%s written; python3 -m splid.plots study draws its figures\n",
+               table.c_str());
   return 0;
 }
 
@@ -120,7 +121,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--threads", options.threads, "Cells at the same time")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  app.add_option("--report", options.report, "Run nothing: make tables and figures of this folder");
+  app.add_option("--report", options.report, "Run nothing: make the tables of this folder");
   app.add_option("--table", options.table, "With --report: where the tables go (in the folder)");
 }
 

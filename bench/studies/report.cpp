@@ -22,15 +22,7 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& table) {
   const Results results = read_results(folder);
   if (results.empty()) throw Error(Fault::data, folder.string() + ": no results in it");
-  const std::filesystem::path figures = table.parent_path() / "studies";
-  std::filesystem::create_directories(figures);
-  for (const StudyInfo& study : all_studies()) {
-    const Chart chart = figure(results, study.study);
-    if (!chart.panels.empty()) {
-      write_file(figures / (std::string(study.name) + ".svg"), to_svg(chart));
-    }
-  }
-  write_file(table, tables(results, figures.filename().string()));
+  write_file(table, tables(results, "studies"));
 }
 
 }  // namespace splid::studies

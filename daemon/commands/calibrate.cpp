@@ -12,6 +12,7 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/draw_plot.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
@@ -19,6 +20,7 @@
 #include "daemon/study/calibration/calibration_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_writer.hpp"
 #include "protocol/pattern_json.hpp"
 
 namespace splid {
@@ -28,19 +30,21 @@ struct CalibrateCommand {
   CalibrationPlan plan;
   std::string config;
   std::string output;
+  std::string csv;
   std::string plot;
   double amplitude_percent = 2;
   bool force = false;
 };
 
 void check_output(const CalibrateCommand& options) {
-  for (const std::string& file : {options.output, options.plot}) check_folder_of(file);
+  for (const std::string& file : {options.output, options.csv, options.plot}) check_folder_of(file);
   check_may_write(options.output, options.force);
 }
 
 void check_inputs_stay(const Config& config, const CalibrateCommand& options) {
   OutputCheck outputs(config);
   outputs.add_input("the recording", options.plan.recording);
+  outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
   outputs.may_replace("/pattern/file");  // replaced by its calibration
   outputs.check("--output", options.output);
@@ -56,8 +60,19 @@ PatternCalibration calibrate_shown(const Config& config, const CalibrationPlan& 
   return calibrate_recording(config, plan.recording, plan, show, stop);
 }
 
+// The photons as a table, and its picture, as far as they are asked for.
+void write_pictures(const CalibrateCommand& options, const PatternCalibration& calibrated,
+                    double sigma_ps) {
+  if (options.csv.empty()) return;
+  write_file(options.csv, photon_density_csv(calibrated));
+  spdlog::info("the photons of the pulses are in {}", options.csv);
+  if (options.plot.empty()) return;
+  draw_plot({"calibration", options.output, options.csv, number_text(sigma_ps), options.plot});
+}
+
 int calibrate(CalibrateCommand options) {
   const StopSignals signals;
+  if (options.csv.empty() && !options.plot.empty()) options.csv = table_of_plot(options.plot);
   options.plan.goal.std_amplitude = options.amplitude_percent / 100;
   check_output(options);
   const Config config = load_config_aloud(options.config);
@@ -65,11 +80,7 @@ int calibrate(CalibrateCommand options) {
   warn_of_other_pattern(config, options.plan.recording);
   const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
-  if (!options.plot.empty()) {
-    const Chart chart = calibration_chart(calibrated, options.plan, config.pulse.sigma_ps);
-    write_file(options.plot, to_svg(chart));
-    spdlog::info("the plot is in {}", options.plot);
-  }
+  write_pictures(options, calibrated, config.pulse.sigma_ps);
   std::fputs(calibration_table(calibrated.pattern).c_str(), stdout);
   std::fputs(calibration_summary(calibrated, options.output, config.frame.length_ms).c_str(),
              stderr);
@@ -98,7 +109,11 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
                   "How well each pulse's amplitude has to be known, in percent of the mean pulse")
       ->check(number_above_zero())
       ->capture_default_str();
-  command.add_option("--plot", options.plot, "SVG file to draw the pulse in");
+  command.add_option("--csv", options.csv,
+                     "Text file to write the photons of all pulses into, laid upon each other "
+                     "(with --plot by default its name with .csv)");
+  command.add_option("--plot", options.plot,
+                     "Picture of the pulse to draw by Python: .svg, .png or .pdf");
   command.add_flag("--force", options.force, "Write over an existing file");
 }
 

@@ -19,10 +19,10 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/draw_plot.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
-#include "daemon/study/tradeoff/tradeoff_chart.hpp"
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
 #include "protocol/error.hpp"
 
@@ -142,22 +142,25 @@ class TradeoffRun {
   std::size_t objects_ = 0;  // how many objects are printed
 };
 
+bool knows_an_error(const TradeoffReport& report) {
+  return std::any_of(report.rows.begin(), report.rows.end(), [](const TradeoffRow& row) {
+    return row.distance_rmse_m || row.velocity_rmse_mps;
+  });
+}
+
 void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
-  if (!options.csv.empty()) {
-    write_file(options.csv, tradeoff_csv(report));
-    spdlog::info("the table is in {}", options.csv);
-  }
-  const Chart chart = tradeoff_chart(report);
-  if (chart.panels.empty()) {
+  write_file(options.csv, tradeoff_csv(report));
+  spdlog::info("the table is in {}", options.csv);
+  if (!knows_an_error(report)) {
     spdlog::warn("{} is not drawn: no error is known of any setting", options.plot);
     return;
   }
-  write_file(options.plot, to_svg(chart));
-  spdlog::info("the plot is in {}", options.plot);
+  draw_plot({"tradeoff", options.csv, options.plot});
 }
 
-int tradeoff(const TradeoffCommand& options) {
+int tradeoff(TradeoffCommand options) {
   StopSignals signals;
+  if (options.csv.empty()) options.csv = table_of_plot(options.plot);
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
   const Config config = load_config_aloud(options.config);
   OutputCheck outputs(config);
@@ -207,8 +210,9 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       "--paper", options.paper,
       "Measure the method of the paper too, which takes up to hundreds of times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
-  command.add_option("--csv", options.csv, "Write the table to this file too");
-  command.add_option("--plot", options.plot, "SVG file to draw the curve in")
+  command.add_option("--csv", options.csv,
+                     "Text file to write the table into (default: the plot's name with .csv)");
+  command.add_option("--plot", options.plot, "Picture to draw by Python: .svg, .png or .pdf")
       ->capture_default_str();
 }
 

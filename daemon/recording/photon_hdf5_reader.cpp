@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,8 +14,11 @@
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
+#include "daemon/base/file_descriptor.hpp"
+#include "daemon/base/start_process.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -31,9 +33,8 @@ constexpr int look_again_ms = 100;
 // As large as the largest block of tags, so that a head that is none takes no memory.
 constexpr std::uint32_t most_part_bytes = 1 << 23;
 
-[[noreturn]] void cannot_start(const std::string& file, int error) {
-  throw Error(Fault::device,
-              file + ": no process can be started to read it: " + std::strerror(error));
+[[noreturn]] void cannot_start(const std::string& file, const std::string& why) {
+  throw Error(Fault::device, file + ": no process can be started to read it: " + why);
 }
 
 }  // namespace
@@ -60,33 +61,20 @@ PhotonHdf5Reader::~PhotonHdf5Reader() { end_process(); }
 
 void PhotonHdf5Reader::start() {
   std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) cannot_start(file_, errno);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  // The signals that this program waits for in a thread of its own are the process's again.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  std::string program = "splid";
-  std::string command = "read-photon-hdf5";
-  std::string no_options = "--";  // the file's name may look like one
-  std::string file = file_;
-  const std::array<char*, 5> arguments = {program.data(), command.data(), no_options.data(),
-                                          file.data(), nullptr};
-  const int error =
-      ::posix_spawn(&process_, "/proc/self/exe", &actions, &attributes, arguments.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) cannot_start(file_, std::strerror(errno));
   descriptor_ = ends[0];
-  if (error == 0) return;
-  process_ = -1;
-  end_process();
-  cannot_start(file_, error);
+  const FileDescriptor writes(ends[1]);
+  ProcessStart start;
+  start.program = "/proc/self/exe";
+  // Two dashes, since the file's name may look like an option.
+  start.arguments = {"splid", "read-photon-hdf5", "--", file_};
+  start.output = writes.get();
+  try {
+    process_ = start_process(start);
+  } catch (const std::system_error& error) {
+    end_process();
+    cannot_start(file_, error.what());
+  }
 }
 
 bool PhotonHdf5Reader::read_all(std::span<std::byte> to) {

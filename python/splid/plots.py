@@ -6,7 +6,7 @@ that are not known and those that a logarithmic axis has no place for.
 
     python3 -m splid.plots run scene.ptu scene.json run.svg
     python3 -m splid.plots tradeoff tradeoff.csv tradeoff.svg
-    python3 -m splid.plots calibration pattern.json pulse.svg
+    python3 -m splid.plots calibration pattern.json photons.csv pulse.svg
     python3 -m splid.plots study results.csv fig2 fig2.svg
 
 ImportError without matplotlib.
@@ -24,7 +24,9 @@ import matplotlib
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from splid import _splid
 from splid._frames import frames
@@ -86,16 +88,24 @@ def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
     return figure
 
 
-def calibration(made: "Union[Calibration, Pattern]", sigma_ps: Optional[float] = None) -> Figure:
+def calibration(made: "Union[Calibration, Pattern]", sigma_ps: Optional[float] = None,
+                photons: Optional[AnyPath] = None) -> Figure:
     """A calibration: the pulse's shape on a linear and on a logarithmic axis (density per ns
     against the offset from the pulse's time), and the amplitude of each pulse.
 
-    made: what calibrate() returns, whose photons are drawn with their noise of one standard
-    deviation, or only its pattern. sigma_ps: also draws a gaussian of this width.
+    made: what calibrate() returns, or a pattern that a calibration made. Photons are drawn with
+    their noise of one standard deviation where they are known: those of calibrate(), or of the file
+    photons, which `splid calibrate --csv` wrote. sigma_ps: also draws a gaussian of this width.
 
-    Errors: ValueError for a pattern that no calibration made.
+    Errors: OSError and ValueError for such a file; ValueError for a pattern that no calibration
+    made.
     """
     pattern = made if isinstance(made, Pattern) else made.pattern
+    known = made.photons if isinstance(made, Calibration) else None
+    if photons is not None:
+        names = ("offset_ps", "density_per_ns", "std_per_ns")
+        rows = _read(photons, names)
+        known = {name: _column(rows, name) for name in names}
     shape = pattern.pulse
     if shape is None:
         raise ValueError("made: the pattern has no pulse shape; calibrate() finds one")
@@ -104,8 +114,8 @@ def calibration(made: "Union[Calibration, Pattern]", sigma_ps: Optional[float] =
     offset_ps = shape["first_ps"] + shape["step_ps"] * np.arange(len(density))
     figure, panels = _figure(3, f"{pattern.pulses} pulses in {pattern.period_ps / 1e3:g} ns")
     for axes in panels[:2]:
-        if isinstance(made, Calibration):
-            _draw_photons(axes, made.photons, offset_ps)
+        if known is not None:
+            _draw_photons(axes, known, offset_ps)
         axes.plot(offset_ps, density, color=_ORANGE, linewidth=1.2, label="calibrated shape")
         if sigma_ps is not None:
             peak = 1e3 / (sigma_ps * math.sqrt(2 * math.pi))
@@ -140,35 +150,52 @@ def tradeoff(table: AnyPath) -> Figure:
 
     table: the file of `splid tradeoff --csv`. A curve is a setting of the estimator; its points are
     frame lengths, with an uncertainty of one standard deviation, 1/sqrt(2 n). Level lines are the
-    bound of Cramer and Rao; a ring is around each length's knee.
+    bound of Cramer and Rao, a ring is around each length's knee, and a star is on the setting that
+    splid recommends. An error that is not known of any setting has no panel.
 
     Errors: OSError; ValueError for a file that is no such table, with the column it lacks.
     """
     rows = _read(table, ("method", "effort", "tracked", "length_ms", "compute_ms_p50", "frames",
                          "compared", "wrong_peaks", "no_value", "knee", "distance_rmse_m",
                          "distance_bound_m", "velocity_rmse_mps", "velocity_bound_mps"))
-    figure, panels = _figure(3, "What a frame costs, and what it is worth", 2.7)
+    known = [kind for kind in _ERRORS if np.isfinite(_column(rows, kind[0])).any()]
+    figure, panels = _figure(len(known) + 1, "What a frame costs, and what it is worth", 2.7)
     settings: dict[str, Rows] = {}
     for row in rows:
         settings.setdefault(_setting(row), []).append(row)
     for name, points in settings.items():
         cost_ms = _column(points, "compute_ms_p50")
-        for axes, column, factor in ((panels[0], "distance_rmse_m", 1e3),
-                                     (panels[1], "velocity_rmse_mps", 1e2)):
+        for axes, (column, _, factor, _) in zip(panels, known):
             _draw_setting(axes, name, points, factor * _column(points, column), cost_ms)
         lost = 100 * (_column(points, "wrong_peaks") + _column(points, "no_value"))
-        panels[2].plot(cost_ms, lost / _column(points, "frames"), ".-", label=name, linewidth=0.8)
-    _draw_bounds(panels[0], rows, "distance_bound_m", 1e3)
-    _draw_bounds(panels[1], rows, "velocity_bound_mps", 1e2)
-    labels = ("RMSE of distance (mm)", "RMSE of velocity (cm/s)", "wrong or missing frames (%)")
-    for axes, label in zip(panels, labels):
+        panels[-1].plot(cost_ms, lost / _column(points, "frames"), ".-", label=name, linewidth=0.8)
+    for axes, (_, bound, factor, label) in zip(panels, known):
+        _draw_bounds(axes, rows, bound, factor)
         axes.set_ylabel(label)
-        axes.set_xscale("log")
-    for axes in panels[:2]:
         axes.set_yscale("log")
-    panels[0].legend(loc="best", fontsize="x-small", ncols=2)
+        _number(axes.yaxis)
+    for axes in panels:
+        axes.set_xscale("log")
+        axes.margins(x=0.1)
+        _number(axes.xaxis)
+    panels[-1].set_ylabel("wrong or missing frames (%)")
+    most = max(1.0, 1.1 * panels[-1].get_ylim()[1])
+    panels[-1].set_ylim(-0.03 * most, most)
+    panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="x-small", ncols=4)
     panels[-1].set_xlabel("processor time for a frame, median (ms); points: frame lengths")
     return figure
+
+
+# Column of an error, of its bound, what turns it into the axis' unit, and the axis' title.
+_ERRORS = (("distance_rmse_m", "distance_bound_m", 1e3, "RMSE of distance (mm)"),
+           ("velocity_rmse_mps", "velocity_bound_mps", 1e2, "RMSE of velocity (cm/s)"))
+
+
+def _number(axis: Axis) -> None:
+    """Gives a logarithmic axis plain numbers at 1, 2 and 5 of each decade."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _setting(row: dict[str, str]) -> str:
@@ -185,10 +212,11 @@ def _draw_setting(axes: Axes, name: str, points: Rows, rmse: npt.NDArray[np.floa
     for row, x, y in zip(points, cost_ms, rmse):
         if not math.isfinite(y):
             continue
-        axes.annotate(f"{float(row['length_ms']):g} ms", (x, y), xytext=(4, 3),
-                      textcoords="offset points", fontsize="xx-small")
         if row["knee"] == "true":
             axes.plot([x], [y], "o", markersize=9, fillstyle="none", color=drawn[0].get_color())
+        if row.get("chosen") == "true":
+            axes.plot([x], [y], "*", markersize=13, color=drawn[0].get_color(),
+                      label=f"chosen: {name}, {float(row['length_ms']):g} ms")
 
 
 def _draw_bounds(axes: Axes, rows: Rows, column: str, factor: float) -> None:
@@ -200,6 +228,9 @@ def _draw_bounds(axes: Axes, rows: Rows, column: str, factor: float) -> None:
             cost_ms = _column(same, "compute_ms_p50")
             axes.hlines(bound, cost_ms.min(), cost_ms.max(), colors=_GREY, linestyles="--",
                         linewidth=0.8, label=label)
+            axes.annotate(f"{float(length):g} ms", (cost_ms.min(), bound), xytext=(-4, 0),
+                          textcoords="offset points", ha="right", va="center",
+                          fontsize="x-small", color=_GREY)
             label = None
 
 
@@ -257,6 +288,8 @@ def study(results: "Union[AnyPath, Iterable[AnyPath]]", name: str) -> Figure:
     for axes, (_, what, unit, _) in zip(panels, _QUANTITIES):
         axes.set_ylabel(f"RMSE of {what}\n({unit})")
         axes.set_yscale("log")
+        if unit in ("ps", "m/s"):
+            _number(axes.yaxis)
     panels[-1].set_ylabel("lost frames (%)")
     panels[-1].set_ylim(-2, 102)
     for axes in panels:
@@ -308,7 +341,8 @@ def _read(file: AnyPath, needed: Iterable[str]) -> Rows:
         missing = [name for name in needed if name not in (reader.fieldnames or [])]
         if missing:
             raise ValueError(f"{os.fspath(file)}: has no column {missing[0]}; a table of `splid "
-                             "tradeoff --csv` or of bench/studies/results is expected")
+                             "tradeoff --csv`, of `splid calibrate --csv` or of "
+                             "bench/studies/results is expected")
         return list(reader)
 
 
@@ -332,12 +366,17 @@ def main(arguments: list[str]) -> int:
     makes = {("run", 4): lambda: _run_of(arguments[1], arguments[2]),
              ("tradeoff", 3): lambda: tradeoff(arguments[1]),
              ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
+             ("calibration", 4): lambda: calibration(Pattern.read(arguments[1]),
+                                                     photons=arguments[2]),
+             ("calibration", 5): lambda: calibration(Pattern.read(arguments[1]),
+                                                     float(arguments[3]), arguments[2]),
              ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
     make = makes.get((arguments[0] if arguments else "", len(arguments)))
     if make is None:
         print("usage: python3 -m splid.plots run RECORDING.ptu CONFIG.json PICTURE\n"
               "       python3 -m splid.plots tradeoff TABLE.csv PICTURE\n"
-              "       python3 -m splid.plots calibration PATTERN.json PICTURE\n"
+              "       python3 -m splid.plots calibration PATTERN.json [PHOTONS.csv [SIGMA_PS]] "
+              "PICTURE\n"
               "       python3 -m splid.plots study RESULTS.csv[,MORE.csv] STUDY PICTURE",
               file=sys.stderr)
         return 2

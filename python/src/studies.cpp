@@ -50,22 +50,15 @@ BoundScene scene_from(double length_ms, double seen_fraction, double delay_ns, d
           signal_per_pulse, background_per_s * 1e-9,   moving,   accelerating};
 }
 
-// The photons of all pulses laid upon each other, as a density with its noise.
 py::dict stacked(const PatternCalibration& made) {
-  FoldModel model = model_of(made.fold, made.calibration);
-  const StackedPhotons stack = stack_photons(model);
-  const double scale = 1 / (made.calibration.signal_photons * stack.step_ps * ns_per_ps);
-  const auto count = static_cast<py::ssize_t>(stack.net.size());
-  py::array_t<double> offset_ps(count), density_per_ns(count), std_per_ns(count);
-  for (std::size_t j = 0; j < stack.net.size(); ++j) {
-    offset_ps.mutable_at(j) = stack.offset_ps(j);
-    density_per_ns.mutable_at(j) = stack.net[j] * scale;
-    std_per_ns.mutable_at(j) = std::sqrt(stack.variance[j]) * scale;
-  }
+  const PhotonDensity density = photon_density(made);
+  const auto array = [](const std::vector<double>& values) {
+    return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+  };
   py::dict all;
-  all["offset_ps"] = offset_ps;
-  all["density_per_ns"] = density_per_ns;
-  all["std_per_ns"] = std_per_ns;
+  all["offset_ps"] = array(density.offset_ps);
+  all["density_per_ns"] = array(density.density_per_ns);
+  all["std_per_ns"] = array(density.std_per_ns);
   return all;
 }
 

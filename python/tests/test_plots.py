@@ -43,12 +43,47 @@ def test_a_tradeoff_of_the_program(program, scene, tmp_path):
                        table, "--plot", tmp_path / "tradeoff.svg")
     assert done.returncode == 0, done.stderr
     rows = table.read_text().splitlines()
+    assert (tmp_path / "tradeoff.svg").read_text().count("<use") > len(rows)
     panels = plots.tradeoff(table).axes
     assert len(panels) == 3
     points = sum(len(line.get_xdata()) for line in panels[2].get_lines())
     assert points == len(rows) - 1
     assert plots.main(["tradeoff", str(table), str(tmp_path / "again.svg")]) == 0
     assert (tmp_path / "again.svg").read_text().count("<use") > points
+
+
+def test_an_error_that_is_not_known_has_no_panel(tmp_path):
+    names = ("method,effort,tracked,length_ms,compute_ms_p50,frames,compared,wrong_peaks,no_value,"
+             "knee,distance_rmse_m,distance_bound_m,velocity_rmse_mps,velocity_bound_mps,chosen")
+    rows = ["search,fast,false,5,1,20,20,0,0,false,0.002,0.002,,,false",
+            "search,fast,false,50,8,20,20,0,0,true,0.001,0.001,,,true"]
+    table = tmp_path / "rest.csv"
+    table.write_text("\n".join([names, *rows]) + "\n")
+    panels = plots.tradeoff(table).axes
+    assert [axes.get_ylabel() for axes in panels] == ["RMSE of distance (mm)",
+                                                      "wrong or missing frames (%)"]
+    chosen = [line for line in panels[0].get_lines() if line.get_label().startswith("chosen")]
+    assert [(*line.get_xdata(), *line.get_ydata()) for line in chosen] == [(8, 1)]
+
+
+def test_a_calibration_of_the_program(program, scene, tmp_path):
+    scene["source"] |= {"target": {"motion": "linear", "distance_m": 30, "velocity_mps": 0},
+                        "signal_per_pulse": 0.08}
+    config = tmp_path / "still.json"
+    config.write_text(json.dumps({"schema": "splid.config", **scene}))
+    recording, pattern = tmp_path / "still.ptu", tmp_path / "found.json"
+    done = program.run("simulate", "--config", config, "--seconds", 0.5, "--output", recording)
+    assert done.returncode == 0, done.stderr
+    done = program.run("calibrate", recording, "--config", config, "--output", pattern, "--plot",
+                       tmp_path / "pulse.svg")
+    assert done.returncode == 0, done.stderr
+    words = (tmp_path / "pulse.svg").read_text()
+    for label in ("photons of all pulses", "calibrated shape", "gaussian of 100 ps"):
+        assert label in words
+    photons = splid.calibrate(recording, config).photons
+    written = np.genfromtxt(tmp_path / "pulse.csv", delimiter=",", names=True)
+    for name, values in photons.items():
+        assert np.array_equal(written[name], values)
 
 
 def test_a_run_from_the_command_line(program, scene, tmp_path):

@@ -57,20 +57,7 @@ TEST(Report, RowsWhosePhotonsDoNotDecideAreMarked) {
               HasSubstr("| fig2 | search | 7 | 0 | 0 | – | – | 0 of 0 | 0 |"));
 }
 
-TEST(Report, FiguresHaveABoundAModeAndMarkersWherePhotonsDecide) {
-  const Chart chart = figure(made_results(), Study::fig2);
-  ASSERT_EQ(chart.panels.size(), 5U);
-  int bounds = 0, markers = 0;
-  for (const ChartSeries& series : chart.panels.front().series) {
-    bounds += series.line == LineStyle::solid ? 1 : 0;
-    markers += series.line == LineStyle::none && !series.points.empty() ? 1 : 0;
-  }
-  EXPECT_EQ(bounds, 5);
-  EXPECT_EQ(markers, 8);  // two estimators; baseline has two photons a frame
-  EXPECT_TRUE(figure(made_results(), Study::fig9).panels.empty());
-}
-
-TEST(Report, FilesAreWrittenAndAnEmptyFolderIsAnError) {
+TEST(Report, TheTableIsWrittenAndAnEmptyFolderIsAnError) {
   const test::TempFolder folder;
   const std::filesystem::path results = folder.path("results");
   std::filesystem::create_directory(results);
@@ -78,8 +65,6 @@ TEST(Report, FilesAreWrittenAndAnEmptyFolderIsAnError) {
   const ResultFile file(results / "results.csv");
   for (const auto& [name, result] : made_results()) file.append(result);
   write_report(results, folder.path("accuracy.md"));
-  EXPECT_TRUE(std::filesystem::exists(folder.path("studies/fig2.svg")));
-  EXPECT_FALSE(std::filesystem::exists(folder.path("studies/fig3.svg")));
   std::ifstream in(folder.path("accuracy.md"));
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   EXPECT_THAT(text, HasSubstr("(studies/fig2.svg)"));

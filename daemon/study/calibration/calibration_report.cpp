@@ -2,23 +2,18 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <memory>
-#include <numbers>
-#include <vector>
 
 #include "daemon/base/text.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
+#include "protocol/json_writer.hpp"
 
 namespace splid {
 namespace {
-
-constexpr double per_ns = 1 / ns_per_ps;  // converts a density per ps
 
 // For a pattern whose pulse times contain the way to the target.
 std::string describe_wrap(const Pattern& pattern) {
@@ -53,41 +48,6 @@ std::string describe_rest(const RestReport& rest) {
   if (rest.moves()) text += " (it moves, but by less than the times are known to)";
   if (rest.wanders()) text += fmt::format("; it wanders by {:.2g} ps rms", rest.wander_ps);
   return text;
-}
-
-// The stacked photons as a density, each value with the noise of its photon count.
-ChartSeries photons_of(const StackedPhotons& stack, double all, ChartRange range) {
-  ChartSeries series{"photons of all pulses, background removed",
-                     "#1f5fa8",
-                     Marker::circle,
-                     false,
-                     LineStyle::none,
-                     {}};
-  const double scale = per_ns / (all * stack.step_ps);
-  for (std::size_t j = 0; j < stack.net.size(); ++j) {
-    const double at_ps = stack.offset_ps(j);
-    if (at_ps < range.low || at_ps > range.high) continue;
-    const double std = std::sqrt(stack.variance[j]) * scale;
-    const double value = stack.net[j] * scale;
-    series.points.push_back({at_ps, value, {}, ChartRange{value - std, value + std}});
-  }
-  return series;
-}
-
-ChartSeries line_of(const PulseShape& shape, const std::string& label, const std::string& color,
-                    LineStyle style, ChartRange range) {
-  constexpr int points = 400;
-  ChartSeries series{label, color, Marker::none, false, style, {}};
-  std::vector<double> at_ns(points + 1), h(points + 1), d1(points + 1), d2(points + 1);
-  for (std::size_t i = 0; i <= points; ++i) {
-    const double part = static_cast<double>(i) / points;
-    at_ns[i] = (range.low + part * (range.high - range.low)) * ns_per_ps;
-  }
-  shape.evaluate(at_ns, {h, d1, d2});
-  for (std::size_t i = 0; i <= points; ++i) {
-    series.points.push_back({at_ns[i] / ns_per_ps, h[i], {}, {}});
-  }
-  return series;
 }
 
 }  // namespace
@@ -131,36 +91,27 @@ std::string calibration_summary(const PatternCalibration& calibrated,
   return text;
 }
 
-Chart calibration_chart(const PatternCalibration& calibrated, const CalibrationPlan& plan,
-                        double sigma_ps) {
-  const Calibration& found = calibrated.calibration;
-  FoldModel model = model_of(calibrated.fold, found);
+PhotonDensity photon_density(const PatternCalibration& calibrated) {
+  FoldModel model = model_of(calibrated.fold, calibrated.calibration);
   const StackedPhotons stack = stack_photons(model);
-  const auto shape = make_tabulated(found.shape);
-  const auto gaussian = make_gaussian(sigma_ps * ns_per_ps);
-  const double margin_ps = 2 * found.width_ps;
-  const ChartRange range{shape->first_ns() / ns_per_ps - margin_ps,
-                         shape->last_ns() / ns_per_ps + margin_ps};
-  const std::vector<ChartSeries> series = {
-      photons_of(stack, found.signal_photons, range),
-      line_of(*shape, "calibrated shape", "#c0392b", LineStyle::solid, range),
-      line_of(*gaussian, fmt::format("gaussian of {:g} ps", sigma_ps), "#777", LineStyle::dashed,
-              range)};
-  const double peak = 1 / (found.width_ps * ns_per_ps * std::sqrt(2 * std::numbers::pi));
-  // The logarithmic axis goes down to a tenth of the density of a single photon in a step.
-  const double least = 0.1 * per_ns / (found.signal_photons * stack.step_ps);
-  Chart chart{"The pulse of " + plan.recording,
-              fmt::format("{} pulses, ", found.pulses.size()) +
-                  grouped(static_cast<std::uint64_t>(found.signal_photons)) + " signal photons",
-              {}};
-  const ChartAxis offset{"after the pulse's time, ps", false, range};
-  chart.panels.push_back({"", offset, {"density, 1/ns", false, std::nullopt}, series});
-  chart.panels.push_back(
-      {"",
-       offset,
-       {"density, 1/ns", true, ChartRange{std::max(least, 1e-6 * peak), 2 * peak}},
-       series});
-  return chart;
+  const double scale = 1 / (calibrated.calibration.signal_photons * stack.step_ps * ns_per_ps);
+  PhotonDensity all;
+  for (std::size_t j = 0; j < stack.net.size(); ++j) {
+    all.offset_ps.push_back(stack.offset_ps(j));
+    all.density_per_ns.push_back(stack.net[j] * scale);
+    all.std_per_ns.push_back(std::sqrt(stack.variance[j]) * scale);
+  }
+  return all;
+}
+
+std::string photon_density_csv(const PatternCalibration& calibrated) {
+  const PhotonDensity all = photon_density(calibrated);
+  std::string text = "offset_ps,density_per_ns,std_per_ns\n";
+  for (std::size_t j = 0; j < all.offset_ps.size(); ++j) {
+    text += number_text(all.offset_ps[j]) + ',' + number_text(all.density_per_ns[j]) + ',' +
+            number_text(all.std_per_ns[j]) + '\n';
+  }
+  return text;
 }
 
 }  // namespace splid

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "daemon/study/calibration/pattern_calibration.hpp"
-#include "daemon/study/svg_chart.hpp"
 
 namespace splid {
 
@@ -17,9 +17,17 @@ std::string calibration_table(const Pattern& pattern);
 std::string calibration_summary(const PatternCalibration& calibrated,
                                 const std::string& pattern_file, double length_ms);
 
-// A chart of all pulses laid upon each other, with the fitted shape and, for comparison, a gaussian
-// of sigma_ps; a second panel shows the same on a logarithmic axis, where a tail can be seen.
-Chart calibration_chart(const PatternCalibration& calibrated, const CalibrationPlan& plan,
-                        double sigma_ps);
+// The photons of all pulses laid upon each other, by their offset from the time of their pulse,
+// less background and neighbouring pulses: as a density whose integral is 1, with its noise of one
+// standard deviation. All have the same length.
+struct PhotonDensity {
+  std::vector<double> offset_ps;
+  std::vector<double> density_per_ns;
+  std::vector<double> std_per_ns;
+};
+PhotonDensity photon_density(const PatternCalibration& calibrated);
+
+// The same as a table of comma-separated values, with a line of the columns' names.
+std::string photon_density_csv(const PatternCalibration& calibrated);
 
 }  // namespace splid

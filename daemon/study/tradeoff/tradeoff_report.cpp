@@ -221,14 +221,15 @@ std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
 std::string tradeoff_csv(const TradeoffReport& report) {
   std::string names;
   std::string lines;
+  const auto chosen = chosen_row(report);
   for (std::size_t i = 0; i < report.rows.size(); ++i) {
     for (const Member& member : members_of(report, i)) {
       if (i == 0) names += std::string(member.name) + ",";
       lines += member.plain() + ",";
     }
-    lines.back() = '\n';
+    lines += chosen == i ? "true\n" : "false\n";
   }
-  if (!names.empty()) names.back() = '\n';
+  if (!names.empty()) names += "chosen\n";
   return names + lines;
 }
 

@@ -115,6 +115,7 @@ TEST_F(Outputs, OfCalibrateTradeoffAndUploadAreNoneOfTheirInputs) {
   expect_refused(calibrate, "--output", player);
   std::vector<std::string> plotted = calibrate;
   plotted.insert(plotted.end(), {"--output", folder.path("found.json")});
+  expect_refused(plotted, "--csv", recording);
   expect_refused(plotted, "--plot", recording);
   expect_refused(plotted, "--plot", pattern);
   for (const std::string option : {"--csv", "--plot"}) {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <regex>
+#include <sstream>
 #include <vector>
 
 #include "daemon/study/calibration/calibration_report.hpp"
@@ -281,8 +283,25 @@ TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
   }
 }
 
-// The program itself: the pattern file can be measured with as its last words say, and the plot is
-// there.
+// Of the densities in a table of photons, whose offsets are evenly spaced.
+double integral_of(const std::string& csv) {
+  std::istringstream lines(test::file_text(csv));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "offset_ps,density_per_ns,std_per_ns");
+  std::vector<double> offsets_ps;
+  double sum = 0;
+  for (double offset_ps = 0, density = 0, noise = 0; std::getline(lines, line);) {
+    EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &offset_ps, &density, &noise), 3) << line;
+    offsets_ps.push_back(offset_ps);
+    sum += density;
+  }
+  EXPECT_GT(offsets_ps.size(), 10U);
+  return sum * (offsets_ps.at(1) - offsets_ps.at(0)) * 1e-3;
+}
+
+// The program itself: the pattern file can be measured with as its last words say, and the photons
+// are there.
 TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
   test::TempFolder folder;
   const auto config = [&](const std::string& name, const std::string& pattern) {
@@ -299,12 +318,12 @@ TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
       test::run_program({"simulate", "-c", nominal, "--seconds", "0.5", "-o", recording}).exit_code,
       0);
   const std::string found = folder.path("found.json");
-  const std::string plot = folder.path("pulse.svg");
+  const std::string photons = folder.path("photons.csv");
   const auto calibrated = test::run_program(
-      {"calibrate", recording, "-c", nominal, "-o", found, "--distance-m", "30", "--plot", plot});
+      {"calibrate", recording, "-c", nominal, "-o", found, "--distance-m", "30", "--csv", photons});
   ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
   EXPECT_THAT(calibrated.out, HasSubstr("pulse         time ps       +-  amplitude       +-"));
-  EXPECT_THAT(test::file_text(plot), HasSubstr("calibrated shape"));
+  EXPECT_NEAR(integral_of(photons), 1, 0.05);
   const std::string members =
       R"("pattern":{"file":")" + found + R"("},"pulse":{"shape":"tabulated"})";
   EXPECT_THAT(calibrated.err, HasSubstr(members));

@@ -16,6 +16,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -96,11 +97,17 @@ TEST(TradeoffCsv, HasTheMembersOfTheJsonAsColumns) {
   const auto lines = lines_of(tradeoff_csv(report));
   ASSERT_EQ(lines.size(), 1 + rows.size());
   for (const std::string& line : lines) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 19) << line;
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 20) << line;
   }
   EXPECT_THAT(lines[0],
               AllOf(HasSubstr("method,tracked,effort,length_ms"), HasSubstr("knee,within_budget")));
   EXPECT_THAT(lines[2], HasSubstr("fast,20,200,9470,1,1.5,scene,"));
+  EXPECT_THAT(lines[0], EndsWith(",chosen"));
+  const auto chosen = chosen_row(report);
+  ASSERT_TRUE(chosen);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_THAT(lines[1 + i], EndsWith(i == *chosen ? ",true" : ",false"));
+  }
 }
 
 TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {

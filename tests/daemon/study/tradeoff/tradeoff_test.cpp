@@ -25,6 +25,7 @@ using splid::test::ProgramResult;
 using splid::test::run_program;
 using ::testing::AllOf;
 using ::testing::ElementsAreArray;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -218,14 +219,33 @@ class TradeoffProgram : public ::testing::Test {
   std::string config;
 };
 
-TEST_F(TradeoffProgram, PrintsATableAndWritesThePlot) {
-  const ProgramResult result = run({"--csv", folder.path("table.csv")});
+TEST_F(TradeoffProgram, PrintsATableAndWritesIt) {
+  const ProgramResult result = run({"--csv", folder.path("table.csv")}, "20");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("simulated target"), HasSubstr("exhaustive"),
                                 HasSubstr("balanced"), HasSubstr("fast")));
-  EXPECT_THAT(result.err, HasSubstr(plot()));
-  EXPECT_THAT(file_text(plot()), AllOf(HasSubstr("<svg"), HasSubstr("</svg>")));
-  EXPECT_THAT(file_text(folder.path("table.csv")), HasSubstr("effort,"));
+  std::istringstream lines(file_text(folder.path("table.csv")));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_THAT(line, AllOf(HasSubstr("effort,"), EndsWith(",chosen")));
+  std::size_t rows = 0;
+  std::size_t chosen = 0;
+  for (; std::getline(lines, line); ++rows) chosen += line.ends_with(",true") ? 1 : 0;
+  EXPECT_EQ(rows, 2 * settings);
+  EXPECT_EQ(chosen, 1U);
+}
+
+// Python's tests look at what is drawn.
+TEST_F(TradeoffProgram, WhatIsNotDrawnSaysWhyAndHow) {
+  const std::string picture = folder.path("plot.nonsense");
+  const ProgramResult result = run_program(
+      {"tradeoff", "--config", config, "--plot", picture, "--frames", "12", "--lengths", "5"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::string table = folder.path("plot.csv");
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("the table is in " + table), HasSubstr(picture + " is not drawn: "),
+                    HasSubstr("python3 -m splid.plots tradeoff " + table + " " + picture)));
+  EXPECT_THAT(file_text(table), HasSubstr("effort,"));
 }
 
 TEST_F(TradeoffProgram, PrintsARowALineAsJson) {
@@ -306,7 +326,7 @@ TEST_F(TradeoffProgram, ASignalEndsItWithTheRowsThatAreThere) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("14 settings to measure: about"),
                                 HasSubstr("stopped: this is what was measured so far")));
-  EXPECT_THAT(file_text(plot()), HasSubstr("</svg>"));
+  EXPECT_THAT(file_text(folder.path("plot.csv")), HasSubstr("\nsearch,true,fast,5,"));
 }
 
 TEST_F(TradeoffProgram, ASignalBeforeTheFirstRowSaysSo) {
