@@ -8,6 +8,7 @@
 
 #include "bench/studies/report.hpp"
 #include "bench/studies/runner.hpp"
+#include "daemon/batch/batch_list.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
 
@@ -26,20 +27,6 @@ struct Options {
   std::string table;
 };
 
-struct Shard {
-  std::size_t number = 1, of = 1;
-};
-
-Shard shard_of(const Options& options) {
-  Shard shard;
-  const bool read = std::sscanf(options.shard.c_str(), "%zu/%zu", &shard.number, &shard.of) == 2;
-  if (!read || shard.number < 1 || shard.number > shard.of) {
-    throw Error(Fault::usage, "--shard is " + options.shard +
-                                  "; it must be i/n, with i from 1 to n, such as 2/4");
-  }
-  return shard;
-}
-
 bool wanted(const Job& job, const Options& options) {
   const bool search = job.estimator == Estimator::search;
   if (options.method == "search" && !search) return false;
@@ -51,12 +38,12 @@ bool wanted(const Job& job, const Options& options) {
 
 // Every n-th of the jobs wanted, less those that are there with as many trials.
 std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
-  const Shard shard = shard_of(options);
+  const Shard shard = shard_of(options.shard);
   const int trials = options.trials > 0 ? options.trials : options.quick ? 300 : 1000;
   std::vector<Job> jobs;
   std::size_t n = 0;
   for (const Job& job : options.quick ? quick_jobs(trials) : full_jobs(trials)) {
-    if (!wanted(job, options) || n++ % shard.of != shard.number - 1) continue;
+    if (!wanted(job, options) || n++ % shard.count != shard.index - 1) continue;
     const auto found = there.find(key(job));
     if (found == there.end() || found->second.score.trials < job.trials) jobs.push_back(job);
   }
@@ -64,9 +51,10 @@ std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
 }
 
 std::filesystem::path result_file(const Options& options) {
-  const Shard shard = shard_of(options);
+  const Shard shard = shard_of(options.shard);
   const std::string part =
-      shard.of == 1 ? "" : "-" + std::to_string(shard.number) + "of" + std::to_string(shard.of);
+      shard.count == 1 ? ""
+                       : "-" + std::to_string(shard.index) + "of" + std::to_string(shard.count);
   return std::filesystem::path(options.output) / ("results" + part + ".csv");
 }
 

@@ -28,10 +28,6 @@
 namespace splid {
 namespace {
 
-// What a shell reports of a program that SIGINT ended: whoever waits, such as a cluster's queue,
-// must not take a stopped batch for a finished one.
-constexpr int stopped_exit_code = 130;
-
 constexpr std::int64_t most_jobs = 64;
 
 struct BatchCommand {

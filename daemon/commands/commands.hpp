@@ -18,6 +18,10 @@ struct Config;
 // on standard error and an exit code (0 done, 2 usage or configuration, 3 device, 4 data).
 int run_app(int argc, char** argv);
 
+// What a shell reports of a program that SIGINT ended. Commands whose result would be taken for
+// whole by whoever waits, such as a cluster's queue, return it after a stop.
+inline constexpr int stopped_exit_code = 130;
+
 // What the command line asked for; returns the exit code. Errors: Error.
 using Action = std::function<int()>;
 

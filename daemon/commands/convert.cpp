@@ -14,8 +14,6 @@
 namespace splid {
 namespace {
 
-constexpr int convert_stopped_exit_code = 130;
-
 struct ConvertCommand {
   std::string recording;
   std::string output;
@@ -37,7 +35,7 @@ int convert(const ConvertCommand& options) {
                                                    host_clock(), signals.token());
   if (summary.stopped) {
     spdlog::warn("stopped; {} was not written", options.output);
-    return convert_stopped_exit_code;
+    return stopped_exit_code;
   }
   spdlog::info("{} records in {}, {} mode, {} tags lost", grouped(summary.records), options.output,
                summary.is_t3 ? "T3" : "T2", grouped(summary.lost_tags));

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <optional>
@@ -14,16 +15,19 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "config/read_file.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/write_file.hpp"
+#include "daemon/batch/batch_list.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/draw_plot.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
+#include "daemon/study/tradeoff/tradeoff_table.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -38,6 +42,8 @@ struct TradeoffCommand {
   std::optional<double> budget_ms;
   bool paper = false;
   bool json = false;
+  std::string shard;
+  std::size_t merge = 0;  // shares whose tables are put together; 0: frames are measured
   std::string csv;
   std::string plot = "tradeoff.svg";
 };
@@ -56,18 +62,18 @@ class TradeoffRun {
   TradeoffRun(const TradeoffCommand& options, const Config& config, const FrameOrigin& origin)
       : options_(options), config_(config), origin_(origin), progress_(host_clock()) {
     report_.reference = errors_against(origin);
-    report_.title = tradeoff_title(config, origin);
     report_.configured = config.estimator;
     report_.configured_length_ms = config.frame.length_ms;
     report_.budget_ms = options.budget_ms;
   }
 
-  // Errors: those of measure_tradeoff(); Error(Fault::device) where standard output takes no more.
-  const TradeoffReport& measure(StopSignals& signals) {
+  // Measures the frame lengths of a share. Errors: those of measure_tradeoff();
+  // Error(Fault::device) where standard output takes no more.
+  const TradeoffReport& measure(StopSignals& signals, const Shard& shard) {
     signals_ = &signals;
     const TradeoffEvents events = make_events();
-    const TradeoffPlan plan{possible_lengths_ms(config_, origin_, options_.lengths_ms, events.warn),
-                            options_.frames, options_.paper};
+    const TradeoffPlan plan{lengths_of(shard, events.warn), options_.frames, options_.paper};
+    if (plan.lengths_ms.empty()) return report_;
     try {
       measure_tradeoff(config_, origin_, plan, {}, events, signals.token());
     } catch (const std::bad_alloc&) {
@@ -82,7 +88,36 @@ class TradeoffRun {
     return report_;
   }
 
+  // Shows what the shares have measured, as if it were measured now.
+  const TradeoffReport& merge(StopSignals& signals, std::vector<TradeoffRow> rows) {
+    signals_ = &signals;
+    const auto length_ms = [](const TradeoffRow& row) { return row.setting.length_ms; };
+    std::stable_sort(rows.begin(), rows.end(), [&](const TradeoffRow& a, const TradeoffRow& b) {
+      return length_ms(a) < length_ms(b);
+    });
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      take(rows[i]);
+      if (i + 1 < rows.size() && length_ms(rows[i + 1]) == length_ms(rows[i])) continue;
+      end_length(length_ms(rows[i]));
+    }
+    print_objects();
+    return report_;
+  }
+
+  [[nodiscard]] const TradeoffReport& report() const { return report_; }
+
  private:
+  // Every N-th length of all: shares have about as many each, though longer frames take longer.
+  [[nodiscard]] std::vector<double> lengths_of(const Shard& shard, const Warn& warn) const {
+    const std::vector<double> all =
+        possible_lengths_ms(config_, origin_, options_.lengths_ms, warn);
+    std::vector<double> lengths_ms;
+    for (std::size_t i = shard.index - 1; i < all.size(); i += shard.count) {
+      lengths_ms.push_back(all[i]);
+    }
+    return lengths_ms;
+  }
+
   TradeoffEvents make_events() {
     TradeoffEvents events;
     events.warn = [this](const std::string& sentence) {
@@ -158,9 +193,51 @@ void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
   draw_plot({"tradeoff", options.csv, options.plot});
 }
 
+// "folder/tradeoff-2of4.csv" for the second of four shares.
+std::string table_of_share(const std::string& csv, const Shard& shard) {
+  const std::filesystem::path file = csv;
+  const std::string name = file.stem().string() + "-" + std::to_string(shard.index) + "of" +
+                           std::to_string(shard.count) + file.extension().string();
+  return (file.parent_path() / name).string();
+}
+
+std::vector<TradeoffRow> rows_of_shares(const TradeoffCommand& options,
+                                        const TradeoffReport& report) {
+  std::vector<TradeoffRow> rows;
+  for (std::size_t index = 1; index <= options.merge; ++index) {
+    const std::string file = table_of_share(options.csv, {index, options.merge});
+    const auto more = rows_of_tradeoff_csv(read_file(file, "--merge: "), file, report);
+    rows.insert(rows.end(), more.begin(), more.end());
+  }
+  if (rows.empty()) throw Error(Fault::data, "--merge: no share has measured anything");
+  return rows;
+}
+
+// What a share has measured goes into a table of its own, and everything else waits for the merge.
+int finish_share(const TradeoffCommand& options, const TradeoffReport& report, const Shard& shard) {
+  if (report.rows.empty()) spdlog::info("no frame length is left for share {}", options.shard);
+  write_file(options.csv, tradeoff_csv(report));
+  spdlog::info("the share's table is in {}; the same command with --merge {} puts all together",
+               options.csv, shard.count);
+  return 0;
+}
+
+int finish(const TradeoffCommand& options, const TradeoffReport& report) {
+  const std::string advice = tradeoff_advice(report);
+  std::fputs(advice.c_str(), options.json ? stderr : stdout);
+  std::fflush(stdout);
+  write_files(options, report);
+  if (options.budget_ms && !chosen_row(report)) {
+    throw Error(Fault::data, no_choice_reason(report));
+  }
+  return 0;
+}
+
 int tradeoff(TradeoffCommand options) {
   StopSignals signals;
+  const Shard shard = options.shard.empty() ? Shard{} : shard_of(options.shard);
   if (options.csv.empty()) options.csv = table_of_plot(options.plot);
+  if (!options.shard.empty()) options.csv = table_of_share(options.csv, shard);
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);
   const Config config = load_config_aloud(options.config);
   OutputCheck outputs(config);
@@ -172,17 +249,18 @@ int tradeoff(TradeoffCommand options) {
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
   spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));
   TradeoffRun run(options, config, origin);
-  const TradeoffReport& report = run.measure(signals);
-  if (report.rows.empty()) throw Error(Fault::usage, "stopped before anything was measured");
-  if (signals.token().stop_requested()) spdlog::warn("stopped: this is what was measured so far");
-  const std::string advice = tradeoff_advice(report);
-  std::fputs(advice.c_str(), options.json ? stderr : stdout);
-  std::fflush(stdout);
-  write_files(options, report);
-  if (options.budget_ms && !chosen_row(report)) {
-    throw Error(Fault::data, no_choice_reason(report));
+  if (options.merge > 0) {
+    return finish(options, run.merge(signals, rows_of_shares(options, run.report())));
   }
-  return 0;
+  const TradeoffReport& report = run.measure(signals, shard);
+  const bool is_stopped = signals.token().stop_requested();
+  if (report.rows.empty() && is_stopped) {
+    throw Error(Fault::usage, "stopped before anything was measured");
+  }
+  if (is_stopped) spdlog::warn("stopped: this is what was measured so far");
+  if (options.shard.empty()) return finish(options, report);
+  // The table of a share that was stopped would look as if it were whole.
+  return is_stopped ? stopped_exit_code : finish_share(options, report, shard);
 }
 
 void add_options(CLI::App& command, TradeoffCommand& options) {
@@ -210,6 +288,14 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       "--paper", options.paper,
       "Measure the method of the paper too, which takes up to hundreds of times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
+  command.add_option("--shard", options.shard,
+                     "Measure every N-th frame length from the I-th on, I/N such as 2/4, into a "
+                     "table whose name ends in -IofN");
+  command
+      .add_option("--merge", options.merge,
+                  "Measure nothing: put the tables of so many shares together")
+      ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
+      ->excludes("--shard");
   command.add_option("--csv", options.csv,
                      "Text file to write the table into (default: the plot's name with .csv)");
   command.add_option("--plot", options.plot, "Picture to draw by Python: .svg, .png or .pdf")

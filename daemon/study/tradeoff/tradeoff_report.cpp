@@ -13,29 +13,8 @@
 namespace splid {
 namespace {
 
-struct Member {
-  const char* name;
-  std::string json;  // empty: the value is not known
-  // The value without the quotes of JSON; no text in a row has a character that JSON escapes.
-  [[nodiscard]] std::string plain() const {
-    return json.size() > 1 && json.front() == '"' ? json.substr(1, json.size() - 2) : json;
-  }
-};
-
 std::string number_or_nothing(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? number_text(*value) : std::string();
-}
-
-const char* name_of(ErrorsAgainst reference) {
-  switch (reference) {
-    case ErrorsAgainst::scene:
-      return "scene";
-    case ErrorsAgainst::truth_file:
-      return "truth";
-    case ErrorsAgainst::neighbours:
-      break;
-  }
-  return "neighbours";
 }
 
 struct Marks {
@@ -48,32 +27,6 @@ Marks marks_of(const TradeoffReport& report, std::size_t row) {
   const auto budget =
       report.budget_ms ? find_within_budget(report.rows, *report.budget_ms) : std::nullopt;
   return {knee == row, budget == row};
-}
-
-std::vector<Member> members_of(const TradeoffReport& report, std::size_t index) {
-  const TradeoffRow& row = report.rows[index];
-  const Marks marks = marks_of(report, index);
-  const EstimatorOptions& estimator = row.setting.estimator;
-  return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
-          {"tracked", estimator.tracked ? "true" : "false"},
-          {"effort", json_string(to_string(estimator.effort))},
-          {"length_ms", number_text(row.setting.length_ms)},
-          {"frames", std::to_string(row.frames)},
-          {"photons", number_text(row.photons)},
-          {"compute_ms_p50", number_text(row.p50_ms)},
-          {"compute_ms_p99", number_text(row.p99_ms)},
-          {"reference", json_string(name_of(report.reference))},
-          {"compared", std::to_string(row.compared)},
-          {"distance_rmse_m", number_or_nothing(row.distance_rmse_m)},
-          {"distance_bound_m", number_or_nothing(row.distance_bound_m)},
-          {"distance_rmse_over_bound", number_or_nothing(row.distance_ratio())},
-          {"velocity_rmse_mps", number_or_nothing(row.velocity_rmse_mps)},
-          {"velocity_bound_mps", number_or_nothing(row.velocity_bound_mps)},
-          {"velocity_rmse_over_bound", number_or_nothing(row.velocity_ratio())},
-          {"wrong_peaks", std::to_string(row.wrong_peaks)},
-          {"no_value", std::to_string(row.no_value)},
-          {"knee", marks.knee ? "true" : "false"},
-          {"within_budget", report.budget_ms ? (marks.budget ? "true" : "false") : ""}};
 }
 
 std::string column(fmt::format_string<double> pattern, const std::optional<double>& value,
@@ -154,16 +107,16 @@ ErrorsAgainst errors_against(const FrameOrigin& origin) {
   return origin.truth ? ErrorsAgainst::truth_file : ErrorsAgainst::neighbours;
 }
 
-std::string short_name(ErrorsAgainst reference) {
+const char* name_of(ErrorsAgainst reference) {
   switch (reference) {
     case ErrorsAgainst::scene:
-      return "the simulated target";
+      return "scene";
     case ErrorsAgainst::truth_file:
-      return "the truth file";
+      return "truth";
     case ErrorsAgainst::neighbours:
       break;
   }
-  return "neighbouring frames";
+  return "neighbours";
 }
 
 std::string in_words(ErrorsAgainst reference) {
@@ -209,28 +162,43 @@ std::string knee_line(const TradeoffReport& report, double length_ms) {
   return fmt::format("{:>7g}  ", length_ms) + said;
 }
 
+std::string TradeoffMember::plain() const {
+  return json.size() > 1 && json.front() == '"' ? json.substr(1, json.size() - 2) : json;
+}
+
+std::vector<TradeoffMember> tradeoff_members(const TradeoffReport& report, std::size_t index) {
+  const TradeoffRow& row = report.rows[index];
+  const Marks marks = marks_of(report, index);
+  const EstimatorOptions& estimator = row.setting.estimator;
+  return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
+          {"tracked", estimator.tracked ? "true" : "false"},
+          {"effort", json_string(to_string(estimator.effort))},
+          {"length_ms", number_text(row.setting.length_ms)},
+          {"frames", std::to_string(row.frames)},
+          {"photons", number_text(row.photons)},
+          {"compute_ms_p50", number_text(row.p50_ms)},
+          {"compute_ms_p99", number_text(row.p99_ms)},
+          {"reference", json_string(name_of(report.reference))},
+          {"compared", std::to_string(row.compared)},
+          {"distance_rmse_m", number_or_nothing(row.distance_rmse_m)},
+          {"distance_bound_m", number_or_nothing(row.distance_bound_m)},
+          {"distance_rmse_over_bound", number_or_nothing(row.distance_ratio())},
+          {"velocity_rmse_mps", number_or_nothing(row.velocity_rmse_mps)},
+          {"velocity_bound_mps", number_or_nothing(row.velocity_bound_mps)},
+          {"velocity_rmse_over_bound", number_or_nothing(row.velocity_ratio())},
+          {"wrong_peaks", std::to_string(row.wrong_peaks)},
+          {"no_value", std::to_string(row.no_value)},
+          {"knee", marks.knee ? "true" : "false"},
+          {"within_budget", report.budget_ms ? (marks.budget ? "true" : "false") : ""}};
+}
+
 std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
   JsonWriter line;
   line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
-  for (const Member& member : members_of(report, row)) {
+  for (const TradeoffMember& member : tradeoff_members(report, row)) {
     if (!member.json.empty()) line.raw(member.name, member.json);
   }
   return line.finish();
-}
-
-std::string tradeoff_csv(const TradeoffReport& report) {
-  std::string names;
-  std::string lines;
-  const auto chosen = chosen_row(report);
-  for (std::size_t i = 0; i < report.rows.size(); ++i) {
-    for (const Member& member : members_of(report, i)) {
-      if (i == 0) names += std::string(member.name) + ",";
-      lines += member.plain() + ",";
-    }
-    lines += chosen == i ? "true\n" : "false\n";
-  }
-  if (!names.empty()) names += "chosen\n";
-  return names + lines;
 }
 
 std::string no_choice_reason(const TradeoffReport& report) {

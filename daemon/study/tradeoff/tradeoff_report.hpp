@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
 #include "daemon/study/tradeoff/tradeoff.hpp"
@@ -17,14 +18,13 @@ enum class ErrorsAgainst { scene, truth_file, neighbours };
 
 ErrorsAgainst errors_against(const FrameOrigin& origin);
 
-// The reference in a sentence, and in a few words.
+// The reference in a sentence, and as the word of tables and JSON.
 std::string in_words(ErrorsAgainst reference);
-std::string short_name(ErrorsAgainst reference);
+const char* name_of(ErrorsAgainst reference);
 
 struct TradeoffReport {
   std::span<const TradeoffRow> rows;
   ErrorsAgainst reference = ErrorsAgainst::scene;
-  std::string title;            // of the chart: the scene in a few words
   EstimatorOptions configured;  // preferred among settings that cost the same
   double configured_length_ms = 50;
   std::optional<double> budget_ms;      // processor time for one frame
@@ -49,9 +49,14 @@ std::string knee_line(const TradeoffReport& report, double length_ms);
 // out.
 std::string tradeoff_json(const TradeoffReport& report, std::size_t row);
 
-// All rows as CSV: the same members as columns below a line of their names; values that are not
-// known are empty.
-std::string tradeoff_csv(const TradeoffReport& report);
+// The members of a row: their names, and their values as JSON, empty where they are not known.
+struct TradeoffMember {
+  const char* name;
+  std::string json;
+  // The value without the quotes of JSON; no text in a row has a character that JSON escapes.
+  [[nodiscard]] std::string plain() const;
+};
+std::vector<TradeoffMember> tradeoff_members(const TradeoffReport& report, std::size_t index);
 
 // Why chosen_row() recommends no row, in a sentence; only for a report where it recommends none.
 std::string no_choice_reason(const TradeoffReport& report);

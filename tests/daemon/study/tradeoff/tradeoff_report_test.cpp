@@ -16,7 +16,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
-using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -41,7 +40,7 @@ const std::vector<TradeoffRow> rows = {row(Effort::exhaustive, 20, 4), row(Effor
                                        row(Effort::exhaustive, 50, 9), row(Effort::fast, 50, 3)};
 
 TradeoffReport report_of(std::span<const TradeoffRow> of) {
-  return {of, ErrorsAgainst::scene, "a scene", {}, 50, std::nullopt, std::nullopt};
+  return {of, ErrorsAgainst::scene, {}, 50, std::nullopt, std::nullopt};
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -89,25 +88,6 @@ TEST(TradeoffJson, IsAnObjectALine) {
   TradeoffRow rest = rows[0];
   rest.velocity_rmse_mps.reset();
   EXPECT_THAT(tradeoff_json(report_of(std::vector{rest}), 0), Not(HasSubstr("velocity_rmse")));
-}
-
-TEST(TradeoffCsv, HasTheMembersOfTheJsonAsColumns) {
-  TradeoffReport report = report_of(rows);
-  report.budget_ms = 100;
-  const auto lines = lines_of(tradeoff_csv(report));
-  ASSERT_EQ(lines.size(), 1 + rows.size());
-  for (const std::string& line : lines) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 20) << line;
-  }
-  EXPECT_THAT(lines[0],
-              AllOf(HasSubstr("method,tracked,effort,length_ms"), HasSubstr("knee,within_budget")));
-  EXPECT_THAT(lines[2], HasSubstr("fast,20,200,9470,1,1.5,scene,"));
-  EXPECT_THAT(lines[0], EndsWith(",chosen"));
-  const auto chosen = chosen_row(report);
-  ASSERT_TRUE(chosen);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_THAT(lines[1 + i], EndsWith(i == *chosen ? ",true" : ",false"));
-  }
 }
 
 TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {

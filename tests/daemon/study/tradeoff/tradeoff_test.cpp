@@ -248,6 +248,49 @@ TEST_F(TradeoffProgram, WhatIsNotDrawnSaysWhyAndHow) {
   EXPECT_THAT(file_text(table), HasSubstr("effort,"));
 }
 
+// But for the times, which are of each run.
+TEST_F(TradeoffProgram, SharesPutTogetherAreTheWhole) {
+  const auto run_with = [&](const std::string& table, std::vector<std::string> more) {
+    more.insert(more.end(), {"--lengths", "5,10,20", "--csv", folder.path(table)});
+    std::vector<std::string> arguments = {
+        "tradeoff", "--config", config, "--frames", "20", "--plot", folder.path("plot.nonsense")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_program(arguments);
+  };
+  // Columns 1 to 6 and 9 to 18.
+  const auto facts_of = [&](const std::string& table) {
+    std::istringstream lines(file_text(folder.path(table)));
+    std::vector<std::string> facts;
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream fields(line);
+      std::string fact;
+      std::string field;
+      for (int column = 1; column <= 18 && std::getline(fields, field, ','); ++column) {
+        if (column != 7 && column != 8) fact += field + ",";
+      }
+      facts.push_back(fact);
+    }
+    return facts;
+  };
+  ASSERT_EQ(run_with("whole.csv", {}).exit_code, 0);
+  for (const char* shard : {"1/4", "2/4", "3/4"}) {
+    const ProgramResult share = run_with("t.csv", {"--shard", shard});
+    EXPECT_EQ(share.exit_code, 0) << share.err;
+    EXPECT_THAT(share.err, AllOf(HasSubstr("--merge 4"), Not(HasSubstr("is not drawn"))));
+  }
+  const ProgramResult missing = run_with("t.csv", {"--merge", "4"});
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("t-4of4.csv"));
+  const ProgramResult idle = run_with("t.csv", {"--shard", "4/4"});
+  EXPECT_EQ(idle.exit_code, 0) << idle.err;
+  EXPECT_THAT(idle.err, HasSubstr("no frame length is left for share 4/4"));
+  const ProgramResult merged = run_with("t.csv", {"--merge", "4"});
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_THAT(merged.out, AllOf(HasSubstr("simulated target"), HasSubstr("the knee at 20 ms")));
+  EXPECT_EQ(facts_of("t.csv"), facts_of("whole.csv"));
+  EXPECT_EQ(facts_of("t.csv").size(), 1 + 3 * settings);
+}
+
 TEST_F(TradeoffProgram, PrintsARowALineAsJson) {
   const ProgramResult result = run({"--json"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
