@@ -51,11 +51,7 @@ std::uint64_t ptu_tags(std::span<const std::byte> records) {
 }
 
 PtuEncoder::PtuEncoder(std::int64_t origin_ps, int least_input)
-    : origin_ps_(origin_ps),
-      least_input_(least_input),
-      now_ps_(origin_ps),
-      written_ps_(origin_ps),
-      base_ps_(origin_ps) {
+    : least_input_(least_input), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
   waiting_.reserve(2 * max_waiting);
 }
 

@@ -61,7 +61,6 @@ class PtuEncoder {
   void write(const Waiting& waiting, std::vector<std::byte>& out);
   void append(std::uint32_t record, std::vector<std::byte>& out);
 
-  std::int64_t origin_ps_;
   int least_input_;
   // The same moment, in the tags' clock since the last clock break and in the recording's.
   std::int64_t clock_zero_ps_ = 0;
