@@ -1,9 +1,8 @@
-#include <algorithm>
 #include <array>
 #include <optional>
 
 #include "protocol/recording_format.hpp"
-#include "tests/fuzz/fuzz.hpp"
+#include "tests/fuzz/decoded.hpp"
 
 // A recording of another format than PTU, which the first byte chooses: its header, given whole and
 // bit by bit, then its records, decoded at one go and in pieces. Pieces make no difference.
@@ -30,32 +29,10 @@ std::optional<RecordingHeader> parse_in_pieces(RecordingFormat format,
   return parse(format, bytes, true);
 }
 
-struct Decoded {
-  std::vector<Tag> tags;
-  std::uint64_t unknown = 0;
-  std::uint64_t overflows = 0;
-
-  friend bool operator==(const Decoded&, const Decoded&) = default;
-};
-
 Decoded decode(const RecordingHeader& header, std::span<const std::byte> records,
                std::size_t piece) {
   const auto decoder = make_decoder(header);
-  Decoded decoded;
-  std::vector<Tag> room(piece);
-  for (;;) {
-    const auto done = decoder->decode(records, room);
-    must(done.bytes % decoder->record_bytes() == 0, "whole records are used");
-    must(done.tags <= room.size() && done.bytes <= records.size(), "no more is used than given");
-    decoded.tags.insert(decoded.tags.end(), room.begin(),
-                        room.begin() + static_cast<std::ptrdiff_t>(done.tags));
-    records = records.subspan(done.bytes);
-    if (done.bytes + done.tags == 0) break;
-  }
-  must(records.size() < decoder->record_bytes(), "every whole record is used");
-  decoded.unknown = decoder->unknown_records();
-  decoded.overflows = decoder->overflow_records();
-  return decoded;
+  return decode_in_pieces(*decoder, records, piece);
 }
 
 void check(std::span<const std::byte> bytes) {
