@@ -13,7 +13,7 @@ namespace splid {
 namespace {
 
 constexpr std::uint32_t block_count = 100;
-// The size of what a driver reads, and hands out, at a time; see ptu_decode_bench.cpp.
+// The size of what a driver reads, and hands out, at a time; see recording_decode_bench.cpp.
 constexpr std::size_t chunk_bytes = 262'144;
 constexpr std::size_t chunk_tags = 16'384;
 

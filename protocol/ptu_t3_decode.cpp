@@ -1,13 +1,83 @@
 #include "protocol/ptu_t3_decode.hpp"
 
-#include <utility>
+#include <algorithm>
+#include <array>
 
 namespace splid {
 namespace {
 
-constexpr int overflow_channel = 63;
 constexpr std::uint64_t hydra_harp_syncs = 1024;
 constexpr std::uint64_t pico_harp_syncs = 65'536;
+// The tags of a record: its sync, where it is the first of its period, and its event.
+constexpr std::size_t most_tags = 2;
+
+// What a record is, by the bits that tell the kinds of records apart. Each number is 1 or 0.
+struct T3Kind {
+  TagMeaning meaning;
+  std::uint64_t events = 0;
+  std::uint64_t photons = 0;
+  std::uint64_t overflows = 0;
+  std::uint64_t unknown = 0;
+};
+
+constexpr T3Kind photon_kind(int input) { return {{input, TagKind::photon, {}}, 1, 1, 0, 0}; }
+constexpr T3Kind marker_kind(int bits) { return {{bits, TagKind::marker, {}}, 1, 0, 0, 0}; }
+constexpr T3Kind overflow_kind{{}, 0, 0, 1, 0};
+constexpr T3Kind unknown_kind{{}, 0, 0, 0, 1};
+
+struct T3Record {
+  const T3Kind& kind;
+  std::uint64_t ticks;      // since its sync
+  std::uint64_t sync;       // low bits of its number
+  std::uint64_t overflows;  // that it stands for, if it is an overflow
+};
+
+// HydraHarp and later: bit 31 special, bits 30 to 25 channel.
+constexpr std::array<T3Kind, 128> t3_hydra_harp_kinds = [] {
+  std::array<T3Kind, 128> kinds{};
+  for (int channel = 0; channel < 64; ++channel) {
+    kinds[channel] = photon_kind(channel);
+    kinds[64 + channel] = unknown_kind;
+  }
+  for (int bits = 1; bits < 16; ++bits) kinds[64 + bits] = marker_kind(bits);
+  kinds[127] = overflow_kind;
+  return kinds;
+}();
+
+// Bits 24 to 10 time, 9 to 0 sync. An overflow has their count in place of the sync, and a count of
+// 0 is one; an old recorder writes a record for each overflow, and no count.
+template <bool counted>
+struct HydraHarpT3 {
+  static constexpr std::uint64_t syncs_in_overflow = hydra_harp_syncs;
+
+  static T3Record read(std::uint32_t record) {
+    const std::uint64_t sync = record & 0x3FFU;
+    return {t3_hydra_harp_kinds[record >> 25U], record >> 10U & 0x7FFFU, sync,
+            counted ? sync + (sync == 0 ? 1 : 0) : 1};
+  }
+};
+
+constexpr std::array<T3Kind, 31> t3_pico_harp_kinds = [] {
+  std::array<T3Kind, 31> kinds{};
+  for (int channel = 0; channel < 15; ++channel) kinds[channel] = photon_kind(channel);
+  kinds[15] = overflow_kind;
+  for (int bits = 1; bits < 16; ++bits) kinds[15 + bits] = marker_kind(bits);
+  return kinds;
+}();
+
+// Bits 31 to 28 channel, 27 to 16 time, 15 to 0 sync. Channel 15 is special: the low 4 bits of its
+// time are the marker bits, and where none is set the record is an overflow.
+struct PicoHarpT3 {
+  static constexpr std::uint64_t syncs_in_overflow = pico_harp_syncs;
+
+  static T3Record read(std::uint32_t record) {
+    const std::uint32_t channel = record >> 28U;
+    const bool is_special = channel == 15;
+    const std::uint32_t ticks = record >> 16U & 0xFFFU;
+    return {t3_pico_harp_kinds[channel + (is_special ? ticks & 15U : 0)], is_special ? 0 : ticks,
+            record & 0xFFFFU, 1};
+  }
+};
 
 }  // namespace
 
@@ -15,70 +85,57 @@ PtuT3Decoder::PtuT3Decoder(RecordType type, double period_ps, double resolution_
     : type_(type),
       clock_(period_ps),
       tick_ps_(step_of_time_ps(resolution_s)),
-      most_ticks_(t3_time_steps(type) - 1),
-      syncs_in_overflow_(type == RecordType::pico_harp_t3 ? pico_harp_syncs : hydra_harp_syncs) {}
+      most_ticks_(t3_time_steps(type) - 1) {}
 
-// Bits 31 to 28 channel, 27 to 16 time, 15 to 0 sync. Channel 15 is special: its time has the
-// marker bits, and where none is set the record is an overflow.
-PtuT3Decoder::Fields PtuT3Decoder::pico_harp_fields(std::uint32_t record) const {
-  Fields fields;
-  fields.sync = record & 0xFFFFU;
-  fields.ticks = record >> 16U & 0xFFFU;
-  fields.value = static_cast<int>(record >> 28U);
-  if (fields.value != 15) return fields;
-  fields.value = static_cast<int>(std::exchange(fields.ticks, 0) & 0xFU);
-  fields.kind = TagKind::marker;
-  fields.is_overflow = fields.value == 0;
-  if (fields.is_overflow) fields.sync = 1;
-  return fields;
+std::int64_t PtuT3Decoder::reached_ps() const {
+  const bool has_sync = state_.told != no_sync && state_.told > state_.base;
+  return clock_.time_ps(has_sync ? state_.told : state_.base);
 }
 
-// Bit 31 special, bits 30 to 25 channel, 24 to 10 time, 9 to 0 sync.
-PtuT3Decoder::Fields PtuT3Decoder::hydra_harp_fields(std::uint32_t record) const {
-  Fields fields;
-  fields.sync = record & 0x3FFU;
-  fields.ticks = record >> 10U & 0x7FFFU;
-  fields.value = static_cast<int>(record >> 25U & 0x3FU);
-  if (record >> 31U == 0) return fields;
-  fields.kind = TagKind::marker;
-  fields.is_overflow = fields.value == overflow_channel;
-  fields.is_unknown = !fields.is_overflow && (fields.value == 0 || fields.value > 15);
-  // An old recorder writes a record for each overflow and no count; a count of 0 is one overflow.
-  const bool is_single = type_ == RecordType::hydra_harp_v1_t3 || fields.sync == 0;
-  if (fields.is_overflow && is_single) fields.sync = 1;
-  return fields;
-}
-
-PtuT3Decoder::Fields PtuT3Decoder::fields_of(std::uint32_t record) const {
-  return type_ == RecordType::pico_harp_t3 ? pico_harp_fields(record) : hydra_harp_fields(record);
-}
-
-void PtuT3Decoder::write_event(const Fields& fields, Tag& out) {
-  const std::int64_t since_ps = CountedSyncs::rounded(static_cast<double>(fields.ticks) * tick_ps_);
-  const auto at_ps = static_cast<std::int64_t>(static_cast<std::uint64_t>(sync_ps_) +
-                                               static_cast<std::uint64_t>(since_ps));
-  if (fields.kind == TagKind::photon && fields.ticks == most_ticks_) {
-    ++saturated_photons_;
-    write_tag(out, at_ps, {1, TagKind::missed, {}});
-  } else {
-    write_tag(out, at_ps, {fields.value, fields.kind, {}});
+// Design note: as PtuDecoder, without a branch on what a record is. Each writes 32 bytes, and only
+// those that are tags move the place of the next.
+template <class Format>
+std::size_t PtuT3Decoder::decode_some(const std::byte* in, std::size_t count, Tag* out) {
+  // What changes, in registers: a tag is written as bytes, which might be a member's.
+  State state = state_;
+  const CountedSyncs clock = clock_;
+  const double tick_ps = tick_ps_;
+  const std::uint64_t most_ticks = most_ticks_;
+  std::size_t tags = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const T3Record record = Format::read(little_endian_32(in + ptu_record_bytes * i));
+    const T3Kind& kind = record.kind;
+    state.base += record.overflows * Format::syncs_in_overflow & (0 - kind.overflows);
+    state.overflows += kind.overflows;
+    state.unknown += kind.unknown;
+    const std::uint64_t is_event = 0 - kind.events;
+    const std::uint64_t syncs = state.base + (record.sync & is_event);
+    const std::int64_t sync_ps = clock.time_ps(syncs);
+    write_tag(out[tags], sync_ps, {0, TagKind::sync, {}});
+    tags += kind.events & (syncs != state.told ? 1U : 0U);
+    state.told = (syncs & is_event) | (state.told & ~is_event);
+    const std::int64_t since_ps = CountedSyncs::rounded(
+        static_cast<double>(static_cast<std::int64_t>(record.ticks)) * tick_ps);
+    const auto at_ps = static_cast<std::int64_t>(static_cast<std::uint64_t>(sync_ps) +
+                                                 static_cast<std::uint64_t>(since_ps));
+    const bool is_saturated = record.ticks == most_ticks && kind.photons != 0;
+    state.saturated += is_saturated ? 1 : 0;
+    write_tag(out[tags], at_ps, is_saturated ? TagMeaning{1, TagKind::missed, {}} : kind.meaning);
+    tags += kind.events;
   }
+  state_ = state;
+  return tags;
 }
 
-std::size_t PtuT3Decoder::put(const Fields& fields, std::span<Tag> out) {
-  syncs_ = base_ + fields.sync;
-  std::size_t written = 0;
-  if (told_ != syncs_) {
-    sync_ps_ = reached_ps();
-    write_tag(out[written++], sync_ps_, {0, TagKind::sync, {}});
-    told_ = syncs_;
+std::size_t PtuT3Decoder::decode_records(const std::byte* in, std::size_t count, Tag* out) {
+  switch (type_) {
+    case RecordType::pico_harp_t3:
+      return decode_some<PicoHarpT3>(in, count, out);
+    case RecordType::hydra_harp_v1_t3:
+      return decode_some<HydraHarpT3<false>>(in, count, out);
+    default:
+      return decode_some<HydraHarpT3<true>>(in, count, out);
   }
-  if (written < out.size()) {
-    write_event(fields, out[written++]);
-  } else {
-    write_event(fields, waiting_.emplace());
-  }
-  return written;
 }
 
 RecordDecoder::Progress PtuT3Decoder::decode(std::span<const std::byte> records,
@@ -88,18 +145,21 @@ RecordDecoder::Progress PtuT3Decoder::decode(std::span<const std::byte> records,
     out[progress.tags++] = *waiting_;
     waiting_.reset();
   }
-  while (progress.tags < out.size() && records.size() - progress.bytes >= ptu_record_bytes) {
-    const Fields fields = fields_of(little_endian_32(records.data() + progress.bytes));
+  const auto next = [&](std::size_t most) {
+    return std::min(most, (records.size() - progress.bytes) / ptu_record_bytes);
+  };
+  // So many at a time as there is surely room for.
+  while (const std::size_t count = next((out.size() - progress.tags) / most_tags)) {
+    progress.tags +=
+        decode_records(records.data() + progress.bytes, count, out.data() + progress.tags);
+    progress.bytes += count * ptu_record_bytes;
+  }
+  while (progress.tags < out.size() && next(1) > 0) {
+    std::array<Tag, most_tags> tags{};
+    const std::size_t count = decode_records(records.data() + progress.bytes, 1, tags.data());
     progress.bytes += ptu_record_bytes;
-    if (fields.is_overflow) {
-      base_ += fields.sync * syncs_in_overflow_;
-      syncs_ = base_;
-      ++overflow_records_;
-    } else if (fields.is_unknown) {
-      ++unknown_records_;
-    } else {
-      progress.tags += put(fields, out.subspan(progress.tags));
-    }
+    if (count > 0) out[progress.tags++] = tags[0];
+    if (count > 1) waiting_ = tags[1];
   }
   return progress;
 }

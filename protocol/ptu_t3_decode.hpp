@@ -34,43 +34,35 @@ class PtuT3Decoder final : public RecordDecoder {
 
   [[nodiscard]] std::size_t record_bytes() const override { return ptu_record_bytes; }
   Progress decode(std::span<const std::byte> records, std::span<Tag> out) override;
-  [[nodiscard]] std::uint64_t unknown_records() const override { return unknown_records_; }
-  [[nodiscard]] std::uint64_t overflow_records() const override { return overflow_records_; }
+  [[nodiscard]] std::uint64_t unknown_records() const override { return state_.unknown; }
+  [[nodiscard]] std::uint64_t overflow_records() const override { return state_.overflows; }
   // Photons whose time since their sync was the largest that a record can hold.
-  [[nodiscard]] std::uint64_t saturated_photons() const override { return saturated_photons_; }
+  [[nodiscard]] std::uint64_t saturated_photons() const override { return state_.saturated; }
   // When the last sync that was counted came.
-  [[nodiscard]] std::int64_t reached_ps() const override { return clock_.time_ps(syncs_); }
+  [[nodiscard]] std::int64_t reached_ps() const override;
 
  private:
-  struct Fields {
-    std::uint64_t sync = 0;   // low bits of its number; of an overflow the count of overflows
-    std::uint64_t ticks = 0;  // since that sync
-    int value = 0;            // input, or marker bits
-    TagKind kind = TagKind::photon;
-    bool is_overflow = false;
-    bool is_unknown = false;
+  static constexpr std::uint64_t no_sync = ~std::uint64_t{0};  // no recording has as many
+
+  struct State {
+    std::uint64_t base = 0;        // number of the sync at the last overflow
+    std::uint64_t told = no_sync;  // number of the last sync that became a tag
+    std::uint64_t unknown = 0;     // records
+    std::uint64_t overflows = 0;   // records
+    std::uint64_t saturated = 0;   // photons
   };
 
-  [[nodiscard]] Fields fields_of(std::uint32_t record) const;
-  [[nodiscard]] Fields pico_harp_fields(std::uint32_t record) const;
-  [[nodiscard]] Fields hydra_harp_fields(std::uint32_t record) const;
-  // Writes the sync or the event that `fields` stand for; the number of tags written.
-  std::size_t put(const Fields& fields, std::span<Tag> out);
-  void write_event(const Fields& fields, Tag& out);
+  // Decodes so many records, with room in `out` for two tags of each; the number of tags.
+  std::size_t decode_records(const std::byte* in, std::size_t count, Tag* out);
+  template <class Format>
+  std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
 
   RecordType type_;
   CountedSyncs clock_;
   double tick_ps_;
   std::uint64_t most_ticks_;  // the largest time since a sync
-  std::uint64_t syncs_in_overflow_;
-  std::uint64_t base_ = 0;             // number of the sync at the last overflow
-  std::uint64_t syncs_ = 0;            // number of the last sync
-  std::optional<std::uint64_t> told_;  // number of the last sync that became a tag
-  std::int64_t sync_ps_ = 0;           // its time
-  std::optional<Tag> waiting_;         // an event for which there was no room
-  std::uint64_t unknown_records_ = 0;
-  std::uint64_t overflow_records_ = 0;
-  std::uint64_t saturated_photons_ = 0;
+  State state_;
+  std::optional<Tag> waiting_;  // an event for which there was no room
 };
 
 }  // namespace splid
