@@ -44,29 +44,36 @@ class SpcDecoder final : public RecordDecoder {
 
   [[nodiscard]] std::size_t record_bytes() const override { return 4; }
   Progress decode(std::span<const std::byte> records, std::span<Tag> out) override;
-  [[nodiscard]] std::uint64_t unknown_records() const override { return unknown_records_; }
-  [[nodiscard]] std::uint64_t overflow_records() const override { return overflow_records_; }
+  [[nodiscard]] std::uint64_t unknown_records() const override { return state_.unknown; }
+  [[nodiscard]] std::uint64_t overflow_records() const override { return state_.overflow_records; }
   // Photons whose micro time the module marked as invalid.
-  [[nodiscard]] std::uint64_t saturated_photons() const override { return untimed_photons_; }
+  [[nodiscard]] std::uint64_t saturated_photons() const override { return state_.untimed; }
   // When the last sync that was counted came.
-  [[nodiscard]] std::int64_t reached_ps() const override { return clock_.time_ps(syncs_); }
+  [[nodiscard]] std::int64_t reached_ps() const override { return clock_.time_ps(state_.syncs); }
 
  private:
-  void take(std::uint32_t record);
-  void push(std::int64_t time_ps, const TagMeaning& meaning);
+  static constexpr std::uint64_t no_sync = ~std::uint64_t{0};  // no recording has as many
+
+  // Where the records have got to.
+  struct State {
+    std::uint64_t base = 0;        // number of the sync at the last overflow
+    std::uint64_t syncs = 0;       // number of the last sync
+    std::uint64_t told = no_sync;  // number of the last sync that became a tag
+    std::int64_t last_ps = 0;      // time of the last event
+    std::uint64_t unknown = 0;
+    std::uint64_t overflow_records = 0;
+    std::uint64_t untimed = 0;
+  };
+
+  // The tags of so many records, of which there may be four a record. Returns their number.
+  std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
 
   CountedSyncs clock_;
   double step_ps_;
-  std::uint64_t base_ = 0;             // number of the sync at the last overflow
-  std::uint64_t syncs_ = 0;            // number of the last sync
-  std::optional<std::uint64_t> told_;  // number of the last sync that became a tag
-  std::int64_t last_ps_ = 0;           // time of the last event
-  std::array<Tag, 4> made_{};          // the tags of a record, of which those before taken_ are out
+  State state_;
+  std::array<Tag, 4> made_{};  // the tags of a record, of which those before taken_ are out
   std::size_t made_count_ = 0;
   std::size_t taken_ = 0;
-  std::uint64_t unknown_records_ = 0;
-  std::uint64_t overflow_records_ = 0;
-  std::uint64_t untimed_photons_ = 0;
 };
 
 }  // namespace splid
