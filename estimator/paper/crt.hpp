@@ -11,6 +11,11 @@ struct Remainder {
   double weight = 1;      // > 0; 1 / variance, on a scale that all remainders share
 };
 
+// Which of the two theorems below makes a delay of the remainders.
+enum class RemainderTheorem { mixed_integer, wang };
+// [P] rounds the periods to whole nanoseconds for the theorem of Wang et al.
+constexpr double wang_unit_ns = 1;
+
 struct CrtSolution {
   bool found = false;
   double value_ns = 0;  // in [0, limit]; with the method of Wang in [0, least common multiple)

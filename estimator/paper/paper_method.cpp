@@ -11,12 +11,13 @@
 
 namespace splid::paper {
 
-PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene)
+PaperMethod::PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
+                         RemainderTheorem theorem)
     : shape_(shape),
       max_speed_mps_(scene.motion == Motion::static_target ? 0 : scene.max_speed_mps),
       unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
       emission_(pattern),
-      start_(pattern, emission_, shape, max_speed_mps_) {}
+      start_(pattern, emission_, shape, max_speed_mps_, theorem) {}
 
 PaperResult PaperMethod::estimate(const FrameView& view) {
   constexpr std::size_t least_photons = 3;
@@ -44,8 +45,8 @@ PaperResult PaperMethod::estimate(const FrameView& view) {
   result.signal_per_pulse = p.signal_per_pulse;
   result.background_per_ns = p.background_per_ns;
   result.gain_nats = refined.gain_nats;
-  result.initial_delay_start_ns = reported_ns(start->delay_ns);
-  result.initial_velocity_mps = start->velocity_mps;
+  result.start = *start;
+  result.start.delay_ns = reported_ns(start->delay_ns);
   result.stop = refined.stop;
   return result;
 }

@@ -7,6 +7,7 @@
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/emission_times.hpp"
+#include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/paper_start.hpp"
 #include "protocol/pattern.hpp"
 
@@ -29,15 +30,16 @@ namespace splid::paper {
 
 // What method `paper` found in a frame. All values are finite; delays are in the tagger's clock.
 struct PaperResult {
-  bool found = false;         // false: of the values below only `photons` holds
+  // Whether the values gain anything over no target. Where they do not, they are what the
+  // refinement ended with, unless `stop` is not_run: then only `photons` holds.
+  bool found = false;
   double delay_start_ns = 0;  // tau, round trip at the frame's start, in [0, unambiguous delay)
   double delay_ns = 0;        // round trip at mid-frame, in [0, unambiguous delay)
   double velocity_mps = 0;
-  double signal_per_pulse = 0;        // S, of a pulse of amplitude 1
-  double background_per_ns = 0;       // b
-  double gain_nats = 0;               // log-likelihood over no target
-  double initial_delay_start_ns = 0;  // where the refinement started
-  double initial_velocity_mps = 0;
+  double signal_per_pulse = 0;   // S, of a pulse of amplitude 1
+  double background_per_ns = 0;  // b
+  double gain_nats = 0;          // log-likelihood over no target
+  PaperParameters start;         // what the initialiser found, where the refinement started
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
 };
@@ -59,9 +61,9 @@ struct PaperResult {
 //    (with 99.9 and 104.1 ns to 0.3 ns, within their common multiple of 34.7 us), the remainders
 //    have to be as good as that. With 48 photons of each rate they are in 8 to 9 frames of 10.
 //
-// Of the two remainder theorems in [P], the mixed-integer program is used throughout. It has the
+// Of the two remainder theorems in [P], the mixed-integer program is what users get. It has the
 // same answer as Wang's wherever Wang's applies, and the moduli of a calibrated pattern are never
-// whole numbers.
+// whole numbers. Wang's is there for [P] Fig. 5, which compares the two.
 //
 // Threads: one call at a time; objects share nothing. Errors: std::bad_alloc alone. Nothing is
 // found in frames that are not locked to their syncs, have fewer than 3 photons, or whose photons
@@ -69,7 +71,8 @@ struct PaperResult {
 class PaperMethod {
  public:
   // pattern: valid. shape: outlives the object.
-  PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene);
+  PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
+              RemainderTheorem theorem = RemainderTheorem::mixed_integer);
   // No copies, as start_ refers to emission_.
   PaperMethod(const PaperMethod&) = delete;
   PaperMethod& operator=(const PaperMethod&) = delete;

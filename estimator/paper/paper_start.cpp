@@ -12,12 +12,13 @@
 namespace splid::paper {
 
 PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
-                       const PulseShape& shape, double max_speed_mps)
+                       const PulseShape& shape, double max_speed_mps, RemainderTheorem theorem)
     : emission_(emission),
       shape_(shape),
       max_speed_mps_(max_speed_mps),
       mode_(pattern.mode),
-      unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps) {
+      unambiguous_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
+      theorem_(theorem) {
   if (mode_ == Mode::random) {
     filter_.emplace(emission, shape);
   } else if (mode_ == Mode::interleaved) {
@@ -130,7 +131,9 @@ std::optional<PaperParameters> PaperStart::from_trains(
     remainders.push_back(
         {fold_on(value_ns, trains[k].period_ns), trains[k].period_ns, std::max(counts[k], 1e-3)});
   }
-  const CrtSolution crt = crt_mixed_integer(remainders, unambiguous_ns_);
+  const CrtSolution crt = theorem_ == RemainderTheorem::wang
+                              ? crt_wang(remainders, wang_unit_ns)
+                              : crt_mixed_integer(remainders, unambiguous_ns_);
   if (!crt.found) return std::nullopt;
   mean.delay_ns = crt.value_ns * (1 + beta);
   return mean;

@@ -5,6 +5,7 @@
 
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/paper/corrected_times.hpp"
+#include "estimator/paper/crt.hpp"
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/matched_filter.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
@@ -20,7 +21,7 @@ class PaperStart {
  public:
   // emission and shape outlive this.
   PaperStart(const Pattern& pattern, const EmissionTimes& emission, const PulseShape& shape,
-             double max_speed_mps);
+             double max_speed_mps, RemainderTheorem theorem = RemainderTheorem::mixed_integer);
 
   [[nodiscard]] std::optional<PaperParameters> find(const CorrectedTimes& frame) const;
 
@@ -47,6 +48,7 @@ class PaperStart {
   double max_speed_mps_;
   Mode mode_;
   double unambiguous_ns_;
+  RemainderTheorem theorem_;
   std::optional<MatchedFilter> filter_;  // of random patterns
   std::vector<Repetition> repetitions_;  // of each train, or of each sub-period where interleaved
 };

@@ -78,7 +78,7 @@ TEST(PaperMethod, LosesARandomPatternsMovingTargetInLongFrames) {
   made.pattern = make_random({});
   made.velocity_mps = 50;
   const PaperResult paper = estimate(made, made.make(1));
-  EXPECT_EQ(paper.initial_velocity_mps, 0);
+  EXPECT_EQ(paper.start.velocity_mps, 0);
   EXPECT_GT(std::abs(paper.velocity_mps - made.velocity_mps), 10);
 }
 
@@ -111,7 +111,7 @@ TEST(PaperMethod, AStaticSceneHasNoVelocity) {
 void expect_finite(const PaperResult& result) {
   for (const double value : {result.delay_start_ns, result.delay_ns, result.velocity_mps,
                              result.signal_per_pulse, result.background_per_ns, result.gain_nats,
-                             result.initial_delay_start_ns, result.initial_velocity_mps}) {
+                             result.start.delay_ns, result.start.velocity_mps}) {
     EXPECT_TRUE(std::isfinite(value));
   }
 }
