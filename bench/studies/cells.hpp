@@ -10,8 +10,8 @@
 
 namespace splid::studies {
 
-// A figure of [P], or of the design. Its axes are reconstructed: see docs/evidence/accuracy.md.
-enum class Study { fig2, fig3, fig4, fig4_long, fig5, fig9, experiment };
+// What is studied: a figure of [P] at [P]'s own settings, or more than [P] shows.
+enum class Study { fig2, fig3, fig4, fig5, fig5_whole, fig9, any, velocities, experiment };
 
 // The quantity that a study sweeps over, which is the figure's horizontal axis.
 enum class Axis { background, length, velocity, signal };
@@ -22,6 +22,7 @@ struct StudyInfo {
   std::string_view title;  // a sentence for the tables
   Axis axis;
   double ratio_to_reach;  // RMSE over the bound, of delay and velocity
+  bool as_paper;          // the settings are those of [P]
 };
 
 const std::vector<StudyInfo>& all_studies();
@@ -30,11 +31,14 @@ std::optional<Study> study_from_name(std::string_view name);
 
 // How a frame is estimated.
 enum class Estimator {
-  search,  // by splid's own method
-  paper,   // by the whole method of [P]
-  wang,    // as [P], but with the CRT of Wang et al. 2015 on rounded moduli; for Fig. 5 alone
+  search,       // by splid's own method, which claims no target where none is significant
+  paper,        // by the whole method of [P], with the mixed-integer program as remainder theorem
+  paper_start,  // the start of the former, which is not refined; for Fig. 5 alone
+  wang,         // as `paper`, but with the theorem of Wang et al. 2015; for Fig. 5 alone
+  wang_start,   // the start of the former; for Fig. 5 alone
 };
 
+const std::vector<Estimator>& all_estimators();
 const char* to_string(Estimator estimator);
 std::optional<Estimator> estimator_from_name(std::string_view name);
 
@@ -44,13 +48,17 @@ struct Cell {
   Mode mode = Mode::baseline;
   Effort effort = Effort::balanced;  // of the search
   double length_ms = 0.5;
-  double signal_per_pulse = 0.018;
+  double signal_per_pulse = 0.01;
   double background_per_ns = 1e-3;
   std::optional<double> velocity_mps = {};  // absent: each trial draws its own within +-150 m/s
 };
 
 constexpr double pulse_sigma_ns = 0.1;
 constexpr double max_speed_mps = 150;
+
+// The round trip at the frame's start, which the study gives. Absent: each trial draws its own,
+// uniform over the unambiguous range.
+std::optional<double> delay_start_ns(Study study);
 
 // A cell and an estimator, which are run together and have a row of their own in the results.
 struct Job {

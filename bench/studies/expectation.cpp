@@ -79,18 +79,20 @@ class Gain {
   std::vector<Part> parts_;
 };
 
-// The chance that the photons of two periods in turn, half a frame each, agree better at a delay
-// whose remainders are one step of the periods' common divisor off. The offset between the halves
-// that delay and velocity leave free has four times the deviation of the delay: its information is
-// E[sign^2] - E[s sign]^2 / E[s^2] = 1 / 4 for half of it, with s uniform in [-1/2, 1/2].
+// The chance that the photons of two periods agree better at a delay whose remainders are one step
+// of the periods' common divisor off. Where the periods share the frame, the offset between their
+// photons has twice the deviation of the delay. In turn, half a frame each, it has four times that,
+// as the velocity is unknown too: the information is E[sign^2] - E[s sign]^2 / E[s^2] = 1 / 4 for
+// half of the offset, with s uniform in [-1/2, 1/2].
 double chance_of_another_turn(const Pattern& pattern, const Bound& bound) {
-  if (pattern.mode != Mode::mrr) return 0;
+  if (pattern.mode != Mode::mrr && pattern.mode != Mode::interleaved) return 0;
+  const double deviations = pattern.mode == Mode::mrr ? 4 : 2;
   std::int64_t divisor_ps = 0;
   for (const double period_ps : pattern.subperiods_ps) {
     divisor_ps = std::gcd(divisor_ps, std::llround(period_ps));
   }
   const double half_ns = static_cast<double>(divisor_ps) * ns_per_ps / 2;
-  return 2 * normal_tail(-half_ns / (4 * bound.delay_ns));
+  return 2 * normal_tail(-half_ns / (deviations * bound.delay_ns));
 }
 
 }  // namespace
@@ -101,6 +103,10 @@ Expectation expect(const Cell& cell) {
   const double periods = std::round(cell.length_ms * 1e6 / period_ns);
   const double pulses = periods * static_cast<double>(pulses_per_period(pattern));
   const double unambiguous_ns = pattern.unambiguous_delay_ps * ns_per_ps;
+  // Half-way into the unambiguous range, unless the study has its own delay.
+  const double travel_ns = cell.velocity_mps.value_or(0) / speed_of_light_mps * periods * period_ns;
+  const std::optional<double> start_ns = delay_start_ns(cell.study);
+  const double delay_ns = start_ns ? *start_ns + travel_ns : unambiguous_ns / 2;
   Expectation found;
   found.length_ns = periods * period_ns;
   found.signal_photons = pulses * cell.signal_per_pulse;
@@ -114,7 +120,7 @@ Expectation expect(const Cell& cell) {
   found.bound = cramer_rao_bound(pattern, *make_gaussian(pulse_sigma_ns),
                                  {.length_ns = found.length_ns,
                                   .seen_ns = found.length_ns,
-                                  .delay_ns = unambiguous_ns / 2,
+                                  .delay_ns = delay_ns,
                                   .velocity_mps = cell.velocity_mps.value_or(0),
                                   .signal_per_pulse = cell.signal_per_pulse,
                                   .background_per_ns = cell.background_per_ns});
@@ -155,7 +161,7 @@ CountFloor count_floor(const Bound& bound) {
   return {std::sqrt(delay / draws * photons), std::sqrt(velocity / draws * photons / 12)};
 }
 
-bool photons_decide(const Expectation& expectation) { return expectation.chance_lost < 0.01; }
+bool photons_decide(const Expectation& expectation) { return expectation.chance_lost < 0.03; }
 
 bool is_easy(const Expectation& expectation) { return expectation.chance_lost < 1e-6; }
 

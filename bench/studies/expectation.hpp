@@ -17,7 +17,7 @@ struct Expectation {
   // of two periods agree better at another delay. In about so many frames even the best of methods
   // finds a wrong peak, or nothing.
   double chance_lost = 0;
-  Bound bound{};  // half-way into the unambiguous range
+  Bound bound{};  // at the study's delay, or half-way into the unambiguous range
 };
 
 // Errors: as the pattern's maker.
@@ -34,8 +34,8 @@ struct CountFloor {
 };
 CountFloor count_floor(const Bound& bound);
 
-// Whether less than one frame in 100 is lost. Where more are lost, errors and wrong peaks are not
-// the fault of a method.
+// Whether less than three frames in 100 are lost, as in [P] Fig. 4. Where more are lost, errors and
+// wrong peaks are not the fault of a method.
 bool photons_decide(const Expectation& expectation);
 // Whether less than one frame in a million is lost.
 bool is_easy(const Expectation& expectation);

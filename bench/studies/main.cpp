@@ -23,6 +23,7 @@ struct Options {
   std::string output = "bench/studies/results";
   std::string method = "both";
   int threads = 1;
+  double longest_min = 60;
   std::string report;
   std::string table;
 };
@@ -36,7 +37,8 @@ bool wanted(const Job& job, const Options& options) {
   return std::find(options.only.begin(), options.only.end(), name) != options.only.end();
 }
 
-// Every n-th of the jobs wanted, less those that are there with as many trials.
+// Every n-th of the jobs wanted, less those that are there with as many trials, or with as many as
+// the time for a cell gave.
 std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
   const Shard shard = shard_of(options.shard);
   const int trials = options.trials > 0 ? options.trials : options.quick ? 300 : 1000;
@@ -45,7 +47,10 @@ std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
   for (const Job& job : options.quick ? quick_jobs(trials) : full_jobs(trials)) {
     if (!wanted(job, options) || n++ % shard.count != shard.index - 1) continue;
     const auto found = there.find(key(job));
-    if (found == there.end() || found->second.score.trials < job.trials) jobs.push_back(job);
+    const bool is_there =
+        found != there.end() && (found->second.score.trials >= job.trials ||
+                                 found->second.score.took_s >= 60 * options.longest_min);
+    if (!is_there) jobs.push_back(job);
   }
   return jobs;
 }
@@ -70,7 +75,8 @@ int run(const Options& options) {
   Results results = read_results(options.output);
   const std::vector<Job> jobs = jobs_to_run(options, results);
   std::fprintf(stderr, "%zu cells to run, results in %s\n", jobs.size(), file.c_str());
-  run_jobs(jobs, options.threads, stop.token(), ResultFile(file), results);
+  run_jobs(jobs, options.threads, 60 * options.longest_min, stop.token(), ResultFile(file),
+           results);
   if (stop.token().stop_requested()) {
     std::fputs("stopped; the same command goes on from here\n", stderr);
     return 130;
@@ -97,7 +103,7 @@ void add_options(CLI::App& app, Options& options) {
                "A few cells, seconds; exit code 1 where the search misses its bound");
   app.add_option("--shard", options.shard, "i/n: every n-th cell, for several machines");
   app.add_option("--only", options.only,
-                 "Studies: fig2, fig3, fig4, fig4-10ms, fig5, fig9, experiment")
+                 "Studies: fig2, fig3, fig4, fig5, fig5-whole, fig9, any, velocities, experiment")
       ->delimiter(',');
   app.add_option("--trials", options.trials, "Frames a cell (1000; --quick: 300)")
       ->check(CLI::Range(1, 1'000'000));
@@ -108,6 +114,10 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--threads", options.threads, "Cells at the same time")
       ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  app.add_option("--longest", options.longest_min,
+                 "Minutes of processor time for a cell, which ends with the frames it has by then")
+      ->check(CLI::Range(0.01, 1e4))
       ->capture_default_str();
   app.add_option("--report", options.report, "Run nothing: make the tables of this folder");
   app.add_option("--table", options.table, "With --report: where the tables go (in the folder)");

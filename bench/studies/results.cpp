@@ -19,16 +19,15 @@ namespace {
 
 // One number of a result, by name, so that reading and writing cannot differ.
 struct Column {
-  const char* name;
+  std::string name;
   std::function<double&(Result&)> at;
 };
 
-template <typename Array>
-void add_four(const char* const (&names)[values], Array Score::*member,
-              std::vector<Column>& columns) {
-  for (std::size_t i = 0; i < values; ++i) {
+void add_values(const std::string& what, const std::vector<const char*>& names,
+                AllValues Score::*member, std::vector<Column>& columns) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
     columns.push_back(
-        {names[i], [member, i](Result& r) -> double& { return (r.score.*member)[i]; }});
+        {what + names[i], [member, i](Result& r) -> double& { return (r.score.*member)[i]; }});
   }
 }
 
@@ -42,6 +41,8 @@ std::vector<Column> make_columns() {
       {"threshold_nats", [](Result& r) -> double& { return r.expectation.threshold_nats; }},
       {"chance_lost", [](Result& r) -> double& { return r.expectation.chance_lost; }},
       {"crb_delay_ns", [](Result& r) -> double& { return r.expectation.bound.delay_ns; }},
+      {"crb_delay_start_ns",
+       [](Result& r) -> double& { return r.expectation.bound.delay_start_ns; }},
       {"crb_velocity_mps", [](Result& r) -> double& { return r.expectation.bound.velocity_mps; }},
       {"crb_signal_per_pulse",
        [](Result& r) -> double& { return r.expectation.bound.signal_per_pulse; }},
@@ -49,16 +50,15 @@ std::vector<Column> make_columns() {
        [](Result& r) -> double& { return r.expectation.bound.background_per_ns; }},
       {"p50_ms", [](Result& r) -> double& { return r.score.p50_ms; }},
       {"p99_ms", [](Result& r) -> double& { return r.score.p99_ms; }},
+      {"took_s", [](Result& r) -> double& { return r.score.took_s; }},
   };
-  add_four(
-      {"rmse_delay_ns", "rmse_velocity_mps", "rmse_signal_per_pulse", "rmse_background_per_ns"},
-      &Score::rmse, columns);
-  add_four(
-      {"inside_one_delay", "inside_one_velocity", "inside_one_signal", "inside_one_background"},
-      &Score::inside_one, columns);
-  add_four(
-      {"inside_two_delay", "inside_two_velocity", "inside_two_signal", "inside_two_background"},
-      &Score::inside_two, columns);
+  const std::vector<const char*> with_unit = {"delay_ns", "velocity_mps", "signal_per_pulse",
+                                              "background_per_ns", "delay_start_ns"};
+  add_values("rmse_", with_unit, &Score::rmse, columns);
+  add_values("rmse_all_", with_unit, &Score::rmse_all, columns);
+  const std::vector<const char*> published = {"delay", "velocity", "signal", "background"};
+  add_values("inside_one_", published, &Score::inside_one, columns);
+  add_values("inside_two_", published, &Score::inside_two, columns);
   return columns;
 }
 
@@ -70,20 +70,14 @@ const std::vector<Column>& columns() {
 // Columns before columns(): the key's and the counts; after them machine and date.
 constexpr const char* first_names =
     "study,mode,effort,length_ms,signal_per_pulse,background_per_ns,velocity_mps,estimator,trials,"
-    "no_value,wrong,with_deviation";
+    "no_value,wrong,ambiguous,wrong_ok,with_deviation";
 constexpr std::size_t key_fields = 8;
-constexpr std::size_t first_fields = 12;
-// What results of before the odds of the range do not have.
-constexpr const char* odds_names = ",ambiguous,wrong_ok";
-constexpr std::size_t odds_fields = 2;
-
-std::string header_without_odds() {
+constexpr std::size_t first_fields = 14;
+std::string header() {
   std::string line = first_names;
-  for (const Column& column : columns()) line += std::string(",") + column.name;
+  for (const Column& column : columns()) line += "," + column.name;
   return line + ",machine,date";
 }
-
-std::string header() { return header_without_odds() + odds_names; }
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> fields;
@@ -132,7 +126,7 @@ bool read_job(const std::vector<std::string>& fields, Job& job) {
 void read_file_into(const std::filesystem::path& file, Results& results) {
   std::ifstream in(file);
   std::string line;
-  if (!std::getline(in, line) || (line != header() && line != header_without_odds())) {
+  if (!std::getline(in, line) || line != header()) {
     refuse(file, "line 1 is not the header of this program's results; move the file away");
   }
   for (int number = 2; std::getline(in, line); ++number) {
@@ -148,37 +142,32 @@ void read_file_into(const std::filesystem::path& file, Results& results) {
 
 std::string to_csv(const Result& result) {
   Result copy = result;  // the columns give places to read into
-  std::string line = key(result.job) + "," + std::to_string(result.score.trials) + "," +
-                     std::to_string(result.score.no_value) + "," +
-                     std::to_string(result.score.wrong) + "," +
-                     std::to_string(result.score.with_deviation);
+  const Score& score = result.score;
+  std::string line = key(result.job);
+  for (const int count : {score.trials, score.no_value, score.wrong, score.ambiguous,
+                          score.wrong_ok, score.with_deviation}) {
+    line += "," + std::to_string(count);
+  }
   for (const Column& column : columns()) line += "," + number_text(column.at(copy));
-  return line + "," + result.machine + "," + result.date + "," +
-         std::to_string(result.score.ambiguous) + "," + std::to_string(result.score.wrong_ok);
+  return line + "," + result.machine + "," + result.date;
 }
 
 std::optional<Result> from_csv(const std::string& line) {
   const std::vector<std::string> fields = split(line);
-  const std::size_t fields_without_odds = first_fields + columns().size() + 2;
-  const bool has_odds = fields.size() == fields_without_odds + odds_fields;
-  if (!has_odds && fields.size() != fields_without_odds) return std::nullopt;
+  if (fields.size() != first_fields + columns().size() + 2) return std::nullopt;
   Result result;
   if (!read_job(fields, result.job)) return std::nullopt;
-  result.score.trials = result.job.trials;
-  if (!read_number(fields[key_fields + 1], result.score.no_value) ||
-      !read_number(fields[key_fields + 2], result.score.wrong) ||
-      !read_number(fields[key_fields + 3], result.score.with_deviation)) {
-    return std::nullopt;
+  Score& score = result.score;
+  std::size_t at = key_fields;
+  for (int* count : {&score.trials, &score.no_value, &score.wrong, &score.ambiguous,
+                     &score.wrong_ok, &score.with_deviation}) {
+    if (!read_number(fields[at++], *count)) return std::nullopt;
   }
-  for (std::size_t i = 0; i < columns().size(); ++i) {
-    if (!read_number(fields[first_fields + i], columns()[i].at(result))) return std::nullopt;
+  for (const Column& column : columns()) {
+    if (!read_number(fields[at++], column.at(result))) return std::nullopt;
   }
-  result.machine = fields[fields_without_odds - 2];
-  result.date = fields[fields_without_odds - 1];
-  if (has_odds && (!read_number(fields[fields_without_odds], result.score.ambiguous) ||
-                   !read_number(fields[fields_without_odds + 1], result.score.wrong_ok))) {
-    return std::nullopt;
-  }
+  result.machine = fields[at++];
+  result.date = fields[at];
   return result;
 }
 

@@ -70,13 +70,14 @@ class TimeLeft {
 
  private:
   static std::size_t index(const Job& job) { return static_cast<std::size_t>(job.estimator); }
-  std::array<double, 3> left_{}, done_{}, took_s_{};
+  std::array<double, 5> left_{}, done_{}, took_s_{};
 };
 
 // The state that the threads share.
 struct Run {
   const std::vector<Job>& jobs;
   int threads;
+  double longest_s;
   const ResultFile& file;
   std::atomic<std::size_t> next{0};
   std::mutex mutex;  // guards the members below
@@ -109,7 +110,7 @@ void work(Run& run, const std::stop_token& stop) {
     const Job& job = run.jobs[at];
     const auto begin = std::chrono::steady_clock::now();
     const Expectation expectation = expect(job.cell);
-    const std::optional<Score> found = run_job(job, expectation, stop);
+    const std::optional<Score> found = run_job(job, expectation, stop, run.longest_s);
     if (!found) return;
     const Seconds took = std::chrono::steady_clock::now() - begin;
     run.take({job, expectation, *found, machine, today_utc()}, took.count());
@@ -128,10 +129,11 @@ void check_ratio(const Result& result, const char* what, double ratio,
 
 }  // namespace
 
-void run_jobs(const std::vector<Job>& jobs, int threads, const std::stop_token& stop,
-              const ResultFile& file, Results& results) {
+void run_jobs(const std::vector<Job>& jobs, int threads, double longest_s,
+              const std::stop_token& stop, const ResultFile& file, Results& results) {
   Run run{.jobs = jobs,
           .threads = threads,
+          .longest_s = longest_s,
           .file = file,
           .mutex = {},
           .left = TimeLeft(jobs),
@@ -157,7 +159,6 @@ void run_jobs(const std::vector<Job>& jobs, int threads, const std::stop_token& 
 // lost to the odds where there is nothing to doubt.
 void check_odds(const Result& result, std::vector<std::string>& faults) {
   const Score& s = result.score;
-  if (!s.has_odds()) return;
   if (s.ok() > 0 && wilson_95(s.wrong_ok, s.ok()).low > EstimatorOptions().range_risk) {
     faults.push_back(
         in_words(result.job.cell) +

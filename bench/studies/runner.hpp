@@ -7,13 +7,14 @@
 
 namespace splid::studies {
 
-// Runs jobs on so many threads, appends each result to `file` when it is there and adds it to
-// `results`; a line a job on standard error, with the time left. A stop request ends it at once:
-// jobs under way are given up, those in the file are whole.
+// Runs jobs on so many threads, each for longest_s of its thread's time at most, appends each
+// result to `file` when it is there and adds it to `results`; a line a job on standard error, with
+// the time left. A stop request ends it at once: jobs under way are given up, those in the file are
+// whole.
 //
 // Errors: the first of any thread, after all have ended.
-void run_jobs(const std::vector<Job>& jobs, int threads, const std::stop_token& stop,
-              const ResultFile& file, Results& results);
+void run_jobs(const std::vector<Job>& jobs, int threads, double longest_s,
+              const std::stop_token& stop, const ResultFile& file, Results& results);
 
 // What the search must not do, a sentence each; empty where all is well. In cells whose photons
 // decide: RMSE of delay or velocity above the ratio to reach by more than four standard errors. In

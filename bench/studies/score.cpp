@@ -20,11 +20,17 @@ bool is_wrong_and_sure(const TrialOutcome& outcome) {
 }
 
 bool publishes_deviations(const TrialOutcome& outcome) {
-  return std::all_of(outcome.deviation.begin(), outcome.deviation.end(),
+  return std::all_of(outcome.deviation.begin(), outcome.deviation.begin() + delay_start,
                      [](double deviation) { return deviation > 0; });
 }
 
-// Adds a frame to the sums, which score() divides at the end.
+// Both add a frame to the sums, which score() divides at the end.
+void add_found(const TrialOutcome& outcome, Score& sums) {
+  for (std::size_t i = 0; i < values; ++i) {
+    sums.rmse_all[i] += outcome.error[i] * outcome.error[i];
+  }
+}
+
 void add_right(const TrialOutcome& outcome, Score& sums) {
   const bool published = publishes_deviations(outcome);
   sums.with_deviation += published ? 1 : 0;
@@ -53,7 +59,6 @@ double Score::relative_error() const { return 1 / std::sqrt(2.0 * right()); }
 
 Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_ns) {
   Score found;
-  found.ambiguous = found.wrong_ok = 0;
   std::vector<double> times_ms;
   for (const TrialOutcome& outcome : outcomes) {
     ++found.trials;
@@ -61,7 +66,10 @@ Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_n
     found.ambiguous += outcome.has_values && outcome.ambiguous ? 1 : 0;
     if (!outcome.has_values) {
       ++found.no_value;
-    } else if (std::abs(outcome.error[delay]) > wrong_peak_limit_ns) {
+      continue;
+    }
+    add_found(outcome, found);
+    if (std::abs(outcome.error[delay]) > wrong_peak_limit_ns) {
       ++found.wrong;
       found.wrong_ok += is_wrong_and_sure(outcome) ? 1 : 0;
     } else {
@@ -70,6 +78,7 @@ Score score(const std::vector<TrialOutcome>& outcomes, double wrong_peak_limit_n
   }
   for (std::size_t i = 0; i < values; ++i) {
     found.rmse[i] = std::sqrt(found.rmse[i] / std::max(1, found.right()));
+    found.rmse_all[i] = std::sqrt(found.rmse_all[i] / std::max(1, found.found()));
     found.inside_one[i] /= std::max(1, found.with_deviation);
     found.inside_two[i] /= std::max(1, found.with_deviation);
   }

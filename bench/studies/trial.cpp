@@ -6,11 +6,11 @@
 #include <random>
 #include <string_view>
 
-#include "bench/studies/wang.hpp"
 #include "bench/thread_clock.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/paper/paper_method.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::studies {
@@ -23,38 +23,85 @@ std::uint64_t hash(std::string_view text) {
   return value;
 }
 
+// The values of a frame, in the order of Value, and what a study counts beside them.
+TrialOutcome outcome_of(const Estimate& found) {
+  TrialOutcome outcome;
+  outcome.has_values = found.has_values;
+  outcome.ambiguous = found.range_odds_nats < odds_at_risk_nats(EstimatorOptions().range_risk);
+  outcome.error = {found.delay_ns, found.velocity_mps, found.signal_per_pulse,
+                   found.background_per_ns, found.delay_start_ns};
+  outcome.deviation = {found.std_delay_ns, found.std_velocity_mps, found.std_signal_per_pulse,
+                       found.std_background_per_ns, 0};
+  return outcome;
+}
+
+// [P]'s method claims a target in every frame, also where the refinement has gained nothing.
+bool has_values(const paper::PaperResult& found) { return found.stop != Stop::not_run; }
+
+TrialOutcome outcome_of(const paper::PaperResult& found) {
+  TrialOutcome outcome;
+  outcome.has_values = has_values(found);
+  outcome.error = {found.delay_ns, found.velocity_mps, found.signal_per_pulse,
+                   found.background_per_ns, found.delay_start_ns};
+  return outcome;
+}
+
+TrialOutcome outcome_of(const paper::PaperParameters& start, double length_ns) {
+  TrialOutcome outcome;
+  outcome.has_values = true;
+  const double moved_ns = start.velocity_mps / speed_of_light_mps * length_ns;
+  outcome.error = {start.delay_ns + moved_ns, start.velocity_mps, start.signal_per_pulse,
+                   start.background_per_ns, start.delay_ns};
+  return outcome;
+}
+
 // The estimator of a job, and the scene that the estimator is tried on.
 class Bench {
  public:
   Bench(const Job& job, const Expectation& expectation)
       : cell_(job.cell),
-        by_wang_(job.estimator == Estimator::wang),
+        estimator_(job.estimator),
+        length_ns_(expectation.length_ns),
         scene_hash_(hash(scene_key(job.cell))),
         made_(maker(job.cell)),
         unambiguous_ns_(made_.pattern.unambiguous_delay_ps * ns_per_ps),
         shape_(make_gaussian(pulse_sigma_ns)),
-        estimator_(made_.pattern, {.sigma_ps = pulse_sigma_ns * 1e3},
-                   {.max_speed_mps = max_speed_mps}, options(job), job.cell.length_ms,
-                   most_photons(expectation)) {}
+        paper_(made_.pattern, *shape_, scene(), theorem(job.estimator)) {
+    if (estimator_ != Estimator::search) return;
+    EstimatorOptions options;
+    options.effort = job.cell.effort;
+    search_.emplace(made_.pattern, PulseOptions{.sigma_ps = pulse_sigma_ns * 1e3}, scene(), options,
+                    job.cell.length_ms, most_photons(expectation));
+  }
 
   TrialOutcome run(int trial) {
     std::seed_seq seeds{static_cast<std::uint32_t>(scene_hash_),
                         static_cast<std::uint32_t>(scene_hash_ >> 32U),
                         static_cast<std::uint32_t>(trial)};
     std::mt19937_64 random(seeds);
-    const double delay_ns = std::uniform_real_distribution<>(0, unambiguous_ns_)(random);
+    const double drawn_ns = std::uniform_real_distribution<>(0, unambiguous_ns_)(random);
     const double drawn_mps =
         std::uniform_real_distribution<>(-max_speed_mps, max_speed_mps)(random);
-    made_.distance_m = delay_ns * 1e-9 * speed_of_light_mps / 2;
     made_.velocity_mps = cell_.velocity_mps.value_or(drawn_mps);
+    const double start_ns = delay_start_ns(cell_.study).value_or(drawn_ns);
+    const double delay_ns = start_ns + made_.velocity_mps / speed_of_light_mps * length_ns_;
+    made_.distance_m = delay_ns * 1e-9 * speed_of_light_mps / 2;
     const auto frame = made_.make(random());
     const double begin_ms = bench::thread_ms();
-    const Estimate found = estimate(frame.view());
-    const double compute_ms = bench::thread_ms() - begin_ms;
-    return compare(found, delay_ns, compute_ms);
+    TrialOutcome outcome = estimate(frame.view());
+    outcome.compute_ms = bench::thread_ms() - begin_ms;
+    const AllValues truth = {delay_ns, made_.velocity_mps, made_.signal_per_pulse,
+                             made_.background_per_ns, start_ns};
+    for (std::size_t i = 0; i < values; ++i) outcome.error[i] -= truth[i];
+    for (const Value i : {delay, delay_start}) {
+      outcome.error[i] = std::remainder(outcome.error[i], unambiguous_ns_);
+    }
+    return outcome;
   }
 
  private:
+  static SceneOptions scene() { return {.max_speed_mps = max_speed_mps}; }
+
   static test::FrameMaker maker(const Cell& cell) {
     test::FrameMaker made;
     made.pattern = pattern_of(cell);
@@ -65,16 +112,9 @@ class Bench {
     return made;
   }
 
-  Estimate estimate(const FrameView& frame) {
-    if (!by_wang_) return estimator_.estimate(frame);
-    return estimate_by_wang(made_.pattern, *shape_, frame, max_speed_mps);
-  }
-
-  static EstimatorOptions options(const Job& job) {
-    EstimatorOptions options;
-    options.effort = job.cell.effort;
-    options.method = job.estimator == Estimator::search ? Method::search : Method::paper;
-    return options;
+  static paper::RemainderTheorem theorem(Estimator estimator) {
+    const bool wang = estimator == Estimator::wang || estimator == Estimator::wang_start;
+    return wang ? paper::RemainderTheorem::wang : paper::RemainderTheorem::mixed_integer;
   }
 
   // Room for ten deviations above the mean number of photons, which no frame of a study reaches.
@@ -83,30 +123,22 @@ class Bench {
     return static_cast<std::size_t>(mean + 10 * std::sqrt(mean) + 20);
   }
 
-  [[nodiscard]] TrialOutcome compare(const Estimate& found, double delay_ns,
-                                     double compute_ms) const {
-    TrialOutcome outcome;
-    outcome.compute_ms = compute_ms;
-    outcome.has_values = found.has_values;
-    // Wang's method has no range odds.
-    outcome.ambiguous =
-        !by_wang_ && found.range_odds_nats < odds_at_risk_nats(EstimatorOptions().range_risk);
-    outcome.error = {std::remainder(found.delay_ns - delay_ns, unambiguous_ns_),
-                     found.velocity_mps - made_.velocity_mps,
-                     found.signal_per_pulse - made_.signal_per_pulse,
-                     found.background_per_ns - made_.background_per_ns};
-    outcome.deviation = {found.std_delay_ns, found.std_velocity_mps, found.std_signal_per_pulse,
-                         found.std_background_per_ns};
-    return outcome;
+  TrialOutcome estimate(const FrameView& frame) {
+    if (search_) return outcome_of(search_->estimate(frame));
+    const paper::PaperResult found = paper_.estimate(frame);
+    const bool start = estimator_ == Estimator::paper_start || estimator_ == Estimator::wang_start;
+    return start && has_values(found) ? outcome_of(found.start, length_ns_) : outcome_of(found);
   }
 
   Cell cell_;
-  bool by_wang_;
+  Estimator estimator_;
+  double length_ns_;
   std::uint64_t scene_hash_;
   test::FrameMaker made_;
   double unambiguous_ns_;
   std::unique_ptr<PulseShape> shape_;
-  FrameEstimator estimator_;
+  paper::PaperMethod paper_;
+  std::optional<FrameEstimator> search_;
 };
 
 }  // namespace
@@ -116,14 +148,18 @@ double wrong_peak_limit_ns(const Expectation& expectation) {
 }
 
 std::optional<Score> run_job(const Job& job, const Expectation& expectation,
-                             const std::stop_token& stop) {
+                             const std::stop_token& stop, double longest_s) {
   Bench bench(job, expectation);
   std::vector<TrialOutcome> outcomes;
+  const double begin_ms = bench::thread_ms();
   for (int trial = 0; trial < job.trials; ++trial) {
     if (stop.stop_requested()) return std::nullopt;
+    if (trial > 0 && bench::thread_ms() - begin_ms > 1e3 * longest_s) break;
     outcomes.push_back(bench.run(trial));
   }
-  return score(outcomes, wrong_peak_limit_ns(expectation));
+  Score found = score(outcomes, wrong_peak_limit_ns(expectation));
+  found.took_s = (bench::thread_ms() - begin_ms) * 1e-3;
+  return found;
 }
 
 }  // namespace splid::studies

@@ -20,19 +20,26 @@ import sys
 from collections.abc import Iterable
 from typing import Any, Optional, Union
 
-import matplotlib
 import numpy as np
 import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from splid import _splid
 from splid._frames import frames
 from splid._pattern import Pattern
 from splid._scene import Truth
 from splid._studies import Calibration
+
+try:
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+except ImportError as lacking:
+    _why = f"splid.plots draws with matplotlib ({lacking}); on Debian it is python3-matplotlib"
+    if __name__ == "__main__":
+        sys.exit(_why)
+    raise ImportError(_why) from lacking
 
 AnyPath = Union["os.PathLike[str]", str]
 Rows = list[dict[str, str]]
@@ -240,28 +247,34 @@ _BACKGROUND = ("background_per_ns", "background (counts/ns)", True)
 _LENGTH = ("length_ms", "frame length (ms)", True)
 _VELOCITY = ("velocity_mps", "velocity (m/s)", False)
 STUDIES: dict[str, tuple[str, str, bool]] = {
-    "fig2": _BACKGROUND, "fig3": _LENGTH, "fig4": _VELOCITY, "fig4-10ms": _VELOCITY,
-    "fig5": _BACKGROUND, "fig9": _LENGTH,
+    "fig2": _BACKGROUND, "fig3": _BACKGROUND, "fig4": _VELOCITY, "fig5": _BACKGROUND,
+    "fig5-whole": _BACKGROUND, "fig9": _LENGTH, "any": _BACKGROUND, "velocities": _VELOCITY,
     "experiment": ("signal_per_pulse", "signal (counts/pulse)", True),
 }
 """The studies of bench/studies, and the axis of each."""
 
-_QUANTITIES = (("delay_ns", "delay", "ps", 1e3), ("velocity_mps", "velocity", "m/s", 1.0),
-               ("signal_per_pulse", "signal", "counts/pulse", 1.0),
-               ("background_per_ns", "background", "counts/ns", 1.0))
+# The panels, as [P] has them: column, title, and what turns the column into the title's unit.
+_PANELS = (("signal_per_pulse", "S (counts/pulse)", 1.0),
+           ("background_per_ns", "b (counts/ns)", 1.0),
+           ("delay_start_ns", "τ at the frame's start (ps)", 1e3),
+           ("velocity_mps", "v (m/s)", 1.0))
 _MARKERS = {"search": ("o", "full", "search"), "paper": ("s", "none", "[P]'s method"),
-            "wang": ("^", "none", "[P]'s method with Wang's CRT")}
-_MOST_LOST = 0.01  # of the frames, by chance: where more are lost, the photons do not decide
+            "paper-start": ("D", "none", "start of [P]'s"),
+            "wang": ("^", "none", "[P]'s with Wang's theorem"),
+            "wang-start": ("v", "none", "start with Wang's theorem")}
+# Where one mode is estimated in many ways, these have the colours.
+_ESTIMATORS = {"search": _GREEN, "paper": _BLUE, "paper-start": "#56b4e9", "wang": _ORANGE,
+               "wang-start": "#e69f00"}
 
 
 def study(results: "Union[AnyPath, Iterable[AnyPath]]", name: str) -> Figure:
-    """A study's figure: RMSE against the bound of Cramer and Rao for the four values, and the share
-    of frames on a wrong peak or without a value.
+    """A study's figure as [P] draws it: RMSE of S, b, delay at the frame's start and velocity in
+    four panels, bounds of Cramer and Rao dashed, one colour a mode.
 
-    results: one file of bench/studies/results or several. name: of STUDIES. Lines are bounds,
-    markers are measured, with one standard deviation, where the photons decide (chance_lost below
-    0.01) and two frames or more were right. Source: [P] Figs. 2 to 5 and 9; docs/evidence/
-    accuracy.md.
+    results: one file of bench/studies/results or several; of a cell that is in several, the row
+    with the most trials counts. name: of STUDIES. Markers are the RMSE of all frames with a value,
+    wrong peaks included, where half of the frames or more have one. Source: [P] Figs. 2 to 5 and 9;
+    docs/evidence/accuracy.md.
 
     Errors: OSError; ValueError for another name, and for files without results of that study.
     """
@@ -269,70 +282,94 @@ def study(results: "Union[AnyPath, Iterable[AnyPath]]", name: str) -> Figure:
         raise ValueError(f"name: {name!r} was given, but one of {', '.join(STUDIES)} is expected")
     files = [results] if isinstance(results, (str, os.PathLike)) else list(results)
     column, title, logarithmic = STUDIES[name]
-    rows = [row for file in files for row in _read(file, ("study", "mode", "estimator", column))
-            if row["study"] == name]
+    needed = ("study", "mode", "estimator", "rmse_all_delay_start_ns", column)
+    rows = [row for file in files for row in _read(file, needed) if row["study"] == name]
     if not rows:
         raise ValueError(f"results: no row of {', '.join(map(str, files))} is of the study {name}")
-    figure, panels = _figure(5, f"Study {name}: lines are bounds, markers are measured")
-    lines: dict[tuple[str, str], Rows] = {}
-    for row in rows:
-        lines.setdefault((row["mode"], row["estimator"]), []).append(row)
-    for (mode, estimator), points in lines.items():
-        at = [0.0 if row[column] == "any" else float(row[column]) for row in points]
-        order = np.argsort(at, kind="stable")
-        points = [points[k] for k in order]
-        x = np.array(at)[order]
-        for axes, quantity in zip(panels, _QUANTITIES):
-            _draw_rmse(axes, points, x, mode, estimator, quantity[0], quantity[3])
-        _draw_lost(panels[-1], points, x, mode, estimator)
-    for axes, (_, what, unit, _) in zip(panels, _QUANTITIES):
-        axes.set_ylabel(f"RMSE of {what}\n({unit})")
+    figure = Figure(figsize=(9.6, 7.6))
+    figure.set_layout_engine("constrained", rect=(0, 0, 1, 0.86))  # the legend is above
+    panels = [figure.add_subplot(2, 2, k + 1) for k in range(4)]
+    lines: dict[tuple[str, str], dict[str, dict[str, str]]] = {}
+    for row in sorted(rows, key=lambda row: int(row["trials"])):
+        scene = ",".join(row[key] for key in ("length_ms", "signal_per_pulse", "background_per_ns",
+                                              "velocity_mps", "effort"))
+        lines.setdefault((row["mode"], row["estimator"]), {})[scene] = row
+    one_mode = len({mode for mode, _ in lines}) == 1
+    for (mode, estimator), scenes in lines.items():
+        points = sorted(scenes.values(), key=lambda row: float(row[column]))
+        colour = _ESTIMATORS[estimator] if one_mode else _MODES[mode]
+        for axes, panel in zip(panels, _PANELS):
+            _draw_rmse(axes, points, _column(points, column), (mode, estimator, colour), panel)
+    for axes, (_, what, _) in zip(panels, _PANELS):
+        axes.set_ylabel(f"RMSE of {what}")
         axes.set_yscale("log")
-        if unit in ("ps", "m/s"):
-            _number(axes.yaxis)
-    panels[-1].set_ylabel("lost frames (%)")
-    panels[-1].set_ylim(-2, 102)
-    for axes in panels:
         axes.set_xscale("log" if logarithmic else "linear")
-    panels[-1].set_xlabel(title)
-    panels[0].legend(*panels[-1].get_legend_handles_labels(), loc="lower center",
-                     bbox_to_anchor=(0.5, 1.0), fontsize="x-small", ncols=4)
+        axes.set_xlabel(title)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="upper center", ncols=4,
+                  fontsize="small", title=f"{name}: RMSE of all frames with a value")
     return figure
 
 
-def _draw_rmse(axes: Axes, points: Rows, x: npt.NDArray[np.float64], mode: str, estimator: str,
-               name: str, factor: float) -> None:
+def _draw_rmse(axes: Axes, points: Rows, x: npt.NDArray[np.float64], line: tuple[str, str, str],
+               panel: tuple[str, str, float]) -> None:
+    mode, estimator, colour = line
+    name, _, factor = panel
     if estimator == "search":
-        axes.plot(x, factor * _column(points, f"crb_{name}"), "-", color=_MODES[mode],
-                  linewidth=0.9)
-    trials, none, wrong = (_column(points, kind) for kind in ("trials", "no_value", "wrong"))
-    right = trials - none - wrong
-    decided = (_column(points, "chance_lost") < _MOST_LOST) & (right >= 2)
-    rmse = factor * _column(points, f"rmse_{name}")[decided]
-    marker, fill, _ = _MARKERS[estimator]
-    axes.errorbar(x[decided], rmse, yerr=rmse / np.sqrt(2 * right[decided]), fmt=marker,
-                  fillstyle=fill, color=_MODES[mode], markersize=4, elinewidth=0.8)
-
-
-def _draw_lost(axes: Axes, points: Rows, x: npt.NDArray[np.float64], mode: str,
-               estimator: str) -> None:
-    lost = _column(points, "no_value") + _column(points, "wrong")
-    share, error = _share(lost, _column(points, "trials"))
+        axes.plot(x, factor * _column(points, f"crb_{name}"), "--", color=colour, linewidth=0.9,
+                  label=f"{mode}, bound")
+    trials, none = (_column(points, kind) for kind in ("trials", "no_value"))
+    known = 2 * none <= trials
+    rmse = factor * _column(points, f"rmse_all_{name}")[known]
     marker, fill, label = _MARKERS[estimator]
-    axes.errorbar(x, 100 * share, yerr=100 * error, fmt=marker + "-", fillstyle=fill,
-                  color=_MODES[mode], markersize=4, linewidth=0.6, elinewidth=0.8,
+    size = 4 if fill == "full" else 7  # so that both are seen where they agree
+    axes.errorbar(x[known], rmse, yerr=rmse / np.sqrt(2 * (trials - none)[known]), fmt=marker,
+                  fillstyle=fill, color=colour, markersize=size, elinewidth=0.8,
                   label=f"{mode}, {label}")
 
 
-def _share(hits: npt.NDArray[np.float64], trials: npt.NDArray[np.float64]
-           ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """A share, and how far its interval of 95 % reaches below and above it (Wilson 1927)."""
-    z = 1.959964
-    share = hits / trials
-    middle = (share + z * z / (2 * trials)) / (1 + z * z / trials)
-    half = z / (1 + z * z / trials) * np.sqrt(
-        share * (1 - share) / trials + (z / (2 * trials)) ** 2)
-    return share, np.maximum(0, np.array([share - (middle - half), middle + half - share]))
+# The panels of a mode: column, title, unit, and the column of the truth or of the encoder.
+_STAGE = (("signal_per_period", "S (counts/sync)", "", "true_signal"),
+          ("background_per_period", "b (counts/sync)", "", "true_background"),
+          ("sbr", "SBR", "", "true_sbr"),
+          ("distance_m", "distance (m)", " m", "reference_m"),
+          ("velocity_mps", "velocity (m/s)", " m/s", "reference_mps"))
+
+
+def stage(table: AnyPath, light: str) -> Figure:
+    """A target on a stage beside its encoder, as [P] Figs. 7 and 8 draw it: a column a mode, with S
+    and b (counts a sync period), their ratio, distance and velocity against time.
+
+    table: the frames that bench/stage.py wrote; light: which of its lights. Markers are the frames
+    of method `search` with a value. Lines are the encoder, and the scene's light. Each panel has
+    the RMSE of its markers against its line.
+
+    Errors: OSError; ValueError for a file that is no such table, or has no frame of that light.
+    """
+    names = [name for panel in _STAGE for name in (panel[0], panel[3])]
+    rows = [row for row in _read(table, ("light", "mode", "method", "time_s", *names))
+            if row["light"] == light and row["method"] == "search"]
+    if not rows:
+        raise ValueError(f"{os.fspath(table)}: no frame is of the light {light}")
+    modes = list(dict.fromkeys(row["mode"] for row in rows))
+    figure = Figure(figsize=(2.6 * len(modes), 9.0), layout="constrained")
+    figure.suptitle(f"{light} light: measured (dots), and the encoder (line)", fontsize="medium")
+    grid = figure.subplots(len(_STAGE), len(modes), sharex=True, sharey="row", squeeze=False)
+    for column, mode in enumerate(modes):
+        of_mode = [row for row in rows if row["mode"] == mode]
+        seconds = _column(of_mode, "time_s")
+        seconds -= seconds[0]
+        for axes, (name, title, unit, reference) in zip(grid[:, column], _STAGE):
+            found, true = _column(of_mode, name), _column(of_mode, reference)
+            axes.plot(seconds, true, color=_ORANGE, linewidth=1)
+            axes.plot(seconds, found, ".", color=_MODES[mode], markersize=3)
+            errors = (found - true)[np.isfinite(found)]
+            told = f"RMSE {math.sqrt(np.mean(errors**2)):.2g}{unit}" if len(errors) else "no value"
+            axes.set_title(told, fontsize="x-small", loc="left", pad=2)
+            if column == 0:
+                axes.set_ylabel(title)
+        grid[0, column].set_title(mode, fontsize="small", loc="right", pad=2)
+        grid[-1, column].set_xlabel("time (s)")
+    return figure
 
 
 def _read(file: AnyPath, needed: Iterable[str]) -> Rows:

@@ -1,6 +1,9 @@
 """splid.plots: what is drawn is what is there, and what cannot be drawn says why."""
 
+import csv
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -102,18 +105,74 @@ def test_a_run_from_the_command_line(program, scene, tmp_path):
 @pytest.mark.parametrize("name", sorted(plots.STUDIES))
 def test_every_study_that_has_results(name):
     panels = plots.study(RESULTS, name).axes
-    assert len(panels) == 5
+    assert [axes.get_ylabel() for axes in panels] == [
+        "RMSE of S (counts/pulse)", "RMSE of b (counts/ns)",
+        "RMSE of τ at the frame's start (ps)", "RMSE of v (m/s)"]
     assert all(axes.has_data() for axes in panels)
 
 
 def test_a_study_shows_its_rows():
     figure = plots.study(RESULTS[0], "fig2")
-    bounds_ps = drawn(figure.axes[0])
-    row = next(line.split(",") for line in RESULTS[0].read_text().splitlines()
-               if line.startswith("fig2,baseline,"))
-    names = RESULTS[0].read_text().splitlines()[0].split(",")
-    assert bounds_ps[0] == pytest.approx([float(row[names.index("background_per_ns")]),
-                                          1e3 * float(row[names.index("crb_delay_ns")])])
+    bounds_ps = drawn(figure.axes[2])
+    with open(RESULTS[0], encoding="utf-8") as text:
+        row = next(row for row in csv.DictReader(text) if row["study"] == "fig2")
+    assert bounds_ps[0] == pytest.approx([float(row["background_per_ns"]),
+                                          1e3 * float(row["crb_delay_start_ns"])])
+
+
+def test_of_two_runs_of_a_cell_the_longer_is_drawn(tmp_path):
+    lines = RESULTS[0].read_text().splitlines()
+    names = lines[0].split(",")
+    cell = next(line for line in lines if line.startswith("fig2,interleaved")).split(",")
+    short = list(cell)
+    short[names.index("trials")] = "10"
+    short[names.index("rmse_all_velocity_mps")] = "1e9"
+    for order in ([cell, short], [short, cell]):
+        table = tmp_path / "results.csv"
+        table.write_text("\n".join([lines[0], *(",".join(row) for row in order)]) + "\n")
+        velocity = plots.study(table, "fig2").axes[3]
+        assert velocity.get_ylim()[1] < 1e6
+
+
+def stage_table(tmp_path):
+    """Three frames of a mode, of which one has no value, and one of another method."""
+    names = ("light", "mode", "method", "time_s", "signal_per_period", "background_per_period", "sbr",
+             "distance_m", "velocity_mps", "true_signal", "true_background", "true_sbr",
+             "reference_m", "reference_mps")
+    truth = (0.05, 0.6, 0.083)
+    rows = [("low", "random", "search", 10, 0.051, 0.6, 0.083, 7.001, 1.02, *truth, 7, 1),
+            ("low", "random", "search", 11, "", 0.6, "", "", "", *truth, 7.1, 1),
+            ("low", "random", "search", 12, 0.049, 0.6, 0.083, 7.202, 1.01, *truth, 7.2, 1),
+            ("low", "random", "paper", 12, 0.05, 0.6, 0.083, 99, 99, *truth, 7.2, 1)]
+    table = tmp_path / "stage.csv"
+    table.write_text("\n".join(",".join(map(str, row)) for row in [names, *rows]) + "\n")
+    return table
+
+
+def test_a_stage_is_drawn_beside_its_encoder(tmp_path):
+    table = stage_table(tmp_path)
+    panels = plots.stage(table, "low").axes
+    encoder, measured = panels[3].get_lines()
+    assert encoder.get_ydata().tolist() == [7, 7.1, 7.2]
+    assert np.nan_to_num(measured.get_ydata()).tolist() == [7.001, 0, 7.202]
+    # The root of (1 + 4) / 2 mm^2 and so on.
+    assert [axes.get_title("left") for axes in panels] == [
+        "RMSE 0.001", "RMSE 0", "RMSE 0", "RMSE 0.0016 m", "RMSE 0.016 m/s"]
+    with pytest.raises(ValueError, match="no frame is of the light strong"):
+        plots.stage(table, "strong")
+
+
+def test_without_matplotlib_it_says_what_is_lacking():
+    lacking = "import sys; sys.modules['matplotlib'] = None; "
+    as_program = "import runpy; runpy.run_module('splid.plots', run_name='__main__')"
+    done = subprocess.run([sys.executable, "-c", lacking + as_program], capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == 1
+    assert "on Debian it is python3-matplotlib" in done.stderr
+    assert "Traceback" not in done.stderr
+    done = subprocess.run([sys.executable, "-c", lacking + "import splid.plots"],
+                          capture_output=True, text=True, check=False)
+    assert "ImportError: splid.plots draws with matplotlib" in done.stderr
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path, capsys):

@@ -26,7 +26,7 @@ Results made_results() {
     result.score.trials = 1000;
     const Bound& bound = result.expectation.bound;
     result.score.rmse = {bound.delay_ns, bound.velocity_mps, bound.signal_per_pulse,
-                         bound.background_per_ns};
+                         bound.background_per_ns, bound.delay_start_ns};
     result.machine = "Some Processor";
     result.date = "2026-11-21";
     results[key(job)] = result;
@@ -36,23 +36,24 @@ Results made_results() {
 
 TEST(Report, TablesSayWhatWasRunAndWhatWasFound) {
   Results results = made_results();
-  const std::string name = "fig2,interleaved,balanced,0.5,0.018,0.001,any,search";
+  const std::string name = "fig2,interleaved,balanced,0.5,0.01,0.001,30,search";
   results.at(name).score.wrong = 3;
+  results.at(name).score.trials = 900;
   const std::string text = tables(results, "studies");
-  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor; trials a cell: 1000"));
-  EXPECT_THAT(text, HasSubstr("| fig2 | search | 35 |"));
+  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor"));
+  EXPECT_THAT(text, HasSubstr("| fig2 | search | 28 | 21 | 21 | 1 | 1 | 3 of 20900 | 0 |"));
   EXPECT_THAT(text, HasSubstr("studies/fig2.svg"));
-  EXPECT_THAT(text, HasSubstr("t_a, ms: 0.5; S, counts/pulse: 0.018; v, m/s: any"));
-  EXPECT_THAT(text, HasSubstr("3 of 1000 (0.102 to 0.878 %)"));
-  EXPECT_THAT(text, HasSubstr("1.000 ± 0.022"));
+  EXPECT_THAT(text, HasSubstr("| interleaved | search | 900 to 1000 | 1.00 1.00 |"));
+  EXPECT_THAT(text, HasSubstr("| 1.00 1.00 (0.33 %) |"));
   EXPECT_THAT(text, Not(HasSubstr("Fig. 4: few photons")));
 }
 
-TEST(Report, RowsWhosePhotonsDoNotDecideAreMarked) {
+TEST(Report, CellsThatTellNothingAreMarked) {
   Results results = made_results();
   std::erase_if(results,
                 [](const auto& one) { return one.second.job.cell.mode != Mode::baseline; });
-  EXPECT_THAT(tables(results, "."), HasSubstr("✗ |"));
+  for (auto& [name, result] : results) result.score.no_value = 600;
+  EXPECT_THAT(tables(results, "."), HasSubstr("| ✗ – (none 60 %) |"));
   EXPECT_THAT(tables(results, "."),
               HasSubstr("| fig2 | search | 7 | 0 | 0 | – | – | 0 of 0 | 0 |"));
 }

@@ -9,7 +9,9 @@ namespace {
 
 Result good_result() {
   Result result;
-  result.job = {{.study = Study::fig2, .mode = Mode::interleaved}, Estimator::search, 800};
+  result.job = {{.study = Study::fig2, .mode = Mode::interleaved, .velocity_mps = 30},
+                Estimator::search,
+                800};
   result.expectation = expect(result.job.cell);
   result.score.trials = 800;
   const Bound& bound = result.expectation.bound;
@@ -72,7 +74,7 @@ TEST(Runner, ResultsAreTheSameForAnyNumberOfThreads) {
   for (const int threads : {1, 2}) {
     const test::TempFolder folder;
     Results& results = found[static_cast<std::size_t>(threads - 1)];
-    run_jobs(jobs, threads, {}, ResultFile(folder.path("results.csv")), results);
+    run_jobs(jobs, threads, 60, {}, ResultFile(folder.path("results.csv")), results);
     EXPECT_EQ(read_results(folder.path("")).size(), jobs.size());
   }
   ASSERT_EQ(found[0].size(), jobs.size());
@@ -86,7 +88,7 @@ TEST(Runner, AStopLeavesNothingHalfDone) {
   std::stop_source stop;
   stop.request_stop();
   Results results;
-  run_jobs(quick_jobs(4), 2, stop.get_token(), ResultFile(folder.path("results.csv")), results);
+  run_jobs(quick_jobs(4), 2, 60, stop.get_token(), ResultFile(folder.path("results.csv")), results);
   EXPECT_TRUE(results.empty());
   EXPECT_TRUE(read_results(folder.path("")).empty());
 }

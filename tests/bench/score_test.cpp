@@ -26,8 +26,8 @@ TEST(Wilson, LimitsAreSharesThatTheCountJustAllows) {
 TrialOutcome outcome(double delay_error, double deviation, double compute_ms) {
   TrialOutcome made;
   made.has_values = true;
-  made.error = {delay_error, 2 * delay_error, 0, 0};
-  made.deviation = {deviation, deviation, 1, 1};
+  made.error = {delay_error, 2 * delay_error, 0, 0, 3 * delay_error};
+  made.deviation = {deviation, deviation, 1, 1, 0};
   made.compute_ms = compute_ms;
   return made;
 }
@@ -43,6 +43,8 @@ TEST(Score, WrongPeaksAndFramesWithoutValuesAreCountedAndLeftOut) {
   EXPECT_EQ(found.right(), 2);
   EXPECT_NEAR(found.rmse[delay], std::sqrt((0.0009 + 0.0016) / 2), 1e-15);
   EXPECT_NEAR(found.rmse[velocity], 2 * found.rmse[delay], 1e-15);
+  EXPECT_NEAR(found.rmse[delay_start], 3 * found.rmse[delay], 1e-15);
+  EXPECT_NEAR(found.rmse_all[delay], std::sqrt((0.0009 + 0.0016 + 49) / 3), 1e-15);
   EXPECT_EQ(found.inside_one[delay], 0.5);
   EXPECT_EQ(found.inside_two[delay], 1);
   EXPECT_EQ(found.inside_two[velocity], 0.5);
