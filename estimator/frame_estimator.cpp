@@ -61,9 +61,9 @@ struct FrameEstimator::Workspace {
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
-  std::optional<BlindTime> blind;     // where the dead time is modelled
-  bool knows_blind_time = false;      // of this frame: it is modelled, or too short to matter
-  std::optional<PulseMisfit> misfit;  // of this frame's pulse
+  std::optional<BlindTime> blind;  // where the dead time is modelled
+  bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
+  PulseVerdict pulse_verdict;      // of this frame
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
   double bent_threshold_nats;                    // for a path that bends
@@ -180,6 +180,7 @@ struct FrameEstimator::Workspace {
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync, double bend_ns = 0) const;
   void fill_acceleration(Estimate& estimate, const BentFit& bent) const;
   void fill_one(Estimate& estimate, const Fit& fit, const SyncFit& sync);
+  void say_pulse(Estimate& estimate) const;
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
@@ -412,7 +413,7 @@ void FrameEstimator::Workspace::take(const BentFit& found, const FrameView& view
   if (!has_pattern(bends->straightened(frame, bent.bend_ns), bent.fit, estimate)) return;
   fill(estimate, at_mid, view.sync, bent.bend_ns);
   fill_acceleration(estimate, bent);
-  if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
+  say_pulse(estimate);
   finish(view, estimate, track);
 }
 
@@ -514,7 +515,7 @@ bool FrameEstimator::Workspace::has_pattern(const FoldedFrame& photons, const Fi
   estimate.pattern_fault = pattern.fault;
   if (pattern.fault != PatternFault::none) return false;
   estimate.amplitude_misfit = pattern.amplitude_misfit;
-  misfit = pattern_check.judge_pulse(photons, fit.parameters);
+  pulse_verdict = pattern_check.judge_pulse(photons, fit.parameters);
   return true;
 }
 
@@ -525,7 +526,14 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   fill(estimate, fitted ? fitted->fit : fit, sync);
   pattern_check.judge_path(frame).widen(estimate, to_reference(), frame.length_ns);
   if (fitted) return fitted->say_width(estimate);
-  if (misfit) misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
+  say_pulse(estimate);
+}
+
+void FrameEstimator::Workspace::say_pulse(Estimate& estimate) const {
+  estimate.pulse_excess = pulse_verdict.excess;
+  estimate.std_pulse_excess = pulse_verdict.std_excess;
+  if (!pulse_verdict.misfit) return;
+  pulse_verdict.misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
 }
 
 void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate,

@@ -41,6 +41,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("range_odds_nats", "nats", message.range_odds_nats);
   columns.number("amplitude_misfit", "", message.amplitude_misfit);
   columns.number("pulse_misfit", "", message.pulse_misfit);
+  columns.number("pulse_excess", "", message.pulse_excess);
   columns.number("acceleration_misfit_mps2", "m/s2", message.acceleration_misfit_mps2);
   columns.number("signal_gap", "", message.signal_gap);
   columns.number("pulse_sigma_ps", "ps", message.pulse_sigma_ps);
@@ -52,6 +53,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("std_acceleration_mps2", "m/s2", message.std_acceleration_mps2);
   columns.number("std_signal_per_pulse", "counts/pulse", message.std_signal_per_pulse);
   columns.number("std_background_per_s", "counts/s", message.std_background_per_s);
+  columns.number("std_pulse_excess", "", message.std_pulse_excess);
   columns.number("std_pulse_sigma_ps", "ps", message.std_pulse_sigma_ps);
 }
 

@@ -25,6 +25,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("range_odds_nats", message.range_odds_nats)
       .number("amplitude_misfit", message.amplitude_misfit)
       .number("pulse_misfit", message.pulse_misfit)
+      .number("pulse_excess", message.pulse_excess)
       .number("acceleration_misfit_mps2", message.acceleration_misfit_mps2)
       .number("signal_gap", message.signal_gap)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
@@ -36,6 +37,7 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("acceleration_mps2", message.std_acceleration_mps2)
       .number("signal_per_pulse", message.std_signal_per_pulse)
       .number("background_per_s", message.std_background_per_s)
+      .number("pulse_excess", message.std_pulse_excess)
       .number("pulse_sigma_ps", message.std_pulse_sigma_ps);
   json.object("std", std_members);
 }
@@ -186,6 +188,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.range_odds_nats = members.number("range_odds_nats");
   message.amplitude_misfit = members.number("amplitude_misfit");
   message.pulse_misfit = members.number("pulse_misfit");
+  message.pulse_excess = members.number("pulse_excess");
   message.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
   message.signal_gap = members.number("signal_gap");
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
@@ -198,6 +201,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
     message.std_acceleration_mps2 = std_members.number("acceleration_mps2");
     message.std_signal_per_pulse = std_members.number("signal_per_pulse");
     message.std_background_per_s = std_members.number("background_per_s");
+    message.std_pulse_excess = std_members.number("pulse_excess");
     message.std_pulse_sigma_ps = std_members.number("pulse_sigma_ps");
   }
 }

@@ -41,6 +41,8 @@ struct FrameMessage {
   // By how much the detected pulse is wider than the configured one, relative to it; negative where
   // it is narrower. There only where it surely is another.
   std::optional<double> pulse_misfit;
+  // By how much it appears wider, sure or not: to be averaged over frames.
+  std::optional<double> pulse_excess, std_pulse_excess;
   // About how much the target accelerates although its path was taken as straight. There only where
   // it surely does.
   std::optional<double> acceleration_misfit_mps2;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -50,6 +51,22 @@ std::string misfit_in_words(double pulse_misfit) {
       "scene.targets 2 where a second surface may be close behind, scene.motion accelerating where "
       "the path may bend, or else calibrate the pulse",
       100 * pulse_misfit);
+}
+
+// What no single frame shows is in no frame's deviations. Light from two delays or more that makes
+// the pulse wider by the ratio r has the spread sqrt(r^2 - 1) in units of the pulse's width.
+std::string mean_in_words(const PulseMean& pulse) {
+  const double ratio = 1 + pulse.excess();
+  const std::string how_much = fmt::format(
+      "over the last frames the detected pulse is {:.1f} +- {:.1f} % {} than the configured one, "
+      "which single frames do not show",
+      100 * std::abs(pulse.excess()), 100 * pulse.deviation(), ratio < 1 ? "narrower" : "wider");
+  if (ratio < 1) return how_much + ": set pulse.sigma_ps, or calibrate the pulse";
+  return fmt::format(
+      "{}: where a second surface is close behind the target, distances are off by up to {:.1f} of "
+      "a pulse width and their deviations do not say so; set pulse.width fitted where the target "
+      "is tilted, the beam wide or the air foggy, or else calibrate the pulse",
+      how_much, std::sqrt(ratio * ratio - 1));
 }
 
 }  // namespace
@@ -109,6 +126,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.pulse_misfits;
     second_.pulse_misfit = *message.pulse_misfit;
   }
+  stream_.pulse.add(message);
   if (message.acceleration_misfit_mps2) {
     ++second_.path_misfits;
     second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
@@ -230,6 +248,8 @@ void StatusReporter::judge_second() {
   }
   if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
     add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
+  } else if (second_.frames > 0 && stream_.pulse.is_sure()) {
+    add_sentence(stream_.frames_reason, mean_in_words(stream_.pulse));
   }
   if (second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames) {
     add_sentence(stream_.frames_reason,

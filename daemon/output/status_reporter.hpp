@@ -8,6 +8,7 @@
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/output/publisher.hpp"
+#include "daemon/output/pulse_mean.hpp"
 #include "drivers/source.hpp"
 #include "estimator/model/options.hpp"
 #include "protocol/frame_json.hpp"
@@ -107,6 +108,7 @@ class StatusReporter {
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;
     std::string last_effort;
+    PulseMean pulse;
     double last_frame_s = 0;
     std::int64_t started_ns = 0;
     // What the last whole second had to say.

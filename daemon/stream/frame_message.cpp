@@ -77,6 +77,10 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
   message.pulse_misfit = estimate.pulse_misfit;
+  if (estimate.std_pulse_excess > 0) {
+    message.pulse_excess = estimate.pulse_excess;
+    message.std_pulse_excess = estimate.std_pulse_excess;
+  }
   message.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
   message.signal_gap = estimate.signal_gap;
   if (estimate.std_pulse_sigma_ns > 0) {

@@ -140,12 +140,12 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
 
 // Where a dead time is modelled, it must be longer than the times that are looked at, so that the
 // first photon of a pulse hides all that come after it.
-std::optional<PulseMisfit> PatternCheck::judge_pulse(const FoldedFrame& frame,
-                                                     const FrameParameters& found) const {
-  if (frame.size() == 0) return std::nullopt;
+PulseVerdict PatternCheck::judge_pulse(const FoldedFrame& frame,
+                                       const FrameParameters& found) const {
+  if (frame.size() == 0) return {};
   double hidden = 0;
   if (frame.blind != nullptr) {
-    if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return std::nullopt;
+    if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return {};
     hidden = found.signal_per_pulse * frame.blind->share * train_.amplitude_per_ns /
              train_.pulses_per_ns;
   }

@@ -51,8 +51,8 @@ class PatternCheck {
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
   // Whether the photons that the last judge() counted, with the same arguments, lie about their
   // pulses as the configured pulse says.
-  [[nodiscard]] std::optional<PulseMisfit> judge_pulse(const FoldedFrame& frame,
-                                                       const FrameParameters& found) const;
+  [[nodiscard]] PulseVerdict judge_pulse(const FoldedFrame& frame,
+                                         const FrameParameters& found) const;
   // Whether these photons lie about a straight path.
   [[nodiscard]] PathVerdict judge_path(const FoldedFrame& frame) const;
   [[nodiscard]] double reach_ns() const { return reach_ns_; }

@@ -179,8 +179,8 @@ double PulseCheck::climb(Model& model, const Known& known, int parameters) const
   return best;
 }
 
-// The squared deviations of the width's score, with the other parameters free.
-double PulseCheck::score_of_width(const Expected& expected, const Known& known) const {
+// The step of the width from the configured one, with the other parameters free.
+PulseVerdict PulseCheck::step_of_width(const Expected& expected, const Known& known) const {
   Eigen::Vector4d score = Eigen::Vector4d::Zero();
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   for (std::size_t j = 0; j < bins_; ++j) {
@@ -192,29 +192,32 @@ double PulseCheck::score_of_width(const Expected& expected, const Known& known) 
   const Eigen::Vector3d cross = information.col(by_log_width).head<3>();
   const double left = score[by_log_width] - cross.dot(others.solve(score.head<3>()));
   const double variance = information(by_log_width, by_log_width) - cross.dot(others.solve(cross));
-  return variance > 0 ? left * left / variance : 0;
+  if (!(variance > 0)) return {};
+  return {left / variance, 1 / std::sqrt(variance), {}};
 }
 
-std::optional<PulseMisfit> PulseCheck::judge(double background_in_bin, double hidden) const {
-  if (!looks()) return std::nullopt;
+PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
+  if (!looks()) return {};
   double all = 0;
   for (std::size_t j = 0; j < bins_; ++j) all += counts_[j];
   const auto bins = static_cast<double>(bins_);
   Model configured;
   configured.background = std::max(background_in_bin, least_in_all_bins / bins);
   configured.light = all - configured.background * bins;
-  if (configured.light < fewest_photons) return std::nullopt;
+  if (configured.light < fewest_photons) return {};
   const Known known = {configured.background, hidden};
   if (hidden > 0) configured.light *= hidden / -std::expm1(-hidden);
   Expected expected;
   expect(configured, hidden, expected);
-  if (score_of_width(expected, known) < least_score) return std::nullopt;
+  PulseVerdict verdict = step_of_width(expected, known);
+  if (std::pow(verdict.excess, 2) < least_score * std::pow(verdict.std_excess, 2)) return verdict;
   const double with_configured = climb(configured, known, by_log_width);
   Model another = configured;
   const double with_another = climb(another, known, pulse_parameters);
-  if (2 * (with_another - with_configured) < least_ratio) return std::nullopt;
-  if (std::abs(another.ratio - 1) < least_width_misfit) return std::nullopt;
-  return PulseMisfit{another.ratio, another.light / configured.light};
+  if (2 * (with_another - with_configured) < least_ratio) return verdict;
+  if (std::abs(another.ratio - 1) < least_width_misfit) return verdict;
+  verdict.misfit = {another.ratio, another.light / configured.light};
+  return verdict;
 }
 
 }  // namespace splid

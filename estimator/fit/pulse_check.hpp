@@ -29,6 +29,17 @@ struct PulseMisfit {
   void widen(Estimate& estimate, double width_ns, double amplitude_per_ns) const;
 };
 
+// What the photons of a frame say of the width of the detected pulse.
+struct PulseVerdict {
+  // By how much the detected pulse appears wider than the configured one, relative to it, and one
+  // standard deviation of that: one step of Fisher's scoring from the configured width. It holds
+  // where it is small, and is meant to be averaged over frames; of one frame it says little. A
+  // deviation of 0 is one that the photons do not tell.
+  double excess = 0, std_excess = 0;
+  // Absent unless these photons alone surely show another pulse.
+  std::optional<PulseMisfit> misfit;
+};
+
 // Checks whether the photons of a found target lie about their pulses as the configured pulse says.
 // They do not where a tilted target, a wide beam or fog widens the pulse, where a second surface is
 // some pulse widths behind the target, or where the target's path bends and is taken as straight.
@@ -65,13 +76,12 @@ class PulseCheck {
     counts_[bin < bins_ ? bin : bins_ - 1] += 1;
   }
 
-  // The misfit of the photons added since clear(); empty where the configured pulse explains them,
-  // and where they are too few to say.
+  // What the photons added since clear() say; nothing where they are fewer than some 40.
   //
   // background: photons of background that a bin is expected to have. hidden: the mean light of a
   // pulse whose first photon keeps the detector from seeing the others; 0 where no dead time is
   // modelled.
-  [[nodiscard]] std::optional<PulseMisfit> judge(double background, double hidden) const;
+  [[nodiscard]] PulseVerdict judge(double background, double hidden) const;
 
  private:
   static constexpr std::size_t most_bins = 32;
@@ -81,7 +91,7 @@ class PulseCheck {
   void expect(const Model& model, double hidden, Expected& expected) const;
   [[nodiscard]] double log_likelihood(const Expected& expected) const;
   double climb(Model& model, const Known& known, int parameters) const;
-  [[nodiscard]] double score_of_width(const Expected& expected, const Known& known) const;
+  [[nodiscard]] PulseVerdict step_of_width(const Expected& expected, const Known& known) const;
 
   const PulseShape& shape_;
   std::size_t bins_ = 0;

@@ -75,6 +75,10 @@ struct Estimate {
   // is narrower. Absent unless it surely is. The deviations above then hold what that leaves
   // uncertain. See PulseCheck.
   std::optional<double> pulse_misfit;
+  // How much wider it appears, sure or not, to be averaged over frames; see PulseVerdict. It holds
+  // where its deviation is above 0.
+  double pulse_excess = 0;
+  double std_pulse_excess = 0;
   // About how much the target accelerates although its path is taken as straight, towards larger
   // distances above 0. Absent unless it surely does. The deviation of the delay then holds what
   // that leaves uncertain. See PathCheck.

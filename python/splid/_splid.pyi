@@ -147,6 +147,11 @@ class Estimate:
     def pulse_misfit(self) -> float:
         """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
     @property
+    def pulse_excess(self) -> float:
+        """By how much it appears wider, sure or not: to be averaged over frames by 1 / std_pulse_excess**2."""
+    @property
+    def std_pulse_excess(self) -> float: ...
+    @property
     def acceleration_misfit_mps2(self) -> float:
         """About how much the target accelerates though it is taken not to; NaN where it is not surely so."""
     @property

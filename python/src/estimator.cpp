@@ -187,11 +187,18 @@ void bind_pulse(py::class_<FrameResult>& type) {
       return self.estimate.std_pulse_sigma_ns > 0 ? 1e3 * (self.estimate.*member) : unknown;
     };
   };
+  const auto if_seen = [](double Estimate::*member) {
+    return [member](const FrameResult& self) {
+      return self.estimate.std_pulse_excess > 0 ? self.estimate.*member : unknown;
+    };
+  };
   type.def_property_readonly("pulse_sigma_ps", if_fitted(&Estimate::pulse_sigma_ns))
       .def_property_readonly("std_pulse_sigma_ps", if_fitted(&Estimate::std_pulse_sigma_ns))
-      .def_property_readonly("pulse_misfit", [](const FrameResult& self) {
-        return self.estimate.pulse_misfit.value_or(unknown);
-      });
+      .def_property_readonly(
+          "pulse_misfit",
+          [](const FrameResult& self) { return self.estimate.pulse_misfit.value_or(unknown); })
+      .def_property_readonly("pulse_excess", if_seen(&Estimate::pulse_excess))
+      .def_property_readonly("std_pulse_excess", if_seen(&Estimate::std_pulse_excess));
 }
 
 void bind_target(py::module_& module) {

@@ -158,6 +158,8 @@ void check_values(const Estimate& e, const Pattern& pattern) {
                              e.pulse_sigma_ns,
                              e.std_pulse_sigma_ns,
                              e.pulse_misfit.value_or(0),
+                             e.pulse_excess,
+                             e.std_pulse_excess,
                              e.acceleration_misfit_mps2.value_or(0),
                              e.signal_gap.value_or(0)};
   for (const double value : values) must(std::isfinite(value), "values are finite");

@@ -42,6 +42,8 @@ FrameMessage typical() {
   message.range_odds_nats = 1180.25;
   message.amplitude_misfit = 0.25;
   message.pulse_misfit = -0.125;
+  message.pulse_excess = -0.25;
+  message.std_pulse_excess = 0.03125;
   message.acceleration_misfit_mps2 = 62.5;
   message.signal_gap = 0.25;
   message.pulse_sigma_ps = 137.5;
@@ -71,10 +73,11 @@ const char* const typical_json =
     R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,"acceleration_mps2":0.75,)"
     R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
-    R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"acceleration_misfit_mps2":62.5,"signal_gap":0.25,"pulse_sigma_ps":137.5,)"
+    R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"pulse_excess":-0.25,)"
+    R"("acceleration_misfit_mps2":62.5,"signal_gap":0.25,"pulse_sigma_ps":137.5,)"
     R"("blind_fraction":0.375,"pattern_fault":"dark_pulses",)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
-    R"("background_per_s":1870,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
+    R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
     R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"
     R"("velocity_mps":-12.51},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";

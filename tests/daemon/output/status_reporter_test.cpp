@@ -287,6 +287,31 @@ TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+// A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too
+// little to matter, however sure it is.
+TEST_F(StatusReports, SayWhenThePulseIsAnotherOverManyFrames) {
+  const auto publish_a_second = [&](double excess, double deviation, int frames) {
+    FrameMessage message = frame(FrameStatus::ok);
+    message.pulse_excess = excess;
+    message.std_pulse_excess = deviation;
+    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  };
+  publish_a_second(0.05, 0.04, 10);
+  publish_a_second(0.05, 0.04, 20);
+  reporter.begin(SourceInfo{"scripted", true, {}});
+  publish_a_second(0.02, 0.001, 20);
+  publish_a_second(-0.08, 0.0005, 20);
+  EXPECT_THAT(published(), testing::ElementsAre(
+                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                               AllOf(HasSubstr("\"streaming\""), HasSubstr("5.0 +- 0.7 % wider"),
+                                     HasSubstr("off by up to 0.3 of a pulse width"),
+                                     HasSubstr("pulse.width fitted")),
+                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                               AllOf(HasSubstr("% narrower"), HasSubstr("pulse.sigma_ps"))));
+}
+
 TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
   FrameMessage bent = frame(FrameStatus::ok);
   bent.acceleration_misfit_mps2 = -25.3;

@@ -73,6 +73,8 @@ TEST_F(FrameMessages, TurnTheEstimateIntoPublishedUnits) {
 TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsOne) {
   FrameMessage message = make();
   EXPECT_EQ(message.pulse_misfit, std::nullopt);
+  EXPECT_EQ(message.pulse_excess, std::nullopt);
+  EXPECT_EQ(message.std_pulse_excess, std::nullopt);
   EXPECT_EQ(message.pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.acceleration_misfit_mps2, std::nullopt);
@@ -80,10 +82,14 @@ TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsO
   estimate.acceleration_misfit_mps2 = -25;
   estimate.signal_gap = 0.375;
   estimate.pulse_misfit = 0.5;
+  estimate.pulse_excess = -0.25;
+  estimate.std_pulse_excess = 0.125;
   estimate.pulse_sigma_ns = 0.125;
   estimate.std_pulse_sigma_ns = 0.0078125;
   message = make();
   EXPECT_EQ(message.pulse_misfit, 0.5);
+  EXPECT_EQ(message.pulse_excess, -0.25);
+  EXPECT_EQ(message.std_pulse_excess, 0.125);
   EXPECT_EQ(message.acceleration_misfit_mps2, -25);
   EXPECT_EQ(message.signal_gap, 0.375);
   EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
