@@ -67,7 +67,7 @@ void expect_same_value(const std::string& name, const json& value,
   const auto member = in.find(name);
   if (name == "uncounted_losses" && value == 0) return;
   if (name == "start_ps") {
-    EXPECT_EQ(std::to_string(value.get<std::int64_t>()), member->second) << name;
+    EXPECT_EQ(std::to_string(value.get<std::int64_t>()), member->second.get<std::string>()) << name;
   } else if (member != in.end()) {
     EXPECT_EQ(value, member->second) << name;
   } else {
