@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
+#include "daemon/output/pulse_mean.hpp"
 #include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
@@ -50,8 +51,27 @@ struct Errors {
   [[nodiscard]] double share_within() const { return 100.0 * within / count; }
 };
 
+// The mean of `pulse_excess` over frames, as the status of splid looks at it.
+struct ManyFrames {
+  PulseMean all, since_sure;
+  int times_sure = 0;
+  void add(const Estimate& e) {
+    FrameMessage frame;
+    if (e.std_pulse_excess > 0) {
+      frame.pulse_excess = e.pulse_excess;
+      frame.std_pulse_excess = e.std_pulse_excess;
+    }
+    all.add(frame);
+    since_sure.add(frame);
+    if (!since_sure.is_sure()) return;
+    ++times_sure;
+    since_sure = {};
+  }
+};
+
 struct Tally {
   Errors distance_mm, velocity_mps, signal;
+  ManyFrames many;
   double width = 0;  // published widths, or the widths that the misfits say
   int valid = 0, with_width = 0;
   std::vector<double> took_ms;
@@ -60,6 +80,7 @@ struct Tally {
 void add(const Estimate& e, const test::FrameMaker& made, double signal, Tally& tally) {
   if (!e.has_values) return;
   ++tally.valid;
+  tally.many.add(e);
   const double delay_ns = 2 * made.distance_m / 0.299792458;
   tally.distance_mm.add(mm_per_ns_of_delay * std::remainder(e.delay_ns - delay_ns, 3780.0),
                         mm_per_ns_of_delay * e.std_delay_ns);
@@ -126,11 +147,17 @@ void run(const Scene& scene, PulseWidth width, int trials) {
   if (tally.valid == 0) tally.distance_mm.count = tally.velocity_mps.count = tally.signal.count = 1;
   std::printf(
       " | %+.2f | %.2f | %.2f | %.0f %% | %.3f | %.3f | %.0f %% | %+.1f %% | %.0f %% | "
-      "%.2f |\n",
+      "%.2f | ",
       tally.distance_mm.mean(), tally.distance_mm.rmse(), tally.distance_mm.published(),
       tally.distance_mm.share_within(), tally.velocity_mps.rmse(), tally.velocity_mps.published(),
       tally.velocity_mps.share_within(), 100 * tally.signal.mean(), tally.signal.share_within(),
       *middle);
+  const PulseMean& mean = tally.many.all;
+  if (mean.deviation() > 0)
+    std::printf("%+.1f ± %.1f", 100 * mean.excess(), 100 * mean.deviation());
+  std::printf(" | ");
+  if (tally.many.times_sure > 0) std::printf("%.3g", 1.0 * tally.valid / tally.many.times_sure);
+  std::printf(" |\n");
   std::fflush(stdout);
 }
 
@@ -162,7 +189,8 @@ int main(int argc, char** argv) {
   std::printf(
       "| scene | width | valid | with a width | width, ps | bound, mm | distance off by, mm | rms, "
       "mm | published, mm | within | velocity rms, m/s | published, m/s | within | signal off by | "
-      "within | p50, ms |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "within | p50, ms | mean excess, %% | sure after, frames |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) == std::string::npos) continue;
     splid::run(scene, splid::PulseWidth::fixed, trials);
