@@ -63,6 +63,7 @@ void JointLikelihood::merge(std::size_t targets) {
   for (auto* values : {&residual_, &position_, &amplitude_}) values->clear();
   for (auto* values : {&index_, &first_}) values->clear();
   target_.clear();
+  loaded_.count = 0;
   std::array<std::size_t, most_targets> next{};
   while (true) {
     std::uint32_t photon = std::numeric_limits<std::uint32_t>::max();
@@ -101,7 +102,20 @@ bool JointLikelihood::serves(const JointParameters& at) const {
   return true;
 }
 
+// Whether the densities at the photons are those for these lines.
+bool JointLikelihood::is_loaded(const JointParameters& at) const {
+  if (loaded_.count != at.count) return false;
+  for (std::size_t k = 0; k < at.count; ++k) {
+    const DelayLine& a = loaded_.targets.at(k).line;
+    const DelayLine& b = at.targets.at(k).line;
+    if (a.delay_ns != b.delay_ns || a.travel_ns != b.travel_ns) return false;
+  }
+  return true;
+}
+
 void JointLikelihood::load(const Exposure& exposure, const JointParameters& at) {
+  if (is_loaded(at)) return;
+  loaded_ = at;
   std::array<double, most_targets> delay{}, travel{};
   for (std::size_t k = 0; k < at.count; ++k) {
     const DelayLine& line = at.targets.at(k).line;
@@ -282,7 +296,7 @@ double JointLikelihood::value(const Exposure& exposure, const JointParameters& a
   return integral.value + logs.value() + (dark > 0 ? dark * std::log(at.background_per_ns) : 0);
 }
 
-// The photons of each of the others and of the background are shared out by their intensities, and
+// The photons of each target and of the background are shared out by their intensities, and
 // their sums are the next intensities, round by round (expectation maximisation). The value only
 // grows, and the rates of targets that hardly overlap are right after a few rounds.
 double JointLikelihood::best_without(std::size_t target, const Exposure& exposure,
@@ -290,41 +304,62 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
   constexpr int rounds = 30;
   constexpr double settled = 0.01;  // deviations of a target's photons: 1e-4 nats
   load(exposure, at);
-  std::array<double, most_targets> photons_of{};  // each target's S A, and what comes of it
   const double A = exposure.amplitude;
+  std::array<double, most_targets> signals{};
   for (std::size_t k = 0; k < at.count; ++k) {
-    if (k != target) photons_of.at(k) = at.targets.at(k).signal_per_pulse * A;
+    if (k != target) signals.at(k) = at.targets.at(k).signal_per_pulse;
   }
-  double background = 0;
   double value = 0;
   for (int round = 0; round < rounds; ++round) {
-    double signal = 0;
-    for (const double photons : photons_of) signal += photons;
-    background = static_cast<double>(photons_) - signal;
-    const double b = background / exposure.seen_ns;
-    std::array<double, most_targets> sums{};
-    LogSum logs;
-    std::size_t dark = photons_ - index_.size();
-    for (std::size_t i = 0; i < index_.size(); ++i) {
-      double lambda = b;
-      std::array<double, most_targets> light{};
-      for (std::size_t j = first_[i]; j < first_[i + 1]; ++j) {
-        const double of_pulse = photons_of[target_[j]] / A * amplitude_[j] * h_[j];
-        light[target_[j]] += of_pulse;
-        lambda += of_pulse;
-      }
-      logs.add(lambda);
-      for (std::size_t k = 0; k < at.count; ++k) sums[k] += light[k] / lambda;
-    }
-    value = logs.value() + static_cast<double>(dark) * std::log(b) - static_cast<double>(photons_);
+    double background = static_cast<double>(photons_);
+    for (const double S : signals) background -= S * A;
+    const SharedOut shared = share_out(signals, background / exposure.seen_ns, target);
+    value = shared.log_sum - static_cast<double>(photons_);
     double change = 0;
     for (std::size_t k = 0; k < at.count; ++k) {
-      change = std::max(change, std::abs(sums[k] - photons_of[k]) / std::sqrt(1 + photons_of[k]));
-      photons_of[k] = sums[k];
+      const double before = signals.at(k) * A;
+      change = std::max(change, std::abs(shared.photons.at(k) - before) / std::sqrt(1 + before));
+      signals.at(k) = shared.photons.at(k) / A;
     }
     if (change < settled) break;
   }
   return value;
+}
+
+// Design note: the photons that only one target is near are by far the most, so that they are
+// shared out without a loop, and those that only the target left out is near are not looked at.
+JointLikelihood::SharedOut JointLikelihood::share_out(
+    const std::array<double, most_targets>& signals, double background_per_ns,
+    std::size_t without) const {
+  SharedOut shared;
+  LogSum logs;
+  std::size_t dark = photons_ - index_.size();
+  for (std::size_t i = 0; i < index_.size(); ++i) {
+    const std::size_t begin = first_[i];
+    const std::size_t end = first_[i + 1];
+    if (end == begin + 1) {
+      const std::size_t k = target_[begin];
+      if (k == without) {
+        ++dark;
+        continue;
+      }
+      const double light = signals[k] * amplitude_[begin] * h_[begin];
+      const double lambda = background_per_ns + light;
+      logs.add(lambda);
+      shared.photons[k] += light / lambda;
+      continue;
+    }
+    double lambda = background_per_ns;
+    for (std::size_t j = begin; j < end; ++j) lambda += signals[target_[j]] * amplitude_[j] * h_[j];
+    logs.add(lambda);
+    const double inverse = 1 / lambda;
+    for (std::size_t j = begin; j < end; ++j) {
+      shared.photons[target_[j]] += signals[target_[j]] * amplitude_[j] * h_[j] * inverse;
+    }
+  }
+  shared.log_sum = logs.value();
+  if (dark > 0) shared.log_sum += static_cast<double>(dark) * std::log(background_per_ns);
+  return shared;
 }
 
 void JointLikelihood::thin(const Exposure& exposure, const JointParameters& at,

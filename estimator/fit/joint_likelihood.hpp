@@ -100,6 +100,14 @@ class JointLikelihood {
     Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
     Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();  // upper triangle
   };
+  // Photons shared out by intensities, and the sum of the logarithms of all photons' intensities.
+  struct SharedOut {
+    std::array<double, most_targets> photons{};  // of each target
+    double log_sum = 0;
+  };
+  [[nodiscard]] SharedOut share_out(const std::array<double, most_targets>& signals,
+                                    double background_per_ns, std::size_t without) const;
+  [[nodiscard]] bool is_loaded(const JointParameters& at) const;
   void load(const Exposure& exposure, const JointParameters& at);
   void start(const Exposure& exposure, const JointParameters& at, JointPoint& point) const;
   std::size_t shares_of(std::size_t photon, const JointParameters& at,
@@ -125,6 +133,7 @@ class JointLikelihood {
   std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry
   std::array<Stretching, most_targets> by_{};  // at what was loaded last
   JointParameters about_;
+  JointParameters loaded_;  // the lines that the scratch is for; no targets: of none
 };
 
 }  // namespace splid

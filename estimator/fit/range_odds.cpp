@@ -111,6 +111,16 @@ std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine
   return best;
 }
 
+double RangeOdds::gain_near(DelayLine line, double near_ns) const {
+  double most_nats = 0;
+  for (const Peak& peak : peaks_) {
+    if (apart_ns(peak.line, line) > near_ns) continue;
+    if (std::abs(peak.line.travel_ns - line.travel_ns) > near_ns) continue;
+    most_nats = std::max(most_nats, peak.gain_nats);
+  }
+  return most_nats;
+}
+
 double RangeOdds::of(const Fit& best, std::span<const DelayLine> others) const {
   const double own_nats = volume_nats(best);
   double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance

@@ -28,6 +28,8 @@ constexpr double least_in_flank = 0.2;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
+// A target that gains so much more than the threshold is there, however the others are refitted.
+constexpr double plain_margin_nats = 20;
 
 }  // namespace
 
@@ -44,18 +46,22 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       rest_(train, max_photons, pattern_check.reach_ns()) {
   keeps_.reserve(max_photons);
   found_.reserve(most_targets);
+  searches_.reserve(most_targets);
+  for (std::size_t k = 0; k < most_targets; ++k) searches_.push_back({{}, search.no_peaks()});
 }
 
 std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, const Fit& first,
                                                   bool moving, Effort most) {
   found_.clear();
-  search_.keep_peaks();
+  searches_.front().fit = first;
+  search_.keep_peaks(searches_.front().peaks);
   exposure_ = Exposure(frame, train_);
   joint_.begin(frame, exposure_);
   all_ = {};
   all_.at.add({first.parameters.line, first.parameters.signal_per_pulse});
   all_.at.background_per_ns = first.parameters.background_per_ns;
   all_.gain_nats = first.gain_nats;
+  is_refined_ = false;
   is_claimed_ = {true};
   const auto claimed = [this] {
     return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
@@ -65,20 +71,21 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   }
   if (claimed() == 1) return found_;
   fit_claimed(frame, moving);
-  if (best_.has_covariance) judge(frame, first, moving);
+  if (best_.has_covariance) judge(frame, moving);
   return found_;
 }
 
-// The fit of what is claimed alone, and the odds of these in its order.
+// The fit of what is claimed alone.
 void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
   JointParameters claimed;
   claimed.background_per_ns = all_.at.background_per_ns;
   for (std::size_t k = 0; k < all_.at.count; ++k) {
     if (!is_claimed_.at(k)) continue;
-    odds_nats_.at(claimed.count) = odds_nats_.at(k);
+    searched_.at(claimed.count) = k;
     claimed.add(all_.at.targets.at(k));
   }
-  best_ = claimed.count == all_.at.count ? all_ : joint_.climb(frame, exposure_, claimed, moving);
+  const bool is_fitted = is_refined_ && claimed.count == all_.at.count;
+  best_ = is_fitted ? all_ : joint_.climb(frame, exposure_, claimed, moving);
 }
 
 // Leaves in rest_ what the frame is without the targets `at`, about which the likelihood has been
@@ -175,7 +182,8 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
 std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   std::array<DelayLine, most_targets> lines;
   for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
-  const auto kept = search_.find_kept(rest_, std::span(lines).first(all_.at.count));
+  const auto kept =
+      search_.find_kept(rest_, searches_.front().peaks, std::span(lines).first(all_.at.count));
   return kept ? kept : search_.find(rest_, most);
 }
 
@@ -188,16 +196,40 @@ bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most
   if (!next || next->gain_nats < least_of_threshold * threshold_nats_ || !next->has_covariance) {
     return false;
   }
-  const double odds_nats = search_.range_odds_nats(*next);
+  const std::size_t last = all_.at.count;
+  searches_.at(last).fit = *next;
+  search_.keep_peaks(searches_.at(last).peaks);
+  if (!is_plain(*next)) return add_together(frame, *next, moving);
+  is_claimed_.at(last) = true;
+  is_refined_ = false;
+  all_.at.add({next->parameters.line, next->parameters.signal_per_pulse});
+  all_.at.background_per_ns = next->parameters.background_per_ns;
+  all_.gain_nats += next->gain_nats;
+  return true;
+}
+
+// Whether a target of what is left is one for sure, and has nothing to do with the others.
+bool SeveralTargets::is_plain(const Fit& next) const {
+  if (next.gain_nats < threshold_nats_ + plain_margin_nats) return false;
+  const TargetParameters own = {next.parameters.line, next.parameters.signal_per_pulse};
+  const auto* const end = all_.at.targets.begin() + all_.at.count;
+  return std::none_of(all_.at.targets.begin(), end, [&](const TargetParameters& other) {
+    return apart_widths(own, other) <= tail_widths || may_be_shoulder(own, other);
+  });
+}
+
+// Fits a new target together with the others; returns false where it is none.
+bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, bool moving) {
+  if (!is_refined_ && all_.at.count > 1) all_ = joint_.climb(frame, exposure_, all_.at, moving);
   JointParameters start = all_.at;
-  start.add({next->parameters.line, next->parameters.signal_per_pulse});
+  start.add({next.parameters.line, next.parameters.signal_per_pulse});
   const JointMaximum together = climb(frame, start, moving);
   if (!(together.gain_nats >= all_.gain_nats + threshold_nats_) || !together.has_covariance) {
     return false;
   }
   const std::size_t last = all_.at.count;
   is_claimed_.at(last) = stands_apart(frame, together.at, last);
-  odds_nats_.at(last) = odds_nats;
+  is_refined_ = true;
   all_ = together;
   return true;
 }
@@ -221,21 +253,25 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
   return found;
 }
 
-double SeveralTargets::odds_of_first_nats(const Fit& first) const {
+// How sure a target's range is, against all places but those of the frame's other targets.
+double SeveralTargets::range_odds_nats(std::size_t target) const {
   std::array<DelayLine, most_targets> others;
-  std::transform(best_.at.targets.begin() + 1, best_.at.targets.end(), others.begin(),
-                 [](const TargetParameters& target) { return target.line; });
-  return search_.kept_range_odds_nats(first, std::span(others).first(best_.at.count - 1));
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < best_.at.count; ++k) {
+    if (k != target) others.at(count++) = best_.at.targets.at(k).line;
+  }
+  const Search& search = searches_.at(searched_.at(target));
+  return search.peaks.range_odds_nats(search.fit, std::span(others).first(count));
 }
 
 // Looks at each target in a frame from which the others are taken out.
-void SeveralTargets::judge(const FoldedFrame& frame, const Fit& first, bool moving) {
+void SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, best_.at);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
     FoundTarget found = target_of(k);
     found.fit.gain_nats = best_.gain_nats - joint_.gain_without(k, exposure_, best_);
     if (found.fit.gain_nats < threshold_nats_) continue;
-    found.range_odds_nats = k == 0 ? odds_of_first_nats(first) : odds_nats_.at(k);
+    found.range_odds_nats = range_odds_nats(k);
     take_out(frame, best_.at, k);
     const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
     if (pattern.fault != PatternFault::none) continue;

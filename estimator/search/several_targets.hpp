@@ -29,7 +29,8 @@ struct FoundTarget {
 //  2. The strongest other peak of the frame's search is climbed to in what is left; where that is
 //     no target, TargetSearch looks for the best line in what is left.
 //  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
-//     to the gain as a frame's only target needs, so that it is there by chance as rarely.
+//     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
+//     that is plainly there and far from the others waits for this until all have been found.
 //
 // Design note: no pulse is quite what the configuration says. What a wrong width or a tail leaves
 // over looks like a target beside the true one that moves with it. So a target is not claimed
@@ -61,6 +62,8 @@ class SeveralTargets {
  private:
   std::optional<Fit> find_in_rest(Effort most);
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
+  bool add_together(const FoldedFrame& frame, const Fit& next, bool moving);
+  [[nodiscard]] bool is_plain(const Fit& next) const;
   JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, bool moving);
   JointParameters likeliest_pair(const FoldedFrame& frame, const JointParameters& start,
                                  std::size_t target, bool moving);
@@ -71,9 +74,9 @@ class SeveralTargets {
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
   void fit_claimed(const FoldedFrame& frame, bool moving);
-  void judge(const FoldedFrame& frame, const Fit& first, bool moving);
+  void judge(const FoldedFrame& frame, bool moving);
   [[nodiscard]] FoundTarget target_of(std::size_t target) const;
-  [[nodiscard]] double odds_of_first_nats(const Fit& first) const;
+  [[nodiscard]] double range_odds_nats(std::size_t target) const;
   [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
                                   std::size_t target);
   [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
@@ -100,8 +103,15 @@ class SeveralTargets {
   JointFit joint_;
   JointMaximum all_;                             // of all that was found
   JointMaximum best_;                            // of the targets that are claimed
+  bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
   std::array<bool, most_targets> is_claimed_{};  // of each in all_
-  std::array<double, most_targets> odds_nats_{};
+  // How a target was found: alone, with what had been found before it taken out.
+  struct Search {
+    Fit fit;
+    TargetSearch::Peaks peaks;
+  };
+  std::vector<Search> searches_;                      // of each in all_
+  std::array<std::size_t, most_targets> searched_{};  // the number in all_ of each in best_
   Exposure exposure_;
   FoldedFrame rest_;
   std::vector<std::uint8_t> keeps_;

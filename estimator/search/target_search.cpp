@@ -82,6 +82,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
                            const SearchScope& scope, std::size_t max_photons)
     : train_(train),
       shape_(shape),
+      volume_(scope.volume),
       threshold_nats_(scope.threshold_nats),
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_travel_ns / scope.frame_length_ns),
@@ -97,8 +98,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       refinement_(shape, train, max_photons, scope.may_be_blind),
-      odds_(scope.volume),
-      kept_odds_(scope.volume) {
+      odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
@@ -253,8 +253,11 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 // pulses, a nearly even comb with all of them, but not quite. Where the best cell was at such a
 // shoulder, the peak has the same travel and another delay, and a near copy may have a near copy
 // that is better again. Every delay that is no better counts against the range of the best one.
+//
+// climbed: peaks that have been climbed in a frame of which `photons` are what is left. A climb to
+// such a peak would end no higher, so that it counts with the gain that it had.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
-                                 const Exposure& exposure, Fit& best) {
+                                 const Exposure& exposure, Fit& best, const Peaks* climbed) {
   constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
   tried_ns_.assign(1, found.delay_ns);
@@ -263,12 +266,17 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
+    const DelayLine line = {found.delay_ns + apart, found.travel_ns};
+    const double climbed_nats =
+        climbed != nullptr ? climbed->odds.gain_near(line, 3 * recheck_.bin_ns) : 0;
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
+    } else if (climbed_nats > gain) {
+      odds_.add(line, climbed_nats);
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
     } else {
-      odds_.add({found.delay_ns + apart, found.travel_ns}, gain);
+      odds_.add(line, gain);
     }
     is_first = false;
   }
@@ -390,25 +398,30 @@ double TargetSearch::range_odds_nats(const Fit& fit) const {
   return sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
 }
 
-void TargetSearch::keep_peaks() {
-  kept_odds_ = odds_;
-  kept_sample_best_ = sample_odds_nats_ ? sample_best_ : std::nullopt;
+void TargetSearch::keep_peaks(Peaks& kept) const {
+  kept.odds = odds_;
+  kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 
-std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest,
+std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                            std::span<const DelayLine> known) {
   constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
-  const std::optional<RangeOdds::Place> kept = kept_odds_.best_beside(known);
+  const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(known);
   if (!kept) return std::nullopt;
-  const Fit fit = find_near(rest, kept->line);
+  odds_.clear();
+  sample_odds_nats_.reset();
+  const Exposure exposure(rest, train_);
+  Fit fit = climb(rest, exposure, kept->line);
   const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
   if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
-  return look_beside(rest, fit);
+  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, &peaks);
+  return fit;
 }
 
-double TargetSearch::kept_range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const {
-  const double of_all = kept_odds_.of(fit, others);
-  return kept_sample_best_ ? std::min(kept_odds_.of(*kept_sample_best_, others), of_all) : of_all;
+double TargetSearch::Peaks::range_odds_nats(const Fit& fit,
+                                            std::span<const DelayLine> others) const {
+  const double of_all = odds.of(fit, others);
+  return sample_best ? std::min(odds.of(*sample_best, others), of_all) : of_all;
 }
 
 }  // namespace splid

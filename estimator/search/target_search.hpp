@@ -83,15 +83,23 @@ class TargetSearch {
   // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
   // photons, the odds are not above those of the sample.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
-  // Keeps the peaks that the last find() came by, over further calls of it.
-  void keep_peaks();
-  // A target at the strongest kept peak beside those of the targets at `known`, which have been
+  // The peaks that a search came by, which outlive the next search.
+  struct Peaks {
+    RangeOdds odds;
+    std::optional<Fit>
+        sample_best;  // what a sample of the photons found, where it settled the search
+    // How sure the range of a fit is against these peaks, less those of other targets.
+    [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
+  };
+  // With room for as many peaks as a search keeps.
+  [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
+  // Copies the peaks of the last find(), or find_near() and look_beside().
+  void keep_peaks(Peaks& kept) const;
+  // A target at the strongest of such peaks beside those of the targets at `known`, which have been
   // taken out of the frame. Empty where the peak is not so plainly a target in what is left that
   // find() would be over with it: it may have been the shoulder of one that was taken out.
-  std::optional<Fit> find_kept(const FoldedFrame& rest, std::span<const DelayLine> known);
-  // How sure the range of a fit is against the kept peaks, less those of other targets.
-  [[nodiscard]] double kept_range_odds_nats(const Fit& fit,
-                                            std::span<const DelayLine> others) const;
+  std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
+                               std::span<const DelayLine> known);
 
   // What BendSearch needs to look for paths that bend, level by level.
   static constexpr std::size_t sampled_photons = 65536;
@@ -135,7 +143,7 @@ class TargetSearch {
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                     Fit& best);
+                     Fit& best, const Peaks* climbed = nullptr);
   void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
@@ -152,6 +160,7 @@ class TargetSearch {
 
   const PulseTrain& train_;
   const PulseShape& shape_;
+  SearchVolume volume_;
   double threshold_nats_;
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
@@ -168,9 +177,7 @@ class TargetSearch {
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
   std::optional<Fit> sample_best_;          // what the sample found then
-  RangeOdds kept_odds_;                     // see keep_peaks()
-  std::optional<Fit> kept_sample_best_;
-  std::vector<double> tried_ns_;  // delays that recheck_delay() has looked at
+  std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
 };
 
 }  // namespace splid
