@@ -111,12 +111,12 @@ std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine
   return best;
 }
 
-double RangeOdds::gain_near(DelayLine line, double near_ns) const {
+double RangeOdds::gain_near(DelayLine line, double near_ns, std::span<const DelayLine> but) const {
   double most_nats = 0;
   for (const Peak& peak : peaks_) {
     if (apart_ns(peak.line, line) > near_ns) continue;
     if (std::abs(peak.line.travel_ns - line.travel_ns) > near_ns) continue;
-    most_nats = std::max(most_nats, peak.gain_nats);
+    if (!is_one_of(peak.line, but)) most_nats = std::max(most_nats, peak.gain_nats);
   }
   return most_nats;
 }

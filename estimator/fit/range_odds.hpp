@@ -54,9 +54,10 @@ class RangeOdds {
     double gain_nats = 0;
   };
   [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayLine> lines) const;
-  // The highest gain of a place whose delay and travel are within near_ns of a line's; 0 where
-  // there is none.
-  [[nodiscard]] double gain_near(DelayLine line, double near_ns) const;
+  // The highest gain of a place whose delay and travel are within near_ns of a line's, less the
+  // places at the lines `but`; 0 where there is none.
+  [[nodiscard]] double gain_near(DelayLine line, double near_ns,
+                                 std::span<const DelayLine> but) const;
 
  private:
   struct Peak {

@@ -200,7 +200,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
             [](const Spot& a, const Spot& b) { return a.box_gain_nats > b.box_gain_nats; });
   for (const Spot& spot : spots_) climb_from(spot);
   if (best && has_shoulders() && best->gain_nats > threshold_nats_) {
-    recheck_delay(photons, level, exposure, *best);
+    recheck_delay(photons, level, exposure, *best, {});
   }
   return best;
 }
@@ -254,10 +254,10 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 // shoulder, the peak has the same travel and another delay, and a near copy may have a near copy
 // that is better again. Every delay that is no better counts against the range of the best one.
 //
-// climbed: peaks that have been climbed in a frame of which `photons` are what is left. A climb to
-// such a peak would end no higher, so that it counts with the gain that it had.
+// A climb to a peak that was climbed in a frame of which `photons` are what is left would end no
+// higher. So where such a peak is below the best one, it is not climbed again.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
-                                 const Exposure& exposure, Fit& best, const Peaks* climbed) {
+                                 const Exposure& exposure, Fit& best, const Climbed& climbed) {
   constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
   tried_ns_.assign(1, found.delay_ns);
@@ -268,10 +268,12 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
     const DelayLine line = {found.delay_ns + apart, found.travel_ns};
     const double climbed_nats =
-        climbed != nullptr ? climbed->odds.gain_near(line, 3 * recheck_.bin_ns) : 0;
+        climbed.peaks == nullptr
+            ? 0
+            : climbed.peaks->odds.gain_near(line, 3 * recheck_.bin_ns, climbed.gone);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
-    } else if (climbed_nats > gain) {
+    } else if (climbed_nats > gain && climbed_nats <= best.gain_nats) {
       odds_.add(line, climbed_nats);
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
@@ -389,7 +391,7 @@ Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
 
 Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
   Fit best = fit;
-  if (has_shoulders()) recheck_delay(frame, levels_.front(), Exposure(frame, train_), best);
+  if (has_shoulders()) recheck_delay(frame, levels_.front(), Exposure(frame, train_), best, {});
   return best;
 }
 
@@ -414,7 +416,7 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   Fit fit = climb(rest, exposure, kept->line);
   const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
   if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
-  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, &peaks);
+  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known});
   return fit;
 }
 

@@ -127,6 +127,12 @@ class TargetSearch {
     double reach_ns;
     std::vector<CombWindow> windows;  // one for each stretch
   };
+  // Peaks that were climbed in a frame of which what is searched now is left, and the lines of the
+  // targets that were taken out of it since.
+  struct Climbed {
+    const Peaks* peaks = nullptr;
+    std::span<const DelayLine> gone = {};
+  };
   // Where a zoom into a cell has ended.
   struct Spot {
     DelayLine line;
@@ -143,7 +149,7 @@ class TargetSearch {
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                     Fit& best, const Peaks* climbed = nullptr);
+                     Fit& best, const Climbed& climbed);
   void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,

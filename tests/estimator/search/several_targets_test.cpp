@@ -48,11 +48,12 @@ void expect_is(const TargetEstimate& found, const test::FrameMaker& truth) {
 
 TEST(SeveralTargets, AreListedStrongestFirstWithTheirOwnValues) {
   const test::FrameMaker first = scene_of();
-  const test::FrameMaker scenes[] = {scene_of(0.4, 20, 9e-4), scene_of(6.7, 20, 9e-4),
+  const test::FrameMaker scenes[] = {scene_of(0.4, 20, 9e-4),    scene_of(0.5, 20, 13.5e-4),
+                                     scene_of(0.7, 20, 13.5e-4), scene_of(6.7, 20, 9e-4),
                                      scene_of(200.1, -35, 9e-4), scene_of(0, 28, 9e-4)};
   FrameEstimator estimator = several(first, 2);
   for (const test::FrameMaker& second : scenes) {
-    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
       const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
       ASSERT_EQ(e.status, FrameStatus::ok);
       ASSERT_EQ(e.target_count, 2U);
