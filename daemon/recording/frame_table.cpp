@@ -111,12 +111,23 @@ void FrameTable::flush() {
     }
     throw;
   }
-  for (const TableHead::Field& field : head_.fields) {
-    write_at(little_endian(field.begin + field.per_row * (rows_ + pending_rows_)), field.at);
-  }
+  if (format_ == TableFormat::hdf5) say_rows(rows_ + pending_rows_);
   end_ += pending_.size();
   rows_ += std::exchange(pending_rows_, 0);
   pending_.clear();
+}
+
+void FrameTable::say_rows(std::uint64_t rows) const {
+  const auto write_field = [&](const TableHead::Field& field) {
+    write_at(little_endian(field.value(rows)), field.at);
+  };
+  if (rows_ == 0) {
+    write_field(head_.fields.front());
+    const TableHead::Piece piece = head_.of_rows(rows);
+    write_at(piece.bytes, piece.at);
+  } else {
+    for (const TableHead::Field& field : head_.fields) write_field(field);
+  }
 }
 
 std::uint64_t FrameTable::give_up() {

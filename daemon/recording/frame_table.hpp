@@ -43,6 +43,7 @@ class FrameTable {
 
  private:
   void check_place(bool overwrite) const;
+  void say_rows(std::uint64_t rows) const;
   void reserve(std::uint64_t bytes);
   void write_facts(const std::string& sha256) const;
   void write_at(const std::string& bytes, std::uint64_t offset) const;

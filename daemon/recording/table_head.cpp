@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -182,7 +183,7 @@ void find_fields(const std::string& one, const std::string& two, std::uint64_t b
 }
 
 // The file's end, the bytes of the table, and the number of its rows, which HDF5 keeps as the most
-// rows that the table may have, too: that comes after it, and so is found before it.
+// rows that the table may have, too; and where the rows begin, which stands before their bytes.
 std::vector<TableHead::Field> changing_fields(const std::string& one, const std::string& two) {
   const std::uint64_t row = frame_row_bytes();
   std::vector<TableHead::Field> fields;
@@ -190,8 +191,11 @@ std::vector<TableHead::Field> changing_fields(const std::string& one, const std:
   find_fields(one, two, 0, row, fields);
   find_fields(one, two, 0, 1, fields);
   std::string made = one;
-  for (const auto& field : fields) set_number(made, field.at, field.begin + 2 * field.per_row);
-  if (made == two && fields.size() == 4) return fields;
+  for (const auto& field : fields) set_number(made, field.at, field.value(2));
+  if (made == two && fields.size() == 4 && number_at(one, fields[1].at - 8) == one.size()) {
+    fields.push_back({fields[1].at - 8, one.size(), 0, true});
+    return fields;
+  }
   throw std::runtime_error(
       "this version of the HDF5 library lays tables out in another way than splid was tried with; "
       "write .csv instead");
@@ -218,6 +222,17 @@ std::array<std::string, 3> table_files_beside(const std::string& recording) {
 
 std::string facts_file_of(const std::string& table) { return table + ".facts.json"; }
 
+TableHead::Piece TableHead::of_rows(std::uint64_t rows) const {
+  std::string changed = bytes;
+  std::size_t first = bytes.size(), end = 0;
+  for (const Field& field : std::span(fields).subspan(1)) {
+    set_number(changed, field.at, field.value(rows));
+    first = std::min(first, field.at);
+    end = std::max(end, field.at + sizeof(std::uint64_t));
+  }
+  return {first, changed.substr(first, end - first)};
+}
+
 TableHead make_hdf5_head(const TableFacts& facts) {
   static std::mutex mutex;  // the library is made for one thread
   const std::scoped_lock lock(mutex);
@@ -234,7 +249,8 @@ TableHead make_hdf5_head(const TableFacts& facts) {
   TableHead head;
   head.bytes = one.bytes.substr(0, one.first_row);
   head.fields = changing_fields(head.bytes, two.bytes.substr(0, two.first_row));
-  for (const TableHead::Field& field : head.fields) set_number(head.bytes, field.at, field.begin);
+  for (const TableHead::Field& field : head.fields)
+    set_number(head.bytes, field.at, field.value(0));
   head.checksum_at = head.bytes.find(checksum_sign);
   std::fill_n(head.bytes.begin() + static_cast<std::ptrdiff_t>(head.checksum_at),
               TableHead::checksum_bytes, '\0');

@@ -46,11 +46,26 @@ struct TableHead {
     std::size_t at = 0;  // byte in the head
     std::uint64_t begin = 0;
     std::uint64_t per_row = 0;
+    bool none_without_rows = false;  // then all its bits are set where there are no rows
+    [[nodiscard]] std::uint64_t value(std::uint64_t rows) const {
+      return none_without_rows && rows == 0 ? ~std::uint64_t{0} : begin + per_row * rows;
+    }
   };
   std::string bytes;  // of a table without rows
-  // Those that make room come first and the number of rows comes last, so that a table that is left
-  // between two of them has too much room, which every reader takes, and never too little.
+  // Those that make room come first and the number of rows comes after them, so that a table that
+  // is left between two of them has too much room, which every reader takes, and never too little.
+  // The last is where the rows are.
+  //
+  // Design note: HDF5 1.14 refuses a table that has a place and no rows, and makes rows up for one
+  // that has rows and no place. So the first rows come with all fields but the first in one piece,
+  // which a killed writer has written whole or not at all.
   std::vector<Field> fields;
+  struct Piece {
+    std::size_t at = 0;
+    std::string bytes;
+  };
+  // The head from the first to the last of the fields after the first, with so many rows.
+  [[nodiscard]] Piece of_rows(std::uint64_t rows) const;
   // Where the recording's SHA-256 is to be written, checksum_bytes hexadecimal digits; 0: nowhere.
   std::size_t checksum_at = 0;
   static constexpr std::size_t checksum_bytes = 64;

@@ -106,21 +106,32 @@ TEST(TableHead, ATableThatIsHalfExtendedIsReadAsItWasBefore) {
   const TableHead head = make_hdf5_head(table_facts);
   std::string rows;
   for (std::uint64_t i = 0; i < 3; ++i) append_frame_row(frame(i), rows);
-  const auto table = [&](std::size_t fields, std::uint64_t count, std::uint64_t then) {
-    std::string bytes = head.bytes;
-    for (std::size_t i = 0; i < head.fields.size(); ++i) {
-      const auto& field = head.fields[i];
-      const std::uint64_t value = field.begin + field.per_row * (i < fields ? then : count);
-      std::memcpy(&bytes[field.at], &value, sizeof value);
-    }
-    return bytes + rows;
+  const auto with = [&](std::string bytes, const TableHead::Field& field, std::uint64_t count) {
+    const std::uint64_t value = field.value(count);
+    std::memcpy(&bytes[field.at], &value, sizeof value);
+    return bytes;
+  };
+  const auto with_piece = [&](std::string bytes, std::uint64_t count) {
+    const TableHead::Piece piece = head.of_rows(count);
+    return bytes.replace(piece.at, piece.bytes.size(), piece.bytes);
   };
   std::vector<std::string> files = {"rows"};
-  std::string expected;
-  for (std::size_t fields = 0; fields <= head.fields.size(); ++fields) {
-    files.push_back(folder.write("from0-" + std::to_string(fields), table(fields, 0, 3)));
-    files.push_back(folder.write("from1-" + std::to_string(fields), table(fields, 1, 3)));
-    expected += fields < head.fields.size() ? "0\n1\n" : "3\n3\n";
+  const auto add = [&](const std::string& bytes) {
+    files.push_back(folder.write(std::to_string(files.size()), bytes + rows));
+  };
+  // The first rows come in one piece, after the file's end.
+  add(head.bytes);
+  std::string grown = with(head.bytes, head.fields.front(), 1);
+  add(grown);
+  grown = with_piece(grown, 1);
+  add(grown);
+  std::string expected = "0\n0\n1\n";
+  // Further rows come field by field: the fourth is the number of rows.
+  ASSERT_EQ(head.fields.size(), 5U);
+  for (std::size_t written = 1; written <= 5; ++written) {
+    grown = with(grown, head.fields[written - 1], 3);
+    add(grown);
+    expected += written < 4 ? "1\n" : "3\n";
   }
   EXPECT_EQ(python_reads(files), expected);
 }
