@@ -23,7 +23,8 @@ constexpr int most_zooms = 6;
 
 constexpr std::size_t most_cells = 16;
 
-// Of the signal of a cell that a zoom must keep. A box of four widths holds 95 % of a pulse.
+// Of the signal of a cell that a zoom must keep. A box of four widths holds 95 % of a pulse, so
+// that a zoom that has found the path has more than the cell.
 constexpr double least_signal_kept = 0.6;
 
 // In the order of ParameterIndex.
@@ -118,7 +119,7 @@ std::optional<BendSearch::Start> BendSearch::find_at_level(const FoldedFrame& ph
     if (!best || start.box_gain_nats > best->box_gain_nats) best = start;
     // The zoom has found the path where it keeps the cell's signal. It loses most of that where the
     // cell has the wrong bend, and holds a part of the path alone.
-    const double in_cell = search_.sure_signal_photons(photons, level, best_[i].count);
+    const double in_cell = search_.signal_photons(photons, level, best_[i].count);
     if (start.box_gain_nats > search_.settled_nats() &&
         start.signal_photons > least_signal_kept * in_cell) {
       break;

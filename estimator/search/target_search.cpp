@@ -342,11 +342,11 @@ std::span<const SearchCell> TargetSearch::cells(const FoldedFrame& photons, std:
   return search_.run(photons, levels_[level].grid, max_slope_ * photons.length_ns);
 }
 
-double TargetSearch::sure_signal_photons(const FoldedFrame& photons, std::size_t level,
-                                         std::uint32_t count) const {
+double TargetSearch::signal_photons(const FoldedFrame& photons, std::size_t level,
+                                    std::uint32_t count) const {
   const double mean =
       static_cast<double>(photons.size()) * train_.pulses_per_ns * levels_[level].grid.bin_ns;
-  return std::max(0.0, count - mean - 3 * std::sqrt(mean));
+  return count - mean;
 }
 
 BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, DelayLine line,

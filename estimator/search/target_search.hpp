@@ -110,9 +110,9 @@ class TargetSearch {
   // A gain that settles the search, in a frame and in a sample of it.
   [[nodiscard]] double settled_nats() const;
   [[nodiscard]] double sure_in_sample_nats() const;
-  // The photons of a cell that are beyond three deviations of its background.
-  [[nodiscard]] double sure_signal_photons(const FoldedFrame& photons, std::size_t level,
-                                           std::uint32_t count) const;
+  // The photons of a cell that are beyond its mean background.
+  [[nodiscard]] double signal_photons(const FoldedFrame& photons, std::size_t level,
+                                      std::uint32_t count) const;
   // The best cells of a frame. Valid until the next call.
   std::span<const SearchCell> cells(const FoldedFrame& photons, std::size_t level);
   // Zooms into a cell, and tries `steps` bends on either side of none. is_cell: the line is where
