@@ -61,7 +61,11 @@ std::string mean_in_words(const PulseMean& pulse) {
       "over the last frames the detected pulse is {:.1f} +- {:.1f} % {} than the configured one, "
       "which single frames do not show",
       100 * std::abs(pulse.excess()), 100 * pulse.deviation(), ratio < 1 ? "narrower" : "wider");
-  if (ratio < 1) return how_much + ": set pulse.sigma_ps, or calibrate the pulse";
+  if (ratio < 1) {
+    return how_much +
+           ": set scene.targets 2 where another surface is some pulse widths behind the target, or "
+           "else pulse.sigma_ps, or calibrate the pulse";
+  }
   return fmt::format(
       "{}: where a second surface is close behind the target, distances are off by up to {:.1f} of "
       "a pulse width and their deviations do not say so; set pulse.width fitted where the target "
