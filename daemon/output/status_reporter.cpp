@@ -130,7 +130,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.pulse_misfits;
     second_.pulse_misfit = *message.pulse_misfit;
   }
-  stream_.pulse.add(message);
+  if (message.valid()) stream_.pulse.add(message);
   if (message.acceleration_misfit_mps2) {
     ++second_.path_misfits;
     second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
