@@ -1,3 +1,4 @@
+#include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -58,6 +59,8 @@ struct Arrays {
   std::vector<std::uint32_t> out_32 = std::vector<std::uint32_t>(count, 1);
   std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
   std::uint64_t out = 0;
+
+  void set_out(double value) { out = std::bit_cast<std::uint64_t>(value); }
 };
 
 using Run = std::function<void(const SearchKernels&, Arrays&)>;
@@ -103,6 +106,18 @@ const std::map<std::string, Run>& runs() {
       {"first_above_32",
        [](const SearchKernels& by, Arrays& a) {
          a.out = by.first_above_32(a.rows.data(), a.rows.data(), 1, count, 0x1fffffd);
+       }},
+      {"smooth_power_8",
+       [](const SearchKernels& by, Arrays& a) {
+         a.set_out(by.smooth_power_8(a.in_8.data(), a.half_8.data(), count - 2));
+       }},
+      {"smooth_power",
+       [](const SearchKernels& by, Arrays& a) {
+         a.set_out(by.smooth_power(a.in_16.data(), a.half_16.data(), count - 2));
+       }},
+      {"smooth_power_32",
+       [](const SearchKernels& by, Arrays& a) {
+         a.set_out(by.smooth_power_32(a.rows.data(), a.rows.data(), count - 2));
        }},
       {"delay_cells",
        [](const SearchKernels& by, Arrays& a) {

@@ -6,9 +6,9 @@
 
 namespace splid {
 
-// The loops that the search spends its time in, compiled once for each vector level (see
-// vector_level.hpp). All arrays belong to the caller, and no two of them overlap. Every level gives
-// the same bits. Threads: any. Errors: none.
+// The loops that the search spends its time in, and the Fourier analysis of method `paper`,
+// compiled once for each vector level (see vector_level.hpp). All arrays belong to the caller, and
+// no two of them overlap. Every level gives the same bits. Threads: any. Errors: none.
 struct SearchKernels {
   // out[i] = a[i] + b[i], in numbers of 8, 16 or 32 bits
   void (*add_8)(std::uint8_t* out, const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
@@ -35,6 +35,12 @@ struct SearchKernels {
                              std::size_t count, std::uint16_t least);
   std::size_t (*first_above_32)(const std::uint32_t* a, const std::uint32_t* b, std::size_t from,
                                 std::size_t count, std::uint32_t least);
+  // How much stands out in a row of sums s[i] = a[i] + b[i]: the sum over i < count of
+  // (s[i] + 2 s[i + 1] + s[i + 2])^2, to seven digits. a and b have count + 2 numbers; the sums fit
+  // into their type, and four times a sum into 31 bits.
+  double (*smooth_power_8)(const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
+  double (*smooth_power)(const std::uint16_t* a, const std::uint16_t* b, std::size_t count);
+  double (*smooth_power_32)(const std::uint32_t* a, const std::uint32_t* b, std::size_t count);
   // cells[i] = rows[i] + the bin of the delay phases[i] - pulse, where the period has so many
   // `bins`. Phases and pulse are in 2^-32 of the period.
   void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,

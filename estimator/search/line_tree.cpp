@@ -218,4 +218,18 @@ std::uint32_t LineTree::photons(std::size_t travel, std::size_t bin) const {
   return sum(halves<std::uint32_t>(travel));
 }
 
+double LineTree::smooth_power(std::size_t travel) const {
+  const std::size_t count = block_.bins - 2;
+  if (cell_bytes_ == 1) {
+    const auto at = halves<std::uint8_t>(travel);
+    return kernels_.smooth_power_8(at.first, at.second, count);
+  }
+  if (cell_bytes_ == 2) {
+    const auto at = halves<std::uint16_t>(travel);
+    return kernels_.smooth_power(at.first, at.second, count);
+  }
+  const auto at = halves<std::uint32_t>(travel);
+  return kernels_.smooth_power_32(at.first, at.second, count);
+}
+
 }  // namespace splid
