@@ -41,7 +41,9 @@ class PaperLikelihood {
     double by_signal = 0;      // per count a pulse,
     double by_background = 0;  // per count a ns
   };
-  // Sets tau and v. Most of the work is here, as the pulses of each photon are found anew.
+  // Sets tau and v. Most of the work is here, as the pulses of each photon are found anew. Photons
+  // that no pulse can be near to are not looked at again until the line has moved by more than a
+  // few pulse widths. The values do not depend on where the line was before.
   void move_to(double delay_ns, double velocity_mps);
   // The gain and its derivatives at the tau and v that were set last. background_per_ns > 0.
   [[nodiscard]] Point evaluate(double signal_per_pulse, double background_per_ns) const;
@@ -58,7 +60,14 @@ class PaperLikelihood {
     double by_delay = 0;     // its derivatives
     double by_velocity = 0;  //
   };
+  struct Window {  // of offsets from a pulse, in the pattern's clock
+    double first_ns, last_ns;
+  };
   void collect(double delay_ns, double beta);
+  // Sees to it that likely_near_ has all photons that pulses are near to. line_ns: the delay that
+  // is taken off the photons' phases.
+  void note_near(const Window& window, double line_ns);
+  [[nodiscard]] double moved_since_noted_ns(const Window& window, double line_ns) const;
 
   const CorrectedTimes& frame_;
   const EmissionTimes& emission_;
@@ -69,6 +78,12 @@ class PaperLikelihood {
   double rate_ = 0;         // g = 2 beta / (1 + beta)
   double rate_by_mps_ = 0;  // dg / dv
   std::vector<Near> near_;
+  // The photons that may be near a pulse, and where the line was when they were noted.
+  std::vector<std::size_t> likely_near_;
+  bool noted_ = false;
+  double noted_line_ns_ = 0;
+  double noted_rate_ = 0;
+  Window noted_window_ = {};
   // One entry for each pair of a photon and a pulse near it.
   std::vector<double> offset_ns_, pair_amplitude_, by_velocity_, h_, d1_, d2_;
   std::vector<std::size_t> first_;  // pairs of near photon k begin here

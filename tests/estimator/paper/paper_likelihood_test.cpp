@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include "estimator/model/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
@@ -113,6 +115,40 @@ TEST(PaperLikelihood, GradientAgreesWithDifferences) {
     expect(point.by_velocity, slope(&PaperParameters::velocity_mps, 0.03 * sigma_ns));
     expect(point.by_signal, slope(&PaperParameters::signal_per_pulse, 1e-6));
     expect(point.by_background, slope(&PaperParameters::background_per_ns, 1e-7));
+  }
+}
+
+std::vector<double> values_at(PaperLikelihood& likelihood, double delay_ns, double velocity_mps) {
+  likelihood.move_to(delay_ns, velocity_mps);
+  const auto point = likelihood.evaluate(0.013, 9e-4);
+  return {point.gain_nats, point.by_delay, point.by_velocity, point.by_signal, point.by_background};
+}
+
+// Small moves, moves about the margin within which photons are not looked for anew, and far ones.
+TEST(PaperLikelihood, DoesNotDependOnWhereItWasBefore) {
+  const std::vector<double> subperiods_ps = {180000, 189000};
+  const std::vector<double> rates_ps = {90000, 99000};
+  const std::vector<std::int64_t> repeats = {20, 30};
+  for (const Pattern& pattern :
+       {make_interleaved(subperiods_ps), make_random({}), make_mrr(rates_ps, repeats)}) {
+    test::FrameMaker made = test::simulated_scene(pattern, 31);
+    made.drift_ppm = 100;
+    const test::PaperScene scene(made, 1);
+    PaperLikelihood moved(scene.times, scene.emission, *scene.shape);
+    std::mt19937_64 random(7);
+    std::normal_distribution<double> normal;
+    double delay_ns = scene.delay_start_ns();
+    double velocity_mps = 31;
+    for (int n = 0; n < 300; ++n) {
+      const double widths = n % 10 == 0 ? 30 : n % 3 == 0 ? 3 : 0.3;
+      delay_ns += 0.1 * widths * normal(random);
+      velocity_mps += 30 * widths * normal(random);  // 30 m/s: a width in the frame's 0.5 ms
+      PaperLikelihood fresh(scene.times, scene.emission, *scene.shape);
+      ASSERT_EQ(values_at(moved, delay_ns, velocity_mps), values_at(fresh, delay_ns, velocity_mps))
+          << n;
+      if (n % 10 == 0) delay_ns = scene.delay_start_ns();
+      if (n % 10 == 0) velocity_mps = 31;
+    }
   }
 }
 
