@@ -284,9 +284,8 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       .add_option("--budget-ms", options.budget_ms,
                   "Say which setting is the most accurate that takes no longer a frame")
       ->check(CLI::PositiveNumber);
-  command.add_flag(
-      "--paper", options.paper,
-      "Measure the method of the paper too, which takes up to hundreds of times as long");
+  command.add_flag("--paper", options.paper,
+                   "Measure the method of the paper too, which takes up to tens of times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
   command.add_option("--shard", options.shard,
                      "Measure every N-th frame length from the I-th on, I/N such as 2/4, into a "

@@ -62,7 +62,8 @@ FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
     double offsets_ns = 0;
     inside = 0;
     for (const double phase_ns : phases_ns) {
-      const double off_ns = std::remainder(phase_ns - centre_ns, period_ns);
+      double off_ns = phase_ns - centre_ns;
+      if (std::abs(off_ns) > period_ns / 2) off_ns -= std::copysign(period_ns, off_ns);
       if (std::abs(off_ns) > half_ns) continue;
       inside += 1;
       offsets_ns += off_ns;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
-#include <unsupported/Eigen/FFT>
 #include <vector>
 
 #include "estimator/model/units.hpp"
@@ -57,22 +56,26 @@ MatchedFilter::MatchedFilter(const EmissionTimes& emission, const PulseShape& sh
   const double wanted =
       std::clamp(emission.period_ns() / (shape.width_ns() / 2), 16.0, most_candidates);
   const std::size_t bins = std::bit_ceil(static_cast<std::size_t>(std::ceil(wanted)));
-  Eigen::FFT<double>().fwd(waves_, log_intensity(emission, shape, bins));
+  bins_ = bins;
+  fft_.SetFlag(Eigen::FFT<double>::HalfSpectrum);
+  std::vector<double> filter = log_intensity(emission, shape, bins);
+  fft_.fwd(waves_, filter);
+  // For the roots of unity of the way back.
+  fft_.inv(filter, waves_, static_cast<Eigen::Index>(bins));
 }
 
 double MatchedFilter::delay_ns(const CorrectedTimes& frame) const {
-  const std::size_t bins = waves_.size();
-  const auto bins_per_ns = static_cast<double>(bins) / frame.period_ns;
-  std::vector<double> photons(bins);
+  const auto bins_per_ns = static_cast<double>(bins_) / frame.period_ns;
+  std::vector<double> photons(bins_);
   for (const double phase_ns : frame.phase_ns) {
-    photons[static_cast<std::size_t>(std::llround(phase_ns * bins_per_ns)) % bins] += 1;
+    photons[static_cast<std::size_t>(std::llround(phase_ns * bins_per_ns)) % bins_] += 1;
   }
-  Eigen::FFT<double> fft;
+  Eigen::FFT<double> fft = fft_;
   std::vector<std::complex<double>> waves;
   fft.fwd(waves, photons);
-  for (std::size_t k = 0; k < bins; ++k) waves[k] *= std::conj(waves_[k]);
+  for (std::size_t k = 0; k < waves.size(); ++k) waves[k] *= std::conj(waves_[k]);
   std::vector<double> score;
-  fft.inv(score, waves);
+  fft.inv(score, waves, static_cast<Eigen::Index>(bins_));
   const auto best = std::max_element(score.begin(), score.end());
   return static_cast<double>(best - score.begin()) / bins_per_ns;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <complex>
+#include <cstddef>
+#include <unsupported/Eigen/FFT>
 #include <vector>
 
 #include "estimator/model/pulse_shape.hpp"
@@ -24,7 +26,11 @@ class MatchedFilter {
   [[nodiscard]] double delay_ns(const CorrectedTimes& frame) const;
 
  private:
-  std::vector<std::complex<double>> waves_;  // spectrum of the filter
+  // Holds the roots of unity of the transforms, which take as long as a transform. Each call works
+  // on a copy of it.
+  Eigen::FFT<double> fft_;
+  std::size_t bins_ = 0;
+  std::vector<std::complex<double>> waves_;  // half of the filter's spectrum
 };
 
 // Signal and background by counting, for a target at delay_ns that may move at up to max_speed_mps.

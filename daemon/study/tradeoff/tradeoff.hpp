@@ -49,7 +49,7 @@ struct TradeoffRow {
 struct TradeoffPlan {
   std::vector<double> lengths_ms;  // ascending
   std::size_t frames = 200;        // for each setting
-  bool paper = false;  // measure the method of the paper too, which is 100 times as slow
+  bool paper = false;  // measure the method of the paper too, which is some 10 times as slow
 };
 
 // The functions called during a measurement, on the caller's thread.
