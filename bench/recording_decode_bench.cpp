@@ -47,8 +47,12 @@ std::vector<std::byte> mixed_records(bool with_counts) {
 }
 
 // Photons of [P]'s pattern in T3 mode: one in six periods of 3.78 us, and an overflow each 1024
-// syncs (PicoHarp: 65,536).
-std::vector<std::byte> t3_records(bool is_pico_harp) {
+// syncs (PicoHarp: 65,536). In the dark there is one in 60 periods, so that every 17th record is an
+// overflow.
+constexpr std::uint32_t bright_syncs = 12;
+constexpr std::uint32_t dark_syncs = 120;
+
+std::vector<std::byte> t3_records(bool is_pico_harp, std::uint32_t most_syncs) {
   std::mt19937 generator(1);
   const auto random = [&generator] { return static_cast<std::uint32_t>(generator()); };
   const std::uint32_t syncs_in_overflow = is_pico_harp ? 65'536 : 1024;
@@ -62,7 +66,7 @@ std::vector<std::byte> t3_records(bool is_pico_harp) {
       record = (1 + (random() & 1U)) << 28U | (random() & 0xFFFU) << 16U | sync;
       if (is_overflow) record = 0xF0000000U;
     }
-    sync = is_overflow ? sync - syncs_in_overflow : sync + random() % 12;
+    sync = is_overflow ? sync - syncs_in_overflow : sync + random() % most_syncs;
     append(bytes, record, 4);
   }
   return bytes;
@@ -91,8 +95,8 @@ void mix(benchmark::State& state, RecordType type, double resolution_s) {
                    PtuDecoder(type, resolution_s));
 }
 
-void t3(benchmark::State& state, RecordType type, double resolution_s) {
-  decode_in_chunks(state, t3_records(type == RecordType::pico_harp_t3),
+void t3(benchmark::State& state, RecordType type, double resolution_s, std::uint32_t most_syncs) {
+  decode_in_chunks(state, t3_records(type == RecordType::pico_harp_t3, most_syncs),
                    PtuT3Decoder(type, 3.78e6, resolution_s));
 }
 
@@ -101,8 +105,9 @@ BENCHMARK_CAPTURE(mix, hydra_harp_v1, RecordType::hydra_harp_v1, 1e-12);
 BENCHMARK_CAPTURE(mix, pico_harp, RecordType::pico_harp, 4e-12);
 BENCHMARK_CAPTURE(mix, fraction_of_a_ps, RecordType::generic, 3.90625e-12);
 
-BENCHMARK_CAPTURE(t3, hydra_harp_v2, RecordType::hydra_harp_v2_t3, 128e-12);
-BENCHMARK_CAPTURE(t3, pico_harp, RecordType::pico_harp_t3, 512e-12);
+BENCHMARK_CAPTURE(t3, hydra_harp_v2, RecordType::hydra_harp_v2_t3, 128e-12, bright_syncs);
+BENCHMARK_CAPTURE(t3, hydra_harp_v2_dark, RecordType::hydra_harp_v2_t3, 128e-12, dark_syncs);
+BENCHMARK_CAPTURE(t3, pico_harp, RecordType::pico_harp_t3, 512e-12, bright_syncs);
 
 // Detections of two inputs and a sync at random places.
 void qutag(benchmark::State& state) {
@@ -124,7 +129,7 @@ void spc(benchmark::State& state) {
   std::vector<std::byte> bytes;
   std::uint32_t sync = 0;
   for (std::size_t i = 0; i < record_count; ++i) {
-    sync += random() % 12;
+    sync += random() % bright_syncs;
     std::uint32_t record = (random() & 0xFFFU) << 16U | (random() & 1U) << 12U | sync % 4096;
     if (sync >= 4096) record |= 1U << 30U;
     sync %= 4096;

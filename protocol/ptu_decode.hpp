@@ -35,12 +35,18 @@ class PtuDecoder final : public RecordDecoder {
 
  private:
   [[nodiscard]] std::int64_t to_ps(std::int64_t ticks) const;
-  void scale(std::span<Tag> tags) const;
+  // Decodes so many records, with room in `out` for a tag of each; the number of tags.
+  std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
+  // Ticks become ps. first_ticks: the clock before the tags.
+  void scale(std::span<Tag> tags, std::uint64_t first_ticks) const;
 
   RecordType type_;
   std::int64_t wrap_ = 0;       // ticks
   std::int64_t numerator_ = 1;  // ps a tick is numerator / denominator
   std::int64_t denominator_ = 1;
+  std::uint64_t whole_ps_ = 0;  // a tick, and the rest of it and the half that rounds, in 2^-64 ps
+  std::uint64_t fraction_ = 0;
+  std::uint64_t half_ = 0;
   std::int64_t origin_ps_;
   std::uint64_t base_ = 0;  // since time 0, in ps where the denominator is 1, else in ticks
   std::uint64_t unknown_records_ = 0;

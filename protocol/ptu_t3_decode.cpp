@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "protocol/photon_run.hpp"
+
 namespace splid {
 namespace {
 
@@ -11,19 +13,23 @@ constexpr std::uint64_t pico_harp_syncs = 65'536;
 // The tags of a record: its sync, where it is the first of its period, and its event.
 constexpr std::size_t most_tags = 2;
 
-// What a record is, by the bits that tell the kinds of records apart. Each number is 1 or 0.
+// Two counts of records in one number, which a loop keeps in one register.
+constexpr std::uint64_t one_unknown = 1;
+constexpr std::uint64_t one_overflow = std::uint64_t{1} << 32U;
+
+// What a record is, by the bits that tell the kinds of records apart.
 struct T3Kind {
   TagMeaning meaning;
-  std::uint64_t events = 0;
-  std::uint64_t photons = 0;
-  std::uint64_t overflows = 0;
-  std::uint64_t unknown = 0;
+  std::uint64_t events = 0;         // 1 or 0
+  std::uint64_t photons = 0;        // 1 or 0
+  std::uint64_t overflow_mask = 0;  // all ones for an overflow
+  std::uint64_t counts = 0;
 };
 
 constexpr T3Kind photon_kind(int input) { return {{input, TagKind::photon, {}}, 1, 1, 0, 0}; }
 constexpr T3Kind marker_kind(int bits) { return {{bits, TagKind::marker, {}}, 1, 0, 0, 0}; }
-constexpr T3Kind overflow_kind{{}, 0, 0, 1, 0};
-constexpr T3Kind unknown_kind{{}, 0, 0, 0, 1};
+constexpr T3Kind overflow_kind{{}, 0, 0, ~std::uint64_t{0}, one_overflow};
+constexpr T3Kind unknown_kind{{}, 0, 0, 0, one_unknown};
 
 struct T3Record {
   const T3Kind& kind;
@@ -50,10 +56,17 @@ template <bool counted>
 struct HydraHarpT3 {
   static constexpr std::uint64_t syncs_in_overflow = hydra_harp_syncs;
 
+  static bool is_other(std::uint32_t record) { return record >> 31U != 0; }
+  static std::uint64_t wraps(std::uint32_t /*photon*/) { return 0; }
+  static std::uint64_t sync(std::uint32_t record) { return record & 0x3FFU; }
+  static std::uint64_t ticks(std::uint32_t record) { return record >> 10U & 0x7FFFU; }
+  static const TagMeaning& meaning(std::uint32_t photon) {
+    return t3_hydra_harp_kinds[photon >> 25U].meaning;
+  }
   static T3Record read(std::uint32_t record) {
-    const std::uint64_t sync = record & 0x3FFU;
-    return {t3_hydra_harp_kinds[record >> 25U], record >> 10U & 0x7FFFU, sync,
-            counted ? sync + (sync == 0 ? 1 : 0) : 1};
+    const std::uint64_t overflows = sync(record) + (sync(record) == 0 ? 1 : 0);
+    return {t3_hydra_harp_kinds[record >> 25U], ticks(record), sync(record),
+            counted ? overflows : 1};
   }
 };
 
@@ -70,12 +83,18 @@ constexpr std::array<T3Kind, 31> t3_pico_harp_kinds = [] {
 struct PicoHarpT3 {
   static constexpr std::uint64_t syncs_in_overflow = pico_harp_syncs;
 
+  static bool is_other(std::uint32_t record) { return record >= 15U << 28U; }
+  static std::uint64_t wraps(std::uint32_t /*photon*/) { return 0; }
+  static std::uint64_t sync(std::uint32_t record) { return record & 0xFFFFU; }
+  static std::uint64_t ticks(std::uint32_t record) { return record >> 16U & 0xFFFU; }
+  static const TagMeaning& meaning(std::uint32_t photon) {
+    return t3_pico_harp_kinds[photon >> 28U].meaning;
+  }
   static T3Record read(std::uint32_t record) {
     const std::uint32_t channel = record >> 28U;
     const bool is_special = channel == 15;
-    const std::uint32_t ticks = record >> 16U & 0xFFFU;
-    return {t3_pico_harp_kinds[channel + (is_special ? ticks & 15U : 0)], is_special ? 0 : ticks,
-            record & 0xFFFFU, 1};
+    const std::uint64_t bits = is_special ? ticks(record) & 15U : 0;
+    return {t3_pico_harp_kinds[channel + bits], is_special ? 0 : ticks(record), sync(record), 1};
   }
 };
 
@@ -95,25 +114,25 @@ std::int64_t PtuT3Decoder::reached_ps() const {
 // Design note: as PtuDecoder, without a branch on what a record is. Each writes 32 bytes, and only
 // those that are tags move the place of the next.
 template <class Format>
-std::size_t PtuT3Decoder::decode_some(const std::byte* in, std::size_t count, Tag* out) {
+std::size_t PtuT3Decoder::decode_mixed(const std::byte* in, std::size_t count, Tag* out) {
   // What changes, in registers: a tag is written as bytes, which might be a member's.
   State state = state_;
   const CountedSyncs clock = clock_;
   const double tick_ps = tick_ps_;
   const std::uint64_t most_ticks = most_ticks_;
+  std::uint64_t counts = 0;
   std::size_t tags = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const T3Record record = Format::read(little_endian_32(in + ptu_record_bytes * i));
     const T3Kind& kind = record.kind;
-    state.base += record.overflows * Format::syncs_in_overflow & (0 - kind.overflows);
-    state.overflows += kind.overflows;
-    state.unknown += kind.unknown;
-    const std::uint64_t is_event = 0 - kind.events;
-    const std::uint64_t syncs = state.base + (record.sync & is_event);
+    state.base += record.overflows * Format::syncs_in_overflow & kind.overflow_mask;
+    counts += kind.counts;
+    const std::uint64_t syncs = state.base + record.sync;
     const std::int64_t sync_ps = clock.time_ps(syncs);
     write_tag(out[tags], sync_ps, {0, TagKind::sync, {}});
-    tags += kind.events & (syncs != state.told ? 1U : 0U);
-    state.told = (syncs & is_event) | (state.told & ~is_event);
+    const std::uint64_t told = kind.events != 0 ? syncs : state.told;
+    tags += told != state.told ? 1 : 0;
+    state.told = told;
     const std::int64_t since_ps = CountedSyncs::rounded(
         static_cast<double>(static_cast<std::int64_t>(record.ticks)) * tick_ps);
     const auto at_ps = static_cast<std::int64_t>(static_cast<std::uint64_t>(sync_ps) +
@@ -123,8 +142,27 @@ std::size_t PtuT3Decoder::decode_some(const std::byte* in, std::size_t count, Ta
     write_tag(out[tags], at_ps, is_saturated ? TagMeaning{1, TagKind::missed, {}} : kind.meaning);
     tags += kind.events;
   }
+  state.unknown += counts % one_overflow;
+  state.overflows += counts / one_overflow;
   state_ = state;
   return tags;
+}
+
+template <class Format>
+std::size_t PtuT3Decoder::decode_some(const std::byte* in, std::size_t count, Tag* out) {
+  const PhotonTimes times{clock_, tick_ps_, most_ticks_};
+  std::size_t tags = 0;
+  for (; count >= run_records; count -= run_records, in += ptu_record_bytes * run_records) {
+    if (is_photon_run<Format>(in)) {
+      const auto run = write_photon_run<Format>(in, times, state_.base, state_.told, out + tags);
+      state_.told = run.told;
+      state_.saturated += run.saturated;
+      tags += run.tags;
+    } else {
+      tags += decode_mixed<Format>(in, run_records, out + tags);
+    }
+  }
+  return tags + decode_mixed<Format>(in, count, out + tags);
 }
 
 std::size_t PtuT3Decoder::decode_records(const std::byte* in, std::size_t count, Tag* out) {

@@ -56,6 +56,8 @@ class PtuT3Decoder final : public RecordDecoder {
   std::size_t decode_records(const std::byte* in, std::size_t count, Tag* out);
   template <class Format>
   std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
+  template <class Format>
+  std::size_t decode_mixed(const std::byte* in, std::size_t count, Tag* out);
 
   RecordType type_;
   CountedSyncs clock_;

@@ -8,6 +8,7 @@
 
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
+#include "protocol/photon_run.hpp"
 #include "protocol/text.hpp"
 
 namespace splid {
@@ -89,29 +90,34 @@ namespace {
 // The tags of a record: the begin and the end of a loss, its sync, and its event.
 constexpr std::size_t most_spc_tags = 4;
 
-// What a record is, by its flags and its routing or marker bits. Each number is 1 or 0.
+// Three counts of records in one number, which a loop keeps in one register.
+constexpr std::uint64_t one_unknown_spc = 1;
+constexpr std::uint64_t one_untimed = std::uint64_t{1} << 16U;
+constexpr std::uint64_t one_counted = std::uint64_t{1} << 32U;
+
+// What a record is, by its flags and its routing or marker bits.
 struct SpcKind {
   TagMeaning meaning;
-  std::uint64_t events = 0;
-  std::uint64_t timed = 0;    // photons with a micro time
-  std::uint64_t untimed = 0;  // photons without
-  std::uint64_t wraps = 0;    // of the macro time
-  std::uint64_t counted = 0;  // records that hold the number of wraps, and nothing else
-  std::uint64_t unknown = 0;
+  std::uint64_t events = 0;        // 1 or 0
+  std::uint64_t wraps = 0;         // of the macro time, 1 or 0
+  std::uint64_t timed_mask = 0;    // all ones for a photon with a micro time
+  std::uint64_t counted_mask = 0;  // where the record holds the number of wraps, and nothing else
+  std::uint64_t counts = 0;
 };
 
 constexpr SpcKind spc_kind(std::uint32_t record) {
+  constexpr std::uint64_t all = ~std::uint64_t{0};
   const auto bits = static_cast<std::int32_t>(record >> 12U & 0xFU);
   const bool is_overflow = (record & spc_overflow_bit) != 0;
   const bool is_invalid = (record & invalid_bit) != 0;
   const std::uint64_t wraps = is_overflow ? 1 : 0;
   if ((record & marker_bit) != 0) {
-    if (bits == 0) return {{}, 0, 0, 0, wraps, 0, 1};
-    return {{bits, TagKind::marker, {}}, 1, 0, 0, wraps, 0, 0};
+    if (bits == 0) return {{}, 0, wraps, 0, 0, one_unknown_spc};
+    return {{bits, TagKind::marker, {}}, 1, wraps, 0, 0, 0};
   }
-  if (is_overflow && is_invalid) return {{}, 0, 0, 0, 0, 1, 0};
-  if (is_invalid) return {{1, TagKind::missed, {}}, 1, 0, 1, wraps, 0, 0};
-  return {{bits, TagKind::photon, {}}, 1, 1, 0, wraps, 0, 0};
+  if (is_overflow && is_invalid) return {{}, 0, 0, 0, all, one_counted};
+  if (is_invalid) return {{1, TagKind::missed, {}}, 1, wraps, 0, 0, one_untimed};
+  return {{bits, TagKind::photon, {}}, 1, wraps, all, 0, 0};
 }
 
 // By bits 31 to 28 and 15 to 12.
@@ -123,6 +129,23 @@ constexpr std::array<SpcKind, 256> spc_kinds = [] {
   return kinds;
 }();
 
+// Of photons without a flag, or with that of an overflow of the macro time.
+struct SpcPhotons {
+  static bool is_other(std::uint32_t record) {
+    return (record & (marker_bit | gap_bit | invalid_bit)) != 0;
+  }
+  static std::uint64_t wraps(std::uint32_t record) {
+    return (record & spc_overflow_bit) != 0 ? macro_wrap : 0;
+  }
+  static std::uint64_t sync(std::uint32_t record) { return record & 0xFFFU; }
+  static std::uint64_t ticks(std::uint32_t record) {
+    return micro_steps - 1 - (record >> 16U & 0xFFFU);
+  }
+  static const TagMeaning& meaning(std::uint32_t record) {
+    return spc_kinds[record >> 12U & 0xFU].meaning;
+  }
+};
+
 }  // namespace
 
 // Bits 0 to 11 macro time, 12 to 15 routing or marker bits, 16 to 27 micro time, then the flags
@@ -131,43 +154,64 @@ constexpr std::array<SpcKind, 256> spc_kinds = [] {
 //
 // Design note: as PtuT3Decoder, without a branch on what a record is. Only gaps have a branch, as
 // they are rare.
-std::size_t SpcDecoder::decode_some(const std::byte* in, std::size_t count, Tag* out) {
+std::size_t SpcDecoder::decode_mixed(const std::byte* in, std::size_t count, Tag* out) {
   // What changes, in registers: a tag is written as bytes, which might be a member's.
   State state = state_;
   const CountedSyncs clock = clock_;
   const double step_ps = step_ps_;
+  std::uint64_t counts = 0;
   std::size_t tags = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t record = little_endian_32(in + 4 * i);
     const SpcKind& kind = spc_kinds[(record >> 24U & 0xF0U) | (record >> 12U & 0xFU)];
-    const std::uint64_t wraps = kind.wraps | (record & 0xFFFFFFFU & (0 - kind.counted));
-    state.base += macro_wrap * wraps;
-    state.overflow_records += kind.counted;
-    state.unknown += kind.unknown;
-    state.untimed += kind.untimed;
-    const std::uint64_t is_event = 0 - kind.events;
-    const std::uint64_t here = state.base + (record & 0xFFFU & is_event);
+    state.base += macro_wrap * (kind.wraps | (record & 0xFFFFFFFU & kind.counted_mask));
+    counts += kind.counts;
+    const bool is_event = kind.events != 0;
+    const std::uint64_t here = state.base + (is_event ? record & 0xFFFU : 0);
     const std::int64_t sync_ps = clock.time_ps(here);
-    const std::uint64_t micro = (micro_steps - 1 - (record >> 16U & 0xFFFU)) & (0 - kind.timed);
+    const std::uint64_t micro = SpcPhotons::ticks(record) & kind.timed_mask;
     const std::int64_t since_ps =
         CountedSyncs::rounded(static_cast<double>(static_cast<std::int64_t>(micro)) * step_ps);
     const auto at_ps = static_cast<std::int64_t>(static_cast<std::uint64_t>(sync_ps) +
                                                  static_cast<std::uint64_t>(since_ps));
-    if ((record & gap_bit) != 0 && kind.events != 0) {
+    if ((record & gap_bit) != 0 && is_event) {
       write_tag(out[tags++], state.last_ps, {0, TagKind::loss_begin, {}});
       write_tag(out[tags++], std::max(sync_ps, state.last_ps), {-1, TagKind::loss_end, {}});
     }
     write_tag(out[tags], sync_ps, {0, TagKind::sync, {}});
-    tags += kind.events & (state.told != here ? 1U : 0U);
-    state.told = (here & is_event) | (state.told & ~is_event);
-    const std::uint64_t keeps = 0 - kind.unknown;
-    state.syncs = (here & ~keeps) | (state.syncs & keeps);
+    const std::uint64_t told = is_event ? here : state.told;
+    tags += told != state.told ? 1 : 0;
+    state.told = told;
+    state.syncs = (kind.counts & one_unknown_spc) != 0 ? state.syncs : here;
     write_tag(out[tags], at_ps, kind.meaning);
     tags += kind.events;
-    state.last_ps = kind.events != 0 ? at_ps : state.last_ps;
+    state.last_ps = is_event ? at_ps : state.last_ps;
   }
+  state.unknown += counts % one_untimed;
+  state.untimed += counts / one_untimed % one_untimed;
+  state.overflow_records += counts / one_counted;
   state_ = state;
   return tags;
+}
+
+std::size_t SpcDecoder::decode_some(const std::byte* in, std::size_t count, Tag* out) {
+  // No micro time is too late for a record: its syncs come after its photons.
+  const PhotonTimes times{clock_, step_ps_, micro_steps};
+  std::size_t tags = 0;
+  for (; count >= run_records; count -= run_records, in += record_bytes() * run_records) {
+    if (is_photon_run<SpcPhotons>(in)) {
+      const auto run =
+          write_photon_run<SpcPhotons>(in, times, state_.base, state_.told, out + tags);
+      state_.base = run.base;
+      state_.told = run.told;
+      state_.syncs = run.told;
+      tags += run.tags;
+      state_.last_ps = out[tags - 1].time_ps;
+    } else {
+      tags += decode_mixed(in, run_records, out + tags);
+    }
+  }
+  return tags + decode_mixed(in, count, out + tags);
 }
 
 RecordDecoder::Progress SpcDecoder::decode(std::span<const std::byte> records, std::span<Tag> out) {

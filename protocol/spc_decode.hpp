@@ -67,6 +67,7 @@ class SpcDecoder final : public RecordDecoder {
 
   // The tags of so many records, of which there may be four a record. Returns their number.
   std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
+  std::size_t decode_mixed(const std::byte* in, std::size_t count, Tag* out);
 
   CountedSyncs clock_;
   double step_ps_;

@@ -196,6 +196,34 @@ TEST(PtuDecode, AnyBytesInAnyChunksAtAnyAlignmentDecodeAlike) {
   EXPECT_EQ(tags, plainly_decoded(records));
 }
 
+// Each time in ticks, at one go, by division in 128 bits; the counts of overflows go from 1 to so
+// many that the next tag is years later.
+TEST(PtuDecode, FractionsOfPicosecondsAreTheNearestAtAnyTime) {
+  __extension__ using Wide = unsigned __int128;
+  std::mt19937 random(8);
+  std::vector<std::uint32_t> records(50'000);
+  std::vector<std::byte> bytes;
+  for (std::uint32_t& record : records) {
+    record = static_cast<std::uint32_t>(random()) & 0x7FFFFFFFU;
+    if (random() % 8 == 0) record = 0xFE000000U | ((record & 0x1FFFFFFU) >> random() % 26);
+    for (const std::byte byte : record_bytes({record})) bytes.push_back(byte);
+  }
+  struct Fraction {
+    std::int64_t numerator, denominator;
+  };
+  for (const auto [numerator, denominator] :
+       {Fraction{125, 32}, {823, 10}, {1, 3}, {1'000'003, 7}, {1'048'609, 1'048'573}}) {
+    std::vector<Tag> expected = plainly_decoded(records);
+    for (Tag& tag : expected) {
+      const auto twice = 2 * static_cast<Wide>(tag.time_ps) * numerator + denominator;
+      tag.time_ps = static_cast<std::int64_t>(twice / (2 * denominator));
+    }
+    PtuDecoder decoder(RecordType::hydra_harp_v2,
+                       1e-12 * static_cast<double>(numerator) / static_cast<double>(denominator));
+    EXPECT_EQ(decode_all(decoder, bytes), expected) << numerator;
+  }
+}
+
 TEST(PtuDecode, ADamagedFileWrapsAroundWithoutHarm) {
   PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-3);
   std::vector<std::byte> bytes;

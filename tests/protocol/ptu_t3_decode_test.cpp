@@ -125,6 +125,34 @@ TEST(PtuT3Decoder, PiecesAndRoomMakeNoDifference) {
   }
 }
 
+// Photons in a row are decoded together: as many as there are, with an overflow anywhere, they have
+// the times of photons alone.
+TEST(PtuT3Decoder, RunsOfPhotonsAreLikeOthers) {
+  for (std::size_t overflow_at = 0; overflow_at <= 40; ++overflow_at) {
+    std::vector<std::byte> records;
+    std::vector<Tag> expected;
+    for (std::uint32_t i = 0; i < 40; ++i) {
+      const bool is_before = i < overflow_at;
+      if (i == overflow_at) {
+        for (const std::byte byte : record_bytes({t3_overflow(1)})) records.push_back(byte);
+      }
+      const std::uint32_t ticks = i == 21 ? 32'767 : 100 * i;
+      for (const std::byte byte : record_bytes({t3_photon(i, ticks, 5 + i / 2)})) {
+        records.push_back(byte);
+      }
+      const std::int64_t sync_ps = 3'780'000LL * ((is_before ? 0 : 1024) + 5 + i / 2);
+      const bool is_new = i % 2 == 0 || i == overflow_at;
+      if (is_new) expected.push_back(sync_tag(sync_ps));
+      expected.push_back(i == 21 ? missed(sync_ps + 64 * ticks)
+                                 : photon_tag(sync_ps + 64 * ticks, static_cast<int>(i)));
+    }
+    PtuT3Decoder decoder(RecordType::hydra_harp_v2_t3, period_ps, 64e-12);
+    EXPECT_EQ(decode_all(decoder, records), expected) << overflow_at;
+    EXPECT_EQ(decoder.saturated_photons(), 1U);
+    EXPECT_EQ(decoder.reached_ps(), 3'780'000LL * ((overflow_at == 40 ? 0 : 1024) + 5 + 19));
+  }
+}
+
 TEST(PtuT3Decoder, RefusesTimesThatMakeNoSense) {
   const auto refusal = [](double period, double resolution_s) {
     return test::error_text([&] { PtuT3Decoder(RecordType::generic_t3, period, resolution_s); });

@@ -240,5 +240,32 @@ TEST(RecordingFormat, DamagedRecordsAreDecodedAlikeInPieces) {
   }
 }
 
+// Where there is room for two tags alone, each record is decoded by itself; else photons in a row
+// are decoded together.
+TEST(RecordingFormat, RunsOfPhotonsAreDecodedAsOneByOne) {
+  std::mt19937 random(7);
+  struct Case {
+    std::string start;
+    std::string name;
+    std::uint32_t photons;  // bits that a photon may have
+    std::uint32_t others;   // bits of a record that may be anything
+  };
+  for (const auto& [start, name, photons, others] :
+       {Case{spc_recording(100, {}), "a.spc", 0x4FFFFFFFU, 0xFFFFFFFFU},
+        {pico_harp_recording(3, {}), "", 0x7FFFFFFFU, 0xFFFFFFFFU},
+        {pico_harp_recording(3, {}), "", 0x7FFF0003U, 0xF0000003U},
+        {hydra_harp_recording(3, "1.0", {}), "", 0x7FFFFFFFU, 0xFE0003FFU},
+        {hydra_harp_recording(3, "2.0", {}), "", 0x7FFFFC01U, 0xFFFFFFFFU}}) {
+    std::string file = start;
+    for (int i = 0; i < 20'000; ++i) {
+      const auto record = static_cast<std::uint32_t>(random());
+      test::append_little_endian(file, record & (random() % 40 == 0 ? others : photons), 4);
+    }
+    const auto alone = read(file, name, test::spc_settings, 2);
+    EXPECT_GT(alone.size(), 18'000U);
+    EXPECT_EQ(read(file, name, test::spc_settings, 100'000), alone) << name;
+  }
+}
+
 }  // namespace
 }  // namespace splid
