@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -39,7 +40,7 @@ before the frame is in it. [P] leaves the frame's edges out of its bounds; the b
 - ✗: the **photons do not decide**. In more than 3 % of frames the truth gains less log-likelihood than chance alone
   does in one empty frame of 1000 (Lugannani and Rice 1980), or two rates agree better a turn off: no method can tell.
 - The pictures have the RMSE of all frames with a value, wrong peaks included, as [P]'s have; bounds are dashed.
-- ms: median times of the cells, from the shortest to the longest, by the thread's own clock.
+- ms: median times of the cells, from the shortest to the longest, by the thread's own clock, each on its machine.
 
 ## What it shows
 
@@ -267,19 +268,30 @@ std::string summary(const Results& results) {
 
 std::string joined(const std::set<std::string>& texts) {
   std::string all;
-  for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
   return all;
 }
 
+// A line for each machine, as times do not compare between machines.
 std::string provenance(const Results& results) {
-  std::set<std::string> machines, dates;
+  struct Run {
+    std::set<std::string> dates, estimators;
+  };
+  std::map<std::string, Run> runs;
   for (const auto& [name, result] : results) {
-    machines.insert(result.machine);
-    dates.insert(result.date);
+    runs[result.machine].dates.insert(result.date);
+    runs[result.machine].estimators.insert(std::string("`") + to_string(result.job.estimator) +
+                                           "`");
   }
-  return "Run " + joined(dates) + " on " + joined(machines) +
-         ". All cells with all four values, of right frames\n"
-         "and of all, are in [bench/studies/results/](../../bench/studies/results/). Again:\n\n"
+  std::string text = "Run";
+  for (const auto& [machine, run] : runs) {
+    text += (text == "Run" ? " " : ",\n") + joined(run.dates) + " on " + machine;
+    if (runs.size() > 1) text += " (" + joined(run.estimators) + ")";
+  }
+  return text +
+         ".\nAll cells with all four values, of right frames and of all, and with their "
+         "machine, are in\n"
+         "[bench/studies/results/](../../bench/studies/results/). Again:\n\n"
          "    scripts/studies --trials 10000 --longest 60\n\n";
 }
 

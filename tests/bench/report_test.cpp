@@ -40,12 +40,17 @@ TEST(Report, TablesSayWhatWasRunAndWhatWasFound) {
   results.at(name).score.wrong = 3;
   results.at(name).score.trials = 900;
   const std::string text = tables(results, "studies");
-  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor"));
+  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor.\n"));
   EXPECT_THAT(text, HasSubstr("| fig2 | search | 28 | 21 | 21 | 1 | 1 | 3 of 20900 | 0 |"));
   EXPECT_THAT(text, HasSubstr("studies/fig2.svg"));
   EXPECT_THAT(text, HasSubstr("| interleaved | search | 900 to 1000 | 1.00 1.00 |"));
   EXPECT_THAT(text, HasSubstr("| 1.00 1.00 (0.33 %) |"));
   EXPECT_THAT(text, Not(HasSubstr("Fig. 4: few photons")));
+  results.at(name).machine = "Another Processor";
+  results.at(name).date = "2026-11-22";
+  EXPECT_THAT(tables(results, "studies"),
+              HasSubstr("Run 2026-11-22 on Another Processor (`search`),\n"
+                        "2026-11-21 on Some Processor (`paper`, `search`).\n"));
 }
 
 TEST(Report, CellsThatTellNothingAreMarked) {
