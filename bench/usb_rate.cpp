@@ -18,7 +18,7 @@ void measure(int transfers, int transfer_kib) {
   test::SceneLoop scene({test::paper_pattern(), test::bright_scene()}, 20, 150);
   test::StreamFirmware firmware([&](std::span<std::byte> room) { return scene(room); });
   test::UsbDouble device({{0x1209, 0x5a1d}, ""}, firmware);
-  Tags16UsbOptions options;
+  usb::Tags16Options options;
   options.usb_id = "1209:5a1d";
   options.usb.transfers = transfers;
   options.usb.transfer_kib = transfer_kib;

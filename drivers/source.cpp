@@ -10,7 +10,7 @@ namespace {
 
 struct Driver {
   MakeSourceOptions make;
-  std::vector<UsbId> usb_ids;
+  std::vector<usb::Id> usb_ids;
 };
 
 // The table is static in a function, so that it exists before the first file registers its driver.
@@ -25,7 +25,8 @@ std::unique_ptr<EncoderSource> SourceOptions::own_encoder(const EncoderOptions&)
   return nullptr;
 }
 
-bool register_source(const std::string& name, MakeSourceOptions make, std::vector<UsbId> usb_ids) {
+bool register_source(const std::string& name, MakeSourceOptions make,
+                     std::vector<usb::Id> usb_ids) {
   drivers()[name] = {std::move(make), std::move(usb_ids)};
   return true;
 }
@@ -41,9 +42,9 @@ std::vector<std::string> source_names() {
   return names;
 }
 
-std::vector<UsbId> usb_ids_of(const std::string& name) {
+std::vector<usb::Id> usb_ids_of(const std::string& name) {
   const auto found = drivers().find(name);
-  return found == drivers().end() ? std::vector<UsbId>{} : found->second.usb_ids;
+  return found == drivers().end() ? std::vector<usb::Id>{} : found->second.usb_ids;
 }
 
 }  // namespace splid

@@ -119,7 +119,7 @@ using MakeSourceOptions = std::function<std::unique_ptr<SourceOptions>()>;
 // devices, and systemd/60-splid.rules gives people access to them.
 // Returns true. Called before main, from one thread.
 bool register_source(const std::string& name, MakeSourceOptions make,
-                     std::vector<UsbId> usb_ids = {});
+                     std::vector<usb::Id> usb_ids = {});
 
 // Null where no driver has that name.
 std::unique_ptr<SourceOptions> make_source_options(const std::string& name);
@@ -128,6 +128,6 @@ std::unique_ptr<SourceOptions> make_source_options(const std::string& name);
 std::vector<std::string> source_names();
 
 // The ids that a driver registered; none where no driver has that name.
-std::vector<UsbId> usb_ids_of(const std::string& name);
+std::vector<usb::Id> usb_ids_of(const std::string& name);
 
 }  // namespace splid

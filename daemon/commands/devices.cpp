@@ -15,8 +15,8 @@ const char* or_dash(const std::string& text) { return text.empty() ? "-" : text.
 int list_devices(bool all) {
   bool closed = false;
   int shown = 0;
-  for (const KnownDevice& each : known_devices(all)) {
-    const UsbDeviceInfo& info = each.info;
+  for (const usb::KnownDevice& each : usb::known_devices(all)) {
+    const usb::DeviceInfo& info = each.info;
     const std::string speed =
         info.speed_mbit_s > 0 ? fmt::format("{} Mbit/s", info.speed_mbit_s) : "-";
     if (shown++ == 0) std::printf("bus:dev id         speed         driver  serial\n");

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 // Blocks begin on a cache line, as decoders like it; so a header always fits before the ring's end.
@@ -53,4 +53,4 @@ std::optional<Block> BlockQueue::front() {
 
 void BlockQueue::pop() { read_.store(next_, std::memory_order_release); }
 
-}  // namespace splid
+}  // namespace splid::usb

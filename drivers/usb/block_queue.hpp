@@ -7,7 +7,7 @@
 #include <optional>
 #include <span>
 
-namespace splid {
+namespace splid::usb {
 
 // The bytes of one transfer.
 struct Block {
@@ -58,4 +58,4 @@ class BlockQueue {
   std::uint64_t next_ = 0;                                     // consumer only: after the front
 };
 
-}  // namespace splid
+}  // namespace splid::usb

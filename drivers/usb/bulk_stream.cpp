@@ -9,7 +9,7 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 struct FreeTransfer {
@@ -32,7 +32,7 @@ std::size_t whole_packets(std::size_t bytes, std::size_t packet_bytes) {
 }  // namespace
 
 const char* transfer_status_name(std::size_t status) {
-  constexpr std::array<const char*, UsbCounters::statuses> names = {
+  constexpr std::array<const char*, Counters::statuses> names = {
       "completed", "error", "timed_out", "cancelled", "stall", "no_device", "overflow"};
   return names.at(status);
 }
@@ -44,7 +44,7 @@ struct BulkStream::Flight {
   std::uint8_t endpoint;
   std::size_t transfer_bytes;
   BlockQueue& queue;
-  UsbCounters& counters;
+  Counters& counters;
   Wake& wake;
   std::vector<Transfer> transfers{};
   std::atomic<std::size_t> flying{0};
@@ -126,8 +126,8 @@ struct BulkStream::Flight {
   }
 };
 
-BulkStream::BulkStream(const UsbDevice& device, std::uint8_t endpoint, std::size_t transfer_bytes,
-                       BlockQueue& queue, UsbCounters& counters, Wake& wake)
+BulkStream::BulkStream(const Device& device, std::uint8_t endpoint, std::size_t transfer_bytes,
+                       BlockQueue& queue, Counters& counters, Wake& wake)
     : device_(device),
       flight_(new Flight{device.handle(), endpoint,
                          whole_packets(transfer_bytes, device.max_packet_bytes(endpoint)), queue,
@@ -147,7 +147,7 @@ std::size_t BulkStream::start(std::size_t transfers) {
     if (submit_all(transfers)) return transfers;
     if (!stop()) break;
   }
-  throw UsbError(device_.name(), "cannot start transfers", LIBUSB_ERROR_NO_MEM);
+  throw DeviceError(device_.name(), "cannot start transfers", LIBUSB_ERROR_NO_MEM);
 }
 
 // False where the kernel has no room for so many transfers.
@@ -187,4 +187,4 @@ const char* BulkStream::last_failure() const {
   return transfer_status_name(static_cast<std::size_t>(flight_->last_failure.load()));
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -14,10 +14,10 @@
 
 struct libusb_transfer;
 
-namespace splid {
+namespace splid::usb {
 
 // What came of the transfers. Any thread may read these; libusb's event thread writes them.
-struct UsbCounters {
+struct Counters {
   static constexpr std::size_t statuses = 7;
   std::array<std::atomic<std::uint64_t>, statuses> transfers{};  // index: libusb_transfer_status
   std::atomic<std::uint64_t> bytes{0};
@@ -25,7 +25,7 @@ struct UsbCounters {
   std::atomic<std::uint64_t> reopens{0};        // times a device was opened again
 };
 
-// Names for the index of UsbCounters::transfers.
+// Names for the index of usb::Counters::transfers.
 const char* transfer_status_name(std::size_t status);
 
 // Asynchronous transfers from a bulk IN endpoint, so many in flight that the device never waits. A
@@ -35,7 +35,7 @@ const char* transfer_status_name(std::size_t status);
 // failed, stays down, and trouble() says why; stop() and start() bring it back where that helps.
 //
 // Threads: the event thread runs the callbacks; everything else is called by the owner. Errors:
-// UsbError.
+// usb::DeviceError.
 class BulkStream {
  public:
   enum Trouble : unsigned {
@@ -51,8 +51,8 @@ class BulkStream {
   // device, queue, counters and wake (notified when there is something to do) outlive this object.
   // transfer_bytes: length of each transfer; it is rounded up to whole packets, so that a device
   // cannot send more than there is room for.
-  BulkStream(const UsbDevice& device, std::uint8_t endpoint, std::size_t transfer_bytes,
-             BlockQueue& queue, UsbCounters& counters, Wake& wake);
+  BulkStream(const Device& device, std::uint8_t endpoint, std::size_t transfer_bytes,
+             BlockQueue& queue, Counters& counters, Wake& wake);
   // Stops first. Transfers that do not come back are left to the kernel and never freed.
   ~BulkStream();
   BulkStream(const BulkStream&) = delete;
@@ -77,8 +77,8 @@ class BulkStream {
   bool submit_all(std::size_t transfers);
   bool submit_first(libusb_transfer& transfer);
 
-  const UsbDevice& device_;
+  const Device& device_;
   std::unique_ptr<Flight> flight_;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

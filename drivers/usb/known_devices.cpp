@@ -7,13 +7,13 @@
 
 #include "drivers/source.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 // Empty where no driver registered that id.
-std::string driver_of(const UsbId& id) {
+std::string driver_of(const Id& id) {
   for (const std::string& name : source_names()) {
-    const std::vector<UsbId> ids = usb_ids_of(name);
+    const std::vector<Id> ids = usb_ids_of(name);
     if (std::find(ids.begin(), ids.end(), id) != ids.end()) return name;
   }
   return "";
@@ -22,8 +22,8 @@ std::string driver_of(const UsbId& id) {
 }  // namespace
 
 std::vector<KnownDevice> known_devices(bool all) {
-  const UsbContext context;
-  const UsbDeviceList list(context);
+  const Context context;
+  const DeviceList list(context);
   std::vector<KnownDevice> devices;
   for (libusb_device* plugged_in : list.devices()) {
     KnownDevice device{info_of(plugged_in), "", false};
@@ -38,4 +38,4 @@ std::vector<KnownDevice> known_devices(bool all) {
   return devices;
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -5,11 +5,11 @@
 
 #include "drivers/usb/usb_device_list.hpp"
 
-namespace splid {
+namespace splid::usb {
 
 // A USB device that is plugged in, as `splid devices` shows it.
 struct KnownDevice {
-  UsbDeviceInfo info;
+  DeviceInfo info;
   std::string driver;     // the driver that registered the device's id; empty: none did
   bool may_open = false;  // whether the device's permissions let this process open it
 };
@@ -17,7 +17,7 @@ struct KnownDevice {
 // The devices that are plugged in and whose id a driver registered, or all devices. Sorted by bus
 // and address.
 //
-// Threads: any. Errors: UsbError where libusb cannot start.
+// Threads: any. Errors: usb::DeviceError where libusb cannot start.
 std::vector<KnownDevice> known_devices(bool all);
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -6,7 +6,7 @@
 
 #include "drivers/tags16_stream.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 // The address of an IN endpoint is 0x81 to 0x8f.
@@ -20,7 +20,7 @@ std::optional<std::uint8_t> parse_endpoint(const std::string& text) {
   return value;
 }
 
-class Tags16Instrument final : public UsbInstrument {
+class Tags16Instrument final : public Instrument {
  public:
   Tags16Instrument(std::uint8_t endpoint, int setting, Tags16Counters& counters)
       : endpoint_(endpoint), setting_(setting), stream_(counters) {}
@@ -33,7 +33,7 @@ class Tags16Instrument final : public UsbInstrument {
     stream_.feed(bytes, sink);
   }
 
-  std::string tend(UsbDevice&, TagSink&) override {
+  std::string tend(Device&, TagSink&) override {
     return news_.since_last(stream_.counts(), std::chrono::steady_clock::now());
   }
 
@@ -51,12 +51,11 @@ class Tags16Instrument final : public UsbInstrument {
   Tags16News news_;
 };
 
-const bool tags16_usb_registered =
-    register_source("tags16-usb", std::make_unique<Tags16UsbOptions>);
+const bool tags16_usb_registered = register_source("tags16-usb", std::make_unique<Tags16Options>);
 
 }  // namespace
 
-void Tags16UsbOptions::describe(OptionVisitor& visitor) {
+void Tags16Options::describe(OptionVisitor& visitor) {
   visitor.text("usb_id", usb_id,
                "vendor and product of the device, four hexadecimal digits each, such as 1209:0001");
   visitor.require("usb_id");
@@ -66,8 +65,8 @@ void Tags16UsbOptions::describe(OptionVisitor& visitor) {
   usb.describe(visitor);
 }
 
-std::optional<OptionFault> Tags16UsbOptions::validate() const {
-  if (!parse_usb_id(usb_id)) {
+std::optional<OptionFault> Tags16Options::validate() const {
+  if (!parse_id(usb_id)) {
     return OptionFault{"/usb_id", "\"" + usb_id +
                                       "\" is no USB id; it is four hexadecimal digits, a colon and "
                                       "four more, such as \"1209:0001\""};
@@ -79,17 +78,17 @@ std::optional<OptionFault> Tags16UsbOptions::validate() const {
   return std::nullopt;
 }
 
-std::unique_ptr<TagSource> Tags16UsbOptions::open(const SourceContext& context) const {
+std::unique_ptr<TagSource> Tags16Options::open(const SourceContext& context) const {
   const auto counters = std::make_shared<Tags16Counters>();
-  UsbInstrumentKind kind;
+  InstrumentKind kind;
   kind.name = "tags16 device " + usb_id;
-  kind.ids = {*parse_usb_id(usb_id)};
+  kind.ids = {*parse_id(usb_id)};
   kind.make = [address = *parse_endpoint(endpoint), setting = static_cast<int>(alternate_setting),
                counters] {
     return std::make_unique<Tags16Instrument>(address, setting, *counters);
   };
   kind.counters = [counters] { return counters->list(); };
-  return std::make_unique<UsbSource>(std::move(kind), usb, context);
+  return std::make_unique<Source>(std::move(kind), usb, context);
 }
 
-}  // namespace splid
+}  // namespace splid::usb

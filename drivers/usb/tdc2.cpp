@@ -4,7 +4,7 @@
 
 #include "drivers/usb/tdc2_instrument.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 // The ids of the instrument as S-Fifteen sells it, and of its maker's kit.
@@ -36,11 +36,11 @@ std::unique_ptr<TagSource> Tdc2Options::open(const SourceContext& context) const
     settings.thresholds_mv.at(i) = thresholds_mv.at(i);
   }
   settings.loss_bits = static_cast<std::uint32_t>(loss_bits);
-  UsbInstrumentKind kind;
+  InstrumentKind kind;
   kind.name = "S-Fifteen TDC2";
   kind.ids = usb_ids_of("tdc2");
   kind.make = [settings] { return std::make_unique<Tdc2Instrument>(settings); };
-  return std::make_unique<UsbSource>(std::move(kind), usb, context);
+  return std::make_unique<Source>(std::move(kind), usb, context);
 }
 
-}  // namespace splid
+}  // namespace splid::usb

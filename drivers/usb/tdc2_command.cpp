@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 constexpr double lowest_mv = -1024;
@@ -60,4 +60,4 @@ std::uint16_t tdc2_polarity(int input, double threshold_mv) {
                                     (rising != swapped ? polarity_high : polarity_low));
 }
 
-}  // namespace splid
+}  // namespace splid::usb

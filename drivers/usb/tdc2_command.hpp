@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <vector>
 
-namespace splid {
+namespace splid::usb {
 
 // The commands that the S-Fifteen TDC2 (timestamp7) takes on its command endpoint. Source:
 // readevents7 and the usbtmst4 driver, which are both public.
@@ -57,4 +57,4 @@ std::uint16_t tdc2_threshold(int input, double threshold_mv);
 // thresholds up to -0.25 mV, as NIM pulses have, and a rising edge for higher thresholds.
 std::uint16_t tdc2_polarity(int input, double threshold_mv);
 
-}  // namespace splid
+}  // namespace splid::usb

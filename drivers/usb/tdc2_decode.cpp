@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 constexpr unsigned time_shift = 10;
@@ -131,4 +131,4 @@ void Tdc2Decoder::begin_at(std::uint64_t units) {
   reached_ps_ = to_ps(since_origin_);
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -8,7 +8,7 @@
 
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::usb {
 
 // Turns the records of an S-Fifteen TDC2 (timestamp7) into tags. A record is 64 bits, little
 // endian: bits 63 to 10 are the time in 1/256 ns; 9 to 5 are internal; 4 marks a dummy; 3 to 0 are
@@ -73,4 +73,4 @@ class Tdc2Decoder {
   std::uint64_t strays_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

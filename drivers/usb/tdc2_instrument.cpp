@@ -9,7 +9,7 @@
 #include "drivers/tag_writer.hpp"
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using std::chrono::milliseconds;
@@ -51,13 +51,13 @@ std::int64_t to_ps(Duration duration) {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(duration).count() * 1000;
 }
 
-void send(UsbDevice& device, const std::vector<std::byte>& command, milliseconds timeout) {
+void send(Device& device, const std::vector<std::byte>& command, milliseconds timeout) {
   device.write(command_endpoint, command, timeout);
 }
 
 // Sends a command and returns its answer: up to four bytes, little endian. Absent where no answer
 // came in time.
-std::optional<std::uint32_t> ask(UsbDevice& device, const std::vector<std::byte>& command,
+std::optional<std::uint32_t> ask(Device& device, const std::vector<std::byte>& command,
                                  milliseconds timeout) {
   send(device, command, timeout);
   std::array<std::byte, 64> reply{};
@@ -70,11 +70,10 @@ std::optional<std::uint32_t> ask(UsbDevice& device, const std::vector<std::byte>
   return value;
 }
 
-std::uint32_t ask_surely(UsbDevice& device, const std::vector<std::byte>& command,
-                         const char* what) {
+std::uint32_t ask_surely(Device& device, const std::vector<std::byte>& command, const char* what) {
   const auto reply = ask(device, command, patience);
   if (!reply) {
-    throw UsbError(
+    throw DeviceError(
         device.name() + ": no answer when asked " + what + "; switch it off and on again", 0);
   }
   return *reply;
@@ -82,7 +81,7 @@ std::uint32_t ask_surely(UsbDevice& device, const std::vector<std::byte>& comman
 
 }  // namespace
 
-void Tdc2Instrument::prepare(UsbDevice& device) {
+void Tdc2Instrument::prepare(Device& device) {
   // Throws away an answer that was left over by a program that was killed.
   std::array<std::byte, 64> stale{};
   device.read(reply_endpoint, stale, milliseconds{1});
@@ -106,27 +105,27 @@ void Tdc2Instrument::prepare(UsbDevice& device) {
   command(tdc2_command16(Tdc2Command::write_config, reset | tdc2_config::fifo_reset));
 }
 
-void Tdc2Instrument::load_table(UsbDevice& device) {
+void Tdc2Instrument::load_table(Device& device) {
   const auto power = tdc2_command(Tdc2Command::power_state);
   std::uint32_t state = ask_surely(device, power, "for its power state");
   if ((state & tdc2_power::booted) == 0) {
-    throw UsbError(device.name() + ": it did not boot; look at its power supply", 0);
+    throw DeviceError(device.name() + ": it did not boot; look at its power supply", 0);
   }
   if ((state & tdc2_power::table_loaded) != 0) return;
   const std::uint32_t refused =
       ask_surely(device, tdc2_command(Tdc2Command::load_table), "to load its table");
   state = ask_surely(device, power, "for its power state");
   if (refused != 0 || (state & tdc2_power::table_loaded) == 0) {
-    throw UsbError(device.name() +
-                       ": its interpolation table does not load; write it to the instrument's "
-                       "EEPROM again with its maker's program",
-                   0);
+    throw DeviceError(device.name() +
+                          ": its interpolation table does not load; write it to the instrument's "
+                          "EEPROM again with its maker's program",
+                      0);
   }
 }
 
 // The parameters of the converter (lower half) and of the output (upper half), as the maker stored
 // them.
-std::uint32_t Tdc2Instrument::read_parameters(UsbDevice& device) {
+std::uint32_t Tdc2Instrument::read_parameters(Device& device) {
   const auto word = [&](std::uint32_t index) {
     const auto command = tdc2_command32(Tdc2Command::read_ram, parameter_address + 2 * index);
     return ask_surely(device, command, "for its parameters") >> 16U;
@@ -138,18 +137,19 @@ std::uint32_t Tdc2Instrument::read_parameters(UsbDevice& device) {
     for (std::uint32_t i = 0; i <= count; ++i) sum += words.at(i) = word(i + 1);
     if ((sum & 0xFFFFU) == 0) return words[0] | (count == 2 ? words[1] << 16U : 0);
   }
-  throw UsbError(device.name() +
-                     ": the parameters in its EEPROM are damaged; write its table again with its "
-                     "maker's program",
-                 0);
+  throw DeviceError(
+      device.name() +
+          ": the parameters in its EEPROM are damaged; write its table again with its "
+          "maker's program",
+      0);
 }
 
-void Tdc2Instrument::start(UsbDevice& device) {
+void Tdc2Instrument::start(Device& device) {
   constexpr std::uint16_t running = idle_config | tdc2_config::collect | tdc2_config::lamp;
   send(device, tdc2_command16(Tdc2Command::write_config, running), patience);
   if (ask_surely(device, tdc2_command(Tdc2Command::start_stream), "to start") != 0) {
-    throw UsbError(device.name() + ": it is busy and does not start; switch it off and on again",
-                   0);
+    throw DeviceError(device.name() + ": it is busy and does not start; switch it off and on again",
+                      0);
   }
   // Bits that are 1 at the start tell of no loss.
   const auto status = ask(device, tdc2_command(Tdc2Command::status_word), patience);
@@ -159,14 +159,14 @@ void Tdc2Instrument::start(UsbDevice& device) {
   next_poll_ = heard_ + between_polls;
 }
 
-void Tdc2Instrument::stop(UsbDevice& device) {
+void Tdc2Instrument::stop(Device& device) {
   send(device, tdc2_command16(Tdc2Command::write_config, idle_config), short_patience);
   send(device, tdc2_command(Tdc2Command::stop_stream), short_patience);
   send(device, tdc2_command16(Tdc2Command::write_config, idle_config | tdc2_config::fifo_reset),
        short_patience);
 }
 
-std::string Tdc2Instrument::tend(UsbDevice& device, TagSink& sink) {
+std::string Tdc2Instrument::tend(Device& device, TagSink& sink) {
   const auto now = Clock::now();
   if (now - heard_ >= between_beats && now >= next_beat_) {
     next_beat_ = now + between_beats;
@@ -191,12 +191,12 @@ void Tdc2Instrument::beat(TagSink& sink) {
   put(heartbeat_tag(*decoder_.reached_ps() + to_ps(passed)), sink);
 }
 
-std::string Tdc2Instrument::poll_status(UsbDevice& device, TagSink& sink) {
+std::string Tdc2Instrument::poll_status(Device& device, TagSink& sink) {
   if (loss_seen_by_status_) end_loss(sink);
   const auto reply = ask(device, tdc2_command(Tdc2Command::status_word), short_patience);
   if (!reply) {
     if (++unanswered_ < most_unanswered) return {};
-    throw UsbError(device.name() + ": it does not answer any more; it is opened anew", 0);
+    throw DeviceError(device.name() + ": it does not answer any more; it is opened anew", 0);
   }
   unanswered_ = 0;
   if (*reply == unreadable) return count_unreadable(device, sink);
@@ -213,11 +213,11 @@ std::string Tdc2Instrument::poll_status(UsbDevice& device, TagSink& sink) {
   return text.data();
 }
 
-std::string Tdc2Instrument::count_unreadable(const UsbDevice& device, TagSink& sink) {
+std::string Tdc2Instrument::count_unreadable(const Device& device, TagSink& sink) {
   ++unreadable_;
   if (unreadable_ < unreadable_said) return {};
   if (was_readable_ && unreadable_ >= unreadable_ended) {
-    throw UsbError(
+    throw DeviceError(
         device.name() + ": its status word (0xffffffff) cannot be read any more; it is opened anew",
         0);
   }
@@ -227,12 +227,12 @@ std::string Tdc2Instrument::count_unreadable(const UsbDevice& device, TagSink& s
          "it off and on again";
 }
 
-void Tdc2Instrument::watch_records(const UsbDevice& device) const {
+void Tdc2Instrument::watch_records(const Device& device) const {
   if (!decoder_.is_adrift() || Clock::now() - fitted_ < nonsense_patience) return;
-  throw UsbError(device.name() +
-                     ": what it sends is no records, or parts of them; it is opened "
-                     "anew; look at its cable",
-                 0);
+  throw DeviceError(device.name() +
+                        ": what it sends is no records, or parts of them; it is opened "
+                        "anew; look at its cable",
+                    0);
 }
 
 void Tdc2Instrument::decode(std::span<const std::byte> bytes, TagSink& sink) {
@@ -289,4 +289,4 @@ void Tdc2Instrument::put(std::span<const Tag> tags, TagSink& sink) {
   out.publish();
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -11,7 +11,7 @@
 #include "drivers/usb/tdc2_decode.hpp"
 #include "drivers/usb/usb_instrument.hpp"
 
-namespace splid {
+namespace splid::usb {
 
 struct Tdc2Settings {
   std::array<double, 4> thresholds_mv{};  // of inputs 1 to 4
@@ -34,7 +34,7 @@ struct Tdc2Settings {
 // nothing has come for 10 ms, the instrument is asked to send what waits in a packet that is not
 // full. The heartbeat is then the time that has surely passed: that of the host's clock, less 50
 // ms.
-class Tdc2Instrument final : public UsbInstrument {
+class Tdc2Instrument final : public Instrument {
  public:
   // How long the instrument may take to accept a command, and again to answer it.
   static constexpr std::chrono::milliseconds patience{250};
@@ -43,10 +43,10 @@ class Tdc2Instrument final : public UsbInstrument {
 
   [[nodiscard]] std::uint8_t data_endpoint() const override { return 0x82; }
   [[nodiscard]] int alternate_setting() const override { return 1; }
-  void prepare(UsbDevice& device) override;
-  void start(UsbDevice& device) override;
-  std::string tend(UsbDevice& device, TagSink& sink) override;
-  void stop(UsbDevice& device) override;
+  void prepare(Device& device) override;
+  void start(Device& device) override;
+  std::string tend(Device& device, TagSink& sink) override;
+  void stop(Device& device) override;
   void decode(std::span<const std::byte> bytes, TagSink& sink) override;
   void cut(TagSink& sink) override;
   void end(TagSink& sink) override;
@@ -57,11 +57,11 @@ class Tdc2Instrument final : public UsbInstrument {
  private:
   using Clock = std::chrono::steady_clock;
 
-  void load_table(UsbDevice& device);
-  [[nodiscard]] std::uint32_t read_parameters(UsbDevice& device);
-  std::string poll_status(UsbDevice& device, TagSink& sink);
-  std::string count_unreadable(const UsbDevice& device, TagSink& sink);
-  void watch_records(const UsbDevice& device) const;
+  void load_table(Device& device);
+  [[nodiscard]] std::uint32_t read_parameters(Device& device);
+  std::string poll_status(Device& device, TagSink& sink);
+  std::string count_unreadable(const Device& device, TagSink& sink);
+  void watch_records(const Device& device) const;
   void beat(TagSink& sink);
   void begin_loss(TagSink& sink);
   void end_loss(TagSink& sink);
@@ -85,4 +85,4 @@ class Tdc2Instrument final : public UsbInstrument {
   Clock::time_point next_beat_{};
 };
 
-}  // namespace splid
+}  // namespace splid::usb

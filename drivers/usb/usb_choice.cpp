@@ -8,18 +8,18 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 struct Candidate {
   libusb_device* device;
-  UsbDeviceInfo info;
+  DeviceInfo info;
 };
 
-std::vector<Candidate> candidates(const UsbDeviceList& list, const UsbSelection& meant) {
+std::vector<Candidate> candidates(const DeviceList& list, const Selection& meant) {
   std::vector<Candidate> found;
   for (libusb_device* device : list.devices()) {
-    UsbDeviceInfo info = info_of(device);
+    DeviceInfo info = info_of(device);
     if (std::find(meant.ids.begin(), meant.ids.end(), info.id) == meant.ids.end()) continue;
     if (!meant.serial.empty() && info.serial != meant.serial) continue;
     found.push_back({device, std::move(info)});
@@ -31,22 +31,22 @@ std::vector<Candidate> candidates(const UsbDeviceList& list, const UsbSelection&
   return found;
 }
 
-std::vector<UsbDeviceInfo> infos(const std::vector<Candidate>& found) {
-  std::vector<UsbDeviceInfo> list;
+std::vector<DeviceInfo> infos(const std::vector<Candidate>& found) {
+  std::vector<DeviceInfo> list;
   list.reserve(found.size());
   for (const Candidate& each : found) list.push_back(each.info);
   return list;
 }
 
-std::string listed(const std::vector<UsbDeviceInfo>& devices) {
+std::string listed(const std::vector<DeviceInfo>& devices) {
   std::string text;
-  for (const UsbDeviceInfo& each : devices) text += (text.empty() ? "" : ", ") + in_words(each);
+  for (const DeviceInfo& each : devices) text += (text.empty() ? "" : ", ") + in_words(each);
   return text;
 }
 
 }  // namespace
 
-std::string in_words(const UsbSelection& selection) {
+std::string in_words(const Selection& selection) {
   std::string text = "USB device ";
   for (std::size_t i = 0; i < selection.ids.size(); ++i) {
     text += (i == 0 ? "" : " or ") + to_string(selection.ids[i]);
@@ -55,8 +55,8 @@ std::string in_words(const UsbSelection& selection) {
   return text;
 }
 
-std::unique_ptr<UsbDevice> UsbChoice::open(const UsbContext& context) {
-  const UsbDeviceList list(context);
+std::unique_ptr<Device> Choice::open(const Context& context) {
+  const DeviceList list(context);
   const std::vector<Candidate> found = candidates(list, meant_);
   const auto chosen = std::find_if(found.begin(), found.end(),
                                    [this](const Candidate& each) { return is_taken(each.info); });
@@ -66,46 +66,46 @@ std::unique_ptr<UsbDevice> UsbChoice::open(const UsbContext& context) {
     return nullptr;
   }
   judge(others_, chosen->info);
-  auto device = std::make_unique<UsbDevice>(chosen->device, chosen->info);
+  auto device = std::make_unique<Device>(chosen->device, chosen->info);
   if (!taken_) by_port_ = chosen->info.serial.empty() && found.size() > 1;
   taken_ = chosen->info;
   return device;
 }
 
-bool UsbChoice::look(const UsbContext& context) {
+bool Choice::look(const Context& context) {
   if (!taken_ || !meant_.serial.empty()) return false;
   const std::string said = caution_;
-  judge(infos(candidates(UsbDeviceList(context), meant_)), *taken_);
+  judge(infos(candidates(DeviceList(context), meant_)), *taken_);
   return caution_ != said;
 }
 
-bool UsbChoice::is_listed(const UsbContext& context) const {
+bool Choice::is_listed(const Context& context) const {
   if (!taken_) return true;
-  const UsbDeviceList list(context);
+  const DeviceList list(context);
   return std::any_of(list.devices().begin(), list.devices().end(), [this](libusb_device* device) {
     return libusb_get_bus_number(device) == taken_->bus &&
            libusb_get_device_address(device) == taken_->address;
   });
 }
 
-std::string UsbChoice::absence() const {
+std::string Choice::absence() const {
   if (!taken_) {
     return "no " + in_words(meant_) + " is plugged in (splid devices lists what is)";
   }
-  std::string text = name() + ": " + UsbError::unplugged;
+  std::string text = name() + ": " + DeviceError::unplugged;
   if (others_.empty()) return text;
   return text + "; this stream stays with it and does not read " + listed(others_) +
          " in its place: plug it in again, or have the other read with splid ctl stop and "
          "splid ctl start";
 }
 
-bool UsbChoice::is_taken(const UsbDeviceInfo& info) const {
+bool Choice::is_taken(const DeviceInfo& info) const {
   if (!taken_) return true;
   if (by_port_) return info.port == taken_->port;
   return info.serial == taken_->serial;
 }
 
-void UsbChoice::judge(const std::vector<UsbDeviceInfo>& plugged_in, const UsbDeviceInfo& read) {
+void Choice::judge(const std::vector<DeviceInfo>& plugged_in, const DeviceInfo& read) {
   caution_.clear();
   if (plugged_in.size() < 2) return;
   caution_ = std::to_string(plugged_in.size()) +
@@ -116,4 +116,4 @@ void UsbChoice::judge(const std::vector<UsbDeviceInfo>& plugged_in, const UsbDev
                   : "name the one that is meant in source.serial";
 }
 
-}  // namespace splid
+}  // namespace splid::usb

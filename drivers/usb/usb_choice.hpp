@@ -7,16 +7,16 @@
 
 #include "drivers/usb/usb_device.hpp"
 
-namespace splid {
+namespace splid::usb {
 
 // Which devices a configuration could mean.
-struct UsbSelection {
-  std::vector<UsbId> ids;  // any of these
-  std::string serial;      // empty: any
+struct Selection {
+  std::vector<Id> ids;  // any of these
+  std::string serial;   // empty: any
 };
 
 // "USB device 3137:200a or 04b4:123a with serial TDC2-0042", for people.
-std::string in_words(const UsbSelection& selection);
+std::string in_words(const Selection& selection);
 
 // Chooses which of the devices that are plugged in a stream reads: of those that the configuration
 // could mean, the device at the first port, and from then on no other. A device is recognised by
@@ -26,17 +26,17 @@ std::string in_words(const UsbSelection& selection);
 // Design note: two instruments of one kind are wired to different detectors. When a cable is
 // pulled, frames of the other instrument would look like frames of the first.
 //
-// Threads: one. Errors: UsbError.
-class UsbChoice {
+// Threads: one. Errors: usb::DeviceError.
+class Choice {
  public:
-  explicit UsbChoice(UsbSelection meant) : meant_(std::move(meant)) {}
+  explicit Choice(Selection meant) : meant_(std::move(meant)) {}
 
   // Opens the chosen device; null where it is not plugged in.
-  std::unique_ptr<UsbDevice> open(const UsbContext& context);
+  std::unique_ptr<Device> open(const Context& context);
   // Looks again at what is plugged in. True where caution() has changed by that.
-  bool look(const UsbContext& context);
+  bool look(const Context& context);
   // Whether the device that was opened last is still plugged in.
-  [[nodiscard]] bool is_listed(const UsbContext& context) const;
+  [[nodiscard]] bool is_listed(const Context& context) const;
 
   // The device that is read, for people; empty before the first device was opened.
   [[nodiscard]] std::string name() const { return taken_ ? in_words(*taken_) : ""; }
@@ -46,14 +46,14 @@ class UsbChoice {
   [[nodiscard]] std::string absence() const;
 
  private:
-  [[nodiscard]] bool is_taken(const UsbDeviceInfo& info) const;
-  void judge(const std::vector<UsbDeviceInfo>& plugged_in, const UsbDeviceInfo& read);
+  [[nodiscard]] bool is_taken(const DeviceInfo& info) const;
+  void judge(const std::vector<DeviceInfo>& plugged_in, const DeviceInfo& read);
 
-  UsbSelection meant_;
-  std::optional<UsbDeviceInfo> taken_;
-  bool by_port_ = false;               // taken_ is recognised by its port
-  std::vector<UsbDeviceInfo> others_;  // could be meant, but are not read, at the last open()
+  Selection meant_;
+  std::optional<DeviceInfo> taken_;
+  bool by_port_ = false;            // taken_ is recognised by its port
+  std::vector<DeviceInfo> others_;  // could be meant, but are not read, at the last open()
   std::string caution_;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -7,23 +7,23 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 
-UsbContext::UsbContext() {
+Context::Context() {
   const int code = libusb_init(&context_);
   if (code == 0) return;
   // libusb returns LIBUSB_ERROR_OTHER (-99), before it touches any device, where the process may
   // not open netlink sockets.
-  throw UsbError("libusb",
-                 code == LIBUSB_ERROR_OTHER ? "cannot start; a service needs AF_NETLINK in its "
-                                              "RestrictAddressFamilies to hear of devices"
-                                            : "cannot start",
-                 code);
+  throw DeviceError("libusb",
+                    code == LIBUSB_ERROR_OTHER ? "cannot start; a service needs AF_NETLINK in its "
+                                                 "RestrictAddressFamilies to hear of devices"
+                                               : "cannot start",
+                    code);
 }
 
-UsbContext::~UsbContext() { libusb_exit(context_); }
+Context::~Context() { libusb_exit(context_); }
 
-UsbEventThread::UsbEventThread(const UsbContext& context)
+EventThread::EventThread(const Context& context)
     : context_(context.get()), thread_([this](const std::stop_token& stop) {
         pthread_setname_np(pthread_self(), "usb-events");
         while (!stop.stop_requested()) {
@@ -32,9 +32,9 @@ UsbEventThread::UsbEventThread(const UsbContext& context)
         }
       }) {}
 
-UsbEventThread::~UsbEventThread() {
+EventThread::~EventThread() {
   thread_.request_stop();
   libusb_interrupt_event_handler(context_);
 }
 
-}  // namespace splid
+}  // namespace splid::usb

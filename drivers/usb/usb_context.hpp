@@ -4,17 +4,17 @@
 
 struct libusb_context;
 
-namespace splid {
+namespace splid::usb {
 
 // An instance of libusb.
 //
-// Threads: any. Errors: the constructor throws UsbError.
-class UsbContext {
+// Threads: any. Errors: the constructor throws usb::DeviceError.
+class Context {
  public:
-  UsbContext();
-  ~UsbContext();
-  UsbContext(const UsbContext&) = delete;
-  UsbContext& operator=(const UsbContext&) = delete;
+  Context();
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
 
   [[nodiscard]] libusb_context* get() const { return context_; }
 
@@ -24,17 +24,17 @@ class UsbContext {
 
 // The event thread of an instance of libusb: it takes the instance's events and runs the callbacks
 // of its transfers, from construction to destruction.
-class UsbEventThread {
+class EventThread {
  public:
   // context: outlives this object.
-  explicit UsbEventThread(const UsbContext& context);
-  ~UsbEventThread();
-  UsbEventThread(const UsbEventThread&) = delete;
-  UsbEventThread& operator=(const UsbEventThread&) = delete;
+  explicit EventThread(const Context& context);
+  ~EventThread();
+  EventThread(const EventThread&) = delete;
+  EventThread& operator=(const EventThread&) = delete;
 
  private:
   libusb_context* context_;
   std::jthread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -8,7 +8,7 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 constexpr int interface_number = 0;
@@ -68,7 +68,7 @@ std::string describe_missing(std::uint8_t address, int setting, const std::vecto
 
 }  // namespace
 
-UsbDevice::UsbDevice(libusb_device* device, const UsbDeviceInfo& info) : name_(in_words(info)) {
+Device::Device(libusb_device* device, const DeviceInfo& info) : name_(in_words(info)) {
   check(libusb_open(device, &handle_), "cannot open it");
   libusb_set_auto_detach_kernel_driver(handle_, 1);  // where the system cannot, the claim says so
   const int code = libusb_claim_interface(handle_, interface_number);
@@ -77,19 +77,19 @@ UsbDevice::UsbDevice(libusb_device* device, const UsbDeviceInfo& info) : name_(i
   check(code, "cannot claim interface 0");
 }
 
-UsbDevice::~UsbDevice() {
+Device::~Device() {
   libusb_release_interface(handle_, interface_number);
   libusb_close(handle_);
 }
 
-void UsbDevice::select_alternate(int setting) {
+void Device::select_alternate(int setting) {
   if (setting == alternate_) return;
   check(libusb_set_interface_alt_setting(handle_, interface_number, setting),
         "cannot select alternate setting " + std::to_string(setting));
   alternate_ = setting;
 }
 
-int UsbDevice::max_packet_bytes(std::uint8_t endpoint) const {
+int Device::max_packet_bytes(std::uint8_t endpoint) const {
   libusb_config_descriptor* config = nullptr;
   check(libusb_get_active_config_descriptor(libusb_get_device(handle_), &config),
         "cannot read its configuration");
@@ -104,8 +104,8 @@ int UsbDevice::max_packet_bytes(std::uint8_t endpoint) const {
   throw Error(Fault::usage, name_ + ": " + describe_missing(endpoint, alternate_, all));
 }
 
-void UsbDevice::write(std::uint8_t endpoint, std::span<const std::byte> bytes,
-                      std::chrono::milliseconds timeout) {
+void Device::write(std::uint8_t endpoint, std::span<const std::byte> bytes,
+                   std::chrono::milliseconds timeout) {
   // libusb's buffers are not const, though nothing is written into those of OUT endpoints.
   auto* data = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(bytes.data()));
   int written = 0;
@@ -114,8 +114,8 @@ void UsbDevice::write(std::uint8_t endpoint, std::span<const std::byte> bytes,
   check(code, "cannot write to endpoint " + hex(endpoint));
 }
 
-std::size_t UsbDevice::read(std::uint8_t endpoint, std::span<std::byte> room,
-                            std::chrono::milliseconds timeout) {
+std::size_t Device::read(std::uint8_t endpoint, std::span<std::byte> room,
+                         std::chrono::milliseconds timeout) {
   int count = 0;
   const int code = libusb_bulk_transfer(
       handle_, endpoint, reinterpret_cast<unsigned char*>(room.data()),
@@ -124,13 +124,13 @@ std::size_t UsbDevice::read(std::uint8_t endpoint, std::span<std::byte> room,
   return static_cast<std::size_t>(count);
 }
 
-void UsbDevice::clear_halt(std::uint8_t endpoint) {
+void Device::clear_halt(std::uint8_t endpoint) {
   check(libusb_clear_halt(handle_, endpoint),
         "cannot clear the stall of endpoint " + hex(endpoint));
 }
 
-void UsbDevice::check(int code, const std::string& call) const {
-  if (code < 0) throw UsbError(name_, call, code);
+void Device::check(int code, const std::string& call) const {
+  if (code < 0) throw DeviceError(name_, call, code);
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -11,18 +11,18 @@
 
 struct libusb_device_handle;
 
-namespace splid {
+namespace splid::usb {
 
 // An open device with interface 0 claimed, for calls that wait for their answer. A kernel driver
 // that holds the interface is detached, and attached again when the device is closed.
 //
-// Threads: one, which is not the context's event thread. Errors: UsbError.
-class UsbDevice {
+// Threads: one, which is not the context's event thread. Errors: usb::DeviceError.
+class Device {
  public:
-  UsbDevice(libusb_device* device, const UsbDeviceInfo& info);
-  ~UsbDevice();
-  UsbDevice(const UsbDevice&) = delete;
-  UsbDevice& operator=(const UsbDevice&) = delete;
+  Device(libusb_device* device, const DeviceInfo& info);
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
 
   [[nodiscard]] libusb_device_handle* handle() const { return handle_; }
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -40,7 +40,7 @@ class UsbDevice {
                    std::chrono::milliseconds timeout);
   void clear_halt(std::uint8_t endpoint);
 
-  // Throws an UsbError naming the device where code is negative.
+  // Throws an usb::DeviceError naming the device where code is negative.
   void check(int code, const std::string& call) const;
 
  private:
@@ -49,4 +49,4 @@ class UsbDevice {
   libusb_device_handle* handle_ = nullptr;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

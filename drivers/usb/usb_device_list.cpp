@@ -8,7 +8,7 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 int speed_mbit_s(libusb_device* device) {
@@ -50,20 +50,20 @@ std::string serial_of(const std::string& port) {
 
 }  // namespace
 
-std::string UsbDeviceInfo::node() const {
+std::string DeviceInfo::node() const {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "/dev/bus/usb/%03d/%03d", bus, address);
   return text.data();
 }
 
-std::string in_words(const UsbDeviceInfo& info) {
+std::string in_words(const DeviceInfo& info) {
   std::string text = to_string(info.id);
   if (!info.serial.empty()) text += " serial " + info.serial;
   return text + " at " + info.port;
 }
 
-UsbDeviceInfo info_of(libusb_device* device) {
-  UsbDeviceInfo info;
+DeviceInfo info_of(libusb_device* device) {
+  DeviceInfo info;
   libusb_device_descriptor descriptor{};
   libusb_get_device_descriptor(device, &descriptor);  // kept by libusb: does not fail
   info.id = {descriptor.idVendor, descriptor.idProduct};
@@ -75,12 +75,12 @@ UsbDeviceInfo info_of(libusb_device* device) {
   return info;
 }
 
-UsbDeviceList::UsbDeviceList(const UsbContext& context) {
+DeviceList::DeviceList(const Context& context) {
   const auto count = libusb_get_device_list(context.get(), &devices_);
-  if (count < 0) throw UsbError("libusb", "cannot list devices", static_cast<int>(count));
+  if (count < 0) throw DeviceError("libusb", "cannot list devices", static_cast<int>(count));
   count_ = static_cast<std::size_t>(count);
 }
 
-UsbDeviceList::~UsbDeviceList() { libusb_free_device_list(devices_, 1); }
+DeviceList::~DeviceList() { libusb_free_device_list(devices_, 1); }
 
-}  // namespace splid
+}  // namespace splid::usb

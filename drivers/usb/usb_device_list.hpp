@@ -8,11 +8,11 @@
 
 struct libusb_device;
 
-namespace splid {
+namespace splid::usb {
 
 // What a device tells without being opened.
-struct UsbDeviceInfo {
-  UsbId id;
+struct DeviceInfo {
+  Id id;
   int bus = 0;
   int address = 0;
   std::string port;                        // as /sys/bus/usb/devices names it, such as 1-1.2
@@ -22,20 +22,20 @@ struct UsbDeviceInfo {
 };
 
 // "3137:200a serial TDC2-0042 at 1-1.2", for people.
-std::string in_words(const UsbDeviceInfo& info);
+std::string in_words(const DeviceInfo& info);
 
-UsbDeviceInfo info_of(libusb_device* device);
+DeviceInfo info_of(libusb_device* device);
 
 // The devices that are plugged in now.
 //
-// Threads: one. Errors: the constructor throws UsbError.
-class UsbDeviceList {
+// Threads: one. Errors: the constructor throws usb::DeviceError.
+class DeviceList {
  public:
   // context: outlives this object.
-  explicit UsbDeviceList(const UsbContext& context);
-  ~UsbDeviceList();
-  UsbDeviceList(const UsbDeviceList&) = delete;
-  UsbDeviceList& operator=(const UsbDeviceList&) = delete;
+  explicit DeviceList(const Context& context);
+  ~DeviceList();
+  DeviceList(const DeviceList&) = delete;
+  DeviceList& operator=(const DeviceList&) = delete;
 
   [[nodiscard]] std::span<libusb_device* const> devices() const { return {devices_, count_}; }
 
@@ -44,4 +44,4 @@ class UsbDeviceList {
   std::size_t count_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

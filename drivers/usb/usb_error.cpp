@@ -2,7 +2,7 @@
 
 #include <libusb.h>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 const char* advice(int code) {
@@ -25,13 +25,13 @@ const char* advice(int code) {
 }  // namespace
 
 // Where the device is gone, the sentence says so, whichever call found that out.
-UsbError::UsbError(const std::string& device, const std::string& call, int code)
-    : UsbError(device + ": " +
-                   (code == LIBUSB_ERROR_NO_DEVICE
-                        ? std::string(unplugged)
-                        : call + ": " + libusb_error_name(code) + advice(code)),
-               code) {}
+DeviceError::DeviceError(const std::string& device, const std::string& call, int code)
+    : DeviceError(device + ": " +
+                      (code == LIBUSB_ERROR_NO_DEVICE
+                           ? std::string(unplugged)
+                           : call + ": " + libusb_error_name(code) + advice(code)),
+                  code) {}
 
-bool UsbError::device_is_gone() const { return code_ == LIBUSB_ERROR_NO_DEVICE; }
+bool DeviceError::device_is_gone() const { return code_ == LIBUSB_ERROR_NO_DEVICE; }
 
-}  // namespace splid
+}  // namespace splid::usb

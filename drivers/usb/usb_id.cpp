@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cstdio>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 std::optional<std::uint16_t> parse_part(const char* first) {
@@ -17,18 +17,18 @@ std::optional<std::uint16_t> parse_part(const char* first) {
 
 }  // namespace
 
-std::string to_string(const UsbId& id) {
+std::string to_string(const Id& id) {
   std::array<char, 16> text{};
   std::snprintf(text.data(), text.size(), "%04x:%04x", unsigned{id.vendor}, unsigned{id.product});
   return text.data();
 }
 
-std::optional<UsbId> parse_usb_id(const std::string& text) {
+std::optional<Id> parse_id(const std::string& text) {
   if (text.size() != 9 || text[4] != ':') return std::nullopt;
   const auto vendor = parse_part(text.data());
   const auto product = parse_part(text.data() + 5);
   if (!vendor || !product) return std::nullopt;
-  return UsbId{*vendor, *product};
+  return Id{*vendor, *product};
 }
 
-}  // namespace splid
+}  // namespace splid::usb

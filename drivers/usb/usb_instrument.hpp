@@ -10,16 +10,16 @@
 #include "drivers/source.hpp"
 #include "drivers/usb/usb_device.hpp"
 
-namespace splid {
+namespace splid::usb {
 
-// How to speak to one kind of instrument, and what its bytes mean: all that UsbSource does not
+// How to speak to one kind of instrument, and what its bytes mean: all that usb::Source does not
 // know. An object of this class serves one opening of a device.
 //
-// Threads: the source's. Errors: UsbError, which has the device closed and opened again.
+// Threads: the source's. Errors: usb::DeviceError, which has the device closed and opened again.
 // Timeouts: a call may wait for the device for 250 ms, tend() and stop() for 30 ms.
-class UsbInstrument {
+class Instrument {
  public:
-  virtual ~UsbInstrument() = default;
+  virtual ~Instrument() = default;
 
   // The bulk IN endpoint that the data come from.
   [[nodiscard]] virtual std::uint8_t data_endpoint() const = 0;
@@ -28,14 +28,14 @@ class UsbInstrument {
   [[nodiscard]] virtual int alternate_setting() const { return 0; }
 
   // Called before transfers are in flight: brings the instrument to where it may be started.
-  virtual void prepare(UsbDevice&) {}
+  virtual void prepare(Device&) {}
   // Called when transfers are in flight: has the instrument send.
-  virtual void start(UsbDevice&) {}
+  virtual void start(Device&) {}
   // Called every 2 ms or so, to make heartbeats and to ask the instrument how it is. Returns what
   // there is to report; empty: nothing.
-  virtual std::string tend(UsbDevice&, TagSink&) { return {}; }
+  virtual std::string tend(Device&, TagSink&) { return {}; }
   // Stops the instrument in good order. An error that it throws is passed over.
-  virtual void stop(UsbDevice&) {}
+  virtual void stop(Device&) {}
 
   // Turns the bytes of one transfer into tags.
   virtual void decode(std::span<const std::byte> bytes, TagSink& sink) = 0;
@@ -52,4 +52,4 @@ class UsbInstrument {
 // do not follow earlier ones.
 void put_clock_end(std::int64_t time_ps, TagSink& sink);
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -8,7 +8,7 @@
 
 #include "drivers/usb/usb_error.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using std::chrono::milliseconds;
@@ -33,8 +33,8 @@ constexpr milliseconds quiet{5};
 
 }  // namespace
 
-UsbSession::UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream,
-                       BlockQueue& queue, Wake& wake, Report report, LookAround look_around)
+Session::Session(Device& device, Instrument& instrument, BulkStream& stream, BlockQueue& queue,
+                 Wake& wake, Report report, LookAround look_around)
     : device_(device),
       instrument_(instrument),
       stream_(stream),
@@ -45,13 +45,13 @@ UsbSession::UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream&
       cuts_(queue.cuts()),
       reported_cuts_(cuts_) {}
 
-void UsbSession::run(std::size_t transfers, TagSink& sink, const std::stop_token& stop) {
+void Session::run(std::size_t transfers, TagSink& sink, const std::stop_token& stop) {
   // Blocks of the session before belong to an instrument that is gone.
   while (queue_.front()) queue_.pop();
   start(transfers);
   try {
     stream_until(stop, sink);
-  } catch (const UsbError&) {
+  } catch (const DeviceError&) {
     // The bytes that came before the end are still good.
     stream_.stop();
     while (decode_queued(sink)) {
@@ -62,13 +62,13 @@ void UsbSession::run(std::size_t transfers, TagSink& sink, const std::stop_token
   // The instrument is stopped before the transfers, so that no data is left in it.
   try {
     instrument_.stop(device_);
-  } catch (const UsbError&) {
+  } catch (const DeviceError&) {
     // The instrument is no longer needed. If the fault lasts, the next start reports it.
   }
   stream_.stop();
 }
 
-void UsbSession::start(std::size_t transfers) {
+void Session::start(std::size_t transfers) {
   instrument_.prepare(device_);
   std::array<std::byte, 16384> stale;
   const auto deadline = Clock::now() + longest_drain;
@@ -84,7 +84,7 @@ void UsbSession::start(std::size_t transfers) {
                                             std::to_string(transfers) + " transfers only");
 }
 
-void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
+void Session::stream_until(const std::stop_token& stop, TagSink& sink) {
   while (!stop.stop_requested()) {
     const bool any = decode_queued(sink);
     const std::string told = instrument_.tend(device_, sink);
@@ -100,7 +100,7 @@ void UsbSession::stream_until(const std::stop_token& stop, TagSink& sink) {
 }
 
 // False where the queue was empty.
-bool UsbSession::decode_queued(TagSink& sink) {
+bool Session::decode_queued(TagSink& sink) {
   const std::uint32_t cuts = queue_.cuts();
   std::size_t bytes = 0;
   while (bytes < most_bytes) {
@@ -126,14 +126,14 @@ bool UsbSession::decode_queued(TagSink& sink) {
   return true;
 }
 
-void UsbSession::take_cuts(std::uint32_t cuts, TagSink& sink) {
+void Session::take_cuts(std::uint32_t cuts, TagSink& sink) {
   // Cuts are counted in the order of the stream, so that a smaller count is older.
   if (static_cast<std::int32_t>(cuts - cuts_) <= 0) return;
   cuts_ = cuts;
   instrument_.cut(sink);
 }
 
-void UsbSession::report_failures() {
+void Session::report_failures() {
   if (reported_cuts_ == cuts_ || Clock::now() < next_report_) return;
   // A stall is reported when its endpoint is cleared, and may have cost no tag.
   const std::uint32_t stalls = stream_.stalls() - reported_stalls_;
@@ -147,19 +147,19 @@ void UsbSession::report_failures() {
                                       " transfers; the last failure was " + stream_.last_failure());
 }
 
-void UsbSession::look_around() {
+void Session::look_around() {
   const auto now = Clock::now();
   if (now < next_look_) return;
   next_look_ = now + between_looks_around;
   look_around_();
 }
 
-void UsbSession::watch_silence() {
+void Session::watch_silence() {
   if (!instrument_.owes_data()) return;
   const auto silence = Clock::now() - heard_;
   if (silence < silence_reported) return;
   if (silence >= silence_ended) {
-    throw UsbError(device_.name() + ": it has sent nothing for 2 s; it is opened anew", 0);
+    throw DeviceError(device_.name() + ": it has sent nothing for 2 s; it is opened anew", 0);
   }
   if (silent_) return;
   silent_ = true;
@@ -168,15 +168,15 @@ void UsbSession::watch_silence() {
                                     "it runs");
 }
 
-void UsbSession::recover() {
+void Session::recover() {
   const unsigned trouble = stream_.trouble();
   if (trouble == BulkStream::none) return;
   if ((trouble & BulkStream::gone) != 0) device_.check(LIBUSB_ERROR_NO_DEVICE, "it was unplugged");
   if ((trouble & BulkStream::failing) != 0) {
-    throw UsbError(device_.name() + ": " + std::to_string(BulkStream::max_failures) +
-                       " transfers in a row failed, the last of " + stream_.last_failure() +
-                       "; it is opened anew; look at its cable",
-                   0);
+    throw DeviceError(device_.name() + ": " + std::to_string(BulkStream::max_failures) +
+                          " transfers in a row failed, the last of " + stream_.last_failure() +
+                          "; it is opened anew; look at its cable",
+                      0);
   }
   if ((trouble & BulkStream::stalled) != 0) {
     restart(transfers_, "its endpoint stalled and was cleared; tags may be missing");
@@ -185,8 +185,8 @@ void UsbSession::recover() {
   }
 }
 
-void UsbSession::restart(std::size_t transfers, const std::string& why) {
-  if (!stream_.stop()) throw UsbError(device_.name() + ": its transfers do not come back", 0);
+void Session::restart(std::size_t transfers, const std::string& why) {
+  if (!stream_.stop()) throw DeviceError(device_.name() + ": its transfers do not come back", 0);
   if ((stream_.trouble() & BulkStream::stalled) != 0) {
     device_.clear_halt(instrument_.data_endpoint());
   }
@@ -195,4 +195,4 @@ void UsbSession::restart(std::size_t transfers, const std::string& why) {
                                       " transfers are in flight");
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -9,14 +9,15 @@
 #include "drivers/usb/bulk_stream.hpp"
 #include "drivers/usb/usb_instrument.hpp"
 
-namespace splid {
+namespace splid::usb {
 
 // One stretch of streaming: from the start of an open device to its loss, or to the stop. Its loop
 // takes each block from the queue, has the instrument decode it into the sink, tends the
 // instrument, and recovers from stalls and failed transfers.
 //
-// Threads: the source's. Errors: UsbError when the device is gone, fails for good or is silent.
-class UsbSession {
+// Threads: the source's. Errors: usb::DeviceError when the device is gone, fails for good or is
+// silent.
+class Session {
  public:
   // An instrument that owes data and has been silent for this time is opened anew, which frees an
   // endpoint that hangs.
@@ -30,8 +31,8 @@ class UsbSession {
   using LookAround = std::function<void()>;
 
   // All references outlive this object.
-  UsbSession(UsbDevice& device, UsbInstrument& instrument, BulkStream& stream, BlockQueue& queue,
-             Wake& wake, Report report, LookAround look_around);
+  Session(Device& device, Instrument& instrument, BulkStream& stream, BlockQueue& queue, Wake& wake,
+          Report report, LookAround look_around);
 
   void run(std::size_t transfers, TagSink& sink, const std::stop_token& stop);
 
@@ -48,8 +49,8 @@ class UsbSession {
   void recover();
   void restart(std::size_t transfers, const std::string& why);
 
-  UsbDevice& device_;
-  UsbInstrument& instrument_;
+  Device& device_;
+  Instrument& instrument_;
   BulkStream& stream_;
   BlockQueue& queue_;
   Wake& wake_;
@@ -65,4 +66,4 @@ class UsbSession {
   bool silent_ = false;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -6,7 +6,7 @@
 #include "drivers/usb/usb_error.hpp"
 #include "drivers/usb/usb_session.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using std::chrono::milliseconds;
@@ -22,7 +22,7 @@ constexpr milliseconds longest_farewell{60};
 
 }  // namespace
 
-void UsbOptions::describe(OptionVisitor& visitor) {
+void Options::describe(OptionVisitor& visitor) {
   visitor.text(
       "serial", serial,
       "serial number of the device, as splid devices lists it; empty: the first found, and "
@@ -40,23 +40,23 @@ void put_clock_end(std::int64_t time_ps, TagSink& sink) {
   out.publish();
 }
 
-UsbSource::UsbSource(UsbInstrumentKind kind, UsbOptions options, SourceContext context)
+Source::Source(InstrumentKind kind, Options options, SourceContext context)
     : kind_(std::move(kind)),
       options_(std::move(options)),
       choice_({kind_.ids, options_.serial}),
       context_(std::move(context)),
       queue_(queue_bytes) {}
 
-SourceInfo UsbSource::info() const { return {kind_.name, true, std::nullopt}; }
+SourceInfo Source::info() const { return {kind_.name, true, std::nullopt}; }
 
-void UsbSource::run(TagSink& sink, std::stop_token stop) {
-  const UsbContext context;
-  const UsbEventThread events(context);
+void Source::run(TagSink& sink, std::stop_token stop) {
+  const Context context;
+  const EventThread events(context);
   while (!stop.stop_requested()) {
     milliseconds pause = between_looks;
     try {
       run_session(context, sink, stop);
-    } catch (const UsbError& error) {
+    } catch (const DeviceError& error) {
       if (!error.device_is_gone() && !vanishes(context, sink, stop)) {
         report(DeviceState::failing, error.what());
         pause = between_tries;
@@ -73,7 +73,7 @@ void UsbSource::run(TagSink& sink, std::stop_token stop) {
   }
 }
 
-void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std::stop_token& stop) {
+void Source::run_session(const Context& context, TagSink& sink, const std::stop_token& stop) {
   const auto device = choice_.open(context);
   if (device == nullptr) {
     report(DeviceState::no_device, choice_.absence());
@@ -85,7 +85,7 @@ void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std:
   BulkStream stream(*device, instrument->data_endpoint(),
                     static_cast<std::size_t>(options_.transfer_kib) << 10U, queue_, counters_,
                     wake_);
-  UsbSession session(
+  Session session(
       *device, *instrument, stream, queue_, wake_,
       [this](DeviceState state, const std::string& reason) { report(state, reason); },
       [&] {
@@ -97,7 +97,7 @@ void UsbSource::run_session(const UsbContext& context, TagSink& sink, const std:
   session.run(static_cast<std::size_t>(options_.transfers), sink, stop);
 }
 
-bool UsbSource::vanishes(const UsbContext& context, TagSink& sink, const std::stop_token& stop) {
+bool Source::vanishes(const Context& context, TagSink& sink, const std::stop_token& stop) {
   for (auto left = longest_farewell; left.count() > 0; left -= between_looks) {
     if (!choice_.is_listed(context)) return true;
     if (stop.stop_requested()) break;
@@ -109,7 +109,7 @@ bool UsbSource::vanishes(const UsbContext& context, TagSink& sink, const std::st
 
 // A fault that lasts is reported once. A `connected` report tells of an event that is over, so each
 // of them is reported, even with the words of the last one.
-void UsbSource::report(DeviceState state, const std::string& reason) {
+void Source::report(DeviceState state, const std::string& reason) {
   const bool is_there = state != DeviceState::no_device;
   const DeviceReport report{state, reason, is_there ? choice_.name() : "",
                             is_there ? choice_.caution() : ""};
@@ -118,9 +118,9 @@ void UsbSource::report(DeviceState state, const std::string& reason) {
   context_.report(report);
 }
 
-std::vector<SourceCounter> UsbSource::counters() const {
+std::vector<SourceCounter> Source::counters() const {
   std::vector<SourceCounter> list = kind_.counters();
-  for (std::size_t i = 0; i < UsbCounters::statuses; ++i) {
+  for (std::size_t i = 0; i < Counters::statuses; ++i) {
     list.push_back({"splid_usb_transfers_total",
                     {{"status", transfer_status_name(i)}},
                     "Finished USB transfers by what came of them",
@@ -136,4 +136,4 @@ std::vector<SourceCounter> UsbSource::counters() const {
   return list;
 }
 
-}  // namespace splid
+}  // namespace splid::usb

@@ -24,10 +24,10 @@
 // usb_choice picks the device among those plugged in (usb_device_list), usb_device is the opened
 // device, and known_devices is what `splid devices` shows.
 
-namespace splid {
+namespace splid::usb {
 
 // The keys that all USB drivers share: which device, and how much is in flight.
-struct UsbOptions {
+struct Options {
   std::string serial;           // empty: any
   std::int64_t transfers = 32;  // in flight
   std::int64_t transfer_kib = 256;
@@ -35,12 +35,12 @@ struct UsbOptions {
   void describe(OptionVisitor& visitor);
 };
 
-// What a driver tells UsbSource of the kind of instrument that it reads.
-struct UsbInstrumentKind {
-  std::string name;        // for people
-  std::vector<UsbId> ids;  // a device with any of these is such an instrument
+// What a driver tells usb::Source of the kind of instrument that it reads.
+struct InstrumentKind {
+  std::string name;     // for people
+  std::vector<Id> ids;  // a device with any of these is such an instrument
   // Called each time that a device is opened; never empty.
-  std::function<std::unique_ptr<UsbInstrument>()> make;
+  std::function<std::unique_ptr<Instrument>()> make;
   // What is counted beside the transfers; any thread; never empty.
   std::function<std::vector<SourceCounter>()> counters = [] {
     return std::vector<SourceCounter>{};
@@ -59,33 +59,33 @@ struct UsbInstrumentKind {
 // Threads: run() starts one more, which takes libusb's events. Errors: Error(Fault::device) where
 // libusb cannot start, Error(Fault::usage) where the device has no such endpoint; nothing else ends
 // the stream. Timeouts: a stop takes 100 ms, or up to 1 s where the device does not answer.
-class UsbSource : public TagSource {
+class Source : public TagSource {
  public:
   // How long the source waits before it opens a device again that did not do what it should. It
   // looks for a missing device more often; opening keeps the device busy.
   static constexpr std::chrono::milliseconds between_tries{250};
 
-  UsbSource(UsbInstrumentKind kind, UsbOptions options, SourceContext context);
+  Source(InstrumentKind kind, Options options, SourceContext context);
 
   [[nodiscard]] SourceInfo info() const override;
   void run(TagSink& sink, std::stop_token stop) override;
   [[nodiscard]] std::vector<SourceCounter> counters() const override;
 
  private:
-  void run_session(const UsbContext& context, TagSink& sink, const std::stop_token& stop);
+  void run_session(const Context& context, TagSink& sink, const std::stop_token& stop);
   // Whether a device that failed turns out to be unplugged within 60 ms.
-  bool vanishes(const UsbContext& context, TagSink& sink, const std::stop_token& stop);
+  bool vanishes(const Context& context, TagSink& sink, const std::stop_token& stop);
   void report(DeviceState state, const std::string& reason);
 
-  UsbInstrumentKind kind_;
-  UsbOptions options_;
-  UsbChoice choice_;
+  InstrumentKind kind_;
+  Options options_;
+  Choice choice_;
   SourceContext context_;
-  UsbCounters counters_;
+  Counters counters_;
   Wake wake_;
   BlockQueue queue_;
   bool opened_before_ = false;
   DeviceReport last_report_;
 };
 
-}  // namespace splid
+}  // namespace splid::usb

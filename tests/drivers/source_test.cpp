@@ -22,7 +22,7 @@ TEST(Source, DriversAreFoundByName) {
 std::set<std::string> registered_ids() {
   std::set<std::string> ids;
   for (const std::string& name : source_names()) {
-    for (const UsbId& id : usb_ids_of(name)) ids.insert(to_string(id));
+    for (const usb::Id& id : usb_ids_of(name)) ids.insert(to_string(id));
   }
   return ids;
 }
@@ -45,7 +45,7 @@ std::set<std::string> ids_in(const std::string& file, const std::string& line_of
 }
 
 TEST(Source, UsbIdsStandInTheRegistration) {
-  EXPECT_THAT(usb_ids_of("tdc2"), testing::Contains(UsbId{0x3137, 0x200a}));
+  EXPECT_THAT(usb_ids_of("tdc2"), testing::Contains(usb::Id{0x3137, 0x200a}));
   EXPECT_TRUE(usb_ids_of("tags16-usb").empty());
   EXPECT_TRUE(usb_ids_of("no such driver").empty());
 }

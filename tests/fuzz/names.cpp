@@ -37,8 +37,8 @@ void check_addresses(const std::string& text) {
 void check(const std::string& text) {
   check_channel(text);
   check_addresses(text);
-  if (const auto id = parse_usb_id(text)) {
-    must(parse_usb_id(to_string(*id)) == id, "a USB id comes back");
+  if (const auto id = usb::parse_id(text)) {
+    must(usb::parse_id(to_string(*id)) == id, "a USB id comes back");
   }
   constexpr std::array<const char*, 4> keys = {"photon", "sync", "encoder", "endpoint"};
   const char* near = nearest_name(text, keys);

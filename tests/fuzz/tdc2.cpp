@@ -16,13 +16,13 @@ struct Decoded {
 
 Decoded decode(std::span<const std::byte> bytes, std::size_t piece, std::size_t room_tags,
                std::int64_t horizon_ps) {
-  Tdc2Decoder decoder;
+  usb::Tdc2Decoder decoder;
   decoder.set_horizon(horizon_ps);
   Decoded decoded;
   std::vector<Tag> room(room_tags);
-  while (bytes.size() >= Tdc2Decoder::record_bytes) {
+  while (bytes.size() >= usb::Tdc2Decoder::record_bytes) {
     const auto done = decoder.decode(bytes.first(std::min(piece, bytes.size())), room);
-    must(done.bytes % Tdc2Decoder::record_bytes == 0, "whole records are used");
+    must(done.bytes % usb::Tdc2Decoder::record_bytes == 0, "whole records are used");
     must(done.bytes > 0, "decoding goes on");
     must(done.tags <= room.size(), "no more than there is room");
     decoded.tags.insert(decoded.tags.end(), room.begin(),
@@ -56,10 +56,10 @@ void check_times(const Decoded& decoded) {
 void check(FuzzInput input) {
   constexpr std::array<std::int64_t, 4> horizons = {INT64_MAX, 1'000'000'000'000, 0, INT64_MIN};
   const std::int64_t horizon_ps = horizons.at(input.take<std::uint8_t>() % horizons.size());
-  const std::size_t piece = Tdc2Decoder::record_bytes + input.take<std::uint8_t>();
+  const std::size_t piece = usb::Tdc2Decoder::record_bytes + input.take<std::uint8_t>();
   const auto bytes = input.rest();
   const Decoded whole = decode(bytes, bytes.size(), 6 * (bytes.size() / 8 + 1), horizon_ps);
-  must(decode(bytes, piece, Tdc2Decoder::most_tags_a_record + piece % 7, horizon_ps).tags ==
+  must(decode(bytes, piece, usb::Tdc2Decoder::most_tags_a_record + piece % 7, horizon_ps).tags ==
            whole.tags,
        "tags do not depend on the pieces");
   check_times(whole);

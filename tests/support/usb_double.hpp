@@ -35,7 +35,7 @@ class UsbFirmware {
 };
 
 struct UsbDoubleOptions {
-  UsbId id;
+  usb::Id id;
   std::string serial;
   std::vector<std::uint8_t> endpoints = {0x81};  // bulk, of both alternate settings
   int speed_mbit_s = 480;

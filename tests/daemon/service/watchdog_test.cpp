@@ -36,9 +36,9 @@ double seconds(milliseconds time) { return std::chrono::duration<double>(time).c
 // answer a command, is tried again and drained, and a stop that drains the ring.
 TEST(Watchdog, AllRetriesTogetherTakeLessThanHalfOfItsTime) {
   const double spent_s =
-      seconds(ClientSocket::connect_patience) + seconds(UsbSession::silence_ended) +
-      2 * seconds(Tdc2Instrument::patience) + seconds(UsbSession::longest_drain) +
-      seconds(UsbSource::between_tries) + Stream::stop_patience_ms / 1000.0;
+      seconds(ClientSocket::connect_patience) + seconds(usb::Session::silence_ended) +
+      2 * seconds(usb::Tdc2Instrument::patience) + seconds(usb::Session::longest_drain) +
+      seconds(usb::Source::between_tries) + Stream::stop_patience_ms / 1000.0;
   EXPECT_GT(spent_s, 3);
   EXPECT_LT(spent_s, unit_seconds("WatchdogSec") / 2);
 }
@@ -47,7 +47,7 @@ TEST(Watchdog, AllRetriesTogetherTakeLessThanHalfOfItsTime) {
 TEST(Watchdog, WaitsForWhatEndsByItselfAndForNothingElse) {
   const double patience_s = Liveness::source_patience_ns * 1e-9;
   EXPECT_GT(patience_s, seconds(ClientSocket::connect_patience));
-  EXPECT_GT(patience_s, seconds(UsbSource::between_tries) + seconds(UsbSession::longest_drain));
+  EXPECT_GT(patience_s, seconds(usb::Source::between_tries) + seconds(usb::Session::longest_drain));
   EXPECT_LT(patience_s, unit_seconds("WatchdogSec") / 2);
   EXPECT_LT(Liveness::least_frame_patience_ms / 1000, unit_seconds("WatchdogSec") / 2);
 }

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 std::vector<std::byte> bytes_of(std::size_t count, int value) {
@@ -80,4 +80,4 @@ TEST(BlockQueue, NothingIsLostBetweenThreads) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb

@@ -20,7 +20,7 @@
 // Transfers of an emulated kernel device: bytes that count from 0 to 255 and over again, so that
 // a byte that is missing or comes twice shows.
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using test::comes_true;
@@ -31,7 +31,7 @@ class BulkStreamTest : public ::testing::Test {
  protected:
   void SetUp() override {
     double_.plug();
-    device = UsbChoice({{{0x1209, 0x5a1d}}, ""}).open(context);
+    device = Choice({{{0x1209, 0x5a1d}}, ""}).open(context);
     ASSERT_NE(device, nullptr);
     stream.emplace(*device, 0x81, 1000, queue, counters, wake);
   }
@@ -68,11 +68,11 @@ class BulkStreamTest : public ::testing::Test {
     return count;
   }};
   test::UsbDouble double_{{{0x1209, 0x5a1d}, "A-7"}, firmware};
-  UsbContext context;
-  UsbEventThread events{context};
-  std::unique_ptr<UsbDevice> device;
+  Context context;
+  EventThread events{context};
+  std::unique_ptr<Device> device;
   BlockQueue queue{1 << 16};
-  UsbCounters counters;
+  Counters counters;
   Wake wake;
   std::optional<BulkStream> stream;
 };
@@ -150,4 +150,4 @@ TEST_F(BulkStreamTest, WhatTheQueueHasNoRoomForIsCountedAndACut) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb

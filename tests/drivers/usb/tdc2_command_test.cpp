@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using ::testing::ElementsAre;
@@ -47,4 +47,4 @@ TEST(Tdc2Command, PolarityFollowsTheThreshold) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb

@@ -14,7 +14,7 @@
 #include "tests/support/real_recording.hpp"
 #include "tests/support/tags16_block.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using ::testing::ElementsAre;
@@ -230,4 +230,4 @@ TEST(Tdc2Decode, ARealRecordingHasItsCounts) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb

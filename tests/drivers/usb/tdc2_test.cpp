@@ -12,7 +12,7 @@
 #include "tests/support/usb_double.hpp"
 #include "tests/support/usb_run.hpp"
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using test::comes_true;
@@ -271,4 +271,4 @@ TEST_F(Tdc2OnDouble, UnpluggedIsSaidWhereACommandBreaksFirst) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb

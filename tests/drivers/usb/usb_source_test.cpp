@@ -25,7 +25,7 @@
 // The engine against an emulated kernel device that sends tags16 blocks: streaming, and everything
 // that can happen to a device.
 
-namespace splid {
+namespace splid::usb {
 namespace {
 
 using test::comes_true;
@@ -57,8 +57,8 @@ std::size_t open_files() {
 
 class UsbSourceOnDouble : public ::testing::Test {
  protected:
-  static Tags16UsbOptions options() {
-    Tags16UsbOptions chosen;
+  static Tags16Options options() {
+    Tags16Options chosen;
     chosen.usb_id = "1209:5a1d";
     chosen.usb.transfers = 8;
     chosen.usb.transfer_kib = 64;
@@ -95,13 +95,13 @@ TEST_F(UsbSourceOnDouble, StreamsWithoutAnyLoss) {
 
 TEST_F(UsbSourceOnDouble, WaitsForADeviceWithTheSerialAskedFor) {
   device.plug();
-  Tags16UsbOptions other = options();
+  Tags16Options other = options();
   other.usb.serial = "A-8";
   test::SourceRun none(other);
   EXPECT_TRUE(comes_true([&] { return none.said(DeviceState::no_device, "with serial A-8"); }));
   none.stop();
   EXPECT_EQ(none.reports().size(), 1U);  // said once, however long it waits
-  Tags16UsbOptions right = options();
+  Tags16Options right = options();
   right.usb.serial = "A-7";
   test::SourceRun run(right);
   EXPECT_TRUE(goes_on(run));
@@ -117,7 +117,7 @@ TEST_F(UsbSourceOnDouble, StartsWhenTheDeviceIsPluggedIn) {
 
 TEST_F(UsbSourceOnDouble, AnEndpointThatItDoesNotHaveIsAnError) {
   device.plug();
-  Tags16UsbOptions wrong = options();
+  Tags16Options wrong = options();
   wrong.endpoint = "0x85";
   test::SourceRun run(wrong);
   ASSERT_TRUE(comes_true([&] { return run.error().has_value(); }));
@@ -129,7 +129,7 @@ TEST_F(UsbSourceOnDouble, AnEndpointThatItDoesNotHaveIsAnError) {
 TEST_F(UsbSourceOnDouble, AnEndpointOfAnotherAlternateSettingIsAnError) {
   test::UsbDouble two_settings{{{0x1209, 0x5a1d}, "A-8", {0x81}, 480, {0x82}}, firmware, device};
   two_settings.plug();
-  Tags16UsbOptions wrong = options();
+  Tags16Options wrong = options();
   wrong.endpoint = "0x82";
   test::SourceRun run(wrong);
   ASSERT_TRUE(comes_true([&] { return run.error().has_value(); }));
@@ -195,7 +195,7 @@ TEST(UsbDevicesWithoutSerial, ThePortIsKept) {
   test::StreamFirmware firmware{[&](std::span<std::byte> room) { return sender(room); }};
   test::UsbDouble first{{{0x1209, 0x5a1d}, ""}, firmware};
   test::UsbDouble second{{{0x1209, 0x5a1d}, ""}, firmware, first};
-  Tags16UsbOptions options;
+  Tags16Options options;
   options.usb_id = "1209:5a1d";
   first.plug();
   second.plug();
@@ -352,7 +352,7 @@ TEST(UsbRate, TensOfMillionsOfTagsComeThroughWithoutALoss) {
   test::SceneLoop scene({test::paper_pattern(), test::bright_scene()}, 20, 24);
   test::StreamFirmware firmware([&](std::span<std::byte> room) { return scene(room); });
   test::UsbDouble device({{0x1209, 0x5a1d}, "A-7"}, firmware);
-  Tags16UsbOptions options;
+  Tags16Options options;
   options.usb_id = "1209:5a1d";
   options.usb.transfers = 12;
   options.usb.transfer_kib = 1024;
@@ -429,4 +429,4 @@ TEST_F(UsbSourceOnDouble, TheKernelHasRoomForFewerTransfers) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::usb
