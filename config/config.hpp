@@ -45,7 +45,7 @@ struct Config {
   ControlOptions control;
   MetricsOptions metrics;
   RecordOptions record;
-  AwgOptions awg;
+  awg::Options awg;
 };
 
 // Errors: Error(Fault::usage) with the file, the JSON pointer, the value and the bound; for text

@@ -44,7 +44,7 @@ std::string describe_pattern(const Pattern& pattern) {
       speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12, closest_ps / ps_per_ns);
 }
 
-std::string in_words(const Uploaded& uploaded) {
+std::string in_words(const awg::Uploaded& uploaded) {
   return uploaded.instrument + ": plays " + describe_pattern(uploaded.played) +
          "; its error queue is empty";
 }

@@ -7,7 +7,9 @@
 
 namespace splid {
 
+namespace awg {
 struct Uploaded;
+}
 
 // Sentences and numbers for people, which no program reads.
 
@@ -19,6 +21,6 @@ std::string grouped(std::uint64_t number);
 std::string describe_pattern(const Pattern& pattern);
 
 // What an upload has reached: "MAKER,MODEL,...: plays interleaved, ...; its error queue is empty".
-std::string in_words(const Uploaded& uploaded);
+std::string in_words(const awg::Uploaded& uploaded);
 
 }  // namespace splid

@@ -37,9 +37,9 @@ void keep(const Pattern& played, const std::string& output) {
   spdlog::info("{}: the pattern as it is played: {}", output, describe_pattern(played));
 }
 
-Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
+awg::Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
   Progress line(host_clock());
-  return upload(
+  return awg::upload(
       config.awg, config.pattern,
       [&](const char* what, double part) {
         if (line.due()) line.show(fmt::format("{}, {:.0f} %", what, 100 * part));
@@ -52,22 +52,22 @@ int run_upload(const UploadCommand& options) {
   const Config config = load_config_aloud(options.config);
   if (options.stop) {
     spdlog::info("{}: plays nothing, its output is off; its error queue is empty",
-                 stop_awg(config.awg, signals.token()));
+                 awg::switch_off(config.awg, signals.token()));
     return 0;
   }
   if (!options.output.empty()) check_may_write(options.output, options.force);
   OutputCheck outputs(config);
   outputs.may_replace("/pattern/file");  // replaced by the pattern as it is played
   outputs.check("--output", options.output);
-  const AwgModel& model = awg_models()[config.awg.model];
-  const WaveformPlan plan = plan_waveform(config.pattern, model, config.awg);
+  const awg::Model& model = awg::models()[config.awg.model];
+  const awg::WaveformPlan plan = awg::plan_waveform(config.pattern, model, config.awg);
   spdlog::info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),
                model.name, in_words(plan));
   if (options.dry_run) {
-    keep(played_pattern(config.pattern, plan, plan.rate_hz), options.output);
+    keep(awg::played_pattern(config.pattern, plan, plan.rate_hz), options.output);
     return 0;
   }
-  const Uploaded uploaded = upload_shown(config, signals.token());
+  const awg::Uploaded uploaded = upload_shown(config, signals.token());
   spdlog::info("{}", in_words(uploaded));
   keep(uploaded.played, options.output);
   return 0;

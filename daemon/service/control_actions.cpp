@@ -143,7 +143,7 @@ ControlReply ControlActions::end_recording() {
 }
 
 ControlReply ControlActions::upload_pattern(const std::stop_token& stop) {
-  const Uploaded uploaded = upload(
+  const awg::Uploaded uploaded = awg::upload(
       config_.awg, config_.pattern,
       [this](const char* what, double part) {
         show_progress(fmt::format("{}, {:.0f} %", what, 100 * part));

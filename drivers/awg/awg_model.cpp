@@ -2,22 +2,22 @@
 
 #include <array>
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 // Design note: outputs are off from the first command on. The manuals do not say what an output
 // shows while its levels change, and less than that fires a laser.
-constexpr std::array<AwgStep, 2> stop_all = {{{":ABOR"}, {":OUTP1 OFF"}}};
+constexpr std::array<Step, 2> stop_all = {{{":ABOR"}, {":OUTP1 OFF"}}};
 // In the marker mode the marker has an output of its own. In other modes there may be no channel 3.
-constexpr std::array<AwgStep, 3> stop_marker_too = {{{":ABOR"}, {":OUTP1 OFF"}, {":OUTP3 OFF"}}};
+constexpr std::array<Step, 3> stop_marker_too = {{{":ABOR"}, {":OUTP1 OFF"}, {":OUTP3 OFF"}}};
 
 // Sources: M8195A Revision 2 User's Guide, chapters 1.5 (memory), 5 (markers), 6 (commands). In the
 // marker mode channel 1 has the samples and channel 3 shows marker 1.
-constexpr std::array<AwgStep, 2> internal_memory = {{{":INST:DACM MARK"}, {":TRAC1:MMOD INT"}}};
-constexpr std::array<AwgStep, 3> extended_memory = {
+constexpr std::array<Step, 2> internal_memory = {{{":INST:DACM MARK"}, {":TRAC1:MMOD INT"}}};
+constexpr std::array<Step, 3> extended_memory = {
     {{":INST:DACM MARK"}, {":TRAC1:MMOD EXT"}, {":INST:MEM:EXT:RDIV DIV1"}}};
 
-constexpr std::array<AwgStep, 8> prepare_m8195a = {{
+constexpr std::array<Step, 8> prepare_m8195a = {{
     {":FREQ:RAST {rate}"},
     {":ROSC:SOUR {reference}"},
     {":VOLT1 {amplitude}", ":VOLT1?"},
@@ -28,7 +28,7 @@ constexpr std::array<AwgStep, 8> prepare_m8195a = {{
     {":TRAC1:DEF 1,{samples}", ":TRAC1:CAT?"},
 }};
 
-constexpr std::array<AwgStep, 7> play_m8195a = {{
+constexpr std::array<Step, 7> play_m8195a = {{
     {":TRAC1:SEL 1", ":TRAC1:SEL?"},
     {":FUNC:MODE ARB"},
     {":INIT:CONT:STAT ON"},
@@ -40,9 +40,9 @@ constexpr std::array<AwgStep, 7> play_m8195a = {{
 
 // Source: M8190A User's Guide, chapters 6 (markers) and 8 (commands). Rate and width go in one
 // line: either alone may be out of the range that the old value of the other leaves.
-constexpr std::array<AwgStep, 1> precision = {{{":FREQ:RAST {rate};:TRAC1:DWID WPR"}}};
+constexpr std::array<Step, 1> precision = {{{":FREQ:RAST {rate};:TRAC1:DWID WPR"}}};
 
-constexpr std::array<AwgStep, 8> prepare_m8190a = {{
+constexpr std::array<Step, 8> prepare_m8190a = {{
     {":ROSC:SOUR {reference}"},
     {":OUTP1:ROUT DC"},
     {":VOLT1:AMPL {amplitude}", ":VOLT1:AMPL?"},
@@ -53,7 +53,7 @@ constexpr std::array<AwgStep, 8> prepare_m8190a = {{
     {":TRAC1:DEF 1,{samples}", ":TRAC1:CAT?"},
 }};
 
-constexpr std::array<AwgStep, 6> play_m8190a = {{
+constexpr std::array<Step, 6> play_m8190a = {{
     {":TRAC1:SEL 1", ":TRAC1:SEL?"},
     {":FUNC1:MODE ARB"},
     {":INIT:CONT1 ON"},
@@ -67,8 +67,8 @@ constexpr std::array<AwgStep, 6> play_m8190a = {{
 // send.
 constexpr std::int64_t large_memory_samples = 134'217'728;
 
-constexpr AwgModel m8195a(const char* name, std::span<const AwgStep> mode,
-                          std::int64_t granule_samples, std::int64_t max_samples) {
+constexpr Model m8195a(const char* name, std::span<const Step> mode, std::int64_t granule_samples,
+                       std::int64_t max_samples) {
   return {.name = name,
           .identity = "M8195A",
           .min_rate_hz = 53.76e9,
@@ -89,7 +89,7 @@ constexpr AwgModel m8195a(const char* name, std::span<const AwgStep> mode,
           .play = play_m8195a};
 }
 
-constexpr std::array<AwgModel, 3> models = {{
+constexpr std::array<Model, 3> known_models = {{
     m8195a("m8195a", internal_memory, 128, 262'144),
     m8195a("m8195a_extended", extended_memory, 256, large_memory_samples),
     {.name = "m8190a",
@@ -114,6 +114,6 @@ constexpr std::array<AwgModel, 3> models = {{
 
 }  // namespace
 
-std::span<const AwgModel> awg_models() { return models; }
+std::span<const Model> models() { return known_models; }
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-namespace splid {
+namespace splid::awg {
 
 // How a sample stands in a waveform block.
 enum class SampleFormat {
@@ -16,13 +16,13 @@ enum class SampleFormat {
 //
 // These words in braces are filled in: {rate}, {reference}, {amplitude}, {offset}, {marker},
 // {half_marker}, {samples}.
-struct AwgStep {
+struct Step {
   const char* command;
   const char* check = nullptr;
 };
 
 // What a waveform generator can play, and the commands that it takes.
-struct AwgModel {
+struct Model {
   const char* name;      // in the configuration
   const char* identity;  // the model in its answer to *IDN?
   double min_rate_hz;
@@ -37,14 +37,14 @@ struct AwgModel {
   double max_marker_v;
   SampleFormat format;
   // The commands, in the order in which they are sent; the waveform is sent before `play`.
-  std::span<const AwgStep> stop;     // after these nothing is played
-  std::span<const AwgStep> undo;     // sent after `mode`: nothing is played, every output is off
-  std::span<const AwgStep> mode;     // the kind of waveform, and the memory that it is played from
-  std::span<const AwgStep> prepare;  // clock, levels, room for the waveform
-  std::span<const AwgStep> play;
+  std::span<const Step> stop;     // after these nothing is played
+  std::span<const Step> undo;     // sent after `mode`: nothing is played, every output is off
+  std::span<const Step> mode;     // the kind of waveform, and the memory that it is played from
+  std::span<const Step> prepare;  // clock, levels, room for the waveform
+  std::span<const Step> play;
 };
 
 // All models, in the order of their names in the configuration's schema.
-std::span<const AwgModel> awg_models();
+std::span<const Model> models();
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -8,7 +8,7 @@
 #include "drivers/client_socket.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 constexpr std::array<const char*, 2> reference_names = {"internal", "external_10_mhz"};
@@ -21,9 +21,9 @@ std::string range_text(const char* what, double amplitude_v, double min_v, doubl
 
 }  // namespace
 
-void AwgOptions::describe(OptionVisitor& visitor) {
+void Options::describe(OptionVisitor& visitor) {
   std::vector<const char*> names;
-  for (const AwgModel& known : awg_models()) names.push_back(known.name);
+  for (const Model& known : models()) names.push_back(known.name);
   visitor.choice("model", model, names,
                  "the generator; _extended: the M8195A's extended memory instead of its internal");
   visitor.text("address", address, "HOST or HOST:PORT of its SCPI socket, port 5025 by default");
@@ -41,11 +41,11 @@ void AwgOptions::describe(OptionVisitor& visitor) {
   visitor.number("timeout_s", timeout_s, {0.05, 600}, "longest wait for an answer, s");
 }
 
-std::optional<OptionFault> AwgOptions::validate() const {
-  if (!address.empty() && socket_address_fault(awg_socket_address(address))) {
+std::optional<OptionFault> Options::validate() const {
+  if (!address.empty() && socket_address_fault(socket_address(address))) {
     return OptionFault{"/address", json_string(address) + " is not HOST or HOST:PORT"};
   }
-  const AwgModel& known = awg_models()[model];
+  const Model& known = models()[model];
   const double amplitude_v = std::abs(pulse_v - rest_v);
   // A microvolt more is allowed, since a double does not hold all levels exactly.
   constexpr double slack_v = 1e-6;
@@ -61,9 +61,9 @@ std::optional<OptionFault> AwgOptions::validate() const {
   return std::nullopt;
 }
 
-std::string awg_socket_address(const std::string& address) {
+std::string socket_address(const std::string& address) {
   const bool has_port = address.find(':') != std::string::npos;
   return "tcp:" + address + (has_port ? "" : default_port);
 }
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -6,13 +6,13 @@
 
 #include "protocol/options.hpp"
 
-namespace splid {
+namespace splid::awg {
 
 enum class ReferenceClock { internal, external_10_mhz };
 
 // The waveform generator that triggers the laser. JSON: `awg`. The defaults are the trigger pulses
 // of [P]'s set-up: -800 mV, 2 ns wide, 9 ns apart at least.
-struct AwgOptions {
+struct Options {
   std::size_t model = 0;        // into awg_models()
   std::string address;          // HOST or HOST:PORT; empty: there is no generator
   double pulse_width_ns = 2;    // rounded to whole samples
@@ -32,6 +32,6 @@ struct AwgOptions {
 
 // The address as ClientSocket takes it, "tcp:HOST:PORT". Where no port is given it is 5025, the
 // port of SCPI over raw sockets.
-std::string awg_socket_address(const std::string& address);
+std::string socket_address(const std::string& address);
 
-}  // namespace splid
+}  // namespace splid::awg

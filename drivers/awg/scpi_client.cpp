@@ -6,7 +6,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 constexpr std::size_t max_line_bytes = 4'096;
@@ -160,4 +160,4 @@ void ScpiClient::fail(const std::string& command, const std::string& what) const
   throw Error(Fault::device, "awg " + socket_.address() + ": " + shown_scpi(command) + ": " + what);
 }
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -9,7 +9,7 @@
 #include "drivers/awg/scpi_reply.hpp"
 #include "drivers/client_socket.hpp"
 
-namespace splid {
+namespace splid::awg {
 
 // Speaks SCPI with an instrument on a raw socket: lines go out, lines or blocks of definite length
 // come back. A command counts as done only when the instrument has said so and its error queue is
@@ -64,4 +64,4 @@ class ScpiClient {
   std::size_t taken_ = 0;  // bytes of received_ that were taken
 };
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -7,7 +7,7 @@
 
 #include "protocol/text.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 constexpr std::size_t max_shown = 60;
@@ -91,4 +91,4 @@ std::string shown_scpi(std::string_view text) {
   return text.size() > max_shown ? shown + "..." : shown;
 }
 
-}  // namespace splid
+}  // namespace splid::awg

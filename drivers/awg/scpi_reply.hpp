@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace splid {
+namespace splid::awg {
 
 // Takes apart what instruments answer to SCPI queries (IEEE 488.2). Lines come without their line
 // feed; spaces around them and a carriage return at the end do not matter. Any bytes may come in:
@@ -60,4 +60,4 @@ std::string scpi_block_head(std::size_t content_bytes);
 // that cannot be printed become '?', and "..." stands where the text was cut.
 std::string shown_scpi(std::string_view text);
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -15,7 +15,7 @@
 #include "drivers/awg/waveform_samples.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 using Values = std::vector<std::pair<const char*, std::string>>;
@@ -33,16 +33,16 @@ std::string exact(double number) {
   return text.data();
 }
 
-ScpiClient connect(const AwgOptions& options, const std::stop_token& stop) {
+ScpiClient connect(const Options& options, const std::stop_token& stop) {
   if (options.address.empty()) {
     throw Error(Fault::usage, "awg/address: there is none; give the generator's HOST or HOST:PORT");
   }
   const std::chrono::milliseconds timeout(std::llround(options.timeout_s * 1e3));
-  return {awg_socket_address(options.address), timeout, stop};
+  return {socket_address(options.address), timeout, stop};
 }
 
 // Fills in the words in braces of a model's commands.
-Values values_of(const AwgOptions& options, const WaveformPlan& plan) {
+Values values_of(const Options& options, const WaveformPlan& plan) {
   const bool is_external = options.reference == ReferenceClock::external_10_mhz;
   return {{"{rate}", exact(plan.rate_hz)},
           {"{reference}", is_external ? "EXT;:ROSC:FREQ 1E7" : "INT"},
@@ -79,8 +79,8 @@ void check_setting(ScpiClient& client, const std::string& command, const char* q
   client.fail(query, "answered \"" + shown_scpi(answer) + "\" after " + command);
 }
 
-void run(ScpiClient& client, std::span<const AwgStep> steps, const Values& values) {
-  for (const AwgStep& step : steps) {
+void run(ScpiClient& client, std::span<const Step> steps, const Values& values) {
+  for (const Step& step : steps) {
     const std::string command = filled_in(step.command, values);
     client.command(command);
     if (step.check != nullptr) check_setting(client, command, step.check);
@@ -88,7 +88,7 @@ void run(ScpiClient& client, std::span<const AwgStep> steps, const Values& value
 }
 
 // Makes sure that the instrument is of the configured model, and clears its error queue.
-std::string identify(ScpiClient& client, const AwgModel& model) {
+std::string identify(ScpiClient& client, const Model& model) {
   const std::string line = client.ask("*IDN?");
   const auto identity = parse_scpi_identity(line);
   if (!identity || identity->model.find(model.identity) == std::string::npos) {
@@ -120,9 +120,9 @@ std::vector<std::int64_t> numbers_of(const std::string& bytes, SampleFormat form
 // After something went wrong, ends play and switches the outputs off. It does so over a connection
 // of its own, since answers to earlier queries may still come in the other. It cannot be stopped,
 // since a laser may be firing. Returns whether it went well, in words for the end of a sentence.
-std::string switched_off(const AwgOptions& options, const AwgModel& model) {
+std::string switched_off(const Options& options, const Model& model) {
   try {
-    AwgOptions hasty = options;
+    Options hasty = options;
     hasty.timeout_s = std::min(options.timeout_s, longest_undo_s);
     ScpiClient client = connect(hasty, {});
     client.command("*CLS");
@@ -136,11 +136,11 @@ std::string switched_off(const AwgOptions& options, const AwgModel& model) {
 
 class Upload {
  public:
-  Upload(ScpiClient& client, const AwgOptions& options, const WaveformPlan& plan,
+  Upload(ScpiClient& client, const Options& options, const WaveformPlan& plan,
          const UploadProgress& progress)
       : client_(client),
         options_(options),
-        model_(awg_models()[options.model]),
+        model_(models()[options.model]),
         plan_(plan),
         progress_(progress) {}
 
@@ -216,17 +216,17 @@ class Upload {
   }
 
   ScpiClient& client_;
-  const AwgOptions& options_;
-  const AwgModel& model_;
+  const Options& options_;
+  const Model& model_;
   const WaveformPlan& plan_;
   const UploadProgress& progress_;
 };
 
 }  // namespace
 
-Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadProgress& progress,
+Uploaded upload(const Options& options, const Pattern& pattern, const UploadProgress& progress,
                 const std::stop_token& stop) {
-  const AwgModel& model = awg_models()[options.model];
+  const Model& model = models()[options.model];
   const WaveformPlan plan = plan_waveform(pattern, model, options);
   progress("connecting", 0);
   Uploaded uploaded;
@@ -247,12 +247,12 @@ Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadP
   }
 }
 
-std::string stop_awg(const AwgOptions& options, const std::stop_token& stop) {
-  const AwgModel& model = awg_models()[options.model];
+std::string switch_off(const Options& options, const std::stop_token& stop) {
+  const Model& model = models()[options.model];
   ScpiClient client = connect(options, stop);
   std::string instrument = identify(client, model);
   run(client, model.stop, {});
   return instrument;
 }
 
-}  // namespace splid
+}  // namespace splid::awg

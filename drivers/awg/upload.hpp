@@ -8,7 +8,7 @@
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::awg {
 
 // Is told what happens, and which part of it is done: 0 to 1.
 using UploadProgress = std::function<void(const char* what, double part)>;
@@ -29,11 +29,11 @@ struct Uploaded {
 // after the generator was found to be the configured model, play is ended and its outputs are
 // switched off, and the error says whether that went well. Timeouts: options.timeout_s for each
 // answer, at most 2 s for the answers to the commands that switch off.
-Uploaded upload(const AwgOptions& options, const Pattern& pattern, const UploadProgress& progress,
+Uploaded upload(const Options& options, const Pattern& pattern, const UploadProgress& progress,
                 const std::stop_token& stop);
 
 // Ends play and switches the outputs off. Returns the instrument's maker, model, serial and
 // firmware. Errors, timeouts: as upload().
-std::string stop_awg(const AwgOptions& options, const std::stop_token& stop);
+std::string switch_off(const Options& options, const std::stop_token& stop);
 
-}  // namespace splid
+}  // namespace splid::awg

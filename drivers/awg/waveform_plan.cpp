@@ -9,7 +9,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 constexpr double ps_per_s = 1e12;
@@ -19,7 +19,7 @@ constexpr double ps_per_ns = 1e3;
 // at 60 GSa/s in any case. As many as an M8195A's internal memory holds take no noticeable time.
 constexpr std::int64_t max_samples_of_copies = 262'144;
 
-[[noreturn]] void refuse(const AwgModel& model, const std::string& what) {
+[[noreturn]] void refuse(const Model& model, const std::string& what) {
   throw Error(Fault::data, std::string("awg ") + model.name + ": " + what);
 }
 
@@ -42,13 +42,13 @@ std::vector<double> all_pulse_times_ps(const Pattern& pattern) {
   return times_ps;
 }
 
-double least_spacing_ps(const AwgOptions& options) {
+double least_spacing_ps(const Options& options) {
   // A thousandth of a picosecond more is allowed, since doubles do not hold all times exactly.
   return options.min_spacing_ns * ps_per_ns - 1e-3;
 }
 
-void check_spacing(const std::vector<double>& times_ps, double period_ps, const AwgModel& model,
-                   const AwgOptions& options) {
+void check_spacing(const std::vector<double>& times_ps, double period_ps, const Model& model,
+                   const Options& options) {
   const double least_ps = least_spacing_ps(options);
   for (std::size_t i = 0; i < times_ps.size(); ++i) {
     const bool is_last = i + 1 == times_ps.size();
@@ -63,7 +63,7 @@ void check_spacing(const std::vector<double>& times_ps, double period_ps, const 
 
 // The lowest rate worth playing: a pulse has at least two samples, so that its width is within a
 // quarter of what was asked for.
-double lowest_rate_hz(const AwgModel& model, const AwgOptions& options) {
+double lowest_rate_hz(const Model& model, const Options& options) {
   constexpr double min_pulse_samples = 2;
   const double needed_hz = min_pulse_samples / (options.pulse_width_ns * 1e-9);
   if (needed_hz > model.max_rate_hz) {
@@ -88,7 +88,7 @@ std::string fitting_repeats(const Pattern& pattern, double longest_ps) {
   return total_ps <= longest_ps ? text : "";
 }
 
-void check_memory(const Pattern& pattern, double lowest_hz, const AwgModel& model) {
+void check_memory(const Pattern& pattern, double lowest_hz, const Model& model) {
   const double period_ps = pattern_period_ps(pattern);
   const double longest_ps = static_cast<double>(model.max_samples) / lowest_hz * ps_per_s;
   if (period_ps <= longest_ps) return;
@@ -183,7 +183,7 @@ class TightPairs {
 // Tries every length of the period at which `copies` periods are whole granules, the highest rate
 // first.
 void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double period_ps,
-                double lowest_hz, const AwgModel& model, TightPairs& tight, Grid& best) {
+                double lowest_hz, const Model& model, TightPairs& tight, Grid& best) {
   // Deviations that differ by less than this differ by rounding only.
   constexpr double same_ps = 1e-3;
   const std::int64_t step = model.granule_samples / copies;
@@ -210,7 +210,7 @@ void try_copies(std::int64_t copies, const std::vector<double>& times_ps, double
 }
 
 Grid find_grid(const std::vector<double>& times_ps, double period_ps, double lowest_hz,
-               const AwgModel& model, const AwgOptions& options) {
+               const Model& model, const Options& options) {
   TightPairs tight(times_ps, period_ps, lowest_hz, least_spacing_ps(options));
   Grid best;
   for (std::int64_t copies = 1; copies <= model.granule_samples; ++copies) {
@@ -234,7 +234,7 @@ std::int64_t whole_samples(double time_ns, double rate_hz) {
   return std::max<std::int64_t>(1, std::llround(time_ns * 1e-9 * rate_hz));
 }
 
-void check_marker(const WaveformPlan& plan, const AwgModel& model) {
+void check_marker(const WaveformPlan& plan, const Model& model) {
   if (plan.samples_per_period - plan.marker_samples >= model.marker_gap_samples) return;
   const auto most = static_cast<double>(plan.samples_per_period - model.marker_gap_samples);
   refuse(model, "the marker leaves less than " + std::to_string(model.marker_gap_samples) +
@@ -242,7 +242,7 @@ void check_marker(const WaveformPlan& plan, const AwgModel& model) {
                     number_text(std::floor(std::max(0.0, most) / plan.rate_hz * 1e12) / 1e3));
 }
 
-void check_width(const WaveformPlan& plan, const AwgModel& model, const AwgOptions& options) {
+void check_width(const WaveformPlan& plan, const Model& model, const Options& options) {
   for (std::size_t i = 0; i < plan.pulse_starts.size(); ++i) {
     const bool is_last = i + 1 == plan.pulse_starts.size();
     const std::int64_t next =
@@ -257,8 +257,7 @@ void check_width(const WaveformPlan& plan, const AwgModel& model, const AwgOptio
 
 }  // namespace
 
-WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
-                           const AwgOptions& options) {
+WaveformPlan plan_waveform(const Pattern& pattern, const Model& model, const Options& options) {
   const double period_ps = pattern_period_ps(pattern);
   const double lowest_hz = lowest_rate_hz(model, options);
   check_memory(pattern, lowest_hz, model);
@@ -320,4 +319,4 @@ Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double 
   return played;
 }
 
-}  // namespace splid
+}  // namespace splid::awg

@@ -8,7 +8,7 @@
 #include "drivers/awg/awg_options.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::awg {
 
 // A pattern as samples: their rate, their number, and where the pulses begin.
 struct WaveformPlan {
@@ -31,8 +31,7 @@ struct WaveformPlan {
 //
 // Errors: Error(Fault::data) saying what cannot be played, and the nearest thing that can: the
 // longest period, the largest repeats, or the two pulses that are too close.
-WaveformPlan plan_waveform(const Pattern& pattern, const AwgModel& model,
-                           const AwgOptions& options);
+WaveformPlan plan_waveform(const Pattern& pattern, const Model& model, const Options& options);
 
 // "241920 samples at 64 GSa/s, 241920 a period; pulses 2 ns wide, at most 0 ps from their times".
 std::string in_words(const WaveformPlan& plan);
@@ -44,4 +43,4 @@ std::string in_words(const WaveformPlan& plan);
 // played. A calibrated period was measured after an earlier start and is left out.
 Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double rate_hz);
 
-}  // namespace splid
+}  // namespace splid::awg

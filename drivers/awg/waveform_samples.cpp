@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 constexpr std::uint8_t is_pulse = 1;
@@ -52,7 +52,7 @@ void put_word(std::string& bytes, bool up, bool marker) {
 
 }  // namespace
 
-std::string waveform_samples(const WaveformPlan& plan, const AwgModel& model, bool pulse_is_up,
+std::string waveform_samples(const WaveformPlan& plan, const Model& model, bool pulse_is_up,
                              std::int64_t first, std::int64_t count) {
   const auto put = model.format == SampleFormat::byte_pair ? put_byte_pair : put_word;
   std::string bytes;
@@ -63,4 +63,4 @@ std::string waveform_samples(const WaveformPlan& plan, const AwgModel& model, bo
   return bytes;
 }
 
-}  // namespace splid
+}  // namespace splid::awg

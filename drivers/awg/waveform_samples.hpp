@@ -6,7 +6,7 @@
 #include "drivers/awg/awg_model.hpp"
 #include "drivers/awg/waveform_plan.hpp"
 
-namespace splid {
+namespace splid::awg {
 
 // The bytes of one sample, its marker included, which are as many in every format.
 inline constexpr std::int64_t sample_bytes = 2;
@@ -17,7 +17,7 @@ inline constexpr std::int64_t sample_bytes = 2;
 // loops.
 //
 // Threads: any. Errors: none.
-std::string waveform_samples(const WaveformPlan& plan, const AwgModel& model, bool pulse_is_up,
+std::string waveform_samples(const WaveformPlan& plan, const Model& model, bool pulse_is_up,
                              std::int64_t first, std::int64_t count);
 
-}  // namespace splid
+}  // namespace splid::awg

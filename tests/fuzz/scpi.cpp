@@ -9,19 +9,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace splid;
   using namespace splid::test;
   const std::string line = as_text(data, size);
-  (void)parse_scpi_identity(line);
-  (void)parse_scpi_error(line);
-  const auto number = parse_scpi_number(line);
+  (void)awg::parse_scpi_identity(line);
+  (void)awg::parse_scpi_error(line);
+  const auto number = awg::parse_scpi_number(line);
   must(!number || std::isfinite(*number), "a number is finite");
-  const auto integers = parse_scpi_integers(line);
+  const auto integers = awg::parse_scpi_integers(line);
   must(!integers || !integers->empty(), "a list has a number");
-  if (const auto head = parse_scpi_block_head(line)) {
+  if (const auto head = awg::parse_scpi_block_head(line)) {
     must(head->head_bytes >= 3 && head->head_bytes <= size, "a block's head is what stands there");
     must(head->content_bytes <= 999'999'999, "a block's length has nine digits");
-    const auto again = parse_scpi_block_head(scpi_block_head(head->content_bytes));
+    const auto again = awg::parse_scpi_block_head(awg::scpi_block_head(head->content_bytes));
     must(again && again->content_bytes == head->content_bytes, "a head comes back");
   }
-  const std::string shown = shown_scpi(line);
+  const std::string shown = awg::shown_scpi(line);
   must(shown.size() <= 64, "what is shown is short");
   for (const char c : shown) must(c >= ' ' && c <= '~', "what is shown is printable");
   return 0;

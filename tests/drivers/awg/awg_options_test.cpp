@@ -5,20 +5,20 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 using ::testing::HasSubstr;
 
 TEST(AwgOptions, ThePortIsThatOfScpi) {
-  EXPECT_EQ(awg_socket_address("10.0.0.5"), "tcp:10.0.0.5:5025");
-  EXPECT_EQ(awg_socket_address("awg.lab:1"), "tcp:awg.lab:1");
+  EXPECT_EQ(socket_address("10.0.0.5"), "tcp:10.0.0.5:5025");
+  EXPECT_EQ(socket_address("awg.lab:1"), "tcp:awg.lab:1");
 }
 
-TEST(AwgOptions, TheDefaultsAreAllowed) { EXPECT_FALSE(AwgOptions{}.validate()); }
+TEST(AwgOptions, TheDefaultsAreAllowed) { EXPECT_FALSE(Options{}.validate()); }
 
 TEST(AwgOptions, LevelsAreThoseOfTheModel) {
-  AwgOptions options;
+  Options options;
   options.pulse_v = 1;  // the whole range
   EXPECT_FALSE(options.validate());
   options.pulse_v = 1.001;
@@ -35,7 +35,7 @@ TEST(AwgOptions, LevelsAreThoseOfTheModel) {
 }
 
 TEST(AwgOptions, TheAddressHasAForm) {
-  AwgOptions options;
+  Options options;
   for (const char* address : {":5025", "a:", "a:0", "a:65536", "a:x"}) {
     options.address = address;
     ASSERT_TRUE(options.validate()) << address;
@@ -47,4 +47,4 @@ TEST(AwgOptions, TheAddressHasAForm) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg

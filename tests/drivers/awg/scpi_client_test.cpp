@@ -9,7 +9,7 @@
 #include "tests/support/error_text.hpp"
 #include "tests/support/patience.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 using test::AwgDouble;
@@ -84,4 +84,4 @@ TEST(ScpiClient, ALineHasAnEnd) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 TEST(ScpiIdentity, HasFourFields) {
@@ -86,4 +86,4 @@ TEST(ScpiReply, StandsAnyBytes) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg

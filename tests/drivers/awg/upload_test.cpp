@@ -11,7 +11,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/awg_double.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 using test::AwgDouble;
@@ -26,8 +26,8 @@ const std::stop_token never;
 
 void ignore(const char*, double) {}
 
-AwgOptions options_for(const AwgDouble& awg) {
-  AwgOptions options;
+Options options_for(const AwgDouble& awg) {
+  Options options;
   options.address = awg.address();
   return options;
 }
@@ -46,7 +46,7 @@ std::vector<double> times_ps(const Pattern& pattern) {
 }
 
 // Uploads, and compares what comes out with the pattern asked for and the one written back.
-void check_played(const Pattern& pattern, AwgDouble& awg, const AwgOptions& options) {
+void check_played(const Pattern& pattern, AwgDouble& awg, const Options& options) {
   const Uploaded uploaded = upload(options, pattern, ignore, never);
   EXPECT_EQ(awg.errors(), 0U);
   const AwgDouble::Played played = awg.played(options.rest_v);
@@ -87,7 +87,7 @@ TEST(AwgUpload, ThePulsesThatComeOutAreThoseAskedFor) {
 TEST(AwgUpload, OtherModelsPlayTheSame) {
   const Pattern mrr = make_mrr(std::array{180e3, 189e3}, std::array<std::int64_t, 2>{50, 50});
   AwgDouble extended;
-  AwgOptions options = options_for(extended);
+  Options options = options_for(extended);
   options.model = 1;
   check_played(mrr, extended, options);
   for (const auto read_back : {AwgDouble::ReadBack::numbers, AwgDouble::ReadBack::block}) {
@@ -109,7 +109,7 @@ TEST(AwgUpload, OtherModelsPlayTheSame) {
 
 TEST(AwgUpload, LevelsAndWidthsAreThoseConfigured) {
   AwgDouble awg;
-  AwgOptions options = options_for(awg);
+  Options options = options_for(awg);
   upload(options, make_random({}), ignore, never);
   EXPECT_NEAR(awg.farthest_v(0), -0.8, 1e-6);
   options.pulse_v = 0.9;
@@ -138,7 +138,7 @@ TEST(AwgUpload, OutputsAreOffUntilTheSamplesAreThere) {
 
 TEST(AwgUpload, AnExternalReferenceIsAskedFor) {
   AwgDouble awg;
-  AwgOptions options = options_for(awg);
+  Options options = options_for(awg);
   options.reference = ReferenceClock::external_10_mhz;
   upload(options, make_random({}), ignore, never);
   EXPECT_THAT(awg.heard(), ::testing::Contains(":ROSC:SOUR EXT;:ROSC:FREQ 1E7"));
@@ -175,7 +175,7 @@ TEST(AwgUpload, StopEndsPlay) {
   AwgDouble awg;
   upload(options_for(awg), make_random({}), ignore, never);
   EXPECT_TRUE(awg.playing());
-  EXPECT_THAT(stop_awg(options_for(awg), never), HasSubstr("M8195A DE00000001"));
+  EXPECT_THAT(switch_off(options_for(awg), never), HasSubstr("M8195A DE00000001"));
   EXPECT_FALSE(awg.playing());
   EXPECT_EQ(awg.errors(), 0U);
 }
@@ -184,7 +184,7 @@ TEST(AwgUpload, StopEndsPlay) {
 std::string error_with(const AwgFaults& faults, Fault fault = Fault::device,
                        AwgDouble::Model model = AwgDouble::Model::m8195a) {
   AwgDouble awg(model, faults);
-  AwgOptions options = options_for(awg);
+  Options options = options_for(awg);
   options.timeout_s = faults.silent_at.empty() ? 120 : 0.3;
   try {
     upload(options, make_random({}), ignore, never);
@@ -237,7 +237,7 @@ TEST(AwgUpload, OutputsAreOffWhateverGoesWrong) {
   for (const Model model : {Model::m8195a, Model::m8190a}) {
     for (const auto fault : {&AwgFaults::error_at, &AwgFaults::cut_at}) {
       AwgDouble awg(model, at(fault, ":INIT:IMM"));
-      AwgOptions options = options_for(awg);
+      Options options = options_for(awg);
       if (model == Model::m8190a) options.model = 2;
       try {
         upload(options, make_random({}), ignore, never);
@@ -291,14 +291,14 @@ TEST(AwgUpload, WithoutReadBackSamplesAreNotCompared) {
   AwgFaults wrong;
   wrong.wrong_sample = true;
   AwgDouble awg(AwgDouble::Model::m8195a, wrong);
-  AwgOptions options = options_for(awg);
+  Options options = options_for(awg);
   options.read_back = false;
   EXPECT_NO_THROW(upload(options, make_random({}), ignore, never));
   EXPECT_THAT(awg.heard(), Each(Not(StartsWith(":TRAC1:DATA?"))));
 }
 
 TEST(AwgUpload, SaysThatNobodyIsThere) {
-  AwgOptions options;
+  Options options;
   {
     const AwgDouble gone;
     options.address = gone.address();
@@ -342,4 +342,4 @@ TEST(AwgUpload, APatternThatCannotBePlayedReachesNobody) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg

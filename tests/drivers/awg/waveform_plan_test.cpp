@@ -11,7 +11,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/error_text.hpp"
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
 using ::testing::AllOf;
@@ -20,11 +20,11 @@ using ::testing::HasSubstr;
 
 using Counts = std::array<std::int64_t, 2>;
 
-const AwgModel& m8195a = awg_models()[0];
-const AwgModel& m8195a_extended = awg_models()[1];
-const AwgModel& m8190a = awg_models()[2];
+const Model& m8195a = models()[0];
+const Model& m8195a_extended = models()[1];
+const Model& m8190a = models()[2];
 
-std::string refusal(const Pattern& pattern, const AwgModel& model, const AwgOptions& options = {}) {
+std::string refusal(const Pattern& pattern, const Model& model, const Options& options = {}) {
   try {
     plan_waveform(pattern, model, options);
   } catch (const Error& error) {
@@ -35,7 +35,7 @@ std::string refusal(const Pattern& pattern, const AwgModel& model, const AwgOpti
 }
 
 // What holds of every plan.
-void check(const WaveformPlan& plan, const Pattern& pattern, const AwgModel& model) {
+void check(const WaveformPlan& plan, const Pattern& pattern, const Model& model) {
   EXPECT_EQ(plan.samples() % model.granule_samples, 0);
   EXPECT_GE(plan.samples(), model.min_samples);
   EXPECT_LE(plan.samples(), model.max_samples);
@@ -89,7 +89,7 @@ TEST(WaveformPlan, RandomPulsesAreWithinHalfASample) {
 
 TEST(WaveformPlan, ShortPeriodsAreHeldSeveralTimes) {
   const Pattern pattern = make_periodic(Mode::baseline, 10'000);
-  AwgOptions options;
+  Options options;
   options.marker_width_ns = 3;
   const WaveformPlan plan = plan_waveform(pattern, m8195a, options);
   check(plan, pattern, m8195a);
@@ -130,7 +130,7 @@ TEST(WaveformPlan, MrrAsFarAsMemoryAllows) {
 
 TEST(WaveformPlan, NamesPulsesThatAreTooClose) {
   Pattern pattern = make_interleaved(std::array{180e3, 189e3});
-  AwgOptions options;
+  Options options;
   options.min_spacing_ns = 9.001;
   EXPECT_THAT(refusal(pattern, m8195a, options),
               HasSubstr("pulse 1 at 180 ns and pulse 2 at 189 ns are 9 ns apart; "
@@ -172,20 +172,20 @@ double least_played_ns(const WaveformPlan& plan) {
 
 // The grid nearest to the pulses' times would play the pairs 8.9598 ns apart.
 TEST(WaveformPlan, PulsesAsTheyArePlayedKeepTheirDistance) {
-  AwgOptions options;
+  Options options;
   options.min_spacing_ns = 8.96;
-  const WaveformPlan plan = plan_waveform(pairs(8'960, 100), awg_models()[0], options);
+  const WaveformPlan plan = plan_waveform(pairs(8'960, 100), models()[0], options);
   EXPECT_GE(least_played_ns(plan), 8.96 - 1e-6);
   // Few rates are left, and at none of them.
   options.pulse_width_ns = 0.0309;
   options.min_spacing_ns = 8.9635;
-  EXPECT_THAT(refusal(pairs(8'963.5, 100), awg_models()[0], options),
+  EXPECT_THAT(refusal(pairs(8'963.5, 100), models()[0], options),
               ::testing::AllOf(HasSubstr("would be played 8.9"),
                                HasSubstr("awg.min_spacing_ns is 8.9635: lower it")));
 }
 
 TEST(WaveformPlan, NamesTheWidthsThatCanBePlayed) {
-  AwgOptions options;
+  Options options;
   options.pulse_width_ns = 0.03;
   EXPECT_THAT(refusal(make_periodic(Mode::baseline, 1e6), m8195a, options),
               HasSubstr("a pulse of 0.03 ns is under two samples; the shortest is 0.0307"));
@@ -194,7 +194,7 @@ TEST(WaveformPlan, NamesTheWidthsThatCanBePlayed) {
 }
 
 TEST(WaveformPlan, NarrowPulsesMayLeaveNoRate) {
-  AwgOptions options;
+  Options options;
   options.pulse_width_ns = 0.25;  // two samples at 8 GSa/s, the only rate
   options.marker_width_ns = 1;
   EXPECT_EQ(plan_waveform(make_periodic(Mode::baseline, 30'000), m8190a, options).periods, 1);
@@ -235,4 +235,4 @@ TEST(WaveformPlan, IsToldInWords) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg

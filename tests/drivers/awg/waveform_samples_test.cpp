@@ -4,11 +4,11 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::awg {
 namespace {
 
-const AwgModel& small_awg = awg_models()[0];
-const AwgModel& m8190a_awg = awg_models()[2];
+const Model& small_awg = models()[0];
+const Model& m8190a_awg = models()[2];
 
 // Two periods of eight; the second pulse runs over into the next period.
 WaveformPlan small_plan() {
@@ -48,4 +48,4 @@ TEST(WaveformSamples, PartsAreThoseOfTheWhole) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::awg
