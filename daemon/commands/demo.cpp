@@ -70,8 +70,9 @@ class ViewThread {
   void run(const std::stop_token& stop, StopSignals& signals) {
     pthread_setname_np(pthread_self(), "view");
     try {
-      viewing_.run(stop,
-                   [this](Viewing::State state, const std::string& words) { hear(state, words); });
+      viewing_.run(stop, [this](view::Viewing::State state, const std::string& words) {
+        hear(state, words);
+      });
     } catch (...) {
       fault_ = std::current_exception();
       signals.request_stop();
@@ -79,15 +80,15 @@ class ViewThread {
   }
 
   // The address is said when there is something to see.
-  void hear(Viewing::State state, const std::string& words) const {
-    if (state == Viewing::State::connected) {
+  void hear(view::Viewing::State state, const std::string& words) const {
+    if (state == view::Viewing::State::connected) {
       spdlog::info("open {} in a browser; Ctrl-C ends the demonstration", viewing_.url());
-    } else if (state != Viewing::State::pending) {
+    } else if (state != view::Viewing::State::pending) {
       spdlog::warn("{}", words);
     }
   }
 
-  Viewing viewing_;
+  view::Viewing viewing_;
   std::exception_ptr fault_;  // the thread's until it is joined
   std::jthread thread_;
 };
@@ -96,7 +97,7 @@ int demo(const DemoCommand& options) {
   StopSignals signals;
   const Config config = demo_config(options.endpoint);
   check_start(config);
-  if (const std::string warning = who_can_read(options.http); !warning.empty()) {
+  if (const std::string warning = view::who_can_read(options.http); !warning.empty()) {
     spdlog::warn("{}", warning);
   }
   ViewThread view(config.publish.endpoint, options.http, signals);

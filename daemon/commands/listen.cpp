@@ -202,11 +202,11 @@ class Watching {
       : options_(options),
         client_(client_of(options)),
         subscriber_(options.endpoint, {topic_frame, topic_status, topic_version}, client_),
-        picture_(options.endpoint, terminal_characters()) {}
+        picture_(options.endpoint, view::terminal_characters()) {}
 
   int run(const std::stop_token& stop) {
     heard_ns_ = host_clock().steady_ns();
-    TerminalScreen screen;
+    view::TerminalScreen screen;
     draw(screen);
     while (!stop.stop_requested() && (options_.count == 0 || frames_ < options_.count)) {
       const auto message = subscriber_.receive(std::chrono::milliseconds{100});
@@ -225,7 +225,7 @@ class Watching {
   // Ten pictures a second are enough for eyes, and little for a line over ssh.
   bool is_due() const { return host_clock().steady_ns() - drawn_ns_ >= 100'000'000; }
 
-  void draw(const TerminalScreen& screen) {
+  void draw(const view::TerminalScreen& screen) {
     drawn_ns_ = host_clock().steady_ns();
     screen.show(picture_.lines({screen.columns(), screen.rows()}, true));
   }
@@ -243,7 +243,7 @@ class Watching {
   const ListenCommand& options_;
   std::optional<CurveClient> client_;
   Subscriber subscriber_;
-  WatchPicture picture_;
+  view::WatchPicture picture_;
   std::int64_t heard_ns_ = 0;
   std::int64_t drawn_ns_ = 0;
   std::uint64_t frames_ = 0;
@@ -260,7 +260,7 @@ int listen(ListenCommand options) {
   if (options.limits.any() && options.truth.empty()) {
     throw Error(Fault::usage, "--max-distance-rmse-mm and --max-velocity-rmse-cmps need --truth");
   }
-  if (options.watch && TerminalScreen::can_be_had()) {
+  if (options.watch && view::TerminalScreen::can_be_had()) {
     return Watching(options).run(signals.token());
   }
   return Listening(options).run(signals.token());

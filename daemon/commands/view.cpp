@@ -31,16 +31,16 @@ std::optional<CurveClient> viewing_client(const ViewCommand& options) {
                      asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
 }
 
-int view(const ViewCommand& options) {
+int run_view(const ViewCommand& options) {
   const StopSignals signals;
-  Viewing viewing(options.endpoint, options.http, viewing_client(options));
+  view::Viewing viewing(options.endpoint, options.http, viewing_client(options));
   std::fprintf(stderr, "splid: the live view of %s is at %s\n", options.endpoint.c_str(),
                viewing.url().c_str());
-  if (const std::string warning = who_can_read(options.http); !warning.empty()) {
+  if (const std::string warning = view::who_can_read(options.http); !warning.empty()) {
     std::fprintf(stderr, "splid: %s\n", warning.c_str());
   }
-  viewing.run(signals.token(), [](Viewing::State state, const std::string& words) {
-    if (state != Viewing::State::pending) std::fprintf(stderr, "splid: %s\n", words.c_str());
+  viewing.run(signals.token(), [](view::Viewing::State state, const std::string& words) {
+    if (state != view::Viewing::State::pending) std::fprintf(stderr, "splid: %s\n", words.c_str());
   });
   return 0;
 }
@@ -58,7 +58,7 @@ void add_view(CLI::App& app, Action& action) {
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");
-  command->callback([&action, options] { action = [options] { return view(*options); }; });
+  command->callback([&action, options] { action = [options] { return run_view(*options); }; });
 }
 
 }  // namespace splid

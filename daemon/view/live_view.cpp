@@ -10,7 +10,7 @@
 #include "protocol/fold_json.hpp"
 #include "protocol/status_json.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 constexpr std::array<double, 6> windows_s{10, 30, 60, 300, 900, 3600};
@@ -60,7 +60,7 @@ void LiveView::take(const std::string& topic, const std::string& json) {
 void LiveView::take_frame(const std::string& json) {
   try {
     const FrameMessage frame = frame_from_json(json);
-    for (ViewHistory& history : histories_) history.add(frame, ring_fill_ratio_);
+    for (History& history : histories_) history.add(frame, ring_fill_ratio_);
     put(frame_, json);
   } catch (const Error&) {
     ++unread_;
@@ -89,7 +89,7 @@ LiveView::Cursor LiveView::cursor(std::int64_t seconds) {
 }
 
 bool LiveView::has_news(const Cursor& cursor) const {
-  const ViewHistory& history = histories_.at(cursor.window);
+  const History& history = histories_.at(cursor.window);
   return !cursor.has_bins || cursor.change != history.change() || cursor.frame != frame_.number ||
          cursor.status != status_.number || cursor.version != version_.number ||
          cursor.page != page_ || (cursor.wants_fold && cursor.fold != fold_.number);
@@ -104,9 +104,9 @@ std::string LiveView::page_json() const {
   return page.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::string LiveView::bins_json(const ViewHistory& history, const Cursor& cursor) const {
+std::string LiveView::bins_json(const History& history, const Cursor& cursor) const {
   const bool anew = !cursor.has_bins || cursor.epoch != history.epoch();
-  const ViewHistory& last_minute = histories_.at(minute);
+  const History& last_minute = histories_.at(minute);
   return fmt::format(
       R"({{"anew":{},"window_s":{:g},"width_s":{:g},"best":{{"count_rate":{},"signal_rate":{},"sbr":{}}},"rows":{}}})",
       anew, history.window_s(), history.width_s(),
@@ -125,7 +125,7 @@ std::string LiveView::news(Cursor& cursor) const {
   cursor.page = page_;
   add("version", version_, cursor.version);
   add("status", status_, cursor.status);
-  const ViewHistory& history = histories_.at(cursor.window);
+  const History& history = histories_.at(cursor.window);
   if (!cursor.has_bins || cursor.change != history.change()) {
     out += event("bins", bins_json(history, cursor));
   }
@@ -137,4 +137,4 @@ std::string LiveView::news(Cursor& cursor) const {
   return out;
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -8,7 +8,7 @@
 
 #include "daemon/view/view_history.hpp"
 
-namespace splid {
+namespace splid::view {
 
 // All that the live page can show: the daemon's last messages as they came, and the history of the
 // values. Its size does not grow with time.
@@ -61,7 +61,7 @@ class LiveView {
   static void put(Last& last, std::string json);
   void take_frame(const std::string& json);
   [[nodiscard]] std::string page_json() const;
-  [[nodiscard]] std::string bins_json(const ViewHistory& history, const Cursor& cursor) const;
+  [[nodiscard]] std::string bins_json(const History& history, const Cursor& cursor) const;
 
   std::string endpoint_;
   std::string trouble_;
@@ -70,7 +70,7 @@ class LiveView {
   double ring_fill_ratio_ = 0;
   Last frame_, fold_, status_, version_;
   std::uint64_t page_ = 1;
-  std::vector<ViewHistory> histories_;  // shortest first
+  std::vector<History> histories_;  // shortest first
 };
 
-}  // namespace splid
+}  // namespace splid::view

@@ -19,7 +19,7 @@ extern const std::size_t splid_page_dygraph_css_size;
 extern const unsigned char splid_page_icon[];
 extern const std::size_t splid_page_icon_size;
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 constexpr const char* script = "text/javascript; charset=utf-8";
@@ -27,7 +27,7 @@ constexpr const char* style = "text/css; charset=utf-8";
 
 }  // namespace
 
-const PageAsset* find_page_asset(std::string_view path) {
+const PageAsset* find_asset(std::string_view path) {
   static const std::array<PageAsset, 7> assets{{
       {"", "text/html; charset=utf-8", splid_page_index, splid_page_index_size},
       {"view.js", script, splid_page_view_js, splid_page_view_js_size},
@@ -42,4 +42,4 @@ const PageAsset* find_page_asset(std::string_view path) {
   return found == assets.end() ? nullptr : found;
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace splid {
+namespace splid::view {
 
 // A file of the live page, as it is in the program: compressed by gzip when splid is built.
 struct PageAsset {
@@ -14,6 +14,6 @@ struct PageAsset {
 };
 
 // The file that has this path; null: none has.
-const PageAsset* find_page_asset(std::string_view path);
+const PageAsset* find_asset(std::string_view path);
 
-}  // namespace splid
+}  // namespace splid::view

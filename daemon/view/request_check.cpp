@@ -7,7 +7,7 @@
 #include <cctype>
 #include <charconv>
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 constexpr std::size_t longest_host = 253;  // of a name in the DNS
@@ -85,4 +85,4 @@ std::optional<std::int64_t> seconds_from(std::string_view text) {
   return value;
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace splid {
+namespace splid::view {
 
 // What is read of the requests that browsers send to the live page: who they think the server is
 // (Host), whose page asks (Origin), and how many seconds they want to see. All of it comes from
@@ -29,4 +29,4 @@ bool is_own_origin(std::string_view origin, std::string_view host_header);
 // at most 5 digits.
 std::optional<std::int64_t> seconds_from(std::string_view text);
 
-}  // namespace splid
+}  // namespace splid::view

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 constexpr std::array<const char*, 8> blocks{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
@@ -60,4 +60,4 @@ std::string Sparkline::draw(std::size_t columns, Characters characters) const {
   return row;
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-namespace splid {
+namespace splid::view {
 
 // What characters a terminal can show.
 enum class Characters { ascii, utf8 };
@@ -45,4 +45,4 @@ class Sparkline {
   std::int64_t last_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::view

@@ -11,7 +11,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 // The terminal's other screen without a cursor, and back: what stood there before returns.
@@ -75,4 +75,4 @@ void TerminalScreen::show(const std::vector<std::string>& lines) const {
                                  std::strerror(errno));  // NOLINT(concurrency-mt-unsafe)
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace splid {
+namespace splid::view {
 
 // The whole screen of the terminal at standard output: taken on construction, given back as it was
 // by the destructor. Typed characters do not show meanwhile; Ctrl-C still ends the program.
@@ -37,4 +37,4 @@ class TerminalScreen {
   std::optional<termios> before_;  // the settings of standard input, if that is a terminal
 };
 
-}  // namespace splid
+}  // namespace splid::view

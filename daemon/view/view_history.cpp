@@ -7,11 +7,11 @@
 #include <cmath>
 #include <iterator>
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 // deviation: 0 where it is not known.
-void widen(ViewHistory::Reach& reach, const std::optional<double>& value, double deviation = 0) {
+void widen(History::Reach& reach, const std::optional<double>& value, double deviation = 0) {
   if (!value || !std::isfinite(*value) || !std::isfinite(deviation)) return;
   const double low = *value - deviation;
   const double high = *value + deviation;
@@ -33,8 +33,8 @@ std::optional<double> signal_per_s(const FrameMessage& frame) {
   return *frame.signal_per_period / (*frame.sync->period_ps * 1e-12);
 }
 
-void add_values(ViewHistory::Bin& bin, const FrameMessage& frame, double ring_fill_ratio) {
-  const auto at = [&](Series series) -> ViewHistory::Reach& {
+void add_values(History::Bin& bin, const FrameMessage& frame, double ring_fill_ratio) {
+  const auto at = [&](Series series) -> History::Reach& {
     return bin.series.at(static_cast<std::size_t>(series));
   };
   if (frame.valid()) {
@@ -58,7 +58,7 @@ void add_values(ViewHistory::Bin& bin, const FrameMessage& frame, double ring_fi
   widen(at(Series::count_rate), photons_per_s(frame));
 }
 
-void write(std::string& to, const ViewHistory::Reach& reach) {
+void write(std::string& to, const History::Reach& reach) {
   auto out = std::back_inserter(to);
   const double mean = reach.sum / static_cast<double>(reach.count);
   if (reach.count == 0) {
@@ -72,7 +72,7 @@ void write(std::string& to, const ViewHistory::Reach& reach) {
 
 }  // namespace
 
-ViewHistory::Bin& ViewHistory::bin_at(double timestamp_s) {
+History::Bin& History::bin_at(double timestamp_s) {
   const auto number = static_cast<std::int64_t>(std::floor(timestamp_s / width_s_));
   const double end_s =
       bins_.empty() ? timestamp_s : static_cast<double>(bins_.back().number) * width_s_;
@@ -86,7 +86,7 @@ ViewHistory::Bin& ViewHistory::bin_at(double timestamp_s) {
   return bins_.back();
 }
 
-void ViewHistory::add(const FrameMessage& frame, double ring_fill_ratio) {
+void History::add(const FrameMessage& frame, double ring_fill_ratio) {
   constexpr double latest_s = 1e12;  // beyond any date, and within an integer
   if (!(std::abs(frame.timestamp_s) < latest_s)) return;
   Bin& bin = bin_at(frame.timestamp_s);
@@ -99,7 +99,7 @@ void ViewHistory::add(const FrameMessage& frame, double ring_fill_ratio) {
   add_values(bin, frame, ring_fill_ratio);
 }
 
-std::optional<double> ViewHistory::best(Series series) const {
+std::optional<double> History::best(Series series) const {
   std::optional<double> best;
   for (const Bin& bin : bins_) {
     const Reach& reach = bin.series.at(static_cast<std::size_t>(series));
@@ -108,7 +108,7 @@ std::optional<double> ViewHistory::best(Series series) const {
   return best;
 }
 
-std::string ViewHistory::rows_after(std::uint64_t change) const {
+std::string History::rows_after(std::uint64_t change) const {
   auto first = bins_.end();
   while (first != bins_.begin() && std::prev(first)->change > change) --first;
   std::string rows = "[";
@@ -123,4 +123,4 @@ std::string ViewHistory::rows_after(std::uint64_t change) const {
   return rows + "]";
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -9,7 +9,7 @@
 
 #include "protocol/frame_json.hpp"
 
-namespace splid {
+namespace splid::view {
 
 // What the live page draws over time. The page has the same list, in the same order
 // (daemon/view/page/view.js).
@@ -38,7 +38,7 @@ inline constexpr std::size_t series_count = 13;
 // value with a known deviation is from one deviation below the lowest to one above the highest.
 //
 // Threads: one. Errors: none.
-class ViewHistory {
+class History {
  public:
   static constexpr std::int64_t most_bins = 1000;
 
@@ -56,7 +56,7 @@ class ViewHistory {
   };
 
   // window_s: how many seconds are kept, in whole bins.
-  explicit ViewHistory(double window_s)
+  explicit History(double window_s)
       : window_s_(window_s), width_s_(window_s / static_cast<double>(most_bins)) {}
 
   // ring_fill_ratio: of the last status. A frame more than a second before the last one begins the
@@ -89,4 +89,4 @@ class ViewHistory {
   std::uint64_t epoch_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::view

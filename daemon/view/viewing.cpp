@@ -9,7 +9,7 @@
 #include "protocol/frame_json.hpp"
 #include "protocol/status_json.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 // Of a replay at full speed a part is lost rather than memory without bound; the frames'
@@ -75,4 +75,4 @@ void Viewing::look_at_connection(const HearState& hear) {
   hear(state, words);
 }
 
-}  // namespace splid
+}  // namespace splid::view

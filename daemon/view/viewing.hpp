@@ -10,7 +10,7 @@
 #include "daemon/view/live_view.hpp"
 #include "daemon/view/web_server.hpp"
 
-namespace splid {
+namespace splid::view {
 
 // A sentence on who can read a page at this HOST:PORT; empty where this machine alone can.
 std::string who_can_read(const std::string& http);
@@ -49,4 +49,4 @@ class Viewing {
   bool hears_fold_ = false;
 };
 
-}  // namespace splid
+}  // namespace splid::view

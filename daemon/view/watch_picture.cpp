@@ -11,7 +11,7 @@
 #include "daemon/base/text.hpp"
 #include "protocol/status_json.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using Json = nlohmann::json;
@@ -260,4 +260,4 @@ std::vector<std::string> WatchPicture::lines(Size size, bool colour) const {
   return all;
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -9,7 +9,7 @@
 #include "daemon/view/sparkline.hpp"
 #include "protocol/frame_json.hpp"
 
-namespace splid {
+namespace splid::view {
 
 // What a picture shows of a `status` message; empty and 0 where the message has no such member.
 struct WatchedStatus {
@@ -68,4 +68,4 @@ class WatchPicture {
 // The characters that the terminal of this process shows, by the locale in its environment.
 Characters terminal_characters();
 
-}  // namespace splid
+}  // namespace splid::view

@@ -15,7 +15,7 @@
 #include "daemon/view/request_check.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 constexpr std::size_t connection_bytes = 24U << 10U;  // headers of the request and its answer
@@ -232,7 +232,7 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path, std::st
     return refuse(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "the page is for reading: GET or HEAD");
   }
   if (path == "/events") return serve_events(connection);
-  const PageAsset* asset = path.starts_with('/') ? find_page_asset(path.substr(1)) : nullptr;
+  const PageAsset* asset = path.starts_with('/') ? find_asset(path.substr(1)) : nullptr;
   if (asset == nullptr) {
     return refuse(connection, MHD_HTTP_NOT_FOUND, "there is no such file; the page is at /");
   }
@@ -261,4 +261,4 @@ int WebServer::serve_events(MHD_Connection* connection) {
   return send(connection, MHD_HTTP_OK, response);
 }
 
-}  // namespace splid
+}  // namespace splid::view

@@ -15,7 +15,7 @@ struct MHD_Connection;
 struct MHD_Daemon;
 struct MHD_Response;
 
-namespace splid {
+namespace splid::view {
 
 // Serves the live page over HTTP (libmicrohttpd) and, to each viewer, what the page shows as
 // server-sent events. It only reads: no request changes anything.
@@ -75,4 +75,4 @@ class WebServer {
   int descriptor_ = -1;
 };
 
-}  // namespace splid
+}  // namespace splid::view

@@ -9,23 +9,23 @@ namespace splid::test {
 namespace {
 
 void check_header(const std::string& text) {
-  if (const auto host = host_of(text)) {
+  if (const auto host = view::host_of(text)) {
     must(!host->empty() && host->size() <= 253, "a host has a length");
-    must(host_of(host->find(':') == std::string::npos ? *host : "[" + *host + "]") == host,
+    must(view::host_of(host->find(':') == std::string::npos ? *host : "[" + *host + "]") == host,
          "a host comes back");
   } else {
-    must(!is_own_host(text, "lab"), "what is no host is not this one");
+    must(!view::is_own_host(text, "lab"), "what is no host is not this one");
   }
-  must(!is_own_origin(text, "127.0.0.1:9874") || text.find("//127.0.0.1:9874") != text.npos,
+  must(!view::is_own_origin(text, "127.0.0.1:9874") || text.find("//127.0.0.1:9874") != text.npos,
        "another origin is not the own one");
-  if (const auto seconds = seconds_from(text)) {
+  if (const auto seconds = view::seconds_from(text)) {
     must(*seconds >= 0 && *seconds <= 99'999, "seconds are within their digits");
   }
 }
 
 void check_message(const std::string& text) {
-  LiveView view(text);
-  LiveView::Cursor cursor = LiveView::cursor(10);
+  view::LiveView view(text);
+  view::LiveView::Cursor cursor = view::LiveView::cursor(10);
   cursor.wants_fold = text.size() % 2 == 0;
   for (const char* topic : {"frame", "fold", "status", "version", "other"}) view.take(topic, text);
   view.set_connection(text);

@@ -15,7 +15,7 @@
 
 // `splid demo`: a simulated target and its page in one command.
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using test::LocalConnection;
@@ -143,4 +143,4 @@ TEST_F(DemoProgram, FindsItsConfigurationWhereItIsInstalled) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view

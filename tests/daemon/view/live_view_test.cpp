@@ -10,7 +10,7 @@
 #include "protocol/status_json.hpp"
 #include "tests/support/sanitized.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using nlohmann::json;
@@ -43,7 +43,7 @@ json data_of(const std::string& events, const std::string& name) {
 }
 
 TEST(ViewHistory, ABinKeepsMeanAndReachWithTheDeviation) {
-  ViewHistory history(1000);  // bins of a second
+  History history(1000);  // bins of a second
   history.add(frame_at(100.1, 10), 0.5);
   history.add(frame_at(100.2, 12), 0.5);
   history.add(frame_at(101.0, 20, FrameStatus::no_target), 0.25);
@@ -68,20 +68,20 @@ TEST(ViewHistory, ABinKeepsMeanAndReachWithTheDeviation) {
 }
 
 TEST(ViewHistory, NeverHoldsMoreThanItsBinsWhateverComes) {
-  ViewHistory history(10);
+  History history(10);
   for (int i = 0; i < 200'000; ++i) history.add(frame_at(1.7e9 + 0.005 * i, i), 0);
   EXPECT_LE(history.bins().size(), 1000u);
   EXPECT_GE(history.bins().size(), 990u);
   EXPECT_EQ(history.epoch(), 0u);
   // A thinned outlier is still there.
-  ViewHistory hour(3600);
+  History hour(3600);
   for (int i = 0; i < 1000; ++i) hour.add(frame_at(1.7e9 + 0.05 * i, i == 500 ? 99 : 10), 0);
   EXPECT_EQ(hour.best(Series::distance), 99.25);
   EXPECT_LE(hour.bins().size(), 15u);
 }
 
 TEST(ViewHistory, BeginsAnewWithAnotherReplayButNotWithAClockSetBackALittle) {
-  ViewHistory history(10);
+  History history(10);
   history.add(frame_at(1000, 1), 0);
   history.add(frame_at(999.9, 2), 0);
   EXPECT_EQ(history.epoch(), 0u);
@@ -187,4 +187,4 @@ TEST(LiveView, PicturesOfThePhotonsGoToThoseWhoWantThemAndAreForgotten) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 TEST(RequestCheck, FindsTheHostWithoutItsPort) {
@@ -54,4 +54,4 @@ TEST(RequestCheck, ReadsSeconds) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view

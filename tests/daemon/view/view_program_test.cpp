@@ -18,7 +18,7 @@
 
 // `splid view` as browsers, good ones and others, meet it.
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using test::LocalConnection;
@@ -354,4 +354,4 @@ TEST_F(ViewProgram, SaysThatItsKeyIsRefused) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view

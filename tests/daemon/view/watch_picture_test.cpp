@@ -7,7 +7,7 @@
 
 #include "protocol/status_json.hpp"
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using ::testing::AllOf;
@@ -148,4 +148,4 @@ TEST(Sparkline, ForgetsWhatIsOldAndBeginsAnewWithAnotherReplay) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view

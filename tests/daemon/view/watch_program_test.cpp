@@ -12,7 +12,7 @@
 
 // `splid listen --watch` in a terminal, and where there is none.
 
-namespace splid {
+namespace splid::view {
 namespace {
 
 using test::Program;
@@ -154,4 +154,4 @@ TEST_F(Watch, DoesNotGoWithJson) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::view
