@@ -40,7 +40,7 @@ bool wanted(const Job& job, const Options& options) {
 // Every n-th of the jobs wanted, less those that are there with as many trials, or with as many as
 // the time for a cell gave.
 std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
-  const Shard shard = shard_of(options.shard);
+  const batch::Shard shard = batch::shard_of(options.shard);
   const int trials = options.trials > 0 ? options.trials : options.quick ? 300 : 1000;
   std::vector<Job> jobs;
   std::size_t n = 0;
@@ -56,7 +56,7 @@ std::vector<Job> jobs_to_run(const Options& options, const Results& there) {
 }
 
 std::filesystem::path result_file(const Options& options) {
-  const Shard shard = shard_of(options.shard);
+  const batch::Shard shard = batch::shard_of(options.shard);
   const std::string part =
       shard.count == 1 ? ""
                        : "-" + std::to_string(shard.index) + "of" + std::to_string(shard.count);

@@ -18,7 +18,7 @@
 #include "protocol/frame_columns.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 namespace fs = std::filesystem;
@@ -39,7 +39,7 @@ std::optional<std::string> text_of(const std::string& file) {
 std::string place_of_manifest(const std::string& folder) { return folder + "/" + manifest_name; }
 
 // What the frames are measured by, as one line that two batches compare.
-std::string facts_line(const BatchFacts& facts) {
+std::string facts_line(const Facts& facts) {
   JsonWriter line;
   line.text("program", facts.program).integer("slice_frames", facts.slice_frames);
   line.raw("configuration", facts.config_json).raw("pattern", facts.pattern_json);
@@ -117,8 +117,7 @@ std::optional<SliceHead> read_slice_head(const std::string& file, const std::str
 
 }  // namespace
 
-void BatchFolder::begin(const BatchFacts& facts,
-                        const std::vector<BatchRecording>& recordings) const {
+void Folder::begin(const Facts& facts, const std::vector<Recording>& recordings) const {
   make_folder(folder_);
   check_is_empty(folder_);
   const json before = read_manifest(folder_);
@@ -129,7 +128,7 @@ void BatchFolder::begin(const BatchFacts& facts,
     list = before["recordings"];
   }
   const std::size_t known = list.size();
-  for (const BatchRecording& recording : recordings) {
+  for (const Recording& recording : recordings) {
     const json entry = {{"name", recording.name}, {"file", recording.file}};
     if (std::find(list.begin(), list.end(), entry) == list.end()) list.push_back(entry);
   }
@@ -141,15 +140,15 @@ void BatchFolder::begin(const BatchFacts& facts,
   write_file(place_of_manifest(folder_), manifest.finish() + "\n");
 }
 
-std::vector<BatchRecording> BatchFolder::recordings() const {
+std::vector<Recording> Folder::recordings() const {
   const json manifest = read_manifest(folder_);
   if (manifest.is_null()) {
     throw Error(Fault::usage, folder_ + ": there is no " + manifest_name +
                                   "; name the folder that splid batch --output was given");
   }
-  std::vector<BatchRecording> found;
+  std::vector<Recording> found;
   for (const json& entry : manifest["recordings"]) {
-    BatchRecording recording;
+    Recording recording;
     recording.file = entry.value("file", "");
     recording.name = entry.value("name", "");
     found.push_back(std::move(recording));
@@ -157,7 +156,7 @@ std::vector<BatchRecording> BatchFolder::recordings() const {
   return found;
 }
 
-std::string BatchFolder::key_of(const BatchFacts& facts, const BatchRecording& recording) {
+std::string Folder::key_of(const Facts& facts, const Recording& recording) {
   std::string start(identifying_bytes, '\0');
   errno = 0;
   std::ifstream in(recording.file, std::ios::binary);
@@ -170,9 +169,8 @@ std::string BatchFolder::key_of(const BatchFacts& facts, const BatchRecording& r
   return sha256_of(facts_line(facts) + fmt::format("\n{}\n", recording.bytes) + start);
 }
 
-std::optional<BatchFolder::Members> BatchFolder::read(const BatchRecording& recording,
-                                                      const std::string& file,
-                                                      const std::string& key) const {
+std::optional<Folder::Members> Folder::read(const Recording& recording, const std::string& file,
+                                            const std::string& key) const {
   const auto text = text_of(folder_of(recording) + "/" + file);
   if (!text) return std::nullopt;
   const json found = json::parse(*text, nullptr, false);
@@ -185,16 +183,16 @@ std::optional<BatchFolder::Members> BatchFolder::read(const BatchRecording& reco
   return members;
 }
 
-void BatchFolder::write(const BatchRecording& recording, const std::string& file,
-                        const Members& members) const {
+void Folder::write(const Recording& recording, const std::string& file,
+                   const Members& members) const {
   make_folder(folder_of(recording));
   JsonWriter json;
   for (const auto& [name, value] : members) json.text(name, value);
   write_file(folder_of(recording) + "/" + file, json.finish() + "\n");
 }
 
-std::optional<std::string> BatchFolder::finished(const BatchRecording& recording,
-                                                 const std::string& key) const {
+std::optional<std::string> Folder::finished(const Recording& recording,
+                                            const std::string& key) const {
   const auto summary = read(recording, summary_of_recording, key);
   std::error_code absent;
   if (!summary || !summary->contains("line")) return std::nullopt;
@@ -202,12 +200,11 @@ std::optional<std::string> BatchFolder::finished(const BatchRecording& recording
   return summary->at("line");
 }
 
-std::string BatchFolder::slice_file(const BatchRecording& recording, std::uint64_t number) const {
+std::string Folder::slice_file(const Recording& recording, std::uint64_t number) const {
   return folder_of(recording) + fmt::format("/{:06}", number) + slice_ending;
 }
 
-std::vector<SliceHead> BatchFolder::slices(const BatchRecording& recording,
-                                           const std::string& key) const {
+std::vector<SliceHead> Folder::slices(const Recording& recording, const std::string& key) const {
   std::vector<SliceHead> found;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder_of(recording), none)) {
@@ -220,7 +217,7 @@ std::vector<SliceHead> BatchFolder::slices(const BatchRecording& recording,
   return found;
 }
 
-std::string BatchFolder::slice_rows(const BatchRecording& recording, const SliceHead& slice) const {
+std::string Folder::slice_rows(const Recording& recording, const SliceHead& slice) const {
   const std::string file = slice_file(recording, slice.number);
   const std::string text = text_of(file).value_or("");
   const std::size_t line = text.find('\n');
@@ -231,8 +228,8 @@ std::string BatchFolder::slice_rows(const BatchRecording& recording, const Slice
   return text.substr(line + 1);
 }
 
-void BatchFolder::write_slice(const BatchRecording& recording, const std::string& key,
-                              std::uint64_t number, const std::string& rows) const {
+void Folder::write_slice(const Recording& recording, const std::string& key, std::uint64_t number,
+                         const std::string& rows) const {
   make_folder(folder_of(recording));
   JsonWriter head;
   head.text("schema", "splid.slice").raw("v", "[1,0]").text("key", key);
@@ -240,15 +237,15 @@ void BatchFolder::write_slice(const BatchRecording& recording, const std::string
   write_file(slice_file(recording, number), head.finish() + "\n" + rows);
 }
 
-std::string BatchFolder::table_file(const BatchRecording& recording) const {
+std::string Folder::table_file(const Recording& recording) const {
   return folder_ + "/" + recording.name + ".h5";
 }
 
-std::string BatchFolder::new_table_file(const BatchRecording& recording) const {
+std::string Folder::new_table_file(const Recording& recording) const {
   return folder_of(recording) + "/table.h5";
 }
 
-void BatchFolder::keep_table(const BatchRecording& recording) const {
+void Folder::keep_table(const Recording& recording) const {
   const std::string file = table_file(recording);
   make_folder(fs::path(file).parent_path().string());
   std::error_code failure;
@@ -256,7 +253,7 @@ void BatchFolder::keep_table(const BatchRecording& recording) const {
   if (failure) throw Error(Fault::device, file + ": cannot be made: " + failure.message());
 }
 
-void BatchFolder::remove_slices(const BatchRecording& recording) const {
+void Folder::remove_slices(const Recording& recording) const {
   std::error_code failure;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder_of(recording), failure)) {
@@ -268,4 +265,4 @@ void BatchFolder::remove_slices(const BatchRecording& recording) const {
   for (const fs::path& file : files) fs::remove(file, failure);
 }
 
-}  // namespace splid
+}  // namespace splid::batch

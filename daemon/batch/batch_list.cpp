@@ -9,7 +9,7 @@
 #include "protocol/recording_format.hpp"
 #include "protocol/text.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,10 +24,10 @@ std::string table_name(const fs::path& file, const fs::path& folder) {
   return name.generic_string();
 }
 
-void list_file(const fs::path& file, const fs::path& folder, std::vector<BatchRecording>& into) {
+void list_file(const fs::path& file, const fs::path& folder, std::vector<Recording>& into) {
   std::error_code unknown;
   const std::uintmax_t bytes = fs::file_size(file, unknown);
-  BatchRecording recording;
+  Recording recording;
   recording.file = file.string();
   recording.name = table_name(file, folder);
   if (!unknown) recording.bytes = std::max<std::uint64_t>(bytes, 1);
@@ -44,7 +44,7 @@ std::string listed_endings() {
   return text;
 }
 
-void list_folder(const fs::path& folder, std::vector<BatchRecording>& into) {
+void list_folder(const fs::path& folder, std::vector<Recording>& into) {
   std::vector<fs::path> files;
   std::error_code failure;
   for (auto entry = fs::recursive_directory_iterator(folder, failure);
@@ -68,9 +68,9 @@ void list_folder(const fs::path& folder, std::vector<BatchRecording>& into) {
   for (const fs::path& file : files) list_file(file, folder, into);
 }
 
-void check_names_differ(const std::vector<BatchRecording>& recordings) {
+void check_names_differ(const std::vector<Recording>& recordings) {
   std::map<std::string, std::string> file_of;
-  for (const BatchRecording& recording : recordings) {
+  for (const Recording& recording : recordings) {
     const auto [place, is_new] = file_of.emplace(recording.name, recording.file);
     if (is_new) continue;
     throw Error(Fault::usage, recording.file + " and " + place->second +
@@ -81,8 +81,8 @@ void check_names_differ(const std::vector<BatchRecording>& recordings) {
 
 }  // namespace
 
-std::vector<BatchRecording> find_recordings(const std::vector<std::string>& given) {
-  std::vector<BatchRecording> recordings;
+std::vector<Recording> find_recordings(const std::vector<std::string>& given) {
+  std::vector<Recording> recordings;
   for (const std::string& path : given) {
     std::error_code absent;
     if (fs::is_directory(path, absent)) {
@@ -93,7 +93,7 @@ std::vector<BatchRecording> find_recordings(const std::vector<std::string>& give
   }
   check_names_differ(recordings);
   std::uint64_t begin = 0;
-  for (BatchRecording& recording : recordings) {
+  for (Recording& recording : recordings) {
     recording.begin = begin;
     begin += recording.bytes;
   }
@@ -115,8 +115,7 @@ Shard shard_of(const std::string& text) {
   return {static_cast<std::uint64_t>(*index), static_cast<std::uint64_t>(*count)};
 }
 
-RecordingPart part_of(const Shard& shard, const BatchRecording& recording,
-                      std::uint64_t all_bytes) {
+Part part_of(const Shard& shard, const Recording& recording, std::uint64_t all_bytes) {
   // Where share `k` of the whole begins; without all_bytes * k, which may not fit 64 bits.
   const auto begin_of = [&](std::uint64_t k) {
     return all_bytes / shard.count * k + all_bytes % shard.count * k / shard.count;
@@ -127,8 +126,8 @@ RecordingPart part_of(const Shard& shard, const BatchRecording& recording,
   return {inside(begin_of(shard.index - 1)), inside(begin_of(shard.index))};
 }
 
-std::uint64_t bytes_of(const std::vector<BatchRecording>& recordings) {
+std::uint64_t bytes_of(const std::vector<Recording>& recordings) {
   return recordings.empty() ? 0 : recordings.back().begin + recordings.back().bytes;
 }
 
-}  // namespace splid
+}  // namespace splid::batch

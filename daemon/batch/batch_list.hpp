@@ -19,9 +19,9 @@
 // the same bits by construction, whoever measures what. It costs the cutting of the frames before,
 // once for each shard: in a scene with few photons and every sync as long as their estimation.
 
-namespace splid {
+namespace splid::batch {
 
-struct BatchRecording {
+struct Recording {
   std::string file;         // as it was given, or found in a folder that was given
   std::string name;         // its table is NAME.h5 in the output folder
   std::uint64_t bytes = 1;  // at least 1, also where the file cannot be read
@@ -32,7 +32,7 @@ struct BatchRecording {
 // folders below it, sorted by their path. A recording that cannot be opened is listed all the same,
 // so that it is named where it fails. Errors: Error(Fault::usage) where a folder has no recording,
 // and where two recordings would have one table.
-std::vector<BatchRecording> find_recordings(const std::vector<std::string>& given);
+std::vector<Recording> find_recordings(const std::vector<std::string>& given);
 
 // One of `count` shares of a batch, which together are the whole, numbered from 1.
 struct Shard {
@@ -45,7 +45,7 @@ Shard shard_of(const std::string& text);
 
 // Bytes [begin, end) of a recording: a share of it, by which the frames are dealt out. A slice of
 // frames belongs to the part in which its first record stands.
-struct RecordingPart {
+struct Part {
   std::uint64_t begin = 0;
   std::uint64_t end = 0;
   [[nodiscard]] std::uint64_t bytes() const { return end - begin; }
@@ -53,8 +53,8 @@ struct RecordingPart {
 
 // A shard's part of a recording; empty where it has none. The parts of all shards are the whole
 // recording and do not overlap. all_bytes: of all recordings.
-RecordingPart part_of(const Shard& shard, const BatchRecording& recording, std::uint64_t all_bytes);
+Part part_of(const Shard& shard, const Recording& recording, std::uint64_t all_bytes);
 
-std::uint64_t bytes_of(const std::vector<BatchRecording>& recordings);
+std::uint64_t bytes_of(const std::vector<Recording>& recordings);
 
-}  // namespace splid
+}  // namespace splid::batch

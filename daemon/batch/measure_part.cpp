@@ -16,17 +16,17 @@
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
-std::string file_of_part(const RecordingPart& part) {
+std::string file_of_part(const Part& part) {
   return fmt::format("part-{}-{}.json", part.begin, part.end);
 }
 
 // Takes the frames of a part in their order, and writes each slice when it is whole.
 class SliceWriter {
  public:
-  SliceWriter(const BatchFolder& folder, const BatchRecording& recording, const std::string& key,
+  SliceWriter(const Folder& folder, const Recording& recording, const std::string& key,
               Slicing slicing)
       : folder_(folder), recording_(recording), key_(key), slicing_(slicing) {}
 
@@ -49,8 +49,8 @@ class SliceWriter {
   }
 
  private:
-  const BatchFolder& folder_;
-  const BatchRecording& recording_;
+  const Folder& folder_;
+  const Recording& recording_;
   const std::string& key_;
   Slicing slicing_;
   std::uint64_t number_ = 0;
@@ -60,7 +60,7 @@ class SliceWriter {
 
 }  // namespace
 
-BatchMeter::BatchMeter(Config config, std::int64_t jobs, Slicing slicing)
+Meter::Meter(Config config, std::int64_t jobs, Slicing slicing)
     : config_(std::move(config)),
       encoder_(config_.encoder),
       pipeline_(config_.pipeline),
@@ -70,26 +70,24 @@ BatchMeter::BatchMeter(Config config, std::int64_t jobs, Slicing slicing)
   facts_ = {facts.program, facts.config_json, facts.pattern_json, slicing_.frames};
 }
 
-bool BatchMeter::is_measured(const BatchRecording& recording, const RecordingPart& part,
-                             const BatchFolder& folder) const {
+bool Meter::is_measured(const Recording& recording, const Part& part, const Folder& folder) const {
   if (part.bytes() == 0) return true;
-  const std::string key = BatchFolder::key_of(facts_, recording);
+  const std::string key = Folder::key_of(facts_, recording);
   return folder.finished(recording, key).has_value() ||
          folder.read(recording, file_of_part(part), key).has_value();
 }
 
 // The configuration as a replay of that recording would have it.
-void BatchMeter::read_next(const BatchRecording& recording) {
+void Meter::read_next(const Recording& recording) {
   config_.encoder = encoder_;
   config_.pipeline = pipeline_;
   read_from(recording.file, "", 0, config_);
 }
 
-bool BatchMeter::measure(const BatchRecording& recording, const RecordingPart& part,
-                         const BatchFolder& folder, const Reach& reach,
-                         const std::stop_token& stop) {
+bool Meter::measure(const Recording& recording, const Part& part, const Folder& folder,
+                    const Reach& reach, const std::stop_token& stop) {
   if (is_measured(recording, part, folder)) return true;
-  const std::string key = BatchFolder::key_of(facts_, recording);
+  const std::string key = Folder::key_of(facts_, recording);
   read_next(recording);
   const TableFacts facts = table_facts(config_, recording.file);
   folder.write(recording, facts_of_table,
@@ -121,9 +119,9 @@ bool BatchMeter::measure(const BatchRecording& recording, const RecordingPart& p
   return true;
 }
 
-bool BatchMeter::measure_slices(const BatchRecording& recording, const RecordingPart& part,
-                                const BatchFolder& folder, const std::string& key,
-                                const Reach& reach, const std::stop_token& stop) {
+bool Meter::measure_slices(const Recording& recording, const Part& part, const Folder& folder,
+                           const std::string& key, const Reach& reach,
+                           const std::stop_token& stop) {
   std::set<std::uint64_t> measured;
   for (const SliceHead& slice : folder.slices(recording, key)) {
     if (slice.rows == slicing_.frames) measured.insert(slice.number);
@@ -158,4 +156,4 @@ bool BatchMeter::measure_slices(const BatchRecording& recording, const Recording
   return true;
 }
 
-}  // namespace splid
+}  // namespace splid::batch

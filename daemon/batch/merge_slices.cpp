@@ -13,12 +13,12 @@
 #include "daemon/recording/frame_table.hpp"
 #include "protocol/text.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 // What is missing of a recording, in a sentence; empty where its slices are whole.
 std::string missing_of(const std::vector<SliceHead>& slices,
-                       const std::optional<BatchFolder::Members>& end, bool has_checksum) {
+                       const std::optional<Folder::Members>& end, bool has_checksum) {
   std::uint64_t number = 0;
   std::uint64_t frames = 0;
   for (const SliceHead& slice : slices) {
@@ -35,8 +35,8 @@ std::string missing_of(const std::vector<SliceHead>& slices,
   return has_checksum ? "" : "its checksum is missing";
 }
 
-std::string make_table(const BatchFolder& folder, const BatchRecording& recording,
-                       const BatchFolder::Members& facts, const std::vector<SliceHead>& slices,
+std::string make_table(const Folder& folder, const Recording& recording,
+                       const Folder::Members& facts, const std::vector<SliceHead>& slices,
                        const std::string& checksum) {
   RecordingSummary summary;
   {
@@ -56,25 +56,23 @@ std::string make_table(const BatchFolder& folder, const BatchRecording& recordin
   return summary.line();
 }
 
-RecordingOutcome outcome_of(const BatchRecording& recording, BatchState state) {
-  RecordingOutcome outcome;
+Outcome outcome_of(const Recording& recording, State state) {
+  Outcome outcome;
   outcome.recording = recording;
   outcome.state = state;
   return outcome;
 }
 
-RecordingOutcome done(const BatchRecording& recording, const std::string& line) {
-  RecordingOutcome outcome = outcome_of(recording, BatchState::done);
+Outcome done(const Recording& recording, const std::string& line) {
+  Outcome outcome = outcome_of(recording, State::done);
   outcome.line = line;
   return outcome;
 }
 
-RecordingOutcome not_done(const BatchFolder& folder, const BatchRecording& recording,
-                          const std::string& missing) {
+Outcome not_done(const Folder& folder, const Recording& recording, const std::string& missing) {
   const auto failure = folder.read(recording, failure_of_recording, "");
   const bool failed = failure && failure->contains("why");
-  RecordingOutcome outcome =
-      outcome_of(recording, failed ? BatchState::failed : BatchState::unfinished);
+  Outcome outcome = outcome_of(recording, failed ? State::failed : State::unfinished);
   outcome.why = failed ? failure->at("why") : recording.file + ": " + missing;
   return outcome;
 }
@@ -87,7 +85,7 @@ std::string quoted_field(const std::string& text) {
 
 }  // namespace
 
-RecordingOutcome merge_slices(const BatchFolder& folder, const BatchRecording& recording) {
+Outcome merge_slices(const Folder& folder, const Recording& recording) {
   const auto facts = folder.read(recording, facts_of_table, "");
   const std::string key = facts && facts->contains("key") ? facts->at("key") : "";
   const auto summary = folder.finished(recording, key);
@@ -107,13 +105,13 @@ RecordingOutcome merge_slices(const BatchFolder& folder, const BatchRecording& r
   return done(recording, line);
 }
 
-std::string summary_text(const std::vector<RecordingOutcome>& outcomes) {
+std::string summary_text(const std::vector<Outcome>& outcomes) {
   constexpr std::array names = {"done", "failed", "unfinished"};
   const std::string columns = RecordingSummary::columns();
   const auto values = static_cast<std::size_t>(std::count(columns.begin(), columns.end(), ','));
   std::string text = "recording,table,state," + columns + ",why\n";
-  for (const RecordingOutcome& outcome : outcomes) {
-    const bool is_done = outcome.state == BatchState::done;
+  for (const Outcome& outcome : outcomes) {
+    const bool is_done = outcome.state == State::done;
     const std::string table = is_done ? outcome.recording.name + ".h5" : "";
     text += quoted_field(outcome.recording.file) + "," + quoted_field(table) + "," +
             names.at(static_cast<std::size_t>(outcome.state)) + "," +
@@ -123,13 +121,13 @@ std::string summary_text(const std::vector<RecordingOutcome>& outcomes) {
   return text;
 }
 
-std::vector<RecordingOutcome> merge_folder(const BatchFolder& folder) {
-  std::vector<RecordingOutcome> outcomes;
-  for (const BatchRecording& recording : folder.recordings()) {
+std::vector<Outcome> merge_folder(const Folder& folder) {
+  std::vector<Outcome> outcomes;
+  for (const Recording& recording : folder.recordings()) {
     outcomes.push_back(merge_slices(folder, recording));
   }
   write_file(folder.summary_file(), summary_text(outcomes));
   return outcomes;
 }
 
-}  // namespace splid
+}  // namespace splid::batch

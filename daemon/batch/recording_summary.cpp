@@ -8,7 +8,7 @@
 #include "protocol/frame_columns.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 const FrameColumn& summed_column(std::string_view name) {
@@ -96,4 +96,4 @@ std::string RecordingSummary::line() const {
   return text.append(",").append(median_text(stds_m_));
 }
 
-}  // namespace splid
+}  // namespace splid::batch

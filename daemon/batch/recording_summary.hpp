@@ -8,7 +8,7 @@
 
 #include "protocol/frame_status.hpp"
 
-namespace splid {
+namespace splid::batch {
 
 // What all frames of a recording came to: its line of the summary, made of the rows of its table.
 //
@@ -39,4 +39,4 @@ class RecordingSummary {
   std::vector<double> stds_m_;
 };
 
-}  // namespace splid
+}  // namespace splid::batch

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-namespace splid {
+namespace splid::batch {
 
-SliceChoice::SliceChoice(Slicing slicing, std::uint64_t bytes, RecordingPart part,
+SliceChoice::SliceChoice(Slicing slicing, std::uint64_t bytes, Part part,
                          std::set<std::uint64_t> measured, std::size_t record_bytes)
     : slicing_(slicing),
       bytes_(bytes),
@@ -28,4 +28,4 @@ void SliceChoice::begin_slice(std::uint64_t number) {
   wanted_ = at >= part_.begin && at < part_.end && !measured_.contains(number);
 }
 
-}  // namespace splid
+}  // namespace splid::batch

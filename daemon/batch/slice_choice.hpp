@@ -10,7 +10,7 @@
 #include "daemon/stream/frame.hpp"
 #include "protocol/record_decoder.hpp"
 
-namespace splid {
+namespace splid::batch {
 
 // How the frames of a recording are put together to slices: what is kept as one, and measured by
 // one shard.
@@ -35,8 +35,8 @@ class SliceChoice {
  public:
   // bytes: of the recording; measured: the slices that are there already, by number; record_bytes:
   // of each of its records.
-  SliceChoice(Slicing slicing, std::uint64_t bytes, RecordingPart part,
-              std::set<std::uint64_t> measured, std::size_t record_bytes = ptu_record_bytes);
+  SliceChoice(Slicing slicing, std::uint64_t bytes, Part part, std::set<std::uint64_t> measured,
+              std::size_t record_bytes = ptu_record_bytes);
 
   bool wants(const Frame& frame);
 
@@ -50,7 +50,7 @@ class SliceChoice {
 
   Slicing slicing_;
   std::uint64_t bytes_;
-  RecordingPart part_;
+  Part part_;
   std::set<std::uint64_t> measured_;
   std::size_t record_bytes_;
   bool wanted_ = false;  // the slice that the last frame was in
@@ -58,4 +58,4 @@ class SliceChoice {
   std::atomic<std::uint64_t> position_{0};
 };
 
-}  // namespace splid
+}  // namespace splid::batch

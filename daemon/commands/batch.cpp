@@ -103,8 +103,8 @@ class BatchProgress {
 // One shard's run over all recordings.
 class BatchRun {
  public:
-  BatchRun(std::vector<BatchRecording> recordings, Shard shard, BatchMeter meter,
-           BatchFolder folder)
+  BatchRun(std::vector<batch::Recording> recordings, batch::Shard shard, batch::Meter meter,
+           batch::Folder folder)
       : recordings_(std::move(recordings)),
         shard_(shard),
         meter_(std::move(meter)),
@@ -115,7 +115,7 @@ class BatchRun {
 
   // Returns the exit code.
   int run(const std::stop_token& stop) {
-    for (const BatchRecording& recording : recordings_) {
+    for (const batch::Recording& recording : recordings_) {
       if (!measure(recording, stop)) return say_stopped();
     }
     progress_.clear();
@@ -123,7 +123,7 @@ class BatchRun {
       spdlog::info("shard {} of {} is measured; splid merge {} makes the tables once all are",
                    shard_.index, shard_.count, folder_.path());
     } else {
-      merge_folder(folder_);
+      batch::merge_folder(folder_);
       spdlog::info("{} of {} recordings are measured; {} has a line for each",
                    recordings_.size() - failures_.size(), recordings_.size(),
                    folder_.summary_file());
@@ -132,19 +132,19 @@ class BatchRun {
   }
 
  private:
-  [[nodiscard]] RecordingPart part(const BatchRecording& recording) const {
-    return part_of(shard_, recording, bytes_of(recordings_));
+  [[nodiscard]] batch::Part part(const batch::Recording& recording) const {
+    return batch::part_of(shard_, recording, batch::bytes_of(recordings_));
   }
 
   [[nodiscard]] std::uint64_t own_bytes() const {
     std::uint64_t bytes = 0;
-    for (const BatchRecording& recording : recordings_) bytes += part(recording).bytes();
+    for (const batch::Recording& recording : recordings_) bytes += part(recording).bytes();
     return bytes;
   }
 
   // Returns false where it was stopped.
-  bool measure(const BatchRecording& recording, const std::stop_token& stop) {
-    const RecordingPart own = part(recording);
+  bool measure(const batch::Recording& recording, const std::stop_token& stop) {
+    const batch::Part own = part(recording);
     if (own.bytes() == 0) return true;
     if (stop.stop_requested()) return false;
     progress_.begin(recording.name);
@@ -156,7 +156,7 @@ class BatchRun {
       if (!is_there && !meter_.measure(recording, own, folder_, reach, stop)) return false;
       progress_.finish(own.bytes(), !is_there);
       ++measured_;
-      if (shard_.count == 1) merge_slices(folder_, recording);
+      if (shard_.count == 1) batch::merge_slices(folder_, recording);
     } catch (const Error& error) {
       if (error.fault() != Fault::data) throw;
       fail(recording, error.what());
@@ -166,9 +166,9 @@ class BatchRun {
   }
 
   // Keeps why a recording cannot be measured, and goes on with the next.
-  void fail(const BatchRecording& recording, std::string why) {
+  void fail(const batch::Recording& recording, std::string why) {
     if (!why.starts_with(recording.file)) why = recording.file + ": " + why;
-    folder_.write(recording, failure_of_recording, {{"why", why}});
+    folder_.write(recording, batch::failure_of_recording, {{"why", why}});
     progress_.clear();
     spdlog::warn("{}; going on with the next recording", why);
     failures_.push_back(std::move(why));
@@ -188,37 +188,38 @@ class BatchRun {
     return static_cast<int>(Fault::data);
   }
 
-  std::vector<BatchRecording> recordings_;
-  Shard shard_;
-  BatchMeter meter_;
-  BatchFolder folder_;
+  std::vector<batch::Recording> recordings_;
+  batch::Shard shard_;
+  batch::Meter meter_;
+  batch::Folder folder_;
   BatchProgress progress_;
   std::size_t measured_ = 0;
   std::vector<std::string> failures_;
 };
 
-int batch(const BatchCommand& options) {
+int run_batch(const BatchCommand& options) {
   const StopSignals signals;
-  const Shard shard = options.shard.empty() ? Shard{} : shard_of(options.shard);
-  std::vector<BatchRecording> recordings = find_recordings(options.files);
-  BatchMeter meter(load_config_aloud(options.config), options.jobs, {});
-  BatchRun run(std::move(recordings), shard, std::move(meter), BatchFolder(options.output));
+  const batch::Shard shard =
+      options.shard.empty() ? batch::Shard{} : batch::shard_of(options.shard);
+  std::vector<batch::Recording> recordings = batch::find_recordings(options.files);
+  batch::Meter meter(load_config_aloud(options.config), options.jobs, {});
+  BatchRun run(std::move(recordings), shard, std::move(meter), batch::Folder(options.output));
   return run.run(signals.token());
 }
 
 int merge(const std::string& folder) {
-  const std::vector<RecordingOutcome> outcomes = merge_folder(BatchFolder(folder));
+  const std::vector<batch::Outcome> outcomes = batch::merge_folder(batch::Folder(folder));
   std::size_t done = 0;
-  for (const RecordingOutcome& outcome : outcomes) {
-    if (outcome.state == BatchState::done) {
+  for (const batch::Outcome& outcome : outcomes) {
+    if (outcome.state == batch::State::done) {
       ++done;
     } else {
-      spdlog::error("{}: {}", outcome.state == BatchState::failed ? "failed" : "unfinished",
+      spdlog::error("{}: {}", outcome.state == batch::State::failed ? "failed" : "unfinished",
                     outcome.why);
     }
   }
   spdlog::info("{} of {} recordings have their tables; {} has a line for each", done,
-               outcomes.size(), BatchFolder(folder).summary_file());
+               outcomes.size(), batch::Folder(folder).summary_file());
   return done == outcomes.size() ? 0 : static_cast<int>(Fault::data);
 }
 
@@ -244,7 +245,7 @@ void add_batch(CLI::App& app, Action& action) {
                    "Frames to estimate at the same time (default: one for each processor)")
       ->check(number_between(1, most_jobs));
   add_log_options(*command);
-  command->callback([&action, options] { action = [options] { return batch(*options); }; });
+  command->callback([&action, options] { action = [options] { return run_batch(*options); }; });
 }
 
 void add_merge(CLI::App& app, Action& action) {

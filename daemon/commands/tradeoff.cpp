@@ -69,7 +69,7 @@ class TradeoffRun {
 
   // Measures the frame lengths of a share. Errors: those of measure_tradeoff();
   // Error(Fault::device) where standard output takes no more.
-  const TradeoffReport& measure(StopSignals& signals, const Shard& shard) {
+  const TradeoffReport& measure(StopSignals& signals, const batch::Shard& shard) {
     signals_ = &signals;
     const TradeoffEvents events = make_events();
     const TradeoffPlan plan{lengths_of(shard, events.warn), options_.frames, options_.paper};
@@ -108,7 +108,7 @@ class TradeoffRun {
 
  private:
   // Every N-th length of all: shares have about as many each, though longer frames take longer.
-  [[nodiscard]] std::vector<double> lengths_of(const Shard& shard, const Warn& warn) const {
+  [[nodiscard]] std::vector<double> lengths_of(const batch::Shard& shard, const Warn& warn) const {
     const std::vector<double> all =
         possible_lengths_ms(config_, origin_, options_.lengths_ms, warn);
     std::vector<double> lengths_ms;
@@ -194,7 +194,7 @@ void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
 }
 
 // "folder/tradeoff-2of4.csv" for the second of four shares.
-std::string table_of_share(const std::string& csv, const Shard& shard) {
+std::string table_of_share(const std::string& csv, const batch::Shard& shard) {
   const std::filesystem::path file = csv;
   const std::string name = file.stem().string() + "-" + std::to_string(shard.index) + "of" +
                            std::to_string(shard.count) + file.extension().string();
@@ -214,7 +214,8 @@ std::vector<TradeoffRow> rows_of_shares(const TradeoffCommand& options,
 }
 
 // What a share has measured goes into a table of its own, and everything else waits for the merge.
-int finish_share(const TradeoffCommand& options, const TradeoffReport& report, const Shard& shard) {
+int finish_share(const TradeoffCommand& options, const TradeoffReport& report,
+                 const batch::Shard& shard) {
   if (report.rows.empty()) spdlog::info("no frame length is left for share {}", options.shard);
   write_file(options.csv, tradeoff_csv(report));
   spdlog::info("the share's table is in {}; the same command with --merge {} puts all together",
@@ -235,7 +236,8 @@ int finish(const TradeoffCommand& options, const TradeoffReport& report) {
 
 int tradeoff(TradeoffCommand options) {
   StopSignals signals;
-  const Shard shard = options.shard.empty() ? Shard{} : shard_of(options.shard);
+  const batch::Shard shard =
+      options.shard.empty() ? batch::Shard{} : batch::shard_of(options.shard);
   if (options.csv.empty()) options.csv = table_of_plot(options.plot);
   if (!options.shard.empty()) options.csv = table_of_share(options.csv, shard);
   for (const std::string& file : {options.csv, options.plot}) check_folder_of(file);

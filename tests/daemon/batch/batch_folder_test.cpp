@@ -12,7 +12,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 using ::testing::HasSubstr;
@@ -31,9 +31,9 @@ class BatchFolderTest : public ::testing::Test {
   }
 
   test::TempFolder folder;
-  BatchFacts facts{"splid 1", R"({"frame":{"length_ms":50},"source":{}})", "{}", 1000};
-  BatchRecording recording;
-  BatchFolder output{folder.path("out")};
+  Facts facts{"splid 1", R"({"frame":{"length_ms":50},"source":{}})", "{}", 1000};
+  Recording recording;
+  Folder output{folder.path("out")};
 };
 
 TEST_F(BatchFolderTest, KeepsSlicesAndFindsThemAgain) {
@@ -61,15 +61,15 @@ TEST_F(BatchFolderTest, ASliceOfAnotherKeyOrCutShortIsNone) {
 }
 
 TEST_F(BatchFolderTest, TheKeyIsThatOfTheRecordingAndOfTheFacts) {
-  const std::string key = BatchFolder::key_of(facts, recording);
-  EXPECT_EQ(BatchFolder::key_of(facts, recording), key);
-  BatchFacts others = facts;
+  const std::string key = Folder::key_of(facts, recording);
+  EXPECT_EQ(Folder::key_of(facts, recording), key);
+  Facts others = facts;
   others.pattern_json = R"({"mode":"mrr"})";
-  EXPECT_NE(BatchFolder::key_of(others, recording), key);
+  EXPECT_NE(Folder::key_of(others, recording), key);
   std::ofstream(recording.file) << "A recording";
-  EXPECT_NE(BatchFolder::key_of(facts, recording), key);
+  EXPECT_NE(Folder::key_of(facts, recording), key);
   recording.file = folder.path("none.ptu");
-  EXPECT_THAT(test::error_text([this] { (void)BatchFolder::key_of(facts, recording); }),
+  EXPECT_THAT(test::error_text([this] { (void)Folder::key_of(facts, recording); }),
               HasSubstr("none.ptu: cannot open the recording: No such file"));
 }
 
@@ -78,11 +78,11 @@ TEST_F(BatchFolderTest, GoesOnWithTheSameFactsAndAddsRecordings) {
   const std::string before = test::file_text(folder.path("out/batch.json"));
   output.begin(facts, {recording});
   EXPECT_EQ(test::file_text(folder.path("out/batch.json")), before);
-  BatchRecording other;
+  Recording other;
   other.file = "b.ptu";
   other.name = "b";
   output.begin(facts, {other});
-  const std::vector<BatchRecording> all = output.recordings();
+  const std::vector<Recording> all = output.recordings();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[0].name, "day/a");
   EXPECT_EQ(all[0].file, recording.file);
@@ -91,7 +91,7 @@ TEST_F(BatchFolderTest, GoesOnWithTheSameFactsAndAddsRecordings) {
 
 TEST_F(BatchFolderTest, RefusesFramesThatWereMeasuredByOtherFacts) {
   output.begin(facts, {recording});
-  BatchFacts others = facts;
+  Facts others = facts;
   others.config_json = R"({"frame":{"length_ms":20},"source":{}})";
   EXPECT_THAT(test::error_text([&] { output.begin(others, {recording}); }),
               HasSubstr("with another configuration, which differs at /frame/length_ms; give "
@@ -115,4 +115,4 @@ TEST_F(BatchFolderTest, RefusesAFolderOfOtherThings) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch

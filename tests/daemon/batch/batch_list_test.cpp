@@ -11,7 +11,7 @@
 #include "tests/support/error_text.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 using ::testing::AllOf;
@@ -60,7 +60,7 @@ TEST(BatchList, AShardIsAnIndexFromOneAndACount) {
 
 // Every byte of every recording is in the part of one shard.
 TEST(BatchList, ThePartsOfAllShardsAreTheWhole) {
-  std::vector<BatchRecording> recordings(4);
+  std::vector<Recording> recordings(4);
   const std::vector<std::uint64_t> lengths = {1, 1000, 3, 37};
   std::uint64_t begin = 0;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
@@ -69,10 +69,10 @@ TEST(BatchList, ThePartsOfAllShardsAreTheWhole) {
     begin += lengths[i];
   }
   for (const std::uint64_t count : {1U, 2U, 7U, 40U, 5000U}) {
-    for (const BatchRecording& recording : recordings) {
+    for (const Recording& recording : recordings) {
       std::uint64_t reached = 0;
       for (std::uint64_t index = 1; index <= count; ++index) {
-        const RecordingPart part = part_of({index, count}, recording, begin);
+        const Part part = part_of({index, count}, recording, begin);
         if (part.bytes() == 0) continue;
         ASSERT_EQ(part.begin, reached) << index << "/" << count;
         reached = part.end;
@@ -83,11 +83,11 @@ TEST(BatchList, ThePartsOfAllShardsAreTheWhole) {
 }
 
 TEST(BatchList, SharesAreEvenAlsoOfAPetabyte) {
-  BatchRecording recording;
+  Recording recording;
   recording.bytes = std::uint64_t{1} << 60U;
-  const RecordingPart part = part_of({99'999, 100'000}, recording, recording.bytes);
+  const Part part = part_of({99'999, 100'000}, recording, recording.bytes);
   EXPECT_NEAR(static_cast<double>(part.bytes()), static_cast<double>(recording.bytes) / 1e5, 2);
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch

@@ -18,7 +18,7 @@
 
 // Many recordings through the built program: splid batch, splid merge.
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 using test::file_text;
@@ -225,4 +225,4 @@ TEST_F(BatchProgram, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch

@@ -24,7 +24,7 @@
 
 // Recordings in slices of three frames, by several shards, against a whole replay.
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 using ::testing::HasSubstr;
@@ -56,12 +56,12 @@ class Batch : public ::testing::TestWithParam<const char*> {
     return rows;
   }
 
-  static void measure(const std::vector<std::string>& files, BatchMeter& meter, const Shard& shard,
-                      const BatchFolder& folder) {
+  static void measure(const std::vector<std::string>& files, Meter& meter, const Shard& shard,
+                      const Folder& folder) {
     const auto recordings = find_recordings(files);
     folder.begin(meter.facts(), recordings);
-    for (const BatchRecording& recording : recordings) {
-      const RecordingPart part = part_of(shard, recording, bytes_of(recordings));
+    for (const Recording& recording : recordings) {
+      const Part part = part_of(shard, recording, bytes_of(recordings));
       EXPECT_TRUE(meter.measure(recording, part, folder, hear_nothing, {}));
     }
   }
@@ -71,14 +71,14 @@ class Batch : public ::testing::TestWithParam<const char*> {
                                                   const std::function<Config()>& made,
                                                   std::uint64_t count, std::int64_t jobs) {
     const test::TempFolder output;
-    const BatchFolder folder(output.path("out"));
+    const Folder folder(output.path("out"));
     for (std::uint64_t index = count; index >= 1; --index) {
-      BatchMeter meter(made(), jobs, few_frames);
+      Meter meter(made(), jobs, few_frames);
       measure(files, meter, {index, count}, folder);
     }
     std::map<std::string, std::string> written;
-    for (const RecordingOutcome& outcome : merge_folder(folder)) {
-      EXPECT_EQ(outcome.state, BatchState::done) << outcome.why;
+    for (const Outcome& outcome : merge_folder(folder)) {
+      EXPECT_EQ(outcome.state, State::done) << outcome.why;
       written[outcome.recording.name] = test::file_text(folder.table_file(outcome.recording));
     }
     written["summary"] = test::file_text(folder.summary_file());
@@ -130,19 +130,19 @@ TEST_F(BatchOfGolden, SeveralRecordingsGiveATableEach) {
 
 TEST_F(BatchOfGolden, KeepsTheSlicesThatAreMeasured) {
   const test::TempFolder output;
-  const BatchFolder folder(output.path("out"));
+  const Folder folder(output.path("out"));
   const std::vector<std::string> files = {golden_folder + "interleaved.ptu"};
-  const BatchRecording recording = find_recordings(files).front();
-  BatchMeter meter(config("interleaved"), 1, few_frames);
+  const Recording recording = find_recordings(files).front();
+  Meter meter(config("interleaved"), 1, few_frames);
   measure(files, meter, {}, folder);
-  const std::string key = BatchFolder::key_of(meter.facts(), recording);
+  const std::string key = Folder::key_of(meter.facts(), recording);
   // As if it had been killed after the first slice, whose frames are made to be told from others.
   std::string marked = folder.slice_rows(recording, folder.slices(recording, key).front());
   marked[frame_row_bytes() - 1] ^= 1;
   folder.remove_slices(recording);
   folder.write_slice(recording, key, 0, marked);
   measure(files, meter, {}, folder);
-  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
+  EXPECT_EQ(merge_folder(folder).front().state, State::done);
   const std::string table = test::file_text(folder.table_file(recording));
   EXPECT_NE(table.find(marked), std::string::npos);
 }
@@ -151,41 +151,41 @@ TEST_F(BatchOfGolden, AStopKeepsWholeSlicesAndGoesOnLater) {
   const std::vector<std::string> files = {golden_folder + "interleaved.ptu"};
   const auto made = [] { return config("interleaved"); };
   const test::TempFolder output;
-  const BatchFolder folder(output.path("out"));
+  const Folder folder(output.path("out"));
   const auto recordings = find_recordings(files);
-  BatchMeter meter(made(), 1, few_frames);
+  Meter meter(made(), 1, few_frames);
   folder.begin(meter.facts(), recordings);
-  const std::string key = BatchFolder::key_of(meter.facts(), recordings[0]);
+  const std::string key = Folder::key_of(meter.facts(), recordings[0]);
   std::stop_source stop;
   const auto stop_after_a_slice = [&](std::uint64_t) {
     if (!folder.slices(recordings[0], key).empty()) stop.request_stop();
   };
-  const RecordingPart all{0, recordings[0].bytes};
+  const Part all{0, recordings[0].bytes};
   const bool ended =
       meter.measure(recordings[0], all, folder, stop_after_a_slice, stop.get_token());
   EXPECT_FALSE(ended);
   for (const SliceHead& slice : folder.slices(recordings[0], key)) EXPECT_EQ(slice.rows, 3U);
-  EXPECT_EQ(merge_slices(folder, recordings[0]).state, BatchState::unfinished);
+  EXPECT_EQ(merge_slices(folder, recordings[0]).state, State::unfinished);
   EXPECT_TRUE(meter.measure(recordings[0], all, folder, hear_nothing, {}));
-  ASSERT_EQ(merge_folder(folder).front().state, BatchState::done);
+  ASSERT_EQ(merge_folder(folder).front().state, State::done);
   EXPECT_EQ(test::file_text(folder.table_file(recordings[0])),
             batch(files, made, 1, 1).at("interleaved"));
 }
 
 TEST_F(BatchOfGolden, AnUnfinishedRecordingSaysWhatIsMissing) {
   const test::TempFolder output;
-  const BatchFolder folder(output.path("out"));
+  const Folder folder(output.path("out"));
   const std::vector<std::string> files = {golden_folder + "interleaved.ptu"};
-  BatchMeter meter(config("interleaved"), 1, few_frames);
+  Meter meter(config("interleaved"), 1, few_frames);
   measure(files, meter, {1, 7}, folder);
-  const RecordingOutcome part = merge_folder(folder).front();
-  EXPECT_EQ(part.state, BatchState::unfinished);
+  const Outcome part = merge_folder(folder).front();
+  EXPECT_EQ(part.state, State::unfinished);
   EXPECT_THAT(part.why, HasSubstr("interleaved.ptu: what follows frame "));
   for (std::uint64_t index = 2; index <= 7; ++index) measure(files, meter, {index, 7}, folder);
-  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
+  EXPECT_EQ(merge_folder(folder).front().state, State::done);
   // Once it is done, it stays so, and needs no measuring.
-  EXPECT_EQ(merge_folder(folder).front().state, BatchState::done);
-  const BatchRecording recording = find_recordings(files).front();
+  EXPECT_EQ(merge_folder(folder).front().state, State::done);
+  const Recording recording = find_recordings(files).front();
   EXPECT_TRUE(meter.is_measured(recording, {0, recording.bytes}, folder));
   std::filesystem::remove(folder.table_file(recording));
   EXPECT_FALSE(meter.is_measured(recording, {0, recording.bytes}, folder));
@@ -205,13 +205,13 @@ TEST_F(BatchOfGolden, OneThatCannotLockFails) {
   const test::TempFolder output;
   Config other = config("interleaved");
   other.pattern.segments.front().period_ps *= 1.05;
-  BatchMeter meter(std::move(other), 1, few_frames);
-  const BatchFolder folder(output.path("out"));
+  Meter meter(std::move(other), 1, few_frames);
+  const Folder folder(output.path("out"));
   const std::string why =
       test::error_text([&] { measure({golden_folder + "interleaved.ptu"}, meter, {}, folder); });
   EXPECT_THAT(why, HasSubstr("period"));
-  EXPECT_EQ(merge_folder(folder).front().state, BatchState::unfinished);
+  EXPECT_EQ(merge_folder(folder).front().state, State::unfinished);
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch

@@ -7,7 +7,7 @@
 
 #include "protocol/frame_columns.hpp"
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 std::string row_of(FrameStatus status, double timestamp_s, double distance_m) {
@@ -45,4 +45,4 @@ TEST(RecordingSummary, OfNoFramesHasNoValuesButCounts) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch

@@ -6,7 +6,7 @@
 #include <set>
 #include <vector>
 
-namespace splid {
+namespace splid::batch {
 namespace {
 
 // A recording of 100 frames of 20 photons, with a header of 40 bytes.
@@ -25,7 +25,7 @@ std::set<std::uint64_t> wanted_frames(SliceChoice& choice) {
 }
 
 TEST(SliceChoice, EachFrameIsInOnePart) {
-  BatchRecording recording;
+  Recording recording;
   recording.bytes = recorded_bytes;
   for (const std::uint64_t count : {1U, 2U, 7U, 300U}) {
     std::multiset<std::uint64_t> all;
@@ -40,7 +40,7 @@ TEST(SliceChoice, EachFrameIsInOnePart) {
 }
 
 TEST(SliceChoice, PartsAreEvenAndOfWholeSlices) {
-  BatchRecording recording;
+  Recording recording;
   recording.bytes = recorded_bytes;
   SliceChoice choice({8}, recorded_bytes, part_of({2, 4}, recording, recorded_bytes), {});
   const std::set<std::uint64_t> wanted = wanted_frames(choice);
@@ -52,7 +52,7 @@ TEST(SliceChoice, PartsAreEvenAndOfWholeSlices) {
 
 // Of a format with records of 10 bytes.
 TEST(SliceChoice, PartsOfLongerRecordsAreEvenToo) {
-  BatchRecording recording;
+  Recording recording;
   recording.bytes = recorded_bytes * 10 / 4;
   SliceChoice choice({8}, recording.bytes, part_of({4, 4}, recording, recording.bytes), {}, 10);
   EXPECT_NEAR(static_cast<double>(wanted_frames(choice).size()), 25, 8);
@@ -84,4 +84,4 @@ TEST(SliceChoice, AWholeRecordingIsInThePartOfItsFirstByte) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::batch
