@@ -5,11 +5,11 @@
 
 #include "protocol/pattern.hpp"
 
-namespace splid {
-
-namespace awg {
+namespace splid::awg {
 struct Uploaded;
-}
+}  // namespace splid::awg
+
+namespace splid {
 
 // Sentences and numbers for people, which no program reads.
 

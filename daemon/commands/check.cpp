@@ -72,7 +72,7 @@ void check_config(const std::string& file) {
     std::fprintf(stderr, "splid: warning: %s: %s\n", file.c_str(), note.c_str());
   }
   if (config.security.allow_list.empty()) return;
-  const std::size_t keys = AllowList::read(config.security.allow_list).size();
+  const std::size_t keys = security::AllowList::read(config.security.allow_list).size();
   std::printf("  allowed  %zu keys of %s\n", keys, config.security.allow_list.c_str());
 }
 

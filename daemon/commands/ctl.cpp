@@ -58,10 +58,11 @@ std::string endpoint_of(const CtlCommand& options) {
   return endpoint;
 }
 
-std::optional<CurveClient> keys_of(const CtlCommand& options) {
+std::optional<security::CurveClient> keys_of(const CtlCommand& options) {
   if (options.key.empty()) return std::nullopt;
-  return CurveClient{asked_by("--key", [&] { return read_secret_key(options.key); }),
-                     asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
+  return security::CurveClient{
+      asked_by("--key", [&] { return security::read_secret_key(options.key); }),
+      asked_by("--server-key", [&] { return security::read_public_key(options.server_key); })};
 }
 
 // The text of a member of the reply; empty where the reply has no such member.

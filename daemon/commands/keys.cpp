@@ -15,8 +15,8 @@ struct KeysCommand {
 };
 
 int make_keys(const KeysCommand& options) {
-  const CurveKeyPair keys = make_curve_keys();
-  const KeyFiles files = write_key_files(options.folder, options.name, keys);
+  const security::CurveKeyPair keys = security::make_curve_keys();
+  const security::KeyFiles files = security::write_key_files(options.folder, options.name, keys);
   std::printf("%s\n", keys.public_key.c_str());
   std::fprintf(stderr,
                "%s: secret, readable by you alone; it stays on this machine:\n"

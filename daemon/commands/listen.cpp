@@ -42,10 +42,11 @@ struct ListenCommand {
   TruthLimits limits;
 };
 
-std::optional<CurveClient> client_of(const ListenCommand& options) {
+std::optional<security::CurveClient> client_of(const ListenCommand& options) {
   if (options.key.empty()) return std::nullopt;
-  return CurveClient{asked_by("--key", [&] { return read_secret_key(options.key); }),
-                     asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
+  return security::CurveClient{
+      asked_by("--key", [&] { return security::read_secret_key(options.key); }),
+      asked_by("--server-key", [&] { return security::read_public_key(options.server_key); })};
 }
 
 bool is_among(const std::vector<std::string>& topics, const std::string& topic) {
@@ -85,8 +86,8 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
   return line;
 }
 
-Error silence(const ListenCommand& options, HandshakeWatch::State state,
-              const std::optional<CurveClient>& client) {
+Error silence(const ListenCommand& options, security::HandshakeWatch::State state,
+              const std::optional<security::CurveClient>& client) {
   return {Fault::device, fmt::format("nothing came for {:g} s: ", options.timeout_s) +
                              in_words(state, options.endpoint, client ? &*client : nullptr)};
 }
@@ -157,7 +158,7 @@ class Listening {
   // Reports each change of the connection once. After a refusal the subscriber goes on trying,
   // since the server's allow-list may get this key meanwhile.
   void look_at_connection() {
-    using State = HandshakeWatch::State;
+    using State = security::HandshakeWatch::State;
     const State state = subscriber_.state();
     if (state == said_ || state == State::pending) return;
     const bool is_first = said_ == State::pending && state == State::connected;
@@ -166,7 +167,7 @@ class Listening {
     std::fprintf(stderr, "splid: %s\n", connection(state).c_str());
   }
 
-  [[nodiscard]] std::string connection(HandshakeWatch::State state) const {
+  [[nodiscard]] std::string connection(security::HandshakeWatch::State state) const {
     return in_words(state, options_.endpoint, client_ ? &*client_ : nullptr);
   }
 
@@ -184,9 +185,9 @@ class Listening {
   }
 
   const ListenCommand& options_;
-  std::optional<CurveClient> client_;
+  std::optional<security::CurveClient> client_;
   Subscriber subscriber_;
-  HandshakeWatch::State said_ = HandshakeWatch::State::pending;
+  security::HandshakeWatch::State said_ = security::HandshakeWatch::State::pending;
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
@@ -231,8 +232,8 @@ class Watching {
   }
 
   void look_at_connection() {
-    const HandshakeWatch::State state = subscriber_.state();
-    const bool well = state == HandshakeWatch::State::connected;
+    const security::HandshakeWatch::State state = subscriber_.state();
+    const bool well = state == security::HandshakeWatch::State::connected;
     picture_.set_connection(
         well ? "" : in_words(state, options_.endpoint, client_ ? &*client_ : nullptr));
     const double silent_s = static_cast<double>(host_clock().steady_ns() - heard_ns_) / 1e9;
@@ -241,7 +242,7 @@ class Watching {
   }
 
   const ListenCommand& options_;
-  std::optional<CurveClient> client_;
+  std::optional<security::CurveClient> client_;
   Subscriber subscriber_;
   view::WatchPicture picture_;
   std::int64_t heard_ns_ = 0;

@@ -20,15 +20,16 @@ struct ViewCommand {
   std::string server_key;  // a public key or its file
 };
 
-std::optional<CurveClient> viewing_client(const ViewCommand& options) {
+std::optional<security::CurveClient> viewing_client(const ViewCommand& options) {
   if (options.key.empty() != options.server_key.empty()) {
     throw Error(Fault::usage,
                 "--key and --server-key go together: who is asking, and whom; splid keys makes the "
                 "first, the server's .key file is the second");
   }
   if (options.key.empty()) return std::nullopt;
-  return CurveClient{asked_by("--key", [&] { return read_secret_key(options.key); }),
-                     asked_by("--server-key", [&] { return read_public_key(options.server_key); })};
+  return security::CurveClient{
+      asked_by("--key", [&] { return security::read_secret_key(options.key); }),
+      asked_by("--server-key", [&] { return security::read_public_key(options.server_key); })};
 }
 
 int run_view(const ViewCommand& options) {

@@ -85,7 +85,7 @@ Counter& lost(Registry& registry, const char* cause) {
                  {{"cause", cause}});
 }
 
-Counter& let_go(Registry& registry, Refusal reason) {
+Counter& let_go(Registry& registry, security::Refusal reason) {
   return counter(registry, "splid_connections_dropped_total",
                  "Connections let go: too many of a peer, or it sent too much",
                  {{"reason", to_string(reason)}});
@@ -160,8 +160,8 @@ struct Metrics::Series {
       *registry, "splid_device_state", "1 for the state that the instrument is in");
   Counter& refused = counter(*registry, "splid_connections_refused_total",
                              "Connections refused: no allowed key, or no handshake");
-  Counter& crowd = let_go(*registry, Refusal::crowd);
-  Counter& flood = let_go(*registry, Refusal::flood);
+  Counter& crowd = let_go(*registry, security::Refusal::crowd);
+  Counter& flood = let_go(*registry, security::Refusal::flood);
   Counter& unsent = counter(*registry, "splid_messages_dropped_total",
                             "Messages sent to nobody, since sending did not keep up");
   std::vector<Counter*> drivers;  // in the order of TagSource::counters()
@@ -174,7 +174,7 @@ struct Metrics::Outputs {
 
 Metrics::Metrics(const MetricsOptions& options, const StatusOptions& run,
                  const std::vector<SourceCounter>& counters, const Clock& clock,
-                 std::function<void(const std::string&)> notice, Refusals* refusals)
+                 std::function<void(const std::string&)> notice, security::Refusals* refusals)
     : clock_(clock),
       series_(std::make_unique<Series>(run, counters, clock.unix_s())),
       outputs_(std::make_unique<Outputs>()),
@@ -235,8 +235,8 @@ void Metrics::refresh(const StatusMessage& status, const StreamCounters& counter
   raise(series.unsent, dropped_());
   if (refusals_ != nullptr) {
     raise(series.refused, refusals_->kept_out());
-    raise(series.crowd, refusals_->count(Refusal::crowd));
-    raise(series.flood, refusals_->count(Refusal::flood));
+    raise(series.crowd, refusals_->count(security::Refusal::crowd));
+    raise(series.flood, refusals_->count(security::Refusal::flood));
   }
   series.ring_fill.Set(std::exchange(highest_fill_, 0));
   show(series.state, status.state);

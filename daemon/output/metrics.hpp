@@ -31,7 +31,7 @@ class Metrics {
   // refusals and clock outlive the metrics.
   Metrics(const MetricsOptions& options, const StatusOptions& run,
           const std::vector<SourceCounter>& counters, const Clock& clock,
-          std::function<void(const std::string&)> notice, Refusals* refusals = nullptr);
+          std::function<void(const std::string&)> notice, security::Refusals* refusals = nullptr);
   ~Metrics();
   Metrics(const Metrics&) = delete;
   Metrics& operator=(const Metrics&) = delete;
@@ -60,7 +60,7 @@ class Metrics {
   const Clock& clock_;
   std::unique_ptr<Series> series_;
   std::unique_ptr<Outputs> outputs_;
-  const Refusals* refusals_;
+  const security::Refusals* refusals_;
   std::function<std::uint64_t()> dropped_ = [] { return 0; };
   double highest_fill_ = 0;
   std::int64_t next_ns_ = 0;

@@ -22,7 +22,7 @@ std::string place(const std::string& endpoint) {
 }  // namespace
 
 MetricsServer::MetricsServer(const std::string& address, std::function<std::string()> text,
-                             Refusals* refusals, const Clock& clock)
+                             security::Refusals* refusals, const Clock& clock)
     : listener_("metrics.http", "tcp://" + address, address),
       text_(std::move(text)),
       refusals_(refusals),
@@ -87,7 +87,7 @@ bool MetricsServer::make_room(const Peer& peer) {
   if (refusals_ != nullptr) {
     const Peer& who = found ? oldest->peer() : peer;
     refusals_->add(
-        Refusal::crowd, who.group,
+        security::Refusal::crowd, who.group,
         "refused " + who.name + " at " + url() + ": it holds a connection for which others wait");
   }
   if (found) exchanges_.erase(oldest);

@@ -27,8 +27,8 @@ class MetricsServer {
 
   // address: HOST:PORT, the port "*" is the system's choice. text: what is answered, called on the
   // server's thread. refusals: hears who was in the way; null: nobody does. clock: outlives this.
-  MetricsServer(const std::string& address, std::function<std::string()> text, Refusals* refusals,
-                const Clock& clock);
+  MetricsServer(const std::string& address, std::function<std::string()> text,
+                security::Refusals* refusals, const Clock& clock);
   ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
@@ -45,7 +45,7 @@ class MetricsServer {
 
   ListeningSocket listener_;
   std::function<std::string()> text_;
-  Refusals* refusals_;
+  security::Refusals* refusals_;
   const Clock& clock_;
   WakeDescriptor wake_;
   std::list<HttpExchange> exchanges_;  // the thread's; the oldest first

@@ -49,7 +49,8 @@ bool is_prefix(std::string_view prefix, std::string_view text) {
 
 // An endpoint, and the way from it to the socket.
 struct Entrance {
-  Entrance(ListeningSocket listener, zmq::socket_t& socket, bool curve, Refusals& refusals)
+  Entrance(ListeningSocket listener, zmq::socket_t& socket, bool curve,
+           security::Refusals& refusals)
       : door(socket),
         gate(std::move(listener), {door, subscriber_limits, curve}, refusals, host_clock()) {}
   PrivateDoor door;
@@ -87,7 +88,7 @@ class Publisher::Service {
 
  private:
   void prepare(int queue_messages);
-  void open(const std::string& endpoint, const Access& access, Refusals& refusals);
+  void open(const std::string& endpoint, const Access& access, security::Refusals& refusals);
   void run();
   void wait() const;
   void read_subscriptions();
@@ -95,8 +96,8 @@ class Publisher::Service {
   void send(const OutgoingMessage& message);
   void greet();
 
-  Refusals nobody_hears_{[](const std::string&) {}, host_clock()};
-  Authenticator* authenticator_;
+  security::Refusals nobody_hears_{[](const std::string&) {}, host_clock()};
+  security::Authenticator* authenticator_;
   std::optional<Entrance> local_;  // its gate lets the last out when the socket is closed
   std::optional<Entrance> main_;
   std::string endpoint_;
@@ -144,7 +145,7 @@ Publisher::Service::~Service() {
   thread_.join();
   xpub_.close();
   own_context_.close();
-  if (authenticator_ != nullptr) authenticator_->name_peers(publish_domain, nullptr);
+  if (authenticator_ != nullptr) authenticator_->name_peers(security::publish_domain, nullptr);
 }
 
 void Publisher::Service::prepare(int queue_messages) {
@@ -158,7 +159,7 @@ void Publisher::Service::prepare(int queue_messages) {
 }
 
 void Publisher::Service::open(const std::string& endpoint, const Access& access,
-                              Refusals& refusals) {
+                              security::Refusals& refusals) {
   if (!access.local_endpoint.empty()) {
     ListeningSocket listener("publish.local_endpoint", access.local_endpoint);
     local_.emplace(std::move(listener), xpub_, false, refusals);
@@ -166,11 +167,12 @@ void Publisher::Service::open(const std::string& endpoint, const Access& access,
   }
   if (endpoint.empty()) return;
   ListeningSocket listener("publish.endpoint", endpoint);
-  if (authenticator_ != nullptr) authenticator_->protect(xpub_, publish_domain);
+  if (authenticator_ != nullptr) authenticator_->protect(xpub_, security::publish_domain);
   main_.emplace(std::move(listener), xpub_, authenticator_ != nullptr, refusals);
   endpoint_ = main_->gate.endpoint();
   if (authenticator_ == nullptr) return;
-  authenticator_->name_peers(publish_domain, [this] { return main_->gate.judged_peer(); });
+  authenticator_->name_peers(security::publish_domain,
+                             [this] { return main_->gate.judged_peer(); });
 }
 
 void Publisher::Service::run() {

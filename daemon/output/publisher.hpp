@@ -5,10 +5,12 @@
 #include <memory>
 #include <string>
 
-namespace splid {
-
+namespace splid::security {
 class Authenticator;
 class Refusals;
+}  // namespace splid::security
+
+namespace splid {
 
 // What subscribers connect to: XPUB, each message exactly two parts, topic and JSON
 // (protocol/frame_json.hpp, protocol/status_json.hpp). It may have a second endpoint, plain, at
@@ -31,9 +33,9 @@ class Publisher {
 
   // Who may connect besides those whom `endpoint` alone lets in. All outlive this.
   struct Access {
-    std::string local_endpoint;              // plain; empty: none
-    Authenticator* authenticator = nullptr;  // of `endpoint`; null: it is plain too
-    Refusals* refusals = nullptr;            // hears who is let go; null: nobody does
+    std::string local_endpoint;                        // plain; empty: none
+    security::Authenticator* authenticator = nullptr;  // of `endpoint`; null: it is plain too
+    security::Refusals* refusals = nullptr;            // hears who is let go; null: nobody does
   };
 
   // endpoint: empty: bound nowhere, so that nobody can subscribe and every message is dropped.

@@ -9,7 +9,7 @@
 #include "protocol/error.hpp"
 #include "protocol/text.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr std::size_t max_name_characters = 64;
@@ -78,4 +78,4 @@ std::size_t AllowList::missing_in(const AllowList& other) const {
   }));
 }
 
-}  // namespace splid
+}  // namespace splid::security

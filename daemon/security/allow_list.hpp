@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace splid {
+namespace splid::security {
 
 // The public keys that may connect, each with the name of its owner.
 //
@@ -34,4 +34,4 @@ class AllowList {
   std::map<std::string, std::string, std::less<>> names_;  // by public key
 };
 
-}  // namespace splid
+}  // namespace splid::security

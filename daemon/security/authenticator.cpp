@@ -9,7 +9,7 @@
 
 #include "daemon/security/curve_socket.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr std::chrono::milliseconds slice{50};
@@ -123,4 +123,4 @@ ZapReply Authenticator::judge(const ZapRequest& request) {
   return refusal;
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -19,7 +19,7 @@ class context_t;
 class socket_t;
 }  // namespace zmq
 
-namespace splid {
+namespace splid::security {
 
 // The room daemon/security decides who may connect: keys (curve_key.hpp), their files
 // (key_file.hpp, guarded_file.hpp), the list of those who may connect (allow_list.hpp), and the
@@ -80,4 +80,4 @@ class Authenticator {
   std::thread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::security

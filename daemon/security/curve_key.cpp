@@ -8,7 +8,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr std::string_view z85_characters =
@@ -68,4 +68,4 @@ std::string public_key_of(const std::string& secret_key) {
   return public_key.data();
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace splid {
+namespace splid::security {
 
 // CURVE keys (RFC 26/ZMTP-CURVE) as text: the 32 bytes of a key are 40 characters of Z85 (RFC
 // 32/Z85).
@@ -29,4 +29,4 @@ std::string key_beginning(std::string_view public_key);
 CurveKeyPair make_curve_keys();
 std::string public_key_of(const std::string& secret_key);
 
-}  // namespace splid
+}  // namespace splid::security

@@ -4,7 +4,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 // zmq.h of libzmq 4.3 names this option only among its drafts, but the library takes it in any
@@ -54,4 +54,4 @@ void use_as_curve_server(zmq::socket_t& socket, const std::string& secret_key,
   }
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -8,7 +8,7 @@ namespace zmq {
 class socket_t;
 }
 
-namespace splid {
+namespace splid::security {
 
 // The keys of a client, and the key of the server that it wants to talk to.
 struct CurveClient {
@@ -25,4 +25,4 @@ void use_as_curve_client(zmq::socket_t& socket, const CurveClient& client);
 void use_as_curve_server(zmq::socket_t& socket, const std::string& secret_key,
                          const std::string& zap_domain);
 
-}  // namespace splid
+}  // namespace splid::security

@@ -16,7 +16,7 @@
 #include "config/hidden_keys.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr mode_t writable_by_others = S_IWGRP | S_IWOTH;
@@ -184,4 +184,4 @@ std::string read_secret_file(const std::string& file) {
   return open.read();
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::security {
 
 // Reading files that decide who gets in. Both functions read a whole file, and refuse a file that
 // somebody else could have written or replaced. The file, each folder on the way to it from the
@@ -20,4 +20,4 @@ std::string read_unforgeable_file(const std::string& file);
 // control list looks like a permission of the group).
 std::string read_secret_file(const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::security

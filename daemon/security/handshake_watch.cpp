@@ -4,7 +4,7 @@
 #include <cstring>
 #include <zmq.hpp>
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using State = HandshakeWatch::State;
@@ -118,4 +118,4 @@ std::string in_words(State state, const std::string& endpoint, const CurveClient
                             : "is --server-key the key of that server, and is a splid there?");
 }
 
-}  // namespace splid
+}  // namespace splid::security

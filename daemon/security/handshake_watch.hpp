@@ -13,7 +13,7 @@ class context_t;
 class socket_t;
 }  // namespace zmq
 
-namespace splid {
+namespace splid::security {
 
 // The events of a socket's connections, such as handshakes, as libzmq reports them.
 //
@@ -83,4 +83,4 @@ class HandshakeWatch {
 std::string in_words(HandshakeWatch::State state, const std::string& endpoint,
                      const CurveClient* client);
 
-}  // namespace splid
+}  // namespace splid::security

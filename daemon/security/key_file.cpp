@@ -18,7 +18,7 @@
 #include "protocol/error.hpp"
 #include "protocol/text.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr mode_t for_all = 0644;
@@ -167,4 +167,4 @@ std::string read_public_key(const std::string& text) {
   return is_curve_key(text) ? text : parse_public_key(read_file(text), text);
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -4,7 +4,7 @@
 
 #include "daemon/security/curve_key.hpp"
 
-namespace splid {
+namespace splid::security {
 
 // Files of keys, which CZMQ and pyzmq read too and call certificates: lines of ZPL (RFC 4/ZPL). The
 // line public-key = "Z85" gives the public key; in a secret file, secret-key = "Z85" gives the
@@ -38,4 +38,4 @@ std::string read_public_key(const std::string& text);
 CurveKeyPair parse_secret_key(const std::string& text, const std::string& file);
 std::string parse_public_key(const std::string& text, const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::security

@@ -1,6 +1,6 @@
 #include "daemon/security/refusals.hpp"
 
-namespace splid {
+namespace splid::security {
 
 const char* to_string(Refusal reason) {
   switch (reason) {
@@ -53,4 +53,4 @@ std::uint64_t Refusals::kept_out() const {
 
 std::uint64_t Refusals::let_go() const { return count(Refusal::crowd) + count(Refusal::flood); }
 
-}  // namespace splid
+}  // namespace splid::security

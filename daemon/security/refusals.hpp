@@ -11,7 +11,7 @@
 
 #include "daemon/base/clock.hpp"
 
-namespace splid {
+namespace splid::security {
 
 // Why a peer is not let in, or is disconnected.
 enum class Refusal : std::uint8_t {
@@ -71,4 +71,4 @@ class Refusals {
   std::array<Minute, refusal_reasons> minutes_;  // guarded by mutex_
 };
 
-}  // namespace splid
+}  // namespace splid::security

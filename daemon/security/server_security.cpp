@@ -5,7 +5,7 @@
 #include "daemon/security/key_file.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 std::string keys_in_words(std::size_t count) {
@@ -45,4 +45,4 @@ std::string reload_allow_list(Authenticator& authenticator, const std::string& d
   return sentence;
 }
 
-}  // namespace splid
+}  // namespace splid::security

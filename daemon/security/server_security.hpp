@@ -7,7 +7,7 @@
 #include "config/security_options.hpp"
 #include "daemon/security/authenticator.hpp"
 
-namespace splid {
+namespace splid::security {
 
 // The domains of publish.endpoint and control.endpoint. Each has an allow-list of its own, so that
 // somebody who may read results may not also stop the instrument.
@@ -27,4 +27,4 @@ std::unique_ptr<Authenticator> open_authenticator(
 std::string reload_allow_list(Authenticator& authenticator, const std::string& domain,
                               const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::security

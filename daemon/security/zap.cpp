@@ -2,7 +2,7 @@
 
 #include "daemon/security/curve_key.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 constexpr const char* zap_version = "1.0";
@@ -31,4 +31,4 @@ std::optional<std::string> curve_key_of(const ZapRequest& request) {
   return curve_key_text(std::as_bytes(std::span(key)).first<curve_key_bytes>());
 }
 
-}  // namespace splid
+}  // namespace splid::security

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace splid {
+namespace splid::security {
 
 // The request in which libzmq asks whether a peer may connect (RFC 27/ZAP), and the reply.
 
@@ -37,4 +37,4 @@ std::array<std::string, 6> zap_parts(const std::string& request_id, const ZapRep
 // not of CURVE or its credentials are no key.
 std::optional<std::string> curve_key_of(const ZapRequest& request);
 
-}  // namespace splid
+}  // namespace splid::security

@@ -68,7 +68,8 @@ std::string taken(const EndpointTaken& error) {
 }  // namespace
 
 std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOptions& options,
-                                          Authenticator* authenticator, Refusals& refusals) {
+                                          security::Authenticator* authenticator,
+                                          security::Refusals& refusals) {
   const auto unbound = [&] { return std::make_unique<Publisher>("", options.queue_messages); };
   if (!options.publish) return unbound();
   const Publisher::Access access{config.publish.local_endpoint, authenticator, &refusals};

@@ -37,7 +37,7 @@ void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_t
   if (!stop.stop_requested()) spdlog::warn("nobody subscribed within {} s; going on", seconds);
 }
 
-std::string where(const Publisher& publisher, const Authenticator* authenticator) {
+std::string where(const Publisher& publisher, const security::Authenticator* authenticator) {
   if (publisher.endpoint().empty()) return "not publishing";
   std::string text = "publishing at " + publisher.endpoint();
   if (authenticator != nullptr) text += " (CURVE, public key " + authenticator->public_key() + ")";
@@ -48,7 +48,7 @@ std::string where(const Publisher& publisher, const Authenticator* authenticator
 // Null where the configuration asks for no metrics.
 std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& source,
                                       DeviceMonitor& device, const Publisher& publisher,
-                                      Refusals& refusals) {
+                                      security::Refusals& refusals) {
   if (config.metrics.file.empty() && config.metrics.http.empty()) return nullptr;
   auto metrics = std::make_unique<Metrics>(
       config.metrics, status_options(config), source.counters(), host_clock(),
@@ -62,27 +62,29 @@ std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& sou
   return metrics;
 }
 
-std::string reload_allow_lists(Authenticator& authenticator, const Config& next) {
+std::string reload_allow_lists(security::Authenticator& authenticator, const Config& next) {
   std::string all;
   const auto reload = [&](const char* domain, const std::string& file) {
     if (file.empty()) return;
-    const std::string what = reload_allow_list(authenticator, domain, file);
+    const std::string what = security::reload_allow_list(authenticator, domain, file);
     if (!what.empty()) all += (all.empty() ? "" : "; ") + what;
   };
-  reload(publish_domain, next.security.allow_list);
-  reload(control_domain, next.control.allow_list);
+  reload(security::publish_domain, next.security.allow_list);
+  reload(security::control_domain, next.control.allow_list);
   return all;
 }
 
 // Null where there is no control endpoint. The daemon can do without an endpoint that the
 // configuration does not name.
 std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions,
-                                            Authenticator* authenticator, Refusals& refusals) {
+                                            security::Authenticator* authenticator,
+                                            security::Refusals& refusals) {
   const std::string endpoint = control_endpoint(config.control);
   if (endpoint.empty()) return nullptr;
   const bool is_protected = config.control.is_tcp();
   if (is_protected) {
-    authenticator->allow(control_domain, AllowList::read(config.control.allow_list));
+    authenticator->allow(security::control_domain,
+                         security::AllowList::read(config.control.allow_list));
   }
   ControlHandlers handlers;
   handlers.status = [&actions](const std::string& doing) { return actions.status(doing); };
@@ -107,7 +109,7 @@ void keep(const FrameMessage& message, FrameLog& frames) {
 }
 
 // Sums of what is too frequent for a line in the log each time.
-void say_who_came(const Refusals& refusals, const Publisher& publisher) {
+void say_who_came(const security::Refusals& refusals, const Publisher& publisher) {
   if (refusals.kept_out() > 0) {
     spdlog::info("{} connections refused", grouped(refusals.kept_out()));
   }
@@ -125,8 +127,8 @@ void say_who_came(const Refusals& refusals, const Publisher& publisher) {
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
   const auto warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
-  Refusals refusals(warn, host_clock());
-  const auto authenticator = open_authenticator(config.security, warn, refusals);
+  security::Refusals refusals(warn, host_clock());
+  const auto authenticator = security::open_authenticator(config.security, warn, refusals);
   const std::unique_ptr<Publisher> opened =
       open_publisher(config, options, authenticator.get(), refusals);
   Publisher& publisher = *opened;

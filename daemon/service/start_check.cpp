@@ -65,16 +65,16 @@ void check_files(const Config& config) {
   }
   if (!config.security.allow_list.empty()) {
     refuse_errors(config, "/security/allow_list",
-                  [&] { AllowList::read(config.security.allow_list); });
+                  [&] { security::AllowList::read(config.security.allow_list); });
   }
   if (!config.control.allow_list.empty()) {
     refuse_errors(config, "/control/allow_list",
-                  [&] { AllowList::read(config.control.allow_list); });
+                  [&] { security::AllowList::read(config.control.allow_list); });
   }
   const std::string& key = config.security.server_key;
   if (key.empty() || key.starts_with(systemd_credentials)) return;  // there while the service runs
   if (::access(key.c_str(), R_OK) != 0 && errno == EACCES) return;  // the service's user may
-  refuse_errors(config, "/security/server_key", [&] { read_secret_key(key); });
+  refuse_errors(config, "/security/server_key", [&] { security::read_secret_key(key); });
 }
 
 void check_socket_file(const Config& config, const std::string& pointer, std::string_view file) {

@@ -44,7 +44,8 @@ std::string in_words(const GateLimits& limits) {
 
 }  // namespace
 
-Gate::Gate(ListeningSocket listener, const Behind& behind, Refusals& refusals, const Clock& clock)
+Gate::Gate(ListeningSocket listener, const Behind& behind, security::Refusals& refusals,
+           const Clock& clock)
     : listener_(std::move(listener)),
       door_(behind.door),
       limits_(behind.limits),
@@ -169,17 +170,17 @@ bool Gate::has_room_for(const Peer& peer, KnownPeer& known) {
                known.new_connections + since_s * limits_.new_connections_a_second);
   known.since_ns = now_ns;
   if (known.new_connections < 1) {
-    refuse(Refusal::crowd, peer, "it connects again and again, or after floods");
+    refuse(security::Refusal::crowd, peer, "it connects again and again, or after floods");
     return false;
   }
   known.new_connections -= 1;
   if (known.use.connections >= limits_.connections_a_peer && !make_room(&peer.group)) {
-    refuse(Refusal::crowd, peer,
+    refuse(security::Refusal::crowd, peer,
            "it has " + std::to_string(known.use.connections) + " connections already");
     return false;
   }
   if (connections_.size() >= limits_.connections && !make_room(nullptr)) {
-    refuse(Refusal::crowd, peer,
+    refuse(security::Refusal::crowd, peer,
            "there are " + std::to_string(connections_.size()) + " connections already");
     return false;
   }
@@ -193,7 +194,7 @@ bool Gate::make_room(const std::string* group) {
   for (const auto& [id, connection] : connections_) {
     if (group != nullptr && connection->peer().group != *group) continue;
     if (connection->is_admitted() || connection->begin_ns() > before_ns) continue;
-    refuse(Refusal::crowd, connection->peer(), "it holds a connection and says nothing");
+    refuse(security::Refusal::crowd, connection->peer(), "it holds a connection and says nothing");
     end(id);
     return true;
   }
@@ -244,16 +245,17 @@ void Gate::say_why(const GateConnection& connection, Result up, Result down) {
   const bool is_let_in = connection.is_admitted();
   switch (connection.offence()) {
     case Offence::other_protocol:
-      refuse(Refusal::other_protocol, connection.peer(), "it does not speak ZMTP 3, ZeroMQ's");
+      refuse(security::Refusal::other_protocol, connection.peer(),
+             "it does not speak ZMTP 3, ZeroMQ's");
       return;
     case Offence::long_frame:
       charge_flood(connection.peer());
-      refuse(Refusal::flood, connection.peer(),
+      refuse(security::Refusal::flood, connection.peer(),
              "it sent a frame of more than " + std::to_string(limits_.frame_bytes) + " bytes");
       return;
     case Offence::flood:
       charge_flood(connection.peer());
-      refuse(Refusal::flood, connection.peer(),
+      refuse(security::Refusal::flood, connection.peer(),
              "it sent more than a peer may send unanswered (" + in_words(limits_) + ")");
       return;
     case Offence::none:
@@ -276,20 +278,20 @@ void Gate::say_handshake(const GateConnection& connection, bool peer_left) {
   const std::string asked = connection.other_mechanism();
   if (ending_ || connection.is_turned_away()) return;
   if (connection.has_spoken() && !asked.empty()) {
-    refuse(Refusal::no_key, connection.peer(),
+    refuse(security::Refusal::no_key, connection.peer(),
            curve_ ? "it gives no CURVE key (its socket asks for " + asked + ")"
                   : "it asks for " + asked + ", which this endpoint does not speak");
   } else if (connection.has_spoken() && !peer_left) {
-    refuse(Refusal::broken_off, connection.peer(),
+    refuse(security::Refusal::broken_off, connection.peer(),
            curve_ ? "its handshake was made for another server's key, is a repetition of an old "
                     "one, or was never finished"
                   : "its handshake was malformed or was never finished");
   } else if (curve_ || !peer_left) {
-    refusals_.add(Refusal::broken_off);
+    refusals_.add(security::Refusal::broken_off);
   }
 }
 
-void Gate::refuse(Refusal reason, const Peer& peer, const std::string& why) {
+void Gate::refuse(security::Refusal reason, const Peer& peer, const std::string& why) {
   refusals_.add(reason, peer.group, "refused " + peer.name + " at " + name_ + ": " + why);
 }
 

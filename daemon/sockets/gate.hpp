@@ -43,7 +43,8 @@ class Gate {
   };
 
   // refusals, clock: outlive this.
-  Gate(ListeningSocket listener, const Behind& behind, Refusals& refusals, const Clock& clock);
+  Gate(ListeningSocket listener, const Behind& behind, security::Refusals& refusals,
+       const Clock& clock);
   ~Gate();
   Gate(const Gate&) = delete;
   Gate& operator=(const Gate&) = delete;
@@ -79,7 +80,7 @@ class Gate {
   void say_why(const GateConnection& connection, Relay::Result up, Relay::Result down);
   void charge_flood(const Peer& peer);
   void say_handshake(const GateConnection& connection, bool peer_left);
-  void refuse(Refusal reason, const Peer& peer, const std::string& why);
+  void refuse(security::Refusal reason, const Peer& peer, const std::string& why);
   void judge_next();
   void end_judgement();
   void look_after();
@@ -88,7 +89,7 @@ class Gate {
   const PrivateDoor& door_;
   const GateLimits limits_;
   const bool curve_;
-  Refusals& refusals_;
+  security::Refusals& refusals_;
   const Clock& clock_;
   const std::string name_;
   FileDescriptor epoll_;

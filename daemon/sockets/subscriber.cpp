@@ -10,11 +10,11 @@ namespace splid {
 struct Subscriber::Socket {
   zmq::context_t context{1};
   zmq::socket_t sub{context, zmq::socket_type::sub};
-  HandshakeWatch watch{context, sub, host_clock()};
+  security::HandshakeWatch watch{context, sub, host_clock()};
 };
 
 Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
-                       const std::optional<CurveClient>& client, int most_waiting)
+                       const std::optional<security::CurveClient>& client, int most_waiting)
     : endpoint_(endpoint), socket_(std::make_unique<Socket>()) {
   zmq::socket_t& sub = socket_->sub;
   sub.set(zmq::sockopt::linger, 0);
@@ -23,7 +23,7 @@ Subscriber::Subscriber(const std::string& endpoint, const std::vector<std::strin
   // A replay at full speed sends thousands of messages a second.
   sub.set(zmq::sockopt::rcvhwm, most_waiting);
   sub.set(zmq::sockopt::ipv6, endpoint.find('[') != std::string::npos);
-  if (client) use_as_curve_client(sub, *client);
+  if (client) security::use_as_curve_client(sub, *client);
   for (const std::string& topic : topics) sub.set(zmq::sockopt::subscribe, topic);
   try {
     sub.connect(endpoint);
@@ -47,7 +47,7 @@ void Subscriber::unsubscribe(const std::string& topic) {
 // refusal of the key among these.
 void Subscriber::try_again() {
   constexpr std::int64_t between_ns = 1'000'000'000;
-  using State = HandshakeWatch::State;
+  using State = security::HandshakeWatch::State;
   const State now = state();
   const std::int64_t now_ns = host_clock().steady_ns();
   const bool is_let_in = now == State::pending || now == State::connected;
@@ -61,7 +61,7 @@ void Subscriber::try_again() {
   socket_->sub.connect(endpoint_);
 }
 
-HandshakeWatch::State Subscriber::state() { return socket_->watch.state(); }
+security::HandshakeWatch::State Subscriber::state() { return socket_->watch.state(); }
 
 void Subscriber::wait(int descriptor, std::chrono::milliseconds timeout) {
   std::array<zmq::pollitem_t, 2> items{

@@ -26,7 +26,8 @@ class Subscriber {
   // client: the subscriber's keys; absent: it has none. most_waiting: how many messages may wait to
   // be received, beyond which the newest are lost; 0: no limit.
   Subscriber(const std::string& endpoint, const std::vector<std::string>& topics,
-             const std::optional<CurveClient>& client = std::nullopt, int most_waiting = 0);
+             const std::optional<security::CurveClient>& client = std::nullopt,
+             int most_waiting = 0);
   ~Subscriber();
   Subscriber(const Subscriber&) = delete;
   Subscriber& operator=(const Subscriber&) = delete;
@@ -43,7 +44,7 @@ class Subscriber {
   void wait(int descriptor, std::chrono::milliseconds timeout);
 
   // The state of the connection.
-  HandshakeWatch::State state();
+  security::HandshakeWatch::State state();
 
  private:
   struct Socket;

@@ -25,7 +25,8 @@ std::string who_can_read(const std::string& http) {
          "encrypted. With --http 127.0.0.1:9874 only this machine can";
 }
 
-Viewing::Viewing(std::string endpoint, const std::string& http, std::optional<CurveClient> client)
+Viewing::Viewing(std::string endpoint, const std::string& http,
+                 std::optional<security::CurveClient> client)
     : endpoint_(std::move(endpoint)),
       client_(std::move(client)),
       subscriber_(endpoint_, {topic_frame, topic_status, topic_version}, client_, most_waiting),

@@ -21,13 +21,14 @@ std::string who_can_read(const std::string& http);
 // the constructor throws as Subscriber's and WebServer's do; whether a daemon answers is no error.
 class Viewing {
  public:
-  using State = HandshakeWatch::State;
+  using State = security::HandshakeWatch::State;
   // Hears how the connection to the daemon is, at first and when that changes, with a sentence on
   // it.
   using HearState = std::function<void(State, const std::string& words)>;
 
   // endpoint: the daemon's publish.endpoint. http: HOST:PORT of the page.
-  Viewing(std::string endpoint, const std::string& http, std::optional<CurveClient> client);
+  Viewing(std::string endpoint, const std::string& http,
+          std::optional<security::CurveClient> client);
 
   // The address of the page.
   [[nodiscard]] std::string url() const { return server_.url(); }
@@ -41,7 +42,7 @@ class Viewing {
   void ask_for_fold();
 
   std::string endpoint_;
-  std::optional<CurveClient> client_;
+  std::optional<security::CurveClient> client_;
   Subscriber subscriber_;
   LiveView view_;
   WebServer server_;

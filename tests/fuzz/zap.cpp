@@ -15,13 +15,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto part = input.take_bytes(input.take<std::uint8_t>());
     parts.emplace_back(reinterpret_cast<const char*>(part.data()), part.size());
   }
-  const auto request = parse_zap_request(parts);
+  const auto request = security::parse_zap_request(parts);
   if (!request) return 0;
   must(parts.size() == 6 + request->credentials.size(), "each part is somewhere");
-  must(zap_parts(request->request_id, {}).at(1) == parts.at(1), "the answer has the request's id");
-  const auto key = curve_key_of(*request);
+  must(security::zap_parts(request->request_id, {}).at(1) == parts.at(1),
+       "the answer has the request's id");
+  const auto key = security::curve_key_of(*request);
   if (!key) return 0;
   must(parts.size() == 7 && parts.at(5) == "CURVE", "only CURVE gives a key");
-  must(is_curve_key(*key), "32 bytes are a key");
+  must(security::is_curve_key(*key), "32 bytes are a key");
   return 0;
 }

@@ -30,10 +30,10 @@ constexpr milliseconds slice{100};  // how often a stop request is looked for
 struct ControlClient::Socket {
   zmq::context_t context{1};
   zmq::socket_t dealer{context, zmq::socket_type::dealer};
-  HandshakeWatch watch{context, dealer, host_clock()};
+  security::HandshakeWatch watch{context, dealer, host_clock()};
 };
 
-ControlClient::ControlClient(std::string endpoint, std::optional<CurveClient> keys)
+ControlClient::ControlClient(std::string endpoint, std::optional<security::CurveClient> keys)
     : endpoint_(std::move(endpoint)), keys_(std::move(keys)) {
   if (!keys_ && ::access(socket_file_of(endpoint_).c_str(), W_OK) != 0) {
     const int why = errno;
@@ -45,7 +45,7 @@ ControlClient::ControlClient(std::string endpoint, std::optional<CurveClient> ke
   socket_->dealer.set(zmq::sockopt::linger, 0);
   socket_->dealer.set(zmq::sockopt::rcvtimeo, static_cast<int>(slice.count()));
   socket_->dealer.set(zmq::sockopt::ipv6, endpoint_.find('[') != std::string::npos);
-  if (keys_) use_as_curve_client(socket_->dealer, *keys_);
+  if (keys_) security::use_as_curve_client(socket_->dealer, *keys_);
   socket_->dealer.connect(endpoint_);
 }
 
@@ -60,7 +60,7 @@ void ControlClient::fail(const std::string& why) const {
 }
 
 void ControlClient::fail_silent() const {
-  using State = HandshakeWatch::State;
+  using State = security::HandshakeWatch::State;
   const State state = socket_->watch.state();
   if (state == State::pending) fail("; is the service running?");
   if (state == State::connected) fail(": it let this client in, and said nothing for 10 s");
@@ -68,7 +68,7 @@ void ControlClient::fail_silent() const {
 }
 
 milliseconds ControlClient::patience_at_present() const {
-  const bool connected = socket_->watch.state() == HandshakeWatch::State::connected;
+  const bool connected = socket_->watch.state() == security::HandshakeWatch::State::connected;
   return connected ? patience_once_connected : patience;
 }
 

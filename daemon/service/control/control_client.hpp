@@ -24,7 +24,7 @@ class ControlClient {
   using Progress = std::function<void(const ControlReply& status)>;
 
   // endpoint: ipc:///PATH, or tcp:// with the keys of both sides.
-  ControlClient(std::string endpoint, std::optional<CurveClient> keys);
+  ControlClient(std::string endpoint, std::optional<security::CurveClient> keys);
   ~ControlClient();
   ControlClient(const ControlClient&) = delete;
   ControlClient& operator=(const ControlClient&) = delete;
@@ -43,7 +43,7 @@ class ControlClient {
   [[noreturn]] void fail_silent() const;
 
   std::string endpoint_;
-  std::optional<CurveClient> keys_;
+  std::optional<security::CurveClient> keys_;
   std::unique_ptr<Socket> socket_;
 };
 

@@ -62,11 +62,11 @@ ControlReply refusal(const std::string& request, const Error& error) {
 }  // namespace
 
 struct ControlServer::Service {
-  Service(const std::string& bound_to, ControlHandlers control_handlers, Authenticator* who,
-          Refusals& refusals);
+  Service(const std::string& bound_to, ControlHandlers control_handlers,
+          security::Authenticator* who, security::Refusals& refusals);
   ~Service();
 
-  void open(const std::string& to, Refusals& refusals);
+  void open(const std::string& to, security::Refusals& refusals);
   void serve();
   void read_requests();
   std::optional<Received> receive();
@@ -81,7 +81,7 @@ struct ControlServer::Service {
   std::optional<PrivateDoor> door;
   std::optional<Gate> gate;  // lets the last reply out when the socket is closed
   ControlHandlers handlers;
-  Authenticator* authenticator;  // for TCP; otherwise null
+  security::Authenticator* authenticator;  // for TCP; otherwise null
   zmq::context_t own_context{1};
   zmq::socket_t router{authenticator == nullptr ? own_context : authenticator->context(),
                        zmq::socket_type::router};
@@ -102,7 +102,7 @@ struct ControlServer::Service {
 };
 
 ControlServer::ControlServer(const std::string& endpoint, ControlHandlers handlers,
-                             Authenticator* authenticator, Refusals& refusals)
+                             security::Authenticator* authenticator, security::Refusals& refusals)
     : service_(std::make_unique<Service>(endpoint, std::move(handlers), authenticator, refusals)) {}
 
 ControlServer::~ControlServer() = default;
@@ -110,7 +110,7 @@ ControlServer::~ControlServer() = default;
 const std::string& ControlServer::endpoint() const { return service_->gate->endpoint(); }
 
 ControlServer::Service::Service(const std::string& bound_to, ControlHandlers control_handlers,
-                                Authenticator* who, Refusals& refusals)
+                                security::Authenticator* who, security::Refusals& refusals)
     : handlers(std::move(control_handlers)), authenticator(who) {
   router.set(zmq::sockopt::linger, static_cast<int>(linger.count()));
   router.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_request_bytes));
@@ -133,19 +133,20 @@ ControlServer::Service::~Service() {
   server.join();
   router.close();
   own_context.close();
-  if (authenticator != nullptr) authenticator->name_peers(control_domain, nullptr);
+  if (authenticator != nullptr) authenticator->name_peers(security::control_domain, nullptr);
 }
 
-void ControlServer::Service::open(const std::string& to, Refusals& refusals) {
+void ControlServer::Service::open(const std::string& to, security::Refusals& refusals) {
   const bool curve = authenticator != nullptr;
   if (!curve) listener.emplace(socket_file_of(to));
   ListeningSocket outside =
       curve ? ListeningSocket("control.endpoint", to) : ListeningSocket(listener->release(), to);
-  if (curve) authenticator->protect(router, control_domain);
+  if (curve) authenticator->protect(router, security::control_domain);
   door.emplace(router);
   gate.emplace(std::move(outside), Gate::Behind{*door, control_limits, curve}, refusals,
                host_clock());
-  if (curve) authenticator->name_peers(control_domain, [this] { return gate->judged_peer(); });
+  if (curve)
+    authenticator->name_peers(security::control_domain, [this] { return gate->judged_peer(); });
 }
 
 void ControlServer::Service::serve() {

@@ -7,10 +7,12 @@
 
 #include "daemon/service/control/control_message.hpp"
 
-namespace splid {
-
+namespace splid::security {
 class Authenticator;
 class Refusals;
+}  // namespace splid::security
+
+namespace splid {
 
 // The functions that carry out requests. Both may throw Error, which becomes the reply.
 struct ControlHandlers {
@@ -40,8 +42,8 @@ class ControlServer {
   // endpoint: ipc:///PATH, or tcp:// with an authenticator. authenticator: checks keys against the
   // allow-list of control_domain; null for ipc; outlives this. refusals: told of peers that are
   // disconnected; outlives this.
-  ControlServer(const std::string& endpoint, ControlHandlers handlers, Authenticator* authenticator,
-                Refusals& refusals);
+  ControlServer(const std::string& endpoint, ControlHandlers handlers,
+                security::Authenticator* authenticator, security::Refusals& refusals);
   ~ControlServer();
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;

@@ -6,7 +6,7 @@
 #include "tests/support/error_text.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using testing::HasSubstr;
@@ -64,4 +64,4 @@ TEST(AllowList, IsReadFromAFileThatNobodyElseCanWrite) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

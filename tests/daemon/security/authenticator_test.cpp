@@ -21,7 +21,7 @@
 #include "tests/support/tcp_recorder.hpp"
 #include "tests/support/yardstick.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using splid::test::LocalConnection;
@@ -387,4 +387,4 @@ TEST(CurveServer, WithoutAnAuthenticatorIsForNobody) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

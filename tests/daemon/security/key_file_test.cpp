@@ -12,7 +12,7 @@
 #include "tests/support/error_text.hpp"
 #include "tests/support/program.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using splid::test::file_text;
@@ -265,4 +265,4 @@ TEST_F(SecretFile, AListMayBeReadByAllAndWrittenByItsOwner) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

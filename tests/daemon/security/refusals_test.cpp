@@ -8,7 +8,7 @@
 
 #include "tests/support/held_clock.hpp"
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using testing::ElementsAre;
@@ -74,4 +74,4 @@ TEST_F(RefusalsTest, TellsThoseKeptOutFromThoseLetGo) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

@@ -15,7 +15,7 @@
 
 // Keys, the daemon that asks for them and the viewer that has some, by the built program.
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using splid::test::file_text;
@@ -212,4 +212,4 @@ TEST_F(SecurityProgram, AStartWithoutWhatItTakesIsAnError) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace splid {
+namespace splid::security {
 namespace {
 
 using testing::ElementsAre;
@@ -62,4 +62,4 @@ TEST(Zap, AnAnswerHasSixParts) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::security

@@ -307,8 +307,8 @@ TEST_F(Floods, WhatIsSentToTheControlSocketCostsNobodyElse) {
 
 // A reader whose key is on the list, with keys made for it.
 TEST_F(Floods, AListedReaderCannotFloodEither) {
-  const CurveKeyPair server = make_curve_keys();
-  const CurveKeyPair reader = make_curve_keys();
+  const security::CurveKeyPair server = security::make_curve_keys();
+  const security::CurveKeyPair reader = security::make_curve_keys();
   (void)folder.write("server.key_secret", "secret-key = \"" + server.secret_key + "\"\n");
   (void)folder.write("allowed.keys", reader.public_key + " reader\n");
   std::filesystem::permissions(folder.path("server.key_secret"),
@@ -329,7 +329,7 @@ TEST_F(Floods, AListedReaderCannotFloodEither) {
                 zmq::socket_t sub(context, zmq::socket_type::xsub);
                 sub.set(zmq::sockopt::linger, 0);
                 sub.set(zmq::sockopt::sndtimeo, 100);
-                use_as_curve_client(sub, {reader, server.public_key});
+                security::use_as_curve_client(sub, {reader, server.public_key});
                 sub.connect(endpoint);
                 for (int i = 0; i < 70'000 && !stop.stop_requested(); ++i) {
                   (void)sub.send(zmq::buffer('\1' + random_text(1000)), zmq::send_flags::none);

@@ -61,7 +61,7 @@ class Server : public ::testing::Test {
 
   test::TempFolder folder;
   std::string endpoint = "ipc://" + folder.path("control");
-  Refusals refusals{[](const std::string&) {}, host_clock()};
+  security::Refusals refusals{[](const std::string&) {}, host_clock()};
   std::atomic<bool> let_go{false};
   std::atomic<int> performed{0};
   std::unique_ptr<ControlServer> server;
