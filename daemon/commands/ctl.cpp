@@ -32,7 +32,7 @@ struct CtlCommand {
   std::string config;
   std::string key;         // file of a secret key; empty: none
   std::string server_key;  // a public key or its file
-  ControlRequest request;
+  control::Request request;
   bool json = false;
   std::string output;  // pattern file
   bool force = false;
@@ -44,7 +44,7 @@ std::string endpoint_of(const CtlCommand& options) {
   if (endpoint.empty()) {
     endpoint = options.config.empty() ? "auto" : load_config(options.config).control.endpoint;
   }
-  if (endpoint == "auto") return default_control_endpoint();
+  if (endpoint == "auto") return control::default_endpoint();
   if (endpoint == "off") throw Error(Fault::usage, "control.endpoint is off: nobody listens there");
   if (const auto fault = endpoint_fault(endpoint)) {
     throw Error(Fault::usage, "endpoint " + endpoint + " " + *fault);
@@ -66,17 +66,17 @@ std::optional<security::CurveClient> keys_of(const CtlCommand& options) {
 }
 
 // The text of a member of the reply; empty where the reply has no such member.
-std::string text_of(const ControlReply& reply, const char* name) {
+std::string text_of(const control::Reply& reply, const char* name) {
   const auto value = nlohmann::json::parse(reply.find(name), nullptr, false);
   return value.is_string() ? value.get<std::string>() : "";
 }
 
-ControlReply ask(const CtlCommand& options) {
+control::Reply ask(const CtlCommand& options) {
   const StopSignals signals;
   const std::string endpoint = endpoint_of(options);
-  ControlClient client(endpoint, keys_of(options));
+  control::Client client(endpoint, keys_of(options));
   Progress progress(host_clock());
-  const auto show = [&progress](const ControlReply& status) {
+  const auto show = [&progress](const control::Reply& status) {
     const std::string text = text_of(status, "progress");
     if (!text.empty() && progress.due()) progress.show(text);
   };
@@ -87,7 +87,7 @@ std::string count_of(const nlohmann::json& status, const char* key) {
   return grouped(status.value(key, std::uint64_t{0}));
 }
 
-void print_status(const ControlReply& reply) {
+void print_status(const control::Reply& reply) {
   const auto status = nlohmann::json::parse(reply.find("status"), nullptr, false);
   if (!status.is_object()) throw Error(Fault::data, "the daemon has no status yet; ask again");
   const std::string reason = status.value("reason", "");
@@ -121,10 +121,10 @@ std::string with_name(std::string text, const std::string& file) {
   return text;
 }
 
-void keep_pattern(const ControlReply& reply, const CtlCommand& options) {
+void keep_pattern(const control::Reply& reply, const CtlCommand& options) {
   const Pattern pattern = pattern_from_json(reply.find("pattern"), "the daemon's reply");
   write_file(options.output, to_json_file(pattern));
-  if (options.request.command == ControlCommand::calibrate && !options.json) {
+  if (options.request.command == control::Command::calibrate && !options.json) {
     std::fputs(calibration_table(pattern).c_str(), stdout);
   }
 }
@@ -141,12 +141,12 @@ int ctl(const CtlCommand& options) {
     check_may_write(options.output, options.force);
     check_is_not_read(options);
   }
-  const ControlReply reply = ask(options);
+  const control::Reply reply = ask(options);
   if (reply.fault) throw Error(*reply.fault, reply.message);
   if (!options.output.empty()) keep_pattern(reply, options);
   if (options.json) {
     std::printf("%s\n", to_json(reply).c_str());
-  } else if (options.request.command == ControlCommand::status) {
+  } else if (options.request.command == control::Command::status) {
     print_status(reply);
   }
   std::string said = with_name(reply.message, options.output);
@@ -162,7 +162,7 @@ void add_output(CLI::App& command, CtlCommand& options, const char* what) {
 }
 
 void add_calibrate_options(CLI::App& command, CtlCommand& options) {
-  CalibrateRequest& request = options.request.calibrate;
+  control::CalibrateRequest& request = options.request.calibrate;
   command
       .add_option("--seconds", request.seconds,
                   "How long to take tags from the source; it does not measure meanwhile")
@@ -200,7 +200,8 @@ void add_ctl(CLI::App& app, Action& action) {
                       "For tcp://: the server's public key, or its file");
   command->add_flag("--json", options->json, "The reply as a line of JSON on standard output");
   command->require_subcommand(1);
-  const auto add = [&](CLI::App* parent, const char* name, ControlCommand asked, const char* doc) {
+  const auto add = [&](CLI::App* parent, const char* name, control::Command asked,
+                       const char* doc) {
     CLI::App* sub = parent->add_subcommand(name, doc)->fallthrough();
     sub->callback([&action, options, asked] {
       options->request.command = asked;
@@ -208,17 +209,17 @@ void add_ctl(CLI::App& app, Action& action) {
     });
     return sub;
   };
-  add(command, "status", ControlCommand::status, "Say how it does");
-  add(command, "start", ControlCommand::start, "Open the source and measure");
-  add(command, "stop", ControlCommand::stop, "Stop measuring and close the source; it stays");
+  add(command, "status", control::Command::status, "Say how it does");
+  add(command, "start", control::Command::start, "Open the source and measure");
+  add(command, "stop", control::Command::stop, "Stop measuring and close the source; it stays");
   CLI::App* record = command->add_subcommand("record", "Keep the tags that it measures from");
   record->require_subcommand(1)->fallthrough();
-  add(record, "start", ControlCommand::record_start, "Record into its record.folder");
-  add(record, "stop", ControlCommand::record_stop, "End the recording");
-  CLI::App* upload = add(command, "upload", ControlCommand::upload,
+  add(record, "start", control::Command::record_start, "Record into its record.folder");
+  add(record, "stop", control::Command::record_stop, "End the recording");
+  CLI::App* upload = add(command, "upload", control::Command::upload,
                          "Have its waveform generator play its pattern");
   add_output(*upload, *options, "Pattern file to write: the pattern as it is played");
-  CLI::App* calibrate = add(command, "calibrate", ControlCommand::calibrate,
+  CLI::App* calibrate = add(command, "calibrate", control::Command::calibrate,
                             "Find its pattern's pulses from what its source sends");
   add_calibrate_options(*calibrate, *options);
 }

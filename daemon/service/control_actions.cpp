@@ -33,11 +33,11 @@ constexpr const char* stopped_reason = "stopped by control; splid ctl start goes
 // A live source sends something every 10 ms, and the file is begun with it.
 constexpr milliseconds patience_for_file{2000};
 
-ControlReply done(ControlCommand command, std::string message) {
+control::Reply done(control::Command command, std::string message) {
   return {to_string(command), {}, std::move(message)};
 }
 
-void add_file(ControlReply& reply, const std::string& file) {
+void add_file(control::Reply& reply, const std::string& file) {
   if (!file.empty()) reply.more.emplace_back("file", json_string(file));
 }
 
@@ -68,8 +68,8 @@ class ScratchFolder {
 
 }  // namespace
 
-ControlReply ControlActions::status(const std::string& doing) {
-  ControlReply reply = done(ControlCommand::status, "");
+control::Reply ControlActions::status(const std::string& doing) {
+  control::Reply reply = done(control::Command::status, "");
   reply.more.emplace_back("measuring", measuring_.measures() ? "true" : "false");
   reply.more.emplace_back("recording", measuring_.records() ? "true" : "false");
   if (measuring_.records()) add_file(reply, measuring_.recording_file());
@@ -83,40 +83,41 @@ ControlReply ControlActions::status(const std::string& doing) {
   return reply;
 }
 
-ControlReply ControlActions::perform(const ControlRequest& request, const std::stop_token& stop) {
+control::Reply ControlActions::perform(const control::Request& request,
+                                       const std::stop_token& stop) {
   spdlog::info("control: {}", to_string(request.command));
   show_progress("");
   switch (request.command) {
-    case ControlCommand::start:
+    case control::Command::start:
       return start(stop);
-    case ControlCommand::stop:
+    case control::Command::stop:
       return this->stop(stop);
-    case ControlCommand::record_start:
+    case control::Command::record_start:
       return record(stop);
-    case ControlCommand::record_stop:
+    case control::Command::record_stop:
       return end_recording();
-    case ControlCommand::upload:
+    case control::Command::upload:
       return upload_pattern(stop);
-    case ControlCommand::calibrate:
+    case control::Command::calibrate:
       return calibrate(request.calibrate, stop);
-    case ControlCommand::status:
+    case control::Command::status:
       break;
   }
   return status("");
 }
 
-ControlReply ControlActions::start(const std::stop_token& stop) {
-  return done(ControlCommand::start,
+control::Reply ControlActions::start(const std::stop_token& stop) {
+  return done(control::Command::start,
               measuring_.start(stop) ? "measuring" : "it is measuring already");
 }
 
-ControlReply ControlActions::stop(const std::stop_token& stop) {
-  return done(ControlCommand::stop, measuring_.pause(stopped_reason, stop)
-                                        ? "stopped; the source is closed"
-                                        : "it is stopped already");
+control::Reply ControlActions::stop(const std::stop_token& stop) {
+  return done(control::Command::stop, measuring_.pause(stopped_reason, stop)
+                                          ? "stopped; the source is closed"
+                                          : "it is stopped already");
 }
 
-ControlReply ControlActions::record(const std::stop_token& stop) {
+control::Reply ControlActions::record(const std::stop_token& stop) {
   const bool is_new = measuring_.record();
   const auto end = std::chrono::steady_clock::now() + patience_for_file;
   while (measuring_.measures() && measuring_.recording_file().empty() && !stop.stop_requested() &&
@@ -124,42 +125,42 @@ ControlReply ControlActions::record(const std::stop_token& stop) {
     std::this_thread::sleep_for(milliseconds{5});
   }
   const std::string file = measuring_.recording_file();
-  ControlReply reply =
-      done(ControlCommand::record_start,
+  control::Reply reply =
+      done(control::Command::record_start,
            (is_new ? "recording into " : "it is recording already, into ") +
                (file.empty() ? config_.record.folder + " from the next tag on" : file));
   add_file(reply, file);
   return reply;
 }
 
-ControlReply ControlActions::end_recording() {
+control::Reply ControlActions::end_recording() {
   const bool recorded = measuring_.end_recording();
   const std::string file = measuring_.recording_file();
-  ControlReply reply = done(ControlCommand::record_stop, "it records nothing");
+  control::Reply reply = done(control::Command::record_stop, "it records nothing");
   if (!recorded) return reply;
   reply.message = file.empty() ? "nothing was recorded" : "recorded; the last file is " + file;
   add_file(reply, file);
   return reply;
 }
 
-ControlReply ControlActions::upload_pattern(const std::stop_token& stop) {
+control::Reply ControlActions::upload_pattern(const std::stop_token& stop) {
   const awg::Uploaded uploaded = awg::upload(
       config_.awg, config_.pattern,
       [this](const char* what, double part) {
         show_progress(fmt::format("{}, {:.0f} %", what, 100 * part));
       },
       stop);
-  ControlReply reply = done(ControlCommand::upload, in_words(uploaded));
+  control::Reply reply = done(control::Command::upload, in_words(uploaded));
   reply.more.emplace_back("pattern", to_json(uploaded.played));
   return reply;
 }
 
 // Whether the calibration succeeds or fails, measuring goes on as it was.
-ControlReply ControlActions::calibrate(const CalibrateRequest& request,
-                                       const std::stop_token& stop) {
+control::Reply ControlActions::calibrate(const control::CalibrateRequest& request,
+                                         const std::stop_token& stop) {
   const bool measured = measuring_.pause("calibrating; it measures again afterwards", stop);
   try {
-    ControlReply reply = calibrate_from_source(request, stop);
+    control::Reply reply = calibrate_from_source(request, stop);
     reply.message += go_on(measured, stop);
     return reply;
   } catch (const Error& error) {
@@ -186,8 +187,8 @@ std::string ControlActions::go_on(bool measured, const std::stop_token& stop) {
   }
 }
 
-ControlReply ControlActions::calibrate_from_source(const CalibrateRequest& request,
-                                                   const std::stop_token& stop) {
+control::Reply ControlActions::calibrate_from_source(const control::CalibrateRequest& request,
+                                                     const std::stop_token& stop) {
   const ScratchFolder scratch;
   const std::unique_ptr<TagSource> source = open_source(config_);
   CalibrationPlan plan;
@@ -206,8 +207,8 @@ ControlReply ControlActions::calibrate_from_source(const CalibrateRequest& reque
         show_progress(std::string(what) + fmt::format(", {:.1f} s", seconds));
       },
       stop);
-  ControlReply reply =
-      done(ControlCommand::calibrate,
+  control::Reply reply =
+      done(control::Command::calibrate,
            calibration_summary(calibrated, "PATTERN.json", config_.frame.length_ms));
   reply.more.emplace_back("pattern", to_json(calibrated.pattern));
   return reply;

@@ -23,18 +23,19 @@ class ControlActions {
       : config_(config), measuring_(measuring), publisher_(publisher) {}
 
   // doing: names the action that runs; empty where none runs.
-  ControlReply status(const std::string& doing);
+  control::Reply status(const std::string& doing);
   // Does what is asked; any request but `status`.
-  ControlReply perform(const ControlRequest& request, const std::stop_token& stop);
+  control::Reply perform(const control::Request& request, const std::stop_token& stop);
 
  private:
-  ControlReply start(const std::stop_token& stop);
-  ControlReply stop(const std::stop_token& stop);
-  ControlReply record(const std::stop_token& stop);
-  ControlReply end_recording();
-  ControlReply upload_pattern(const std::stop_token& stop);
-  ControlReply calibrate(const CalibrateRequest& request, const std::stop_token& stop);
-  ControlReply calibrate_from_source(const CalibrateRequest& request, const std::stop_token& stop);
+  control::Reply start(const std::stop_token& stop);
+  control::Reply stop(const std::stop_token& stop);
+  control::Reply record(const std::stop_token& stop);
+  control::Reply end_recording();
+  control::Reply upload_pattern(const std::stop_token& stop);
+  control::Reply calibrate(const control::CalibrateRequest& request, const std::stop_token& stop);
+  control::Reply calibrate_from_source(const control::CalibrateRequest& request,
+                                       const std::stop_token& stop);
   std::string go_on(bool measured, const std::stop_token& stop);
   void show_progress(const std::string& text);
 

@@ -76,24 +76,24 @@ std::string reload_allow_lists(security::Authenticator& authenticator, const Con
 
 // Null where there is no control endpoint. The daemon can do without an endpoint that the
 // configuration does not name.
-std::unique_ptr<ControlServer> open_control(const Config& config, ControlActions& actions,
-                                            security::Authenticator* authenticator,
-                                            security::Refusals& refusals) {
-  const std::string endpoint = control_endpoint(config.control);
+std::unique_ptr<control::Server> open_control(const Config& config, ControlActions& actions,
+                                              security::Authenticator* authenticator,
+                                              security::Refusals& refusals) {
+  const std::string endpoint = control::endpoint_of(config.control);
   if (endpoint.empty()) return nullptr;
   const bool is_protected = config.control.is_tcp();
   if (is_protected) {
     authenticator->allow(security::control_domain,
                          security::AllowList::read(config.control.allow_list));
   }
-  ControlHandlers handlers;
+  control::Handlers handlers;
   handlers.status = [&actions](const std::string& doing) { return actions.status(doing); };
-  handlers.perform = [&actions](const ControlRequest& request, const std::stop_token& stop) {
+  handlers.perform = [&actions](const control::Request& request, const std::stop_token& stop) {
     return actions.perform(request, stop);
   };
   try {
-    auto server = std::make_unique<ControlServer>(endpoint, std::move(handlers),
-                                                  is_protected ? authenticator : nullptr, refusals);
+    auto server = std::make_unique<control::Server>(
+        endpoint, std::move(handlers), is_protected ? authenticator : nullptr, refusals);
     spdlog::info("control at {}", server->endpoint());
     return server;
   } catch (const Error& error) {

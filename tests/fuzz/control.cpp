@@ -8,20 +8,20 @@ namespace splid::test {
 namespace {
 
 void check_request(const std::string& text) {
-  ControlRequest request;
-  if (!accepts(Fault::usage, [&] { request = control_request_from_json(text); })) return;
+  control::Request request;
+  if (!accepts(Fault::usage, [&] { request = control::request_from_json(text); })) return;
   const std::string written = to_json(request);
-  must(to_json(control_request_from_json(written)) == written, "a request comes back");
-  if (request.command != ControlCommand::calibrate) return;
+  must(to_json(control::request_from_json(written)) == written, "a request comes back");
+  if (request.command != control::Command::calibrate) return;
   must(request.calibrate.seconds >= 0.1 && request.calibrate.seconds <= 600, "it ends");
 }
 
 void check_reply(const std::string& text) {
-  ControlReply reply;
-  if (!accepts(Fault::data, [&] { reply = control_reply_from_json(text); })) return;
+  control::Reply reply;
+  if (!accepts(Fault::data, [&] { reply = control::reply_from_json(text); })) return;
   const std::string written = to_json(reply);
   must(written.find('\n') == std::string::npos, "a reply is one line");
-  must(to_json(control_reply_from_json(written)) == written, "a reply comes back");
+  must(to_json(control::reply_from_json(written)) == written, "a reply comes back");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "daemon/security/handshake_watch.hpp"
 #include "daemon/service/control/control_endpoint.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using Time = std::chrono::steady_clock;
@@ -27,13 +27,13 @@ constexpr milliseconds slice{100};  // how often a stop request is looked for
 
 }  // namespace
 
-struct ControlClient::Socket {
+struct Client::Socket {
   zmq::context_t context{1};
   zmq::socket_t dealer{context, zmq::socket_type::dealer};
   security::HandshakeWatch watch{context, dealer, host_clock()};
 };
 
-ControlClient::ControlClient(std::string endpoint, std::optional<security::CurveClient> keys)
+Client::Client(std::string endpoint, std::optional<security::CurveClient> keys)
     : endpoint_(std::move(endpoint)), keys_(std::move(keys)) {
   if (!keys_ && ::access(socket_file_of(endpoint_).c_str(), W_OK) != 0) {
     const int why = errno;
@@ -49,17 +49,17 @@ ControlClient::ControlClient(std::string endpoint, std::optional<security::Curve
   socket_->dealer.connect(endpoint_);
 }
 
-ControlClient::~ControlClient() = default;
+Client::~Client() = default;
 
-void ControlClient::send(const ControlRequest& request) {
+void Client::send(const Request& request) {
   (void)socket_->dealer.send(zmq::buffer(to_json(request)), zmq::send_flags::dontwait);
 }
 
-void ControlClient::fail(const std::string& why) const {
+void Client::fail(const std::string& why) const {
   throw Error(Fault::device, "no splid answers at " + endpoint_ + why);
 }
 
-void ControlClient::fail_silent() const {
+void Client::fail_silent() const {
   using State = security::HandshakeWatch::State;
   const State state = socket_->watch.state();
   if (state == State::pending) fail("; is the service running?");
@@ -67,15 +67,14 @@ void ControlClient::fail_silent() const {
   throw Error(Fault::device, in_words(state, endpoint_, keys_ ? &*keys_ : nullptr));
 }
 
-milliseconds ControlClient::patience_at_present() const {
+milliseconds Client::patience_at_present() const {
   const bool connected = socket_->watch.state() == security::HandshakeWatch::State::connected;
   return connected ? patience_once_connected : patience;
 }
 
 // While a request is under way, the daemon is asked for its status again and again. A daemon that
 // answers is alive, however long the request takes.
-ControlReply ControlClient::ask(const ControlRequest& request, const Progress& progress,
-                                const std::stop_token& stop) {
+Reply Client::ask(const Request& request, const Progress& progress, const std::stop_token& stop) {
   const std::string wanted = to_string(request.command);
   Time::time_point heard = Time::now();
   Time::time_point asked = heard;
@@ -84,7 +83,7 @@ ControlReply ControlClient::ask(const ControlRequest& request, const Progress& p
     zmq::message_t message;
     if (socket_->dealer.recv(message)) {
       heard = Time::now();
-      ControlReply reply = control_reply_from_json(message.to_string());
+      Reply reply = reply_from_json(message.to_string());
       if (reply.request == wanted || reply.request.empty()) return reply;
       progress(reply);
     }
@@ -97,4 +96,4 @@ ControlReply ControlClient::ask(const ControlRequest& request, const Progress& p
   throw Error(Fault::usage, "stopped waiting for " + wanted + ", which goes on in the daemon");
 }
 
-}  // namespace splid
+}  // namespace splid::control

@@ -8,7 +8,7 @@
 #include <system_error>
 #include <vector>
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 constexpr std::string_view ipc = "ipc://";
@@ -27,7 +27,7 @@ std::string own_file() { return in_folder("XDG_RUNTIME_DIR", "splid-control.sock
 
 }  // namespace
 
-std::string control_endpoint(const ControlOptions& options) {
+std::string endpoint_of(const ControlOptions& options) {
   if (options.endpoint == "off") return {};
   if (options.endpoint != "auto") return options.endpoint;
   std::string file = in_folder("RUNTIME_DIRECTORY", "control.sock");
@@ -36,7 +36,7 @@ std::string control_endpoint(const ControlOptions& options) {
   return file.empty() ? "" : std::string(ipc) + file;
 }
 
-std::string default_control_endpoint() {
+std::string default_endpoint() {
   std::error_code ignored;
   for (const std::string& file : {own_file(), std::string(of_service), std::string(of_root)}) {
     if (!file.empty() && std::filesystem::exists(file, ignored)) return std::string(ipc) + file;
@@ -46,4 +46,4 @@ std::string default_control_endpoint() {
 
 std::string socket_file_of(const std::string& endpoint) { return endpoint.substr(ipc.size()); }
 
-}  // namespace splid
+}  // namespace splid::control

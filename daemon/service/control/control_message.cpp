@@ -9,7 +9,7 @@
 #include "config/option_writer.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 constexpr const char* schema_name = "splid.control";
@@ -52,7 +52,7 @@ Fault fault_of(const std::string& name) {
 
 }  // namespace
 
-const char* to_string(ControlCommand command) {
+const char* to_string(Command command) {
   return command_names.at(static_cast<std::size_t>(command));
 }
 
@@ -65,7 +65,7 @@ void CalibrateRequest::describe(OptionVisitor& visitor) {
                  "how well each pulse's amplitude is to be known, percent of the mean pulse");
 }
 
-ControlRequest control_request_from_json(const std::string& text) {
+Request request_from_json(const std::string& text) {
   if (text.size() > max_request_bytes) {
     refuse(std::to_string(text.size()) + " bytes are more than the " +
            std::to_string(max_request_bytes) + " that one may have");
@@ -73,15 +73,15 @@ ControlRequest control_request_from_json(const std::string& text) {
   const nlohmann::json document = parse_json_text(text, place);
   OptionReader reader(document, place, "");
   read_header(reader);
-  ControlRequest request;
+  Request request;
   reader.require("request");
   choose(reader, "request", request.command, command_names, "what is asked");
-  if (request.command == ControlCommand::calibrate) request.calibrate.describe(reader);
+  if (request.command == Command::calibrate) request.calibrate.describe(reader);
   reader.finish();
   return request;
 }
 
-std::string to_json(const ControlRequest& request) {
+std::string to_json(const Request& request) {
   nlohmann::ordered_json document;
   document["schema"] = schema_name;
   document["v"] = {1, 0};
@@ -89,18 +89,18 @@ std::string to_json(const ControlRequest& request) {
   OptionWriter writer(document);
   CalibrateRequest calibrate =
       request.calibrate;  // a copy, since describe() takes a mutable object
-  if (request.command == ControlCommand::calibrate) calibrate.describe(writer);
+  if (request.command == Command::calibrate) calibrate.describe(writer);
   return document.dump();
 }
 
-std::string ControlReply::find(const std::string& name) const {
+std::string Reply::find(const std::string& name) const {
   for (const auto& [key, value] : more) {
     if (key == name) return value;
   }
   return {};
 }
 
-std::string to_json(const ControlReply& reply) {
+std::string to_json(const Reply& reply) {
   JsonWriter json;
   json.text("schema", schema_name).raw("v", "[1,0]");
   if (!reply.request.empty()) json.text("request", reply.request);
@@ -111,7 +111,7 @@ std::string to_json(const ControlReply& reply) {
   return json.finish();
 }
 
-ControlReply control_reply_from_json(const std::string& text) {
+Reply reply_from_json(const std::string& text) {
   const auto json = nlohmann::ordered_json::parse(text, nullptr, false);
   const auto text_of = [&json](const char* key) {
     const auto found = json.find(key);
@@ -120,7 +120,7 @@ ControlReply control_reply_from_json(const std::string& text) {
   if (!json.is_object() || text_of("schema") != schema_name || !json.contains("ok")) {
     throw Error(Fault::data, "what answered is no splid: " + text.substr(0, 60));
   }
-  ControlReply reply{text_of("request"), {}, text_of("message")};
+  Reply reply{text_of("request"), {}, text_of("message")};
   if (json["ok"] != true) {
     reply.fault = fault_of(text_of("fault"));
     reply.message = text_of("error");
@@ -136,4 +136,4 @@ ControlReply control_reply_from_json(const std::string& text) {
   return reply;
 }
 
-}  // namespace splid
+}  // namespace splid::control

@@ -9,16 +9,16 @@
 #include "protocol/error.hpp"
 #include "protocol/options.hpp"
 
-namespace splid {
+namespace splid::control {
 
 // The room daemon/service/control is the way for `splid ctl` into a running daemon: the messages,
 // which are in this header, the endpoint (control_endpoint.hpp), the server (control_server.hpp)
 // and the client (control_client.hpp). Read this header first.
 
 // What can be asked of a running daemon; docs/reference/control.md has each request on the wire.
-enum class ControlCommand { status, start, stop, record_start, record_stop, upload, calibrate };
+enum class Command { status, start, stop, record_start, record_stop, upload, calibrate };
 
-const char* to_string(ControlCommand command);
+const char* to_string(Command command);
 
 // How the pattern is to be calibrated from the source itself.
 struct CalibrateRequest {
@@ -29,8 +29,8 @@ struct CalibrateRequest {
   void describe(OptionVisitor& visitor);
 };
 
-struct ControlRequest {
-  ControlCommand command = ControlCommand::status;
+struct Request {
+  Command command = Command::status;
   CalibrateRequest calibrate;  // used where the command is calibrate
 };
 
@@ -41,12 +41,12 @@ inline constexpr std::size_t max_request_bytes = 4096;
 // the bound, for every text that is no request: too long, no JSON, another schema or version, an
 // unknown command or key (with the nearest known name), a key given twice, a value out of its
 // bounds.
-ControlRequest control_request_from_json(const std::string& text);
+Request request_from_json(const std::string& text);
 
-std::string to_json(const ControlRequest& request);
+std::string to_json(const Request& request);
 
 // What came of a request.
-struct ControlReply {
+struct Reply {
   std::string request;         // the command's name; empty where the request could not be read
   std::optional<Fault> fault;  // absent: the request was carried out
   std::string message;         // a sentence: what was done, or why nothing was
@@ -57,9 +57,9 @@ struct ControlReply {
   [[nodiscard]] std::string find(const std::string& name) const;
 };
 
-std::string to_json(const ControlReply& reply);
+std::string to_json(const Reply& reply);
 
 // Errors: Error(Fault::data) where the text is no reply.
-ControlReply control_reply_from_json(const std::string& text);
+Reply reply_from_json(const std::string& text);
 
-}  // namespace splid
+}  // namespace splid::control

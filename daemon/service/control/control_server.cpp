@@ -18,7 +18,7 @@
 #include "daemon/service/control/unix_listener.hpp"
 #include "daemon/sockets/gate.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using std::chrono::milliseconds;
@@ -55,15 +55,15 @@ Received take_apart(std::vector<zmq::message_t> parts) {
   return received;
 }
 
-ControlReply refusal(const std::string& request, const Error& error) {
+Reply refusal(const std::string& request, const Error& error) {
   return {request, error.fault(), error.what()};
 }
 
 }  // namespace
 
-struct ControlServer::Service {
-  Service(const std::string& bound_to, ControlHandlers control_handlers,
-          security::Authenticator* who, security::Refusals& refusals);
+struct Server::Service {
+  Service(const std::string& bound_to, Handlers control_handlers, security::Authenticator* who,
+          security::Refusals& refusals);
   ~Service();
 
   void open(const std::string& to, security::Refusals& refusals);
@@ -71,16 +71,16 @@ struct ControlServer::Service {
   void read_requests();
   std::optional<Received> receive();
   void answer(Received received);
-  std::optional<ControlReply> take(const ControlRequest& asked, Sender& sender);
-  void send(Sender sender, const ControlReply& reply);
+  std::optional<Reply> take(const Request& asked, Sender& sender);
+  void send(Sender sender, const Reply& reply);
   void send_result();
   void work(const std::stop_token& stop);
-  ControlReply perform(const ControlRequest& next, const std::stop_token& stop) const;
+  Reply perform(const Request& next, const std::stop_token& stop) const;
 
   std::optional<UnixListener> listener;  // absent for TCP
   std::optional<PrivateDoor> door;
   std::optional<Gate> gate;  // lets the last reply out when the socket is closed
-  ControlHandlers handlers;
+  Handlers handlers;
   security::Authenticator* authenticator;  // for TCP; otherwise null
   zmq::context_t own_context{1};
   zmq::socket_t router{authenticator == nullptr ? own_context : authenticator->context(),
@@ -93,24 +93,24 @@ struct ControlServer::Service {
 
   std::mutex mutex;
   std::condition_variable_any changed;
-  std::optional<ControlRequest> request;  // guarded by the mutex: to be carried out
-  std::optional<ControlReply> result;     // guarded by the mutex: to be sent
-  bool ending = false;                    // guarded by the mutex
+  std::optional<Request> request;  // guarded by the mutex: to be carried out
+  std::optional<Reply> result;     // guarded by the mutex: to be sent
+  bool ending = false;             // guarded by the mutex
 
   std::thread server;
   std::jthread worker;
 };
 
-ControlServer::ControlServer(const std::string& endpoint, ControlHandlers handlers,
-                             security::Authenticator* authenticator, security::Refusals& refusals)
+Server::Server(const std::string& endpoint, Handlers handlers,
+               security::Authenticator* authenticator, security::Refusals& refusals)
     : service_(std::make_unique<Service>(endpoint, std::move(handlers), authenticator, refusals)) {}
 
-ControlServer::~ControlServer() = default;
+Server::~Server() = default;
 
-const std::string& ControlServer::endpoint() const { return service_->gate->endpoint(); }
+const std::string& Server::endpoint() const { return service_->gate->endpoint(); }
 
-ControlServer::Service::Service(const std::string& bound_to, ControlHandlers control_handlers,
-                                security::Authenticator* who, security::Refusals& refusals)
+Server::Service::Service(const std::string& bound_to, Handlers control_handlers,
+                         security::Authenticator* who, security::Refusals& refusals)
     : handlers(std::move(control_handlers)), authenticator(who) {
   router.set(zmq::sockopt::linger, static_cast<int>(linger.count()));
   router.set(zmq::sockopt::maxmsgsize, static_cast<std::int64_t>(max_request_bytes));
@@ -122,7 +122,7 @@ ControlServer::Service::Service(const std::string& bound_to, ControlHandlers con
   worker = std::jthread([this](const std::stop_token& stop) { work(stop); });
 }
 
-ControlServer::Service::~Service() {
+Server::Service::~Service() {
   worker.request_stop();
   worker.join();
   {
@@ -136,7 +136,7 @@ ControlServer::Service::~Service() {
   if (authenticator != nullptr) authenticator->name_peers(security::control_domain, nullptr);
 }
 
-void ControlServer::Service::open(const std::string& to, security::Refusals& refusals) {
+void Server::Service::open(const std::string& to, security::Refusals& refusals) {
   const bool curve = authenticator != nullptr;
   if (!curve) listener.emplace(socket_file_of(to));
   ListeningSocket outside =
@@ -149,7 +149,7 @@ void ControlServer::Service::open(const std::string& to, security::Refusals& ref
     authenticator->name_peers(security::control_domain, [this] { return gate->judged_peer(); });
 }
 
-void ControlServer::Service::serve() {
+void Server::Service::serve() {
   pthread_setname_np(pthread_self(), "control");
   for (bool end = false; !end;) {
     std::array<zmq::pollitem_t, 2> items{
@@ -165,7 +165,7 @@ void ControlServer::Service::serve() {
   }
 }
 
-void ControlServer::Service::read_requests() {
+void Server::Service::read_requests() {
   for (int i = 0; i < requests_at_once; ++i) {
     std::optional<Received> received = receive();
     if (!received) return;
@@ -174,7 +174,7 @@ void ControlServer::Service::read_requests() {
   std::this_thread::sleep_for(pause_between);
 }
 
-std::optional<Received> ControlServer::Service::receive() {
+std::optional<Received> Server::Service::receive() {
   std::vector<zmq::message_t> parts;
   bool more = true;
   bool too_many = false;
@@ -190,12 +190,12 @@ std::optional<Received> ControlServer::Service::receive() {
   return received;
 }
 
-void ControlServer::Service::answer(Received received) {
+void Server::Service::answer(Received received) {
   std::string name;
-  std::optional<ControlReply> reply;
+  std::optional<Reply> reply;
   try {
     if (!received.is_whole) throw Error(Fault::usage, "request: must be one part of JSON");
-    const ControlRequest asked = control_request_from_json(received.text);
+    const Request asked = request_from_json(received.text);
     name = to_string(asked.command);
     reply = take(asked, received.sender);
   } catch (const Error& error) {
@@ -207,9 +207,8 @@ void ControlServer::Service::answer(Received received) {
 }
 
 // The reply to a request; absent where it comes later, and then the sender has become `waiting`.
-std::optional<ControlReply> ControlServer::Service::take(const ControlRequest& asked,
-                                                         Sender& sender) {
-  if (asked.command == ControlCommand::status) return handlers.status(doing);
+std::optional<Reply> Server::Service::take(const Request& asked, Sender& sender) {
+  if (asked.command == Command::status) return handlers.status(doing);
   if (!doing.empty()) {
     throw Error(Fault::device,
                 "busy: " + doing + " is running; ask again when it is done (status says so)");
@@ -222,7 +221,7 @@ std::optional<ControlReply> ControlServer::Service::take(const ControlRequest& a
   return std::nullopt;
 }
 
-void ControlServer::Service::send(Sender sender, const ControlReply& reply) {
+void Server::Service::send(Sender sender, const Reply& reply) {
   // For a client that is gone or does not read, ROUTER drops the reply; it never waits.
   try {
     for (zmq::message_t& part : sender) {
@@ -234,8 +233,8 @@ void ControlServer::Service::send(Sender sender, const ControlReply& reply) {
   }
 }
 
-void ControlServer::Service::send_result() {
-  std::optional<ControlReply> reply;
+void Server::Service::send_result() {
+  std::optional<Reply> reply;
   {
     const std::scoped_lock lock(mutex);
     reply = std::exchange(result, std::nullopt);
@@ -245,25 +244,24 @@ void ControlServer::Service::send_result() {
   send(std::exchange(waiting, {}), *reply);
 }
 
-void ControlServer::Service::work(const std::stop_token& stop) {
+void Server::Service::work(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "control-work");
   while (!stop.stop_requested()) {
-    std::optional<ControlRequest> next;
+    std::optional<Request> next;
     {
       std::unique_lock lock(mutex);
       changed.wait(lock, stop, [this] { return request.has_value(); });
       next = std::exchange(request, std::nullopt);
     }
     if (!next) continue;
-    ControlReply reply = perform(*next, stop);
+    Reply reply = perform(*next, stop);
     const std::scoped_lock lock(mutex);
     result = std::move(reply);
     wake.notify();
   }
 }
 
-ControlReply ControlServer::Service::perform(const ControlRequest& next,
-                                             const std::stop_token& stop) const {
+Reply Server::Service::perform(const Request& next, const std::stop_token& stop) const {
   const char* name = to_string(next.command);
   try {
     return handlers.perform(next, stop);
@@ -274,4 +272,4 @@ ControlReply ControlServer::Service::perform(const ControlRequest& next,
   }
 }
 
-}  // namespace splid
+}  // namespace splid::control

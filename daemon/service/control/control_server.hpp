@@ -12,16 +12,16 @@ class Authenticator;
 class Refusals;
 }  // namespace splid::security
 
-namespace splid {
+namespace splid::control {
 
 // The functions that carry out requests. Both may throw Error, which becomes the reply.
-struct ControlHandlers {
+struct Handlers {
   // Answers a status request, at once, on the thread that serves all clients. doing: the name of
   // the action that is running; empty: none.
-  std::function<ControlReply(const std::string& doing)> status;
+  std::function<Reply(const std::string& doing)> status;
   // Carries out any other request, one at a time, on a thread of its own. It may take as long as it
   // needs, but has to end within about 100 ms of a stop request.
-  std::function<ControlReply(const ControlRequest&, const std::stop_token&)> perform;
+  std::function<Reply(const Request&, const std::stop_token&)> perform;
 };
 
 // The server for control requests: a ZeroMQ ROUTER socket, on a Unix socket with mode 0600 or on
@@ -37,16 +37,16 @@ struct ControlHandlers {
 // socket, `gate`, and `control-work`, which carries out actions. Errors: the constructor's are
 // UnixListener's; Error(Fault::device) where a port cannot be bound. Timeouts: the destructor asks
 // the running action to stop, waits for it, and gives its reply up to 300 ms to go out.
-class ControlServer {
+class Server {
  public:
   // endpoint: ipc:///PATH, or tcp:// with an authenticator. authenticator: checks keys against the
   // allow-list of control_domain; null for ipc; outlives this. refusals: told of peers that are
   // disconnected; outlives this.
-  ControlServer(const std::string& endpoint, ControlHandlers handlers,
-                security::Authenticator* authenticator, security::Refusals& refusals);
-  ~ControlServer();
-  ControlServer(const ControlServer&) = delete;
-  ControlServer& operator=(const ControlServer&) = delete;
+  Server(const std::string& endpoint, Handlers handlers, security::Authenticator* authenticator,
+         security::Refusals& refusals);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
 
   // The endpoint as bound, with the port that the system chose for *.
   [[nodiscard]] const std::string& endpoint() const;
@@ -56,4 +56,4 @@ class ControlServer {
   std::unique_ptr<Service> service_;
 };
 
-}  // namespace splid
+}  // namespace splid::control

@@ -14,7 +14,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 constexpr int backlog = 128;
@@ -108,4 +108,4 @@ void UnixListener::listen() {
   if (::listen(socket_, backlog) != 0) fail_by_errno(file_, "listen");
 }
 
-}  // namespace splid
+}  // namespace splid::control

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::control {
 
 // A listening Unix socket whose file only its owner can use (mode 0600) from the moment it exists.
 // The socket file of a dead daemon is replaced; that of a living daemon never is. To tell them
@@ -37,4 +37,4 @@ class UnixListener {
   bool listens_ = false;
 };
 
-}  // namespace splid
+}  // namespace splid::control

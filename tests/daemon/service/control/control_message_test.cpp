@@ -3,14 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using ::testing::HasSubstr;
 
 std::string refusal(const std::string& text) {
   try {
-    (void)control_request_from_json(text);
+    (void)request_from_json(text);
   } catch (const Error& error) {
     EXPECT_EQ(error.fault(), Fault::usage);
     return error.what();
@@ -23,22 +23,21 @@ std::string request(const std::string& members) {
 }
 
 TEST(ControlRequest, IsPinned) {
-  for (const ControlCommand command :
-       {ControlCommand::status, ControlCommand::start, ControlCommand::stop,
-        ControlCommand::record_start, ControlCommand::record_stop, ControlCommand::upload}) {
+  for (const Command command : {Command::status, Command::start, Command::stop,
+                                Command::record_start, Command::record_stop, Command::upload}) {
     const std::string text = request(R"("request":")" + std::string(to_string(command)) + '"');
-    EXPECT_EQ(control_request_from_json(text).command, command);
-    EXPECT_EQ(to_json(control_request_from_json(text)), text);
+    EXPECT_EQ(request_from_json(text).command, command);
+    EXPECT_EQ(to_json(request_from_json(text)), text);
   }
-  EXPECT_STREQ(to_string(ControlCommand::record_stop), "record_stop");
+  EXPECT_STREQ(to_string(Command::record_stop), "record_stop");
   const std::string calibrate = request(
       R"("request":"calibrate","seconds":600,"distance_m":2.5,"time_ps":1,"amplitude_percent":100)");
-  const CalibrateRequest most = control_request_from_json(calibrate).calibrate;
+  const CalibrateRequest most = request_from_json(calibrate).calibrate;
   EXPECT_EQ(most.seconds, 600);
   EXPECT_EQ(most.distance_m, 2.5);
-  EXPECT_EQ(to_json(control_request_from_json(calibrate)), calibrate);
+  EXPECT_EQ(to_json(request_from_json(calibrate)), calibrate);
   const CalibrateRequest least =
-      control_request_from_json(request(R"("request":"calibrate","seconds":0.1)")).calibrate;
+      request_from_json(request(R"("request":"calibrate","seconds":0.1)")).calibrate;
   EXPECT_EQ(least.seconds, 0.1);
   EXPECT_EQ(least.distance_m, std::nullopt);
   EXPECT_EQ(least.time_ps, 5);
@@ -71,14 +70,14 @@ TEST(ControlRequest, RefusesWhatIsNoneInASentence) {
 }
 
 TEST(ControlReply, IsPinned) {
-  const ControlReply done{"record_start", {}, "recording", {{"file", R"("a.ptu")"}, {"n", "[1]"}}};
+  const Reply done{"record_start", {}, "recording", {{"file", R"("a.ptu")"}, {"n", "[1]"}}};
   const std::string text =
       R"({"schema":"splid.control","v":[1,0],"request":"record_start","ok":true,)"
       R"("message":"recording","file":"a.ptu","n":[1]})";
   EXPECT_EQ(to_json(done), text);
-  EXPECT_EQ(to_json(control_reply_from_json(text)), text);
-  EXPECT_EQ(control_reply_from_json(text).find("n"), "[1]");
-  EXPECT_EQ(control_reply_from_json(text).find("none"), "");
+  EXPECT_EQ(to_json(reply_from_json(text)), text);
+  EXPECT_EQ(reply_from_json(text).find("n"), "[1]");
+  EXPECT_EQ(reply_from_json(text).find("none"), "");
 
   const std::pair<Fault, std::string> faults[] = {
       {Fault::usage, "usage"}, {Fault::device, "device"}, {Fault::data, "data"}};
@@ -86,18 +85,18 @@ TEST(ControlReply, IsPinned) {
     const std::string refused = R"({"schema":"splid.control","v":[1,0],"ok":false,"error":"no",)"
                                 R"("fault":")" +
                                 name + "\"}";
-    EXPECT_EQ(to_json(ControlReply{"", fault, "no"}), refused);
-    EXPECT_EQ(control_reply_from_json(refused).fault, fault);
-    EXPECT_EQ(to_json(control_reply_from_json(refused)), refused);
+    EXPECT_EQ(to_json(Reply{"", fault, "no"}), refused);
+    EXPECT_EQ(reply_from_json(refused).fault, fault);
+    EXPECT_EQ(to_json(reply_from_json(refused)), refused);
   }
 }
 
 TEST(ControlReply, IsOfASplid) {
   for (const char* text : {"", "[]", "{}", R"({"ok":true})", R"({"schema":"splid.control"})",
                            R"({"schema":1,"ok":true})"}) {
-    EXPECT_THROW((void)control_reply_from_json(text), Error) << text;
+    EXPECT_THROW((void)reply_from_json(text), Error) << text;
   }
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::control

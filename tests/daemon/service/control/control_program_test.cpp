@@ -21,7 +21,7 @@
 
 // The built program under control: as splid ctl asks, and as others might.
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using std::chrono::milliseconds;
@@ -319,4 +319,4 @@ TEST_F(Control, OverTcpKnowsWhoAsks) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::control

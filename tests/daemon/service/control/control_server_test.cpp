@@ -15,7 +15,7 @@
 #include "tests/support/control_peer.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using std::chrono::milliseconds;
@@ -27,36 +27,36 @@ constexpr const char* status_request = R"({"schema":"splid.control","request":"s
 constexpr const char* stop_request = R"({"schema":"splid.control","request":"stop"})";
 
 // A server whose upload takes until it is let go or asked to stop, and whose rest is done at once.
-class Server : public ::testing::Test {
+class ServedRequests : public ::testing::Test {
  protected:
-  Server() {
-    ControlHandlers handlers;
+  ServedRequests() {
+    Handlers handlers;
     handlers.status = [](const std::string& doing) {
-      return ControlReply{"status", {}, "doing " + doing};
+      return Reply{"status", {}, "doing " + doing};
     };
-    handlers.perform = [this](const ControlRequest& request, const std::stop_token& stop) {
+    handlers.perform = [this](const Request& request, const std::stop_token& stop) {
       return perform(request, stop);
     };
-    server = std::make_unique<ControlServer>(endpoint, std::move(handlers), nullptr, refusals);
+    server = std::make_unique<Server>(endpoint, std::move(handlers), nullptr, refusals);
   }
 
-  ControlReply perform(const ControlRequest& request, const std::stop_token& stop) {
+  Reply perform(const Request& request, const std::stop_token& stop) {
     ++performed;
-    if (request.command == ControlCommand::start) throw Error(Fault::data, "not today");
-    if (request.command == ControlCommand::record_start) throw std::bad_alloc();
-    while (request.command == ControlCommand::upload && !let_go) {
+    if (request.command == Command::start) throw Error(Fault::data, "not today");
+    if (request.command == Command::record_start) throw std::bad_alloc();
+    while (request.command == Command::upload && !let_go) {
       if (stop.stop_requested()) throw Error(Fault::usage, "stopped");
       std::this_thread::sleep_for(milliseconds{1});
     }
     return {to_string(request.command), {}, "done"};
   }
 
-  ControlReply ask(ControlCommand command, const std::stop_token& stop = {}) const {
-    ControlRequest request;
+  Reply ask(Command command, const std::stop_token& stop = {}) const {
+    Request request;
     request.command = command;
-    return ControlClient(endpoint, std::nullopt)
+    return Client(endpoint, std::nullopt)
         .ask(
-            request, [](const ControlReply&) {}, stop);
+            request, [](const Reply&) {}, stop);
   }
 
   test::TempFolder folder;
@@ -64,20 +64,20 @@ class Server : public ::testing::Test {
   security::Refusals refusals{[](const std::string&) {}, host_clock()};
   std::atomic<bool> let_go{false};
   std::atomic<int> performed{0};
-  std::unique_ptr<ControlServer> server;
+  std::unique_ptr<Server> server;
 };
 
-TEST_F(Server, AnErrorIsAReply) {
-  EXPECT_EQ(ask(ControlCommand::stop).message, "done");
-  const ControlReply refused = ask(ControlCommand::start);
+TEST_F(ServedRequests, AnErrorIsAReply) {
+  EXPECT_EQ(ask(Command::stop).message, "done");
+  const Reply refused = ask(Command::start);
   EXPECT_EQ(refused.fault, Fault::data);
   EXPECT_EQ(refused.message, "not today");
   EXPECT_EQ(refused.request, "start");
-  EXPECT_EQ(ask(ControlCommand::record_start).fault, Fault::device);
-  EXPECT_EQ(ask(ControlCommand::stop).message, "done");
+  EXPECT_EQ(ask(Command::record_start).fault, Fault::device);
+  EXPECT_EQ(ask(Command::stop).message, "done");
 }
 
-TEST_F(Server, DoesOneThingAtATimeAndAnswersStatusMeanwhile) {
+TEST_F(ServedRequests, DoesOneThingAtATimeAndAnswersStatusMeanwhile) {
   ControlPeer slow(endpoint);
   slow.send({R"({"schema":"splid.control","request":"upload"})"});
   ControlPeer other(endpoint, zmq::socket_type::req);
@@ -91,7 +91,7 @@ TEST_F(Server, DoesOneThingAtATimeAndAnswersStatusMeanwhile) {
   EXPECT_THAT(other.ask(stop_request), HasSubstr(R"("ok":true)"));
 }
 
-TEST_F(Server, ItsEndStopsWhatRunsAndSaysSo) {
+TEST_F(ServedRequests, ItsEndStopsWhatRunsAndSaysSo) {
   ControlPeer slow(endpoint);
   slow.send({R"({"schema":"splid.control","request":"upload"})"});
   while (performed == 0) std::this_thread::sleep_for(milliseconds{1});
@@ -99,7 +99,7 @@ TEST_F(Server, ItsEndStopsWhatRunsAndSaysSo) {
   EXPECT_THAT(slow.receive(), HasSubstr(R"("error":"stopped")"));
 }
 
-TEST_F(Server, AnswersEachOfManyAndSurvivesThoseWhoLeave) {
+TEST_F(ServedRequests, AnswersEachOfManyAndSurvivesThoseWhoLeave) {
   std::atomic<int> answered{0};
   {
     std::vector<std::jthread> clients;
@@ -117,16 +117,16 @@ TEST_F(Server, AnswersEachOfManyAndSurvivesThoseWhoLeave) {
     }
   }
   EXPECT_EQ(answered, 160);
-  EXPECT_EQ(ask(ControlCommand::status).message, "doing ");
+  EXPECT_EQ(ask(Command::status).message, "doing ");
 }
 
-TEST_F(Server, AClientGivesUpWhenItIsToldTo) {
+TEST_F(ServedRequests, AClientGivesUpWhenItIsToldTo) {
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_THROW((void)ask(ControlCommand::upload, stop.get_token()), Error);
+  EXPECT_THROW((void)ask(Command::upload, stop.get_token()), Error);
   server.reset();
-  EXPECT_THROW((void)ask(ControlCommand::status), Error);
+  EXPECT_THROW((void)ask(Command::status), Error);
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::control

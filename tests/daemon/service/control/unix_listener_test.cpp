@@ -16,7 +16,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::control {
 namespace {
 
 using ::testing::HasSubstr;
@@ -101,22 +101,22 @@ class ControlEndpoint : public ::testing::Test {
 };
 
 TEST_F(ControlEndpoint, IsAsConfiguredOrTheServicesOrTheUsersOwn) {
-  EXPECT_EQ(control_endpoint({.endpoint = "off", .allow_list = ""}), "");
-  EXPECT_EQ(control_endpoint({.endpoint = "ipc:///a/b", .allow_list = ""}), "ipc:///a/b");
-  EXPECT_EQ(control_endpoint({}), ::geteuid() == 0 ? "ipc:///run/splid-control.sock" : "");
+  EXPECT_EQ(endpoint_of({.endpoint = "off", .allow_list = ""}), "");
+  EXPECT_EQ(endpoint_of({.endpoint = "ipc:///a/b", .allow_list = ""}), "ipc:///a/b");
+  EXPECT_EQ(endpoint_of({}), ::geteuid() == 0 ? "ipc:///run/splid-control.sock" : "");
   ::setenv("XDG_RUNTIME_DIR", "/run/user/7", 1);
-  EXPECT_EQ(control_endpoint({}), "ipc:///run/user/7/splid-control.sock");
+  EXPECT_EQ(endpoint_of({}), "ipc:///run/user/7/splid-control.sock");
   ::setenv("RUNTIME_DIRECTORY", "/run/splid", 1);
-  EXPECT_EQ(control_endpoint({}), "ipc:///run/splid/control.sock");
+  EXPECT_EQ(endpoint_of({}), "ipc:///run/splid/control.sock");
 }
 
 TEST_F(ControlEndpoint, TheCommandFindsTheOneThatIsThere) {
   const test::TempFolder folder;
   ::setenv("XDG_RUNTIME_DIR", std::filesystem::path(folder.path("x")).parent_path().c_str(), 1);
-  EXPECT_THAT(default_control_endpoint(), HasSubstr("ipc:///run/splid"));
+  EXPECT_THAT(default_endpoint(), HasSubstr("ipc:///run/splid"));
   folder.write("splid-control.sock", "");
-  EXPECT_EQ(default_control_endpoint(), "ipc://" + folder.path("splid-control.sock"));
+  EXPECT_EQ(default_endpoint(), "ipc://" + folder.path("splid-control.sock"));
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::control
