@@ -203,7 +203,8 @@ void FaultySource::run(TagSink& sink, std::stop_token stop) {
 void FaultySource::record(const std::stop_token& stop) {
   test::VectorSink tags;
   simulate(tags, stop, 0);
-  PtuWriter recorder(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()), true);
+  recording::PtuWriter recorder(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()),
+                                true);
   recorder.write(tags.tags);
   recorder.close();
 }

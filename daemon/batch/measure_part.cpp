@@ -66,7 +66,7 @@ Meter::Meter(Config config, std::int64_t jobs, Slicing slicing)
       pipeline_(config_.pipeline),
       jobs_(config_.estimator.tracked ? pipeline_.estimation_threads : jobs),
       slicing_(config_.estimator.tracked ? Slicing::whole() : slicing) {
-  const TableFacts facts = table_facts(config_, "");
+  const recording::TableFacts facts = recording::table_facts(config_, "");
   facts_ = {facts.program, facts.config_json, facts.pattern_json, slicing_.frames};
 }
 
@@ -89,7 +89,7 @@ bool Meter::measure(const Recording& recording, const Part& part, const Folder& 
   if (is_measured(recording, part, folder)) return true;
   const std::string key = Folder::key_of(facts_, recording);
   read_next(recording);
-  const TableFacts facts = table_facts(config_, recording.file);
+  const recording::TableFacts facts = recording::table_facts(config_, recording.file);
   folder.write(recording, facts_of_table,
                {{"key", key},
                 {"program", facts.program},
@@ -146,7 +146,7 @@ bool Meter::measure_slices(const Recording& recording, const Part& part, const F
     frames = frame.sequence + 1;
     return choice.wants(frame);
   };
-  warn_of_other_pattern(config_, recording.file);
+  recording::warn_of_other_pattern(config_, recording.file);
   measure_frames(config_, open_source(config_), take, go_on, wants);
   if (stopped) return false;
   writer.finish();

@@ -40,10 +40,10 @@ std::string make_table(const Folder& folder, const Recording& recording,
                        const std::string& checksum) {
   RecordingSummary summary;
   {
-    FrameTable table(folder.new_table_file(recording),
-                     {facts.at("program"), facts.at("configuration"), facts.at("pattern"),
-                      facts.at("recording")},
-                     true);
+    recording::FrameTable table(folder.new_table_file(recording),
+                                {facts.at("program"), facts.at("configuration"),
+                                 facts.at("pattern"), facts.at("recording")},
+                                true);
     for (const SliceHead& slice : slices) {
       const std::string rows = folder.slice_rows(recording, slice);
       summary.take(rows);

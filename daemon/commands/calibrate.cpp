@@ -77,7 +77,7 @@ int calibrate(CalibrateCommand options) {
   check_output(options);
   const Config config = load_config_aloud(options.config);
   check_inputs_stay(config, options);
-  warn_of_other_pattern(config, options.plan.recording);
+  recording::warn_of_other_pattern(config, options.plan.recording);
   const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
   write_pictures(options, calibrated, config.pulse.sigma_ps);

@@ -83,11 +83,11 @@ int check(const CheckCommand& options) {
   }
   if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
   if (format_of(read_start(options.file, start_bytes), options.file)) {
-    std::fputs(report_recording(options.file).c_str(), stdout);
+    std::fputs(recording::report_of(options.file).c_str(), stdout);
     return 0;
   }
-  if (begins_as_hdf5(options.file)) {
-    std::fputs(report_photon_hdf5(options.file).c_str(), stdout);
+  if (recording::begins_as_hdf5(options.file)) {
+    std::fputs(recording::report_photon_hdf5(options.file).c_str(), stdout);
     return 0;
   }
   const std::string text = read_file(options.file);

@@ -31,8 +31,8 @@ int convert(const ConvertCommand& options) {
     throw Error(Fault::usage, options.output + ": convert writes a PTU; end its name in .ptu");
   }
   const StopSignals signals;
-  const ConvertSummary summary = convert_recording(options.recording, options.output, options.force,
-                                                   host_clock(), signals.token());
+  const recording::ConvertSummary summary = recording::convert(
+      options.recording, options.output, options.force, host_clock(), signals.token());
   if (summary.stopped) {
     spdlog::warn("stopped; {} was not written", options.output);
     return stopped_exit_code;

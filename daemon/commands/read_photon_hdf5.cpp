@@ -17,7 +17,7 @@ void add_read_photon_hdf5(CLI::App& app, Action& action) {
   command->add_option("file", *file)->required();
   command->callback([&action, file] {
     action = [file] {
-      write_photon_hdf5(*file, STDOUT_FILENO);
+      recording::write_photon_hdf5(*file, STDOUT_FILENO);
       return 0;
     };
   });

@@ -30,7 +30,7 @@ void check_output(const Config& config, const std::string& output) {
   const OutputCheck outputs(config);
   outputs.check("--output", output);
   outputs.check("--output with its counts", encoder_file_of(output));
-  for (const std::string& table : table_files_beside(output)) {
+  for (const std::string& table : recording::table_files_beside(output)) {
     outputs.check("--output with its frames", table);
   }
 }
@@ -40,7 +40,7 @@ void check_output(const Config& config, const std::string& output) {
 std::unique_ptr<MeasuredCopy> keep_frames(const Config& config, const SourceInfo& source,
                                           const RecordCommand& options) {
   if (config.record.frames == RecordFrames::off) return nullptr;
-  const std::string table = table_beside(options.output, config.record.frames);
+  const std::string table = recording::table_beside(options.output, config.record.frames);
   check_may_write(table, options.force);
   std::remove(table.c_str());
   return std::make_unique<MeasuredCopy>(config, source, options.output);
@@ -53,10 +53,10 @@ int record(const RecordCommand& options) {
   const std::unique_ptr<TagSource> source = open_source(config);
   spdlog::info("source {}; recording into {}", source->info().name, options.output);
   const std::unique_ptr<MeasuredCopy> frames = keep_frames(config, source->info(), options);
-  RecordLimit limit;
+  recording::Limit limit;
   if (frames) limit.see = [&frames](std::span<const Tag> tags) { frames->take(tags); };
-  const RecordSummary summary = record_source(config, *source, options.output, options.force,
-                                              host_clock(), signals.token(), limit);
+  const recording::RecordSummary summary = recording::record_source(
+      config, *source, options.output, options.force, host_clock(), signals.token(), limit);
   spdlog::info("{}", in_words(summary, options.output));
   if (frames) spdlog::info("{}", frames->finish({}));
   return 0;

@@ -90,24 +90,25 @@ void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
        doubts_of_t3(info, pattern_period_ps(config.pattern), config.pulse.sigma_ps)) {
     spdlog::warn("{}: {}", file, doubt);
   }
-  const std::string other = other_pattern_than_recorded(config, info.header, file);
+  const std::string other = recording::other_pattern_than_recorded(config, info.header, file);
   if (!other.empty()) spdlog::warn("{}", other);
 }
 
 // Null where no table is asked for.
-std::unique_ptr<FrameLog> open_table(const Config& config, const ReplayCommand& options) {
+std::unique_ptr<recording::FrameLog> open_table(const Config& config,
+                                                const ReplayCommand& options) {
   if (options.output.empty()) return nullptr;
-  (void)table_format_of(options.output, "--output");
+  (void)recording::table_format_of(options.output, "--output");
   OutputCheck outputs(config);
   outputs.add_input("the recording", options.recording);
   outputs.check("--output", options.output);
   const auto say = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
-  return std::make_unique<FrameLog>(options.output, table_facts(config, options.recording),
-                                    options.force, say);
+  return std::make_unique<recording::FrameLog>(
+      options.output, recording::table_facts(config, options.recording), options.force, say);
 }
 
 // Errors: Error(Fault::device) where not every frame is in the table.
-void finish(FrameLog& frames, const std::stop_token& stop) {
+void finish(recording::FrameLog& frames, const std::stop_token& stop) {
   frames.finish(stop);
   if (const std::string fault = frames.fault(); !fault.empty()) throw Error(Fault::device, fault);
   spdlog::info("{}", frames.summary());
@@ -122,7 +123,7 @@ int replay(const ReplayCommand& options) {
   std::unique_ptr<TagSource> recording = open_source(config, device.hears());
   warn_of_what_does_not_fit(config, options.recording);
   SessionOptions session;
-  const std::unique_ptr<FrameLog> frames = open_table(config, options);
+  const std::unique_ptr<recording::FrameLog> frames = open_table(config, options);
   session.frames = frames.get();
   session.json = options.json;
   session.may_only_print = options.json || frames;

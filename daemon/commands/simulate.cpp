@@ -56,8 +56,8 @@ int simulate(const SimulateCommand& options) {
   check_outputs(config, options);
   scene.truth = truth_file(options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
-  const RecordSummary summary =
-      record_source(config, *source, options.output, options.force, host_clock(), signals.token());
+  const recording::RecordSummary summary = recording::record_source(
+      config, *source, options.output, options.force, host_clock(), signals.token());
   spdlog::info("{}; the truth is in {}", in_words(summary, options.output), scene.truth);
   return 0;
 }

@@ -246,7 +246,7 @@ int tradeoff(TradeoffCommand options) {
   outputs.add_input("the recording", options.recording);
   outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
-  if (!options.recording.empty()) warn_of_other_pattern(config, options.recording);
+  if (!options.recording.empty()) recording::warn_of_other_pattern(config, options.recording);
   FrameOrigin origin = find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
   spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));

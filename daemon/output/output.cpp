@@ -181,7 +181,7 @@ void Output::stop(const std::string& reason) {
   if (ends_.metrics != nullptr) ends_.metrics->refresh(reporter_.status(), before_);
 }
 
-void Output::record(RecordingTap* recording) {
+void Output::record(recording::Tap* recording) {
   if (recording != nullptr && has_encoder_) recording->expect_counts();
   const std::scoped_lock lock(recording_mutex_);
   recording_ = recording;

@@ -84,7 +84,7 @@ class Output {
   // From now on the status tells the faults of `recording`, which is given the frames and the
   // encoder's counts;
   // null: there is no recording.
-  void record(RecordingTap* recording);
+  void record(recording::Tap* recording);
   // Messages from now on follow these options in what can change while frames flow: the context,
   // and the effort that counts as not lowered.
   void reload(const OutputOptions& next);
@@ -117,8 +117,8 @@ class Output {
   bool observer_done_ = false;
   std::exception_ptr observer_fault_;
 
-  std::mutex recording_mutex_;         // the framer never takes it
-  RecordingTap* recording_ = nullptr;  // under recording_mutex_
+  std::mutex recording_mutex_;           // the framer never takes it
+  recording::Tap* recording_ = nullptr;  // under recording_mutex_
   std::mutex reload_mutex_;
   std::optional<FrameContext> reloaded_context_;  // under reload_mutex_
   Effort reloaded_effort_ = Effort::balanced;     // under reload_mutex_

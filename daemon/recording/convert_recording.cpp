@@ -25,7 +25,7 @@
 #include "protocol/error.hpp"
 #include "protocol/ptu_t3_encode.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::size_t converted_at_once = 65'536;
@@ -229,8 +229,8 @@ bool convert_t3(Original& original, const std::string& part, Steps& steps,
 
 }  // namespace
 
-ConvertSummary convert_recording(const std::string& recording, const std::string& output,
-                                 bool overwrite, const Clock& clock, const std::stop_token& stop) {
+ConvertSummary convert(const std::string& recording, const std::string& output, bool overwrite,
+                       const Clock& clock, const std::stop_token& stop) {
   check_may_write(output, overwrite);
   ConvertSummary summary;
   PartFile part(output);
@@ -244,4 +244,4 @@ ConvertSummary convert_recording(const std::string& recording, const std::string
   return summary;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

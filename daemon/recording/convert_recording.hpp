@@ -6,7 +6,7 @@
 
 #include "daemon/base/clock.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 struct ConvertSummary {
   std::uint64_t records = 0;    // in the new file, overflow records included
@@ -26,7 +26,7 @@ struct ConvertSummary {
 // Threads: the caller's. Errors: Error(Fault::usage) where `output` exists and may not be
 // overwritten; Error(Fault::data) for a recording that cannot be read; Error(Fault::device) where
 // the file cannot be written.
-ConvertSummary convert_recording(const std::string& recording, const std::string& output,
-                                 bool overwrite, const Clock& clock, const std::stop_token& stop);
+ConvertSummary convert(const std::string& recording, const std::string& output, bool overwrite,
+                       const Clock& clock, const std::stop_token& stop);
 
-}  // namespace splid
+}  // namespace splid::recording

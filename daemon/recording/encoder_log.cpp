@@ -6,7 +6,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 EncoderLog::EncoderLog(const std::string& recording, std::unique_ptr<EncoderSource> source,
                        const ChannelMap& channels)
@@ -35,4 +35,4 @@ void EncoderLog::flush() {
   throw Error(Fault::device, file_ + ": cannot be written: " + std::strerror(errno));
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -10,7 +10,7 @@
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Writes the encoder's counts, unchanged, into a file beside a recording.
 //
@@ -38,4 +38,4 @@ class EncoderLog {
   std::int64_t counts_ = 0;   // counts written so far
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -11,7 +11,7 @@
 #include "daemon/base/text.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::size_t max_waiting_frames = 4096;
@@ -196,4 +196,4 @@ std::string FrameLog::summary() const {
   return lost_ == 0 ? text : text + fmt::format("; {} frames are in no table", grouped(lost_));
 }
 
-}  // namespace splid
+}  // namespace splid::recording

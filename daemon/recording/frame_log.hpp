@@ -17,7 +17,7 @@
 #include "daemon/recording/table_head.hpp"
 #include "protocol/frame_json.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Keeps frames in tables while they are published. The thread that publishes puts each frame into a
 // queue, and a thread of the log's own, `frames`, writes the tables, twice a second. With a source
@@ -87,14 +87,14 @@ class FrameLog {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Entry> queue_;                      // guarded by mutex_
-  std::uint64_t dropped_ = 0;                    // guarded by mutex_; found no room in the queue
-  bool ended_ = false;                           // guarded by mutex_
-  std::string fault_;                            // guarded by mutex_
-  std::optional<RecordingChecksums> checksums_;  // of a live source
-  std::string checksum_;  // of a replay; of the checksum's thread, until it has ended
+  std::deque<Entry> queue_;             // guarded by mutex_
+  std::uint64_t dropped_ = 0;           // guarded by mutex_; found no room in the queue
+  bool ended_ = false;                  // guarded by mutex_
+  std::string fault_;                   // guarded by mutex_
+  std::optional<Checksums> checksums_;  // of a live source
+  std::string checksum_;                // of a replay; of the checksum's thread, until it has ended
   std::jthread checksum_thread_;
   std::jthread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -14,7 +14,7 @@
 #include "protocol/frame_columns.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::uint64_t growth_bytes = 4 << 20;
@@ -167,4 +167,4 @@ void FrameTable::write_at(const std::string& bytes, std::uint64_t offset) const 
   }
 }
 
-}  // namespace splid
+}  // namespace splid::recording

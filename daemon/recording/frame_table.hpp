@@ -8,7 +8,7 @@
 #include "daemon/recording/table_head.hpp"
 #include "protocol/frame_json.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Writes frames into a table, as HDF5 or as comma-separated text. The file can be read at any
 // moment, also after a kill -9, with all frames up to the last flush(). No reader is locked out.
@@ -60,4 +60,4 @@ class FrameTable {
   std::uint64_t rows_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-namespace splid {
+namespace splid::recording {
 
 // A handle of the HDF5 library's, with the function that gives it back.
 //
@@ -24,4 +24,4 @@ class Hdf5Handle {
   herr_t (*close_)(hid_t);
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -5,7 +5,7 @@
 
 #include "daemon/recording/hdf5_handle.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 // Longer texts are none that a person wrote.
@@ -81,4 +81,4 @@ bool hdf5_has(hid_t file, const std::string& path) {
   return true;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

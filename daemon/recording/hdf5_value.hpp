@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace splid {
+namespace splid::recording {
 
 // Single values of an HDF5 file. Absent where there is nothing of that name, and where it is no
 // single value of that kind.
@@ -25,4 +25,4 @@ std::optional<std::string> hdf5_attribute(hid_t file, const std::string& object,
 // Whether a group or a data set of that name is there.
 bool hdf5_has(hid_t file, const std::string& path);
 
-}  // namespace splid
+}  // namespace splid::recording

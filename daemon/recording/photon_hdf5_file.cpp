@@ -10,7 +10,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 // Coarser steps than this leave nothing of where a photon is within its pulse.
@@ -228,4 +228,4 @@ std::size_t PhotonHdf5File::read(std::span<PhotonHdf5Record> out) {
   return photons;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

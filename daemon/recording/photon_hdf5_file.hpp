@@ -12,7 +12,7 @@
 #include "protocol/photon_hdf5_decode.hpp"
 #include "protocol/recording_header.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 class Hdf5Handle;
 
@@ -78,4 +78,4 @@ class PhotonHdf5File {
   std::uint64_t taken_ = 0;  // photons
 };
 
-}  // namespace splid
+}  // namespace splid::recording

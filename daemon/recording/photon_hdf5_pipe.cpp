@@ -14,7 +14,7 @@
 #include "daemon/recording/photon_hdf5_file.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::size_t photons_at_once = 65'536;
@@ -142,4 +142,4 @@ void write_photon_hdf5(const std::string& file, int descriptor) {
   }
 }
 
-}  // namespace splid
+}  // namespace splid::recording

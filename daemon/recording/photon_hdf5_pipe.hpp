@@ -6,7 +6,7 @@
 
 #include "protocol/recording_header.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // What the process that reads a Photon-HDF5 file tells the process that asked for it, by a pipe: a
 // head of 8 bytes, and behind it as many bytes as the head says. Both run the same program, so that
@@ -36,4 +36,4 @@ std::int64_t whole_period_ps(const RecordingHeader& header);
 // Threads: one. Errors: none but for those of memory; they are written.
 void write_photon_hdf5(const std::string& file, int descriptor);
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -21,7 +21,7 @@
 #include "daemon/base/start_process.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using std::chrono::steady_clock;
@@ -172,4 +172,4 @@ int PhotonHdf5Reader::end_process() {
   return status;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -15,7 +15,7 @@
 #include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Whether a file's first bytes are those of HDF5; false too where it cannot be read. What tells
 // Photon-HDF5 from other HDF5 files stands further on.
@@ -69,4 +69,4 @@ class PhotonHdf5Reader {
   std::int64_t reached_ps_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

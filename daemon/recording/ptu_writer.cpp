@@ -14,7 +14,7 @@
 #include "protocol/record_decoder.hpp"
 #include "protocol/saturated.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 // Bytes kept before they are written: so many that a system call costs little beside the copy of
@@ -214,4 +214,4 @@ void PtuWriter::write_at(std::span<const std::byte> bytes, std::uint64_t& offset
   }
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -11,7 +11,7 @@
 #include "protocol/ptu_header.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Writes a PTU recording from a stream of tags. Any reader can read the file at any moment, also
 // after a kill -9. The header is there from the start and is written over in place when the first
@@ -81,4 +81,4 @@ class PtuWriter {
       0;  // header included; beyond pending_at_ only after a failed write
 };
 
-}  // namespace splid
+}  // namespace splid::recording

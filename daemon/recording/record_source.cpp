@@ -23,7 +23,7 @@
 #include "daemon/stream/source_thread.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::chrono::milliseconds idle{100};
@@ -70,11 +70,11 @@ void show(Progress& progress, const PtuWriter& recorder, double stream_s, double
 
 RecordSummary record_source(const Config& config, TagSource& source, const std::string& file,
                             bool overwrite, const Clock& clock, const std::stop_token& stop,
-                            const RecordLimit& limit) {
+                            const Limit& limit) {
   const SourceInfo info = source.info();
   std::unique_ptr<EncoderSource> counts = open_encoder(config.encoder, config.source.get());
   if (counts) check_may_write(encoder_file_of(file), overwrite);
-  PtuWriter recorder(file, recording_facts(config, info, counts ? encoder_file_of(file) : ""),
+  PtuWriter recorder(file, header_facts(config, info, counts ? encoder_file_of(file) : ""),
                      DeviceClock(info, clock), overwrite);
   std::optional<EncoderLog> encoder;
   if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));
@@ -123,4 +123,4 @@ std::string in_words(const RecordSummary& summary, const std::string& file) {
                      grouped(summary.lost_tags));
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -11,7 +11,7 @@
 #include "drivers/source.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 struct RecordSummary {
   std::uint64_t records = 0;    // in the file, overflow records included
@@ -21,7 +21,7 @@ struct RecordSummary {
 };
 
 // How much of a stream to record.
-struct RecordLimit {
+struct Limit {
   double seconds = 0;  // of the tagger's clock; 0: to the end of the stream
   // Called a few times a second with the seconds recorded so far.
   std::function<void(double seconds)> progress = [](double) {};
@@ -38,9 +38,9 @@ struct RecordLimit {
 // takes more than limit.seconds and 5 s to send limit.seconds of tags.
 RecordSummary record_source(const Config& config, TagSource& source, const std::string& file,
                             bool overwrite, const Clock& clock, const std::stop_token& stop,
-                            const RecordLimit& limit = {});
+                            const Limit& limit = {});
 
 // "3 records (1,234 bytes, 1.5 s) in FILE, 0 tags lost".
 std::string in_words(const RecordSummary& summary, const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::recording

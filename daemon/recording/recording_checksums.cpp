@@ -11,7 +11,7 @@
 #include "daemon/base/sha256.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::size_t most_waiting = 64;
@@ -19,15 +19,15 @@ constexpr int lowest_priority = 19;
 
 }  // namespace
 
-RecordingChecksums::RecordingChecksums(Say say)
+Checksums::Checksums(Say say)
     : say_(std::move(say)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
-RecordingChecksums::~RecordingChecksums() {
+Checksums::~Checksums() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
 }
 
-void RecordingChecksums::add(std::unique_ptr<FrameTable> table, std::string recording) {
+void Checksums::add(std::unique_ptr<FrameTable> table, std::string recording) {
   std::string dropped;
   {
     const std::scoped_lock lock(mutex_);
@@ -43,8 +43,8 @@ void RecordingChecksums::add(std::unique_ptr<FrameTable> table, std::string reco
   if (!dropped.empty()) give_up(dropped);
 }
 
-void RecordingChecksums::finish(const std::stop_token& stop,
-                                std::optional<std::chrono::milliseconds> patience) {
+void Checksums::finish(const std::stop_token& stop,
+                       std::optional<std::chrono::milliseconds> patience) {
   {
     std::unique_lock lock(mutex_);
     const auto all_done = [this] { return waiting_.empty(); };
@@ -60,7 +60,7 @@ void RecordingChecksums::finish(const std::stop_token& stop,
   waiting_.clear();
 }
 
-void RecordingChecksums::run(const std::stop_token& stop) {
+void Checksums::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "checksum");
   // Of this thread alone, as Linux has it. Where it is refused the thread stays as the others are.
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), lowest_priority);
@@ -83,7 +83,7 @@ void RecordingChecksums::run(const std::stop_token& stop) {
   }
 }
 
-void RecordingChecksums::write(const Entry& entry, const std::stop_token& stop) {
+void Checksums::write(const Entry& entry, const std::stop_token& stop) {
   const std::optional<std::string> checksum = sha256_of_file(entry.recording, stop);
   if (!checksum) {
     std::error_code unknown;
@@ -98,9 +98,9 @@ void RecordingChecksums::write(const Entry& entry, const std::stop_token& stop) 
   }
 }
 
-void RecordingChecksums::give_up(const std::string& recording) const {
+void Checksums::give_up(const std::string& recording) const {
   say_("the table of " + recording +
        " stays without the recording's SHA-256, which was not ready in time; sha256sum prints it");
 }
 
-}  // namespace splid
+}  // namespace splid::recording

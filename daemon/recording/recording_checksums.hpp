@@ -13,22 +13,22 @@
 
 #include "daemon/recording/frame_table.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // Writes the SHA-256 of each recording that is over into the table of its frames. A thread of its
 // own, `checksum`, reads the recordings one after the other at the lowest priority, so that neither
 // frames nor the recording of the moment wait for it.
 //
 // Threads: add() and finish() one at a time. Errors: none; what goes wrong is said.
-class RecordingChecksums {
+class Checksums {
  public:
   // Takes a sentence for people, on the checksums' thread or that of finish().
   using Say = std::function<void(const std::string&)>;
 
-  explicit RecordingChecksums(Say say);
-  ~RecordingChecksums();
-  RecordingChecksums(const RecordingChecksums&) = delete;
-  RecordingChecksums& operator=(const RecordingChecksums&) = delete;
+  explicit Checksums(Say say);
+  ~Checksums();
+  Checksums(const Checksums&) = delete;
+  Checksums& operator=(const Checksums&) = delete;
 
   // table: with all its frames. recording: the file, to which nothing is written any more; where it
   // was removed meanwhile, its table stays without a checksum. Where 64 recordings wait already,
@@ -56,4 +56,4 @@ class RecordingChecksums {
   std::jthread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -9,15 +9,15 @@
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr double least_share = 0.7;
 
 }  // namespace
 
-PtuFacts recording_facts(const Config& config, const SourceInfo& source,
-                         const std::string& encoder_file) {
+PtuFacts header_facts(const Config& config, const SourceInfo& source,
+                      const std::string& encoder_file) {
   PtuFacts facts;
   facts.instrument = source.name;
   facts.release = SPLID_VERSION;
@@ -57,4 +57,4 @@ void warn_of_other_pattern(const Config& config, const std::string& file) {
   if (!sentence.empty()) spdlog::warn("{}", sentence);
 }
 
-}  // namespace splid
+}  // namespace splid::recording

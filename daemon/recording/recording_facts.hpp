@@ -7,15 +7,15 @@
 #include "drivers/source.hpp"
 #include "protocol/ptu_header.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // The facts that splid writes into a recording's header before the first tag, and the comparison of
 // those facts with a configuration when the recording is read again.
 
 // The instrument, the release, the pattern and the configuration. encoder_file: path of the file
 // of encoder counts beside the recording; empty: there is none.
-PtuFacts recording_facts(const Config& config, const SourceInfo& source,
-                         const std::string& encoder_file);
+PtuFacts header_facts(const Config& config, const SourceInfo& source,
+                      const std::string& encoder_file);
 
 // The facts beside a table of frames. recording: the recording's path; empty: not known yet.
 TableFacts table_facts(const Config& config, const std::string& recording);
@@ -32,4 +32,4 @@ std::string other_pattern_than_recorded(const Config& config, const RecordingHea
 // Writes that sentence to the log. Errors: as scan_recording().
 void warn_of_other_pattern(const Config& config, const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::recording

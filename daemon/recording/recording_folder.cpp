@@ -20,7 +20,7 @@
 #include "daemon/recording/table_head.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,13 +91,13 @@ std::vector<Kept> recordings_in(const std::string& folder) {
 
 }  // namespace
 
-RecordingFolder::~RecordingFolder() {
+Folder::~Folder() {
   if (lock_ != -1) ::close(lock_);
 }
 
 // The kernel releases the lock when the process ends, however it ends. A file system that has no
 // such locks is used without a lock.
-void RecordingFolder::lock() {
+void Folder::lock() {
   if (lock_ != -1) return;
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ == -1 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
@@ -107,7 +107,7 @@ void RecordingFolder::lock() {
                                  "its own");
 }
 
-std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
+std::string Folder::next(double unix_s, std::uint64_t file_bytes) {
   try {
     fs::create_directories(path_);
     lock();
@@ -127,11 +127,11 @@ std::string RecordingFolder::next(double unix_s, std::uint64_t file_bytes) {
   }
 }
 
-std::uint64_t RecordingFolder::free_bytes() const {
+std::uint64_t Folder::free_bytes() const {
   std::error_code absent;
   const fs::space_info space = fs::space(path_, absent);
   // Where the folder cannot be looked at, making a file in it will say what is wrong.
   return absent ? UINT64_MAX : space.available;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

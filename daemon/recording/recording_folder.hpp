@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-namespace splid {
+namespace splid::recording {
 
 // The folder of a daemon's recordings. Their names are like splid-20261121T201500Z-000001.ptu: the
 // UTC time of the first tag, and a running number that goes on from the highest number in the
@@ -13,15 +13,15 @@ namespace splid {
 //
 // Threads: one. Errors: Error(Fault::device), which names the folder and says which file stands in
 // the way or that another daemon uses the folder.
-class RecordingFolder {
+class Folder {
  public:
   // path: the folder need not exist yet. max_bytes: limit for all recordings in it together with
   // the files beside them.
-  RecordingFolder(std::string path, std::uint64_t max_bytes)
+  Folder(std::string path, std::uint64_t max_bytes)
       : path_(std::move(path)), max_bytes_(max_bytes) {}
-  ~RecordingFolder();
-  RecordingFolder(const RecordingFolder&) = delete;
-  RecordingFolder& operator=(const RecordingFolder&) = delete;
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
 
   // The path for the next recording. Makes the folder, and removes the oldest recordings until
   // file_bytes more are within the limit; files with other names are neither counted nor touched.
@@ -39,4 +39,4 @@ class RecordingFolder {
   int lock_ = -1;             // descriptor of the locked folder; -1: not locked yet
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -21,7 +21,7 @@
 #include "estimator/sync/sync_survey.hpp"
 #include "protocol/recording_format.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 // Where a recording's syncs are: on the channel that the configuration in its header names, or else
@@ -139,7 +139,7 @@ std::string report_own_facts(const RecordingHeader& header) {
 
 }  // namespace
 
-std::string report_recording(const std::string& file) {
+std::string report_of(const std::string& file) {
   const SyncChannel sync = sync_channel(RecordingReader(file, [](const std::string&) {}).header());
   SyncSurvey survey;
   std::uint64_t syncs = 0;
@@ -202,4 +202,4 @@ std::string report_photon_hdf5(const std::string& file) {
          " NEW.ptu, which every other command takes\n";
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -2,18 +2,18 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::recording {
 
 // What `splid check` prints of a recording, in lines for people: its record type, its counts by
 // channel, times, rates, the sync period found in it, and splid's own facts in its header. Reads
 // the whole file.
 //
 // Errors: Error(Fault::data) with the file and the byte offset where the file cannot be decoded.
-std::string report_recording(const std::string& file);
+std::string report_of(const std::string& file);
 
 // The same of a Photon-HDF5 file, and that splid convert makes a recording of it.
 //
 // Errors: Error(Fault::data) with the file where it cannot be read or is none.
 std::string report_photon_hdf5(const std::string& file);
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -11,7 +11,7 @@
 #include "daemon/base/text.hpp"
 #include "daemon/recording/recording_facts.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr std::chrono::milliseconds tap_idle{100};
@@ -60,15 +60,15 @@ bool CountsQueue::take(EncoderBatch& batch) {
   return true;
 }
 
-RecordingTap::RecordingTap(const Config& config, const SourceInfo& source, const Clock& clock,
-                           std::function<void(const std::string&)> say)
+Tap::Tap(const Config& config, const SourceInfo& source, const Clock& clock,
+         std::function<void(const std::string&)> say)
     : clock_(clock),
       say_(std::move(say)),
       waits_(!source.live),
       ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
       dropping_(ring_, {}),
       recorder_(
-          {config.record, config.channels, source, recording_facts(config, source, "")}, clock,
+          {config.record, config.channels, source, header_facts(config, source, "")}, clock,
           [this] { return open_counts(); },
           [this](const std::string& sentence) { news_.push_back(sentence); }),
       tables_(config.record.frames),
@@ -77,9 +77,9 @@ RecordingTap::RecordingTap(const Config& config, const SourceInfo& source, const
                   : std::make_unique<FrameLog>(table_facts(config, ""), say_)),
       thread_([this] { run(); }) {}
 
-RecordingTap::~RecordingTap() { finish(); }
+Tap::~Tap() { finish(); }
 
-void RecordingTap::take(std::span<const Tag> tags) {
+void Tap::take(std::span<const Tag> tags) {
   while (!tags.empty()) {
     const std::span<Tag> room =
         waits_ ? ring_.wait_claim(tags.size(), {}) : dropping_.claim(tags.size());
@@ -94,25 +94,25 @@ void RecordingTap::take(std::span<const Tag> tags) {
 }
 
 // The first frames may come before the recorder has made its first file.
-void RecordingTap::take_frame(const FrameMessage& frame) {
+void Tap::take_frame(const FrameMessage& frame) {
   if (!frames_) return;
   early_.push_back(frame);
   if (early_.size() >= max_early_frames || !file().empty()) put_frames();
 }
 
-void RecordingTap::put_frames() {
+void Tap::put_frames() {
   const std::string recording = file();
   const std::string table = recording.empty() ? "" : table_beside(recording, tables_);
   for (const FrameMessage& frame : early_) frames_->put(frame, table, recording);
   early_.clear();
 }
 
-std::unique_ptr<EncoderSource> RecordingTap::open_counts() {
+std::unique_ptr<EncoderSource> Tap::open_counts() {
   if (!has_counts_) return nullptr;
   return std::make_unique<QueuedCounts>(counts_);
 }
 
-void RecordingTap::finish() {
+void Tap::finish() {
   if (std::exchange(finished_, true)) return;
   if (waits_) {
     ring_.close();
@@ -121,7 +121,7 @@ void RecordingTap::finish() {
   }
 }
 
-void RecordingTap::run() {
+void Tap::run() {
   pthread_setname_np(pthread_self(), "recorder");
   flushed_ns_ = clock_.steady_ns();
   while (!ring_.ended()) {
@@ -135,7 +135,7 @@ void RecordingTap::run() {
   look_around();
 }
 
-void RecordingTap::look_around() {
+void Tap::look_around() {
   const std::int64_t now_ns = clock_.steady_ns();
   if (now_ns - flushed_ns_ > tap_flush_interval_ns) {
     recorder_.flush();
@@ -161,7 +161,7 @@ void RecordingTap::look_around() {
   news_.clear();
 }
 
-std::string RecordingTap::fault() const {
+std::string Tap::fault() const {
   {
     const std::scoped_lock lock(mutex_);
     if (!fault_.empty() || !frames_) return fault_;
@@ -169,17 +169,17 @@ std::string RecordingTap::fault() const {
   return frames_->fault();
 }
 
-std::string RecordingTap::file() const {
+std::string Tap::file() const {
   const std::scoped_lock lock(mutex_);
   return status_.file;
 }
 
-RecordingStatus RecordingTap::status() const {
+RecordingStatus Tap::status() const {
   const std::scoped_lock lock(mutex_);
   return status_;
 }
 
-std::string RecordingTap::summary() {
+std::string Tap::summary() {
   finish();
   if (thread_.joinable()) thread_.join();
   std::string text =
@@ -191,4 +191,4 @@ std::string RecordingTap::summary() {
   return text + "; " + frames_->summary();
 }
 
-}  // namespace splid
+}  // namespace splid::recording

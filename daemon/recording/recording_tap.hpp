@@ -21,10 +21,10 @@
 #include "protocol/status_json.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // The room daemon/recording keeps tags on the disk: while the daemon measures as one file after the
-// other, by the RecordingTap in this header and by RotatingWriter; for `splid record` as a single
+// other, by the recording::Tap in this header and by RotatingWriter; for `splid record` as a single
 // file, by record_source(). Both write each file with PtuWriter. Read this header first.
 
 // Encoder batches on their way from the thread that publishes to the thread that records.
@@ -58,15 +58,15 @@ class CountsQueue {
 // Threads: take() and finish() the framer's; take_counts() and take_frame() the publisher's;
 // fault(), file() and status() any; summary() once finish() was called. Errors: none; faults of the
 // disk are in fault(). take() allocates nothing and takes no lock.
-class RecordingTap final : public TagTap {
+class Tap final : public TagTap {
  public:
   // clock: outlives this. say: takes a sentence about what is lost and why, on the recorder's
   // thread and on the thread of its FrameLog.
-  RecordingTap(const Config& config, const SourceInfo& source, const Clock& clock,
-               std::function<void(const std::string&)> say);
-  ~RecordingTap() override;
-  RecordingTap(const RecordingTap&) = delete;
-  RecordingTap& operator=(const RecordingTap&) = delete;
+  Tap(const Config& config, const SourceInfo& source, const Clock& clock,
+      std::function<void(const std::string&)> say);
+  ~Tap() override;
+  Tap(const Tap&) = delete;
+  Tap& operator=(const Tap&) = delete;
 
   void take(std::span<const Tag> tags) override;
   void finish() override;
@@ -117,4 +117,4 @@ class RecordingTap final : public TagTap {
   std::jthread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

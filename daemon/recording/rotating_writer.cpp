@@ -10,7 +10,7 @@
 #include "protocol/error.hpp"
 #include "protocol/saturated.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 constexpr double bytes_per_mib = 1024.0 * 1024;
@@ -30,7 +30,7 @@ std::uint64_t bytes_of(double mib) { return static_cast<std::uint64_t>(mib * byt
 
 }  // namespace
 
-RotatingWriter::RotatingWriter(RecordingPlan plan, const Clock& clock, OpenCounts open_counts,
+RotatingWriter::RotatingWriter(Plan plan, const Clock& clock, OpenCounts open_counts,
                                std::function<void(const std::string&)> say)
     : plan_(std::move(plan)),
       clock_(clock),
@@ -219,4 +219,4 @@ void RotatingWriter::lose(std::uint64_t count) {
   lost_tags_ += count;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

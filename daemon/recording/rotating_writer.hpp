@@ -18,10 +18,10 @@
 #include "drivers/source.hpp"
 #include "protocol/tag.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // What a RotatingWriter writes into each of its files.
-struct RecordingPlan {
+struct Plan {
   RecordOptions options;
   ChannelOptions channels;
   SourceInfo source;  // of the tags
@@ -47,7 +47,7 @@ class RotatingWriter {
   using OpenCounts = std::function<std::unique_ptr<EncoderSource>()>;
 
   // clock: outlives this. say: takes a sentence for people, never an empty one.
-  RotatingWriter(RecordingPlan plan, const Clock& clock, OpenCounts open_counts,
+  RotatingWriter(Plan plan, const Clock& clock, OpenCounts open_counts,
                  std::function<void(const std::string&)> say);
 
   // tags: at most 65,536, in stream order.
@@ -88,11 +88,11 @@ class RotatingWriter {
   void lose(std::span<const Tag> tags);
   void lose(std::uint64_t count);
 
-  RecordingPlan plan_;
+  Plan plan_;
   const Clock& clock_;
   OpenCounts open_counts_;
   std::function<void(const std::string&)> say_;
-  RecordingFolder folder_;
+  Folder folder_;
   ChannelMap channels_;
 
   std::string file_;
@@ -109,4 +109,4 @@ class RotatingWriter {
   std::uint64_t lost_tags_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -13,7 +13,7 @@
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 // Stands where the checksum goes, so that its place can be found.
@@ -263,4 +263,4 @@ TableHead make_csv_head() {
   return head;
 }
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -8,7 +8,7 @@
 
 #include "config/daemon_options.hpp"
 
-namespace splid {
+namespace splid::recording {
 
 // What stands beside the frames in a table.
 struct TableFacts {
@@ -81,4 +81,4 @@ TableHead make_hdf5_head(const TableFacts& facts);
 // A line with the columns' names.
 TableHead make_csv_head();
 
-}  // namespace splid
+}  // namespace splid::recording

@@ -195,12 +195,12 @@ control::Reply ControlActions::calibrate_from_source(const control::CalibrateReq
   plan.recording = fmt::format("{:g} s of ", request.seconds) + source->info().name;
   plan.goal = {request.time_ps, request.amplitude_percent / 100};
   plan.distance_m = request.distance_m;
-  RecordLimit limit;
+  recording::Limit limit;
   limit.seconds = request.seconds;
   limit.progress = [this](double seconds) {
     show_progress(fmt::format("{:.1f} s taken", seconds));
   };
-  record_source(config_, *source, scratch.file(), true, host_clock(), stop, limit);
+  recording::record_source(config_, *source, scratch.file(), true, host_clock(), stop, limit);
   const PatternCalibration calibrated = calibrate_recording(
       config_, scratch.file(), plan,
       [this](const char* what, double seconds) {

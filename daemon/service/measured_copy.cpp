@@ -50,12 +50,12 @@ class RingSource final : public TagSource {
 MeasuredCopy::MeasuredCopy(const Config& config, const SourceInfo& source,
                            const std::string& recording)
     : recording_(recording),
-      table_(table_beside(recording, config.record.frames)),
+      table_(recording::table_beside(recording, config.record.frames)),
       waits_(!source.live),
       ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
       dropping_(ring_, {}),
       stream_(stream_options(config), std::make_unique<RingSource>(ring_, source), host_clock()),
-      frames_(table_facts(config, recording),
+      frames_(recording::table_facts(config, recording),
               [](const std::string& sentence) { spdlog::warn("{}", sentence); }),
       thread_([this, &config] { publish(config); }) {}
 

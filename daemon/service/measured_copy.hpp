@@ -49,7 +49,7 @@ class MeasuredCopy {
   TagRing ring_;
   DroppingSink dropping_;
   Stream stream_;
-  FrameLog frames_;
+  recording::FrameLog frames_;
   std::exception_ptr fault_;  // of thread_, until it has ended
   std::jthread thread_;
 };

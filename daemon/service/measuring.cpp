@@ -207,11 +207,11 @@ bool Measuring::measures() const {
 // Under the recording's mutex, and not under the other mutex: a recording's ring takes a while to
 // make.
 void Measuring::record(Stream& stream) {
-  auto made = std::make_unique<RecordingTap>(config_, stream.info(), host_clock(),
-                                             [this](const std::string& sentence) {
-                                               spdlog::warn("recording: {}", sentence);
-                                               device_.notice("recording: " + sentence);
-                                             });
+  auto made = std::make_unique<recording::Tap>(config_, stream.info(), host_clock(),
+                                               [this](const std::string& sentence) {
+                                                 spdlog::warn("recording: {}", sentence);
+                                                 device_.notice("recording: " + sentence);
+                                               });
   output_.record(made.get());
   stream.tap_into(made.get());
   const std::scoped_lock lock(mutex_);

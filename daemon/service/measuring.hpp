@@ -91,7 +91,7 @@ class Measuring {
   std::unique_ptr<Stream> stream_;  // null: there is none
   bool pausing_ = false;            // pause() has asked the stream to end
   bool to_record_;
-  std::unique_ptr<RecordingTap> recording_;
+  std::unique_ptr<recording::Tap> recording_;
   std::string recording_file_;  // of a recording that has ended
 };
 

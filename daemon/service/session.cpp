@@ -103,7 +103,7 @@ std::unique_ptr<control::Server> open_control(const Config& config, ControlActio
   }
 }
 
-void keep(const FrameMessage& message, FrameLog& frames) {
+void keep(const FrameMessage& message, recording::FrameLog& frames) {
   frames.put(message);
   if (const std::string fault = frames.fault(); !fault.empty()) throw Error(Fault::device, fault);
 }

@@ -9,9 +9,11 @@
 #include "daemon/service/stop_signals.hpp"
 #include "drivers/source.hpp"
 
-namespace splid {
-
+namespace splid::recording {
 class FrameLog;
+}  // namespace splid::recording
+
+namespace splid {
 
 // What `run` and `replay` share.
 
@@ -27,8 +29,8 @@ struct SessionOptions {
   int queue_messages = 1000;
   double wait_for_subscriber_s = 0;  // before the stream starts, at most
   bool is_service = false;           // records and can be controlled, as the configuration says
-  FrameLog* frames = nullptr;        // of a replay: takes each frame too; may be null
-  StopSignals* signals = nullptr;    // whose SIGHUP reloads the configuration; may be null
+  recording::FrameLog* frames = nullptr;  // of a replay: takes each frame too; may be null
+  StopSignals* signals = nullptr;         // whose SIGHUP reloads the configuration; may be null
 };
 
 // Measures from the source to the subscribers, and returns the exit code. The log says what is done

@@ -56,7 +56,7 @@ struct LaserRecording {
     const DeviceClock clock{SourceInfo{"made", false, 1.6e9}, host_clock()};
     PtuFacts facts;
     facts.instrument = "made";
-    PtuWriter writer(file, facts, clock, true);
+    recording::PtuWriter writer(file, facts, clock, true);
     writer.write(tags());
     writer.close();
   }

@@ -29,7 +29,7 @@ class MeasuredStream {
 
   void observe(FrameObserver observer) { observer_ = std::move(observer); }
   // As Measuring begins and ends a recording; from any thread.
-  void record(RecordingTap* recording) {
+  void record(recording::Tap* recording) {
     output_.record(recording);
     stream_.tap_into(recording);
   }

@@ -194,7 +194,7 @@ TEST_F(BatchOfGolden, AnUnfinishedRecordingSaysWhatIsMissing) {
 TEST_F(BatchOfGolden, ARecordingWithoutTagsHasATableWithoutFrames) {
   const test::TempFolder inputs;
   const DeviceClock clock{SourceInfo{"made", false, 1.6e9}, host_clock()};
-  PtuWriter(inputs.path("empty.ptu"), {}, clock, true).close();
+  recording::PtuWriter(inputs.path("empty.ptu"), {}, clock, true).close();
   const auto made = [] { return config("interleaved"); };
   const auto whole = batch({inputs.path("empty.ptu")}, made, 1, 1);
   EXPECT_THAT(whole.at("summary"), HasSubstr("\"empty.h5\",done,0,0,"));

@@ -15,7 +15,7 @@
 #include "tests/support/program.hpp"
 #include "tests/support/small_disk.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using test::file_text;
@@ -162,4 +162,4 @@ TEST(FrameLog, ATableThatCannotBeMadeIsTriedAgain) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

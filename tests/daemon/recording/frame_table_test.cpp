@@ -16,7 +16,7 @@
 #include "tests/support/python_program.hpp"
 #include "tests/support/small_disk.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using nlohmann::json;
@@ -190,4 +190,4 @@ TEST(FrameTable, OnAFullDiskTheRowsWrittenBeforeStay) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

@@ -21,7 +21,7 @@
 
 // Photon-HDF5 files through the built program, which reads them by a process of its own.
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using test::add_photon_facts;
@@ -378,4 +378,4 @@ TEST_F(DamagedPhotonHdf5, OfTheNewestFormGivesTagsOrAnError) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

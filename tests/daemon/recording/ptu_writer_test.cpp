@@ -16,7 +16,7 @@
 #include "tests/support/strict_ptu.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using splid::test::read_back;
@@ -239,4 +239,4 @@ TEST(PtuWriter, AFolderThatIsNotThereIsADeviceError) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

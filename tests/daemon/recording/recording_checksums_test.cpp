@@ -10,7 +10,7 @@
 
 #include "tests/support/program.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using test::file_text;
@@ -37,7 +37,7 @@ class RecordingChecksumsTest : public ::testing::Test {
 };
 
 TEST_F(RecordingChecksumsTest, EachTableGetsItsRecordings) {
-  RecordingChecksums checksums(say);
+  Checksums checksums(say);
   checksums.add(table("a"), folder.write("a", "abc"));
   checksums.add(table("b"), folder.write("b", ""));
   checksums.finish({});
@@ -47,7 +47,7 @@ TEST_F(RecordingChecksumsTest, EachTableGetsItsRecordings) {
 }
 
 TEST_F(RecordingChecksumsTest, ARecordingThatWasRemovedIsPassedOver) {
-  RecordingChecksums checksums(say);
+  Checksums checksums(say);
   checksums.add(table("a"), folder.path("a"));
   checksums.finish({});
   EXPECT_THAT(facts_of("a"), HasSubstr("\"recording_sha256\":\"\""));
@@ -59,7 +59,7 @@ TEST_F(RecordingChecksumsTest, WhatIsNotReadInTimeIsSaid) {
   const std::string large = folder.write("large", "");
   std::filesystem::resize_file(large, std::uintmax_t{1} << 40U);
   {
-    RecordingChecksums checksums(say);
+    Checksums checksums(say);
     checksums.add(table("a"), large);
     checksums.add(table("b"), folder.write("b", "abc"));
     checksums.finish({}, std::chrono::milliseconds{1});
@@ -70,7 +70,7 @@ TEST_F(RecordingChecksumsTest, WhatIsNotReadInTimeIsSaid) {
   said.clear();
   std::stop_source stop;
   stop.request_stop();
-  RecordingChecksums checksums(say);
+  Checksums checksums(say);
   checksums.add(table("c"), large);
   checksums.finish(stop.get_token());
   EXPECT_THAT(said, ElementsAre(HasSubstr(large)));
@@ -79,7 +79,7 @@ TEST_F(RecordingChecksumsTest, WhatIsNotReadInTimeIsSaid) {
 TEST_F(RecordingChecksumsTest, NoMoreThan64Wait) {
   const std::string large = folder.write("large", "");
   std::filesystem::resize_file(large, std::uintmax_t{1} << 40U);
-  RecordingChecksums checksums(say);
+  Checksums checksums(say);
   checksums.add(table("large"), large);
   for (int i = 0; i < 65; ++i) {
     const std::string name = std::to_string(i);
@@ -92,4 +92,4 @@ TEST_F(RecordingChecksumsTest, NoMoreThan64Wait) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

@@ -9,7 +9,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using ::testing::HasSubstr;
@@ -20,12 +20,12 @@ TEST(RecordingFolder, NamesFilesByTimeAndARunningNumberThatGoesOn) {
   const splid::test::TempFolder folder;
   const std::string path = folder.path("a/b");
   {
-    RecordingFolder first(path, 1000);
+    Folder first(path, 1000);
     EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000001.ptu");
     EXPECT_EQ(first.next(evening_unix_s, 10), path + "/splid-20261121T201500Z-000002.ptu");
   }
   (void)folder.write("a/b/splid-20270101T000000Z-999999.ptu", "x");
-  RecordingFolder second(path, 1000);
+  Folder second(path, 1000);
   EXPECT_EQ(second.next(0, 10), path + "/splid-19700101T000000Z-1000000.ptu");
   EXPECT_EQ(second.next(-0.5, 10), path + "/splid-19691231T235959Z-1000001.ptu");
 }
@@ -49,7 +49,7 @@ TEST(RecordingFolder, RemovesItsOldestAndNothingElse) {
                             "splid-20260101T000000Z-0000x1.ptu", "mine.ptu"}) {
     (void)folder.write(other, hundred);
   }
-  RecordingFolder recordings(folder.path(""), 500);
+  Folder recordings(folder.path(""), 500);
   (void)recordings.next(evening_unix_s, 100);
   EXPECT_TRUE(there("splid-20270101T000000Z-000007.ptu"));
   (void)recordings.next(evening_unix_s, 101);
@@ -64,9 +64,9 @@ TEST(RecordingFolder, RemovesItsOldestAndNothingElse) {
 
 TEST(RecordingFolder, BelongsToOneAtATime) {
   const splid::test::TempFolder folder;
-  RecordingFolder second(folder.path(""), 1000);
+  Folder second(folder.path(""), 1000);
   {
-    RecordingFolder first(folder.path(""), 1000);
+    Folder first(folder.path(""), 1000);
     (void)first.next(evening_unix_s, 10);
     (void)first.next(evening_unix_s, 10);
     try {
@@ -84,7 +84,7 @@ TEST(RecordingFolder, SaysWhatStandsInTheWay) {
   const splid::test::TempFolder folder;
   const std::string file = folder.write("file", "");
   try {
-    (void)RecordingFolder(file + "/below", 1000).next(0, 10);
+    (void)Folder(file + "/below", 1000).next(0, 10);
     FAIL() << "made";
   } catch (const Error& error) {
     EXPECT_EQ(error.fault(), Fault::device);
@@ -94,4 +94,4 @@ TEST(RecordingFolder, SaysWhatStandsInTheWay) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

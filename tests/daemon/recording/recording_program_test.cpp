@@ -26,7 +26,7 @@
 
 // What the built program keeps while it measures.
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using splid::test::Program;
@@ -247,4 +247,4 @@ TEST_F(RecordingProgram, FramesGoOnWhenTheDiskIsFullAndItRecordsAgainWhenThereIs
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

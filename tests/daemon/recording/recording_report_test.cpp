@@ -12,7 +12,7 @@
 #include "tests/support/sync_stream.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using test::photon_record;
@@ -62,7 +62,7 @@ TEST_F(RecordingReport, ThePeriodOfDoubledSyncsIsRightToItsDeviation) {
     stream.doubled = doubled;
     stream.double_after_ps = 20'000;
     stream.missing = 0.1;
-    const auto [period_ps, std_ps] = printed_period(report_recording(recording_of(stream, -1, "")));
+    const auto [period_ps, std_ps] = printed_period(report_of(recording_of(stream, -1, "")));
     EXPECT_GT(std_ps, 0);
     EXPECT_LT(std_ps, 1e-3);
     EXPECT_NEAR(period_ps, stream.period_ps, 5 * std_ps) << doubled;
@@ -72,17 +72,17 @@ TEST_F(RecordingReport, ThePeriodOfDoubledSyncsIsRightToItsDeviation) {
 TEST_F(RecordingReport, SyncsOnAnInputAreFoundWhereItsConfigurationNamesIt) {
   SyncStream stream;
   const std::string named =
-      report_recording(recording_of(stream, 5, R"({"channels":{"photon":[1],"sync":5}})"));
+      report_of(recording_of(stream, 5, R"({"channels":{"photon":[1],"sync":5}})"));
   EXPECT_NEAR(printed_period(named).first, stream.period_ps, 1e-3);
   EXPECT_THAT(named, HasSubstr("of input 5, which its configuration names"));
   for (const char* other : {"", "{}", R"({"channels":{"sync":"sync"}})", "no JSON"}) {
-    EXPECT_THAT(report_recording(recording_of(stream, 5, other)), Not(HasSubstr("sync period")));
+    EXPECT_THAT(report_of(recording_of(stream, 5, other)), Not(HasSubstr("sync period")));
   }
 }
 
 TEST_F(RecordingReport, StepsBackAreSaidWhateverTheirSize) {
   const auto report = [&](std::initializer_list<std::uint32_t> records) {
-    return report_recording(folder.write("b.ptu", test::recording(test::counted(3), records)));
+    return report_of(folder.write("b.ptu", test::recording(test::counted(3), records)));
   };
   EXPECT_THAT(report({photon_record(1, 10), photon_record(1, 20), photon_record(1, 30)}),
               Not(HasSubstr("steps back")));
@@ -95,4 +95,4 @@ TEST_F(RecordingReport, StepsBackAreSaidWhateverTheirSize) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

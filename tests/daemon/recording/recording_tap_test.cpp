@@ -25,7 +25,7 @@
 #include "tests/support/scripted_source.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using splid::test::read_back;
@@ -54,7 +54,7 @@ Measured measure(const Config& config, std::unique_ptr<TagSource> source) {
   const SourceInfo info = source->info();
   Publisher publisher(config.publish.endpoint, 1000);
   test::MeasuredStream stream(config, std::move(source), publisher, host_clock());
-  std::optional<RecordingTap> recording;
+  std::optional<Tap> recording;
   if (!config.record.folder.empty()) {
     recording.emplace(config, info, host_clock(), say_nothing);
     stream.record(&*recording);
@@ -113,7 +113,7 @@ TEST(RecordingTap, ALiveSourceNeverWaitsForIt) {
   constexpr std::int64_t count = 2'000'000;
   std::vector<Tag> tags;
   for (std::int64_t i = 0; i < count; ++i) tags.push_back(photon_tag(1000 * i, 1));
-  RecordingTap recording(config, SourceInfo{"script", true, {}}, host_clock(), say_nothing);
+  Tap recording(config, SourceInfo{"script", true, {}}, host_clock(), say_nothing);
   recording.take(tags);
   const std::string summary = recording.summary();
   EXPECT_EQ(recording.fault(), "");
@@ -130,7 +130,7 @@ TEST(RecordingTap, SaysWhereItsTagsGo) {
   Config config = scene_config(0);
   config.record.folder = folder.path("r");
   config.record.max_file_s = 1;
-  RecordingTap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  Tap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
   EXPECT_EQ(recording.status(), RecordingStatus{});
   for (const std::int64_t second : {0, 1}) {
     const std::int64_t begin_ps = second * 1'000'000'000'000;
@@ -157,7 +157,7 @@ TEST(RecordingTap, HandsItsTagsToTheSystemWithinHalfASecond) {
   Config config = scene_config(0);
   config.record.folder = folder.path("r");
   HeldClock clock;
-  RecordingTap recording(config, SourceInfo{"script", false, {}}, clock, say_nothing);
+  Tap recording(config, SourceInfo{"script", false, {}}, clock, say_nothing);
   for (std::int64_t half_second = 1; half_second <= 3; ++half_second) {
     const std::int64_t begin_ps = half_second * 500'000'000'000;
     recording.take(std::vector<Tag>{photon_tag(begin_ps, 1), photon_tag(begin_ps + 1000, 1),
@@ -176,7 +176,7 @@ TEST(RecordingTap, SaysThatItFails) {
   const splid::test::TempFolder folder;
   Config config = scene_config(0);
   config.record.folder = folder.write("no_folder", "");
-  RecordingTap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  Tap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
   recording.take(std::vector<Tag>{photon_tag(1000, 1)});
   EXPECT_TRUE(test::eventually([&] {
     return recording.status() == RecordingStatus{RecordingState::failing, "", 0, 0};
@@ -224,7 +224,7 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
     test::allocations = 0;
     test::counted_thread = on_framer;
     while (!over) {
-      RecordingTap recording(config, info, host_clock(), say_nothing);
+      Tap recording(config, info, host_clock(), say_nothing);
       stream.record(&recording);
       while (recording.file().empty() && !over) {
         std::this_thread::sleep_for(std::chrono::milliseconds{1});
@@ -248,4 +248,4 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

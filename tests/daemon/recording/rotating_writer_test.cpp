@@ -15,7 +15,7 @@
 #include "tests/support/read_back.hpp"
 #include "tests/support/small_disk.hpp"
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using splid::test::read_back;
@@ -44,7 +44,7 @@ class RotatingWriterTest : public ::testing::Test {
     config.record.folder = path;
     const SourceInfo source{"script", true, {}};
     return RotatingWriter(
-        {config.record, config.channels, source, recording_facts(config, source, "")}, clock,
+        {config.record, config.channels, source, header_facts(config, source, "")}, clock,
         [] { return nullptr; }, [this](const std::string& sentence) { said.push_back(sentence); });
   }
   // In pieces that no limit falls on.
@@ -203,4 +203,4 @@ TEST_F(RotatingWriterTest, AFolderThatCannotBeMadeLeavesNothingUnsaid) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

@@ -20,7 +20,7 @@
 
 // The tables of frames that the built program writes, as h5py reads them.
 
-namespace splid {
+namespace splid::recording {
 namespace {
 
 using nlohmann::json;
@@ -258,4 +258,4 @@ TEST_F(TablesProgram, AKilledDaemonLeavesATableWithAllThatWasReadBefore) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::recording

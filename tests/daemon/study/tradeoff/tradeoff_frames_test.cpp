@@ -101,7 +101,7 @@ TEST(TradeoffFrames, OfARecordingHaveTheTruthBesideIt) {
   Config config = scene_config(0.2);
   const std::string file = folder.path("a.ptu");
   scene_of(config).truth = folder.path("a.truth.json");
-  record_source(config, *open_scene(config), file, false, host_clock(), {});
+  recording::record_source(config, *open_scene(config), file, false, host_clock(), {});
   const FrameOrigin origin = find_origin(config, file);
   EXPECT_FALSE(origin.scene);
   const auto frames = collected(config, origin, 10, 100);
@@ -130,7 +130,7 @@ TEST(TradeoffFrames, ARecordingOfAnotherPatternIsADataError) {
   const splid::test::TempFolder folder;
   Config config = scene_config(0.2);
   const std::string file = folder.path("a.ptu");
-  record_source(config, *open_scene(config), file, false, host_clock(), {});
+  recording::record_source(config, *open_scene(config), file, false, host_clock(), {});
   config.pattern.segments.front().period_ps = 3'770'000;
   const FrameOrigin origin = find_origin(config, file);
   EXPECT_THAT(splid::test::error_text([&] { collected(config, origin, 10, 20); }),
