@@ -96,7 +96,7 @@ class Reader {
     }
   }
 
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
   std::jthread thread_;
 };
 

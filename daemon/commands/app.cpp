@@ -196,7 +196,7 @@ void print_error(const char* what) {
 int run_app(int argc, char** argv) {
   return_large_blocks();
   try {
-    keep_spare_file();
+    sockets::keep_spare_file();
     set_up_log();
     return parse_and_run(argc, argv);
   } catch (const Error& error) {

@@ -127,7 +127,7 @@ class Listening {
     return topics;
   }
 
-  void take(const Subscriber::Message& message) {
+  void take(const sockets::Subscriber::Message& message) {
     if (message.topic == topic_frame) {
       take_frame(message);
     } else if (is_among(options_.topics, message.topic)) {
@@ -136,7 +136,7 @@ class Listening {
     if (message.topic == topic_status && is_stopping(message.json)) done_ = true;
   }
 
-  void take_frame(const Subscriber::Message& message) {
+  void take_frame(const sockets::Subscriber::Message& message) {
     if (!is_among(options_.topics, message.topic)) return;
     const FrameMessage frame = frame_from_json(message.json);
     const auto error = score_ ? score_->take(frame) : std::nullopt;
@@ -186,7 +186,7 @@ class Listening {
 
   const ListenCommand& options_;
   std::optional<security::CurveClient> client_;
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
   security::HandshakeWatch::State said_ = security::HandshakeWatch::State::pending;
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
@@ -243,7 +243,7 @@ class Watching {
 
   const ListenCommand& options_;
   std::optional<security::CurveClient> client_;
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
   view::WatchPicture picture_;
   std::int64_t heard_ns_ = 0;
   std::int64_t drawn_ns_ = 0;

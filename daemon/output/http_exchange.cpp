@@ -43,7 +43,7 @@ bool is_for_later(int error) { return error == EAGAIN || error == EWOULDBLOCK ||
 
 }  // namespace
 
-HttpExchange::HttpExchange(FileDescriptor socket, Peer peer, std::int64_t now_ns)
+HttpExchange::HttpExchange(FileDescriptor socket, sockets::Peer peer, std::int64_t now_ns)
     : socket_(std::move(socket)), peer_(std::move(peer)), end_ns_(now_ns + request_patience_ns) {}
 
 bool HttpExchange::go_on(const std::function<std::string()>& text, std::int64_t now_ns) {

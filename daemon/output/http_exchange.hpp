@@ -15,14 +15,14 @@ namespace splid {
 // Threads: one. Errors: none.
 class HttpExchange {
  public:
-  HttpExchange(FileDescriptor socket, Peer peer, std::int64_t now_ns);
+  HttpExchange(FileDescriptor socket, sockets::Peer peer, std::int64_t now_ns);
 
   // Reads and writes as far as that goes without waiting. text: gives the body of an answer.
   // Returns false when the exchange is over, answered or given up.
   bool go_on(const std::function<std::string()>& text, std::int64_t now_ns);
 
   [[nodiscard]] int socket() const { return socket_.get(); }
-  [[nodiscard]] const Peer& peer() const { return peer_; }
+  [[nodiscard]] const sockets::Peer& peer() const { return peer_; }
   // Whether the request is whole, and the answer on its way.
   [[nodiscard]] bool answers() const { return !answer_.empty(); }
 
@@ -31,7 +31,7 @@ class HttpExchange {
   bool write();
 
   FileDescriptor socket_;
-  Peer peer_;
+  sockets::Peer peer_;
   std::int64_t end_ns_;
   std::string request_;
   std::string answer_;

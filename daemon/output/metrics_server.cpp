@@ -67,7 +67,7 @@ void MetricsServer::accept_some() {
     FileDescriptor socket(
         ::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (socket.is_open()) {
-      Peer peer = peer_of(socket.get());
+      sockets::Peer peer = sockets::peer_of(socket.get());
       if (!make_room(peer)) continue;
       exchanges_.emplace_back(std::move(socket), std::move(peer), clock_.steady_ns());
     } else if (errno == EAGAIN) {
@@ -79,13 +79,13 @@ void MetricsServer::accept_some() {
 }
 
 // The oldest connection whose request is not whole is closed.
-bool MetricsServer::make_room(const Peer& peer) {
+bool MetricsServer::make_room(const sockets::Peer& peer) {
   if (exchanges_.size() < most_connections) return true;
   auto oldest = exchanges_.begin();
   while (oldest != exchanges_.end() && oldest->answers()) ++oldest;
   const bool found = oldest != exchanges_.end();
   if (refusals_ != nullptr) {
-    const Peer& who = found ? oldest->peer() : peer;
+    const sockets::Peer& who = found ? oldest->peer() : peer;
     refusals_->add(
         security::Refusal::crowd, who.group,
         "refused " + who.name + " at " + url() + ": it holds a connection for which others wait");

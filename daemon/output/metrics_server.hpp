@@ -40,10 +40,10 @@ class MetricsServer {
   void run();
   void wait();
   void accept_some();
-  bool make_room(const Peer& peer);
+  bool make_room(const sockets::Peer& peer);
   void serve();
 
-  ListeningSocket listener_;
+  sockets::ListeningSocket listener_;
   std::function<std::string()> text_;
   security::Refusals* refusals_;
   const Clock& clock_;

@@ -49,12 +49,13 @@ bool is_prefix(std::string_view prefix, std::string_view text) {
 
 // An endpoint, and the way from it to the socket.
 struct Entrance {
-  Entrance(ListeningSocket listener, zmq::socket_t& socket, bool curve,
+  Entrance(sockets::ListeningSocket listener, zmq::socket_t& socket, bool curve,
            security::Refusals& refusals)
       : door(socket),
-        gate(std::move(listener), {door, subscriber_limits, curve}, refusals, host_clock()) {}
-  PrivateDoor door;
-  Gate gate;
+        gate(std::move(listener), {door, sockets::subscriber_limits, curve}, refusals,
+             host_clock()) {}
+  sockets::PrivateDoor door;
+  sockets::Gate gate;
 };
 
 }  // namespace
@@ -161,12 +162,12 @@ void Publisher::Service::prepare(int queue_messages) {
 void Publisher::Service::open(const std::string& endpoint, const Access& access,
                               security::Refusals& refusals) {
   if (!access.local_endpoint.empty()) {
-    ListeningSocket listener("publish.local_endpoint", access.local_endpoint);
+    sockets::ListeningSocket listener("publish.local_endpoint", access.local_endpoint);
     local_.emplace(std::move(listener), xpub_, false, refusals);
     local_endpoint_ = local_->gate.endpoint();
   }
   if (endpoint.empty()) return;
-  ListeningSocket listener("publish.endpoint", endpoint);
+  sockets::ListeningSocket listener("publish.endpoint", endpoint);
   if (authenticator_ != nullptr) authenticator_->protect(xpub_, security::publish_domain);
   main_.emplace(std::move(listener), xpub_, authenticator_ != nullptr, refusals);
   endpoint_ = main_->gate.endpoint();

@@ -34,7 +34,7 @@ std::string who_publishes_at(std::string endpoint) {
   std::string version;
   std::string status;
   try {
-    Subscriber subscriber(endpoint, {topic_version, topic_status});
+    sockets::Subscriber subscriber(endpoint, {topic_version, topic_status});
     while ((version.empty() || status.empty()) && std::chrono::steady_clock::now() < until) {
       const auto message = subscriber.receive(std::chrono::milliseconds{100});
       if (!message) continue;
@@ -59,7 +59,7 @@ std::string other_endpoint(const Config& config, const SessionOptions& options) 
          (options.is_service ? "" : ", or replay with --no-publish");
 }
 
-std::string taken(const EndpointTaken& error) {
+std::string taken(const sockets::EndpointTaken& error) {
   const std::string who = who_publishes_at(error.endpoint());
   return error.place() + ", by " +
          (who.empty() ? "another program, or a splid that asks for keys" : who);
@@ -75,7 +75,7 @@ std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOpt
   const Publisher::Access access{config.publish.local_endpoint, authenticator, &refusals};
   try {
     return std::make_unique<Publisher>(config.publish.endpoint, options.queue_messages, access);
-  } catch (const EndpointTaken& error) {
+  } catch (const sockets::EndpointTaken& error) {
     if (options.may_only_print) {
       spdlog::warn("{}; frames are {} and not published", taken(error),
                    options.json ? "printed" : "written");

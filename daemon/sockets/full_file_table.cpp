@@ -14,7 +14,7 @@
 #include <mutex>
 #include <thread>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using Time = std::chrono::steady_clock;
@@ -102,7 +102,7 @@ void keep_spare_file() { door().prepare(); }
 
 std::uint64_t turned_away_connections() { return door().count(); }
 
-}  // namespace splid
+}  // namespace splid::sockets
 
 // Declared as in the C library: the libraries linked to this program call these functions.
 extern "C" {
@@ -111,11 +111,11 @@ extern "C" {
 // names.
 [[gnu::visibility("default")]] int accept4(int listener, sockaddr* peer, socklen_t* bytes,
                                            int flags) {
-  return splid::accept_or_turn_away(listener, peer, bytes, flags);
+  return splid::sockets::accept_or_turn_away(listener, peer, bytes, flags);
 }
 
 [[gnu::visibility("default")]] int accept(int listener, sockaddr* peer, socklen_t* bytes) {
-  return splid::accept_or_turn_away(listener, peer, bytes, 0);
+  return splid::sockets::accept_or_turn_away(listener, peer, bytes, 0);
 }
 // NOLINTEND(readability-inconsistent-declaration-parameter-name)
 }

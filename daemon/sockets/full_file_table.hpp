@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace splid {
+namespace splid::sockets {
 
 // Deals with connections that come while this process, or the system, has no file descriptor left
 // (EMFILE, ENFILE): each is accepted with a descriptor kept in reserve, and closed at once.
@@ -19,4 +19,4 @@ void keep_spare_file();
 // Connections closed so far. Threads: any.
 std::uint64_t turned_away_connections();
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -12,7 +12,7 @@
 #include <cerrno>
 #include <utility>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using Result = Relay::Result;
@@ -346,4 +346,4 @@ void Gate::look_after() {
   });
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

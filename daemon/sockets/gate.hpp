@@ -18,7 +18,7 @@
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/sockets/private_door.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 // The room daemon/sockets guards the daemon's endpoints. A Gate accepts the connections of a
 // listening socket, and each connection passes through a GateConnection to the ZeroMQ socket behind
@@ -113,4 +113,4 @@ class Gate {
   std::thread thread_;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -4,7 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 // The bytes of a peer's greeting after which the socket behind sends the rest of its own greeting.
@@ -87,4 +87,4 @@ bool GateConnection::inspect_down(std::span<const std::byte> bytes) {
   return true;
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -10,7 +10,7 @@
 #include "daemon/sockets/traffic_account.hpp"
 #include "daemon/sockets/zmtp_framing.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 // The connection of one peer, together with the connection to the ZeroMQ socket that the gate made
 // for that peer. Every byte passes between them unchanged, until the peer sends too much.
@@ -76,4 +76,4 @@ class GateConnection {
   bool has_spoken_ = false;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

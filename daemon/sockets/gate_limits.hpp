@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace splid {
+namespace splid::sockets {
 
 // An amount of traffic that a peer may send.
 struct Allowance {
@@ -76,4 +76,4 @@ inline constexpr GateLimits control_limits{
     .back_for_long = {3, 16 * kib},
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -20,7 +20,7 @@
 #include "config/endpoint.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 constexpr int backlog = 128;
@@ -179,4 +179,4 @@ void ListeningSocket::bind_ipc(const std::string& path) {
   if (has_file) file_ = path;
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -6,7 +6,7 @@
 #include "daemon/base/file_descriptor.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 // The error where another program already listens at the endpoint.
 class EndpointTaken : public Error {
@@ -67,4 +67,4 @@ class ListeningSocket {
   std::string file_;  // the socket's file, made by this; empty: none
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

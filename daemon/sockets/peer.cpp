@@ -7,7 +7,7 @@
 #include <array>
 #include <cstring>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 std::string address_text(int family, const void* address) {
@@ -54,4 +54,4 @@ Peer peer_of(int socket) {
   return {name, name};
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

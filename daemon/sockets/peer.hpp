@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace splid {
+namespace splid::sockets {
 
 // Who is at the other end of a connection, as the kernel reports it.
 struct Peer {
@@ -16,4 +16,4 @@ struct Peer {
 // does not tell.
 Peer peer_of(int socket);
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -14,7 +14,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 constexpr int door_backlog = 128;
@@ -113,4 +113,4 @@ FileDescriptor PrivateDoor::connect() const {
   return socket;
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

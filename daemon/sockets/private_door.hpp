@@ -6,7 +6,7 @@ namespace zmq {
 class socket_t;
 }
 
-namespace splid {
+namespace splid::sockets {
 
 // An entrance to a ZeroMQ socket of this process that no other process can use. It is a Unix socket
 // in a folder that only its owner could enter; its file and the folder are removed at once. From
@@ -26,4 +26,4 @@ class PrivateDoor {
   FileDescriptor inode_;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 // Pieces passed on before other connections have their turn.
@@ -61,4 +61,4 @@ Relay::Result Relay::send(std::span<const std::byte> bytes) {
   return Result::idle;
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

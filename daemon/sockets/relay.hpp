@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace splid {
+namespace splid::sockets {
 
 // Passes bytes from one socket to another, in order. It takes more bytes only after all bytes taken
 // before were sent on. So it holds one piece of bytes at most, and a slow receiver makes the sender
@@ -51,4 +51,4 @@ class Relay {
   bool held_ = false;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

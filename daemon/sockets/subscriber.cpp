@@ -5,7 +5,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 struct Subscriber::Socket {
   zmq::context_t context{1};
@@ -91,4 +91,4 @@ std::optional<Subscriber::Message> Subscriber::receive(std::chrono::milliseconds
   return Message{topic.to_string(), json.to_string()};
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

@@ -9,7 +9,7 @@
 
 #include "daemon/security/handshake_watch.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 // The client's end of a Publisher, for `splid listen` and `splid view`.
 //
@@ -55,4 +55,4 @@ class Subscriber {
   std::int64_t tried_ns_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

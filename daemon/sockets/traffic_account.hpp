@@ -5,7 +5,7 @@
 
 #include "daemon/sockets/gate_limits.hpp"
 
-namespace splid {
+namespace splid::sockets {
 
 // The outstanding traffic of all connections of a peer, and how many connections it has.
 struct PeerUse {
@@ -55,4 +55,4 @@ class TrafficAccount {
   Allowance spent_;  // outstanding, never below 0
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

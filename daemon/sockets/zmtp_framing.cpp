@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 constexpr std::byte signature_begin{0xff};
@@ -76,4 +76,4 @@ bool ZmtpFraming::take_header(std::span<const std::byte>& bytes,
   return true;
 }
 
-}  // namespace splid
+}  // namespace splid::sockets

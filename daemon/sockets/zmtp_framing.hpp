@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace splid {
+namespace splid::sockets {
 
 // Finds where the ZMTP frames in one direction of a connection begin and how long they are (RFC 23,
 // RFC 37/ZMTP). It does not look into the frames, which with CURVE are encrypted.
@@ -36,4 +36,4 @@ class ZmtpFraming {
   bool is_zmtp_ = true;
 };
 
-}  // namespace splid
+}  // namespace splid::sockets

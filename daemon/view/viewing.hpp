@@ -18,7 +18,8 @@ std::string who_can_read(const std::string& http);
 // The live page at work: it subscribes to a daemon and serves what it hears to browsers.
 //
 // Threads: one at a time. run() waits for the daemon's messages and for browsers alike. Errors:
-// the constructor throws as Subscriber's and WebServer's do; whether a daemon answers is no error.
+// the constructor throws as sockets::Subscriber's and WebServer's do; whether a daemon answers is
+// no error.
 class Viewing {
  public:
   using State = security::HandshakeWatch::State;
@@ -43,7 +44,7 @@ class Viewing {
 
   std::string endpoint_;
   std::optional<security::CurveClient> client_;
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
   LiveView view_;
   WebServer server_;
   std::optional<State> said_;

@@ -139,7 +139,7 @@ struct WebServer::Callbacks {
 
 WebServer::WebServer(const std::string& address, const LiveView& view, const Clock& clock)
     : view_(view), clock_(clock), machine_name_(machine_name()) {
-  const ListeningSocket listener("--http", "tcp://" + address, address);
+  const sockets::ListeningSocket listener("--http", "tcp://" + address, address);
   constexpr std::size_t scheme_bytes = 6;  // tcp://
   place_ = listener.endpoint().substr(scheme_bytes);
   // libmicrohttpd closes the socket that it is given.

@@ -96,7 +96,7 @@ class FrameWatch {
     }
   }
 
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
   std::atomic<int> frames_{0};
   std::atomic<int> missing_{0};
   std::jthread thread_{[this](const std::stop_token& stop) { listen(stop); }};

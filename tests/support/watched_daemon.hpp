@@ -36,7 +36,7 @@ class WatchedDaemon {
 
   // The first frame that passes; each before it is counted, and must follow the one before.
   bool await_frame(const FrameTest& meant) {
-    return await([&](const Subscriber::Message& message) {
+    return await([&](const sockets::Subscriber::Message& message) {
       return message.topic == topic_frame && meant(*last_frame);
     });
   }
@@ -47,7 +47,7 @@ class WatchedDaemon {
 
   // The first status whose reason has these words; it is then in `said`, its state before it.
   bool await_status(const std::string& words) {
-    return await([&](const Subscriber::Message& message) {
+    return await([&](const sockets::Subscriber::Message& message) {
       if (message.topic != topic_status) return false;
       const std::string reason = member(message.json, "reason");
       if (reason.find(words) == std::string::npos) return false;
@@ -90,7 +90,7 @@ class WatchedDaemon {
   std::uint64_t frames = 0;
 
  private:
-  bool await(const std::function<bool(const Subscriber::Message&)>& meant) {
+  bool await(const std::function<bool(const sockets::Subscriber::Message&)>& meant) {
     const auto deadline = Clock::now() + patience;
     while (Clock::now() < deadline) {
       const auto message = subscriber_.receive(std::chrono::milliseconds{100});
@@ -102,7 +102,7 @@ class WatchedDaemon {
     return false;
   }
 
-  void take(const Subscriber::Message& message) {
+  void take(const sockets::Subscriber::Message& message) {
     if (message.topic != topic_frame) return;
     FrameMessage frame = frame_from_json(message.json);
     if (last_frame) {
@@ -136,7 +136,7 @@ class WatchedDaemon {
     return json.substr(begin, json.find('"', begin) - begin);
   }
 
-  Subscriber subscriber_;
+  sockets::Subscriber subscriber_;
 };
 
 }  // namespace splid::test

@@ -78,8 +78,8 @@ struct Server::Service {
   Reply perform(const Request& next, const std::stop_token& stop) const;
 
   std::optional<UnixListener> listener;  // absent for TCP
-  std::optional<PrivateDoor> door;
-  std::optional<Gate> gate;  // lets the last reply out when the socket is closed
+  std::optional<sockets::PrivateDoor> door;
+  std::optional<sockets::Gate> gate;  // lets the last reply out when the socket is closed
   Handlers handlers;
   security::Authenticator* authenticator;  // for TCP; otherwise null
   zmq::context_t own_context{1};
@@ -139,12 +139,12 @@ Server::Service::~Service() {
 void Server::Service::open(const std::string& to, security::Refusals& refusals) {
   const bool curve = authenticator != nullptr;
   if (!curve) listener.emplace(socket_file_of(to));
-  ListeningSocket outside =
-      curve ? ListeningSocket("control.endpoint", to) : ListeningSocket(listener->release(), to);
+  sockets::ListeningSocket outside = curve ? sockets::ListeningSocket("control.endpoint", to)
+                                           : sockets::ListeningSocket(listener->release(), to);
   if (curve) authenticator->protect(router, security::control_domain);
   door.emplace(router);
-  gate.emplace(std::move(outside), Gate::Behind{*door, control_limits, curve}, refusals,
-               host_clock());
+  gate.emplace(std::move(outside), sockets::Gate::Behind{*door, sockets::control_limits, curve},
+               refusals, host_clock());
   if (curve)
     authenticator->name_peers(security::control_domain, [this] { return gate->judged_peer(); });
 }

@@ -53,7 +53,7 @@ EstimationUnit steady_unit() {
 
 class Folds : public ::testing::Test {
  protected:
-  std::optional<nlohmann::json> next_fold(Subscriber& subscriber) {
+  std::optional<nlohmann::json> next_fold(sockets::Subscriber& subscriber) {
     std::optional<nlohmann::json> fold;
     comes_to_be([&] {
       const auto message = subscriber.receive(milliseconds{5});
@@ -69,15 +69,15 @@ class Folds : public ::testing::Test {
 };
 
 TEST_F(Folds, AreWantedWhileSomebodySubscribesToThemByName) {
-  const Subscriber all(publisher.endpoint(), {""});
-  const Subscriber frames(publisher.endpoint(), {"frame", "f"});
+  const sockets::Subscriber all(publisher.endpoint(), {""});
+  const sockets::Subscriber frames(publisher.endpoint(), {"frame", "f"});
   ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
   EXPECT_FALSE(publisher.fold_is_wanted());
   {
-    const Subscriber first(publisher.endpoint(), {"fold"});
+    const sockets::Subscriber first(publisher.endpoint(), {"fold"});
     EXPECT_TRUE(comes_to_be([&] { return publisher.fold_is_wanted(); }));
-    std::optional<Subscriber> second(std::in_place, publisher.endpoint(),
-                                     std::vector<std::string>{"fold"});
+    std::optional<sockets::Subscriber> second(std::in_place, publisher.endpoint(),
+                                              std::vector<std::string>{"fold"});
     second.reset();
     EXPECT_TRUE(publisher.fold_is_wanted());
   }
@@ -85,7 +85,7 @@ TEST_F(Folds, AreWantedWhileSomebodySubscribesToThemByName) {
 }
 
 TEST_F(Folds, ComeOnceASecondAtMost) {
-  Subscriber subscriber(publisher.endpoint(), {"fold"});
+  sockets::Subscriber subscriber(publisher.endpoint(), {"fold"});
   ASSERT_TRUE(comes_to_be([&] { return publisher.fold_is_wanted(); }));
   FoldFeed feed(fold_options(config), publisher, clock);
   const EstimationUnit unit = steady_unit();
@@ -118,7 +118,7 @@ TEST_F(Folds, ComeOnceASecondAtMost) {
 }
 
 TEST_F(Folds, OfVeryManyPhotonsAreMadeOfSome) {
-  Subscriber subscriber(publisher.endpoint(), {"fold"});
+  sockets::Subscriber subscriber(publisher.endpoint(), {"fold"});
   ASSERT_TRUE(comes_to_be([&] { return publisher.fold_is_wanted(); }));
   FoldFeed feed(fold_options(config), publisher, clock);
   EstimationUnit unit = steady_unit();
@@ -134,7 +134,7 @@ TEST_F(Folds, OfVeryManyPhotonsAreMadeOfSome) {
 }
 
 TEST_F(Folds, ThatCannotBeMadeAreMessagesWithoutPictures) {
-  Subscriber subscriber(publisher.endpoint(), {"fold"});
+  sockets::Subscriber subscriber(publisher.endpoint(), {"fold"});
   ASSERT_TRUE(comes_to_be([&] { return publisher.fold_is_wanted(); }));
   FoldFeed feed(fold_options(config), publisher, clock);
   PulseOptions tabulated;
@@ -149,7 +149,7 @@ TEST_F(Folds, ThatCannotBeMadeAreMessagesWithoutPictures) {
 TEST_F(Folds, ChangeNoByteOfAFrameAndAreThoseOfAFrame) {
   const auto frames_with = [&](const std::vector<std::string>& topics, bool& folds) {
     std::map<std::uint64_t, std::string> frames;
-    Subscriber subscriber(publisher.endpoint(), topics);
+    sockets::Subscriber subscriber(publisher.endpoint(), topics);
     const bool asks = topics.back() == "fold";
     EXPECT_TRUE(comes_to_be([&] { return publisher.fold_is_wanted() == asks; }));
     MeasuredStream measured(config, open_scene(config), publisher, host_clock());

@@ -98,7 +98,7 @@ TEST_F(MetricsProgram, TellsPrometheusAndTheFileWhatItDoes) {
 TEST_F(MetricsProgram, StopsAsFastAsWithoutAServer) {
   const auto stop_time = [&](const std::string& metrics) {
     Program program({"run", "--config", config(metrics)});
-    Subscriber frames(endpoint, {"frame"});
+    sockets::Subscriber frames(endpoint, {"frame"});
     EXPECT_TRUE(frames.receive(test::patience)) << program.err();
     const auto asked = steady_clock::now();
     program.signal(SIGTERM);
@@ -117,7 +117,7 @@ TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
   const Program program({"run", "--config", config(R"({"http":"127.0.0.1:*"})")});
   const int port = port_of(program);
   ASSERT_NE(port, 0) << program.err();
-  Subscriber frames(endpoint, {"frame"});
+  sockets::Subscriber frames(endpoint, {"frame"});
   std::vector<std::unique_ptr<LocalConnection>> held;
   std::string noise(1 << 20, '\0');
   for (std::size_t i = 0; i < noise.size(); ++i)

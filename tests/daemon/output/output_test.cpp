@@ -106,7 +106,7 @@ TEST(Output, PublishesTheSameFramesInOrderWhateverTheThreads) {
 TEST(Output, SubscribersGetTheObserversBytes) {
   const Config config = scene_config(0.3, 2);
   Publisher publisher(config.publish.endpoint, 1000);
-  Subscriber subscriber(publisher.endpoint(), {""});
+  sockets::Subscriber subscriber(publisher.endpoint(), {""});
   ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
   MeasuredStream measured(config, open_scene(config), publisher, host_clock());
   std::vector<std::string> observed;

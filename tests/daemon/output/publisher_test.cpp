@@ -47,7 +47,7 @@ TEST(Publisher, GreetsEachNewSubscriberWithTheLastVersionAndStatus) {
   publisher.publish_version("version");
   publisher.publish_status("status");
   for (int i = 0; i < 2; ++i) {
-    Subscriber subscriber(publisher.endpoint(), {"version", "status", "frame"});
+    sockets::Subscriber subscriber(publisher.endpoint(), {"version", "status", "frame"});
     std::map<std::string, std::string> last;
     const auto is_greeted = [&] {
       return last["version"] == "version" && last["status"] == "status";
@@ -64,7 +64,7 @@ TEST(Publisher, GreetsEachNewSubscriberWithTheLastVersionAndStatus) {
 TEST(Publisher, WaitsInVainWithoutSubscriber) {
   Publisher publisher(any_port, 10);
   EXPECT_FALSE(publisher.wait_for_subscriber(milliseconds{20}));
-  const Subscriber only_status(publisher.endpoint(), {"status"});
+  const sockets::Subscriber only_status(publisher.endpoint(), {"status"});
   EXPECT_FALSE(publisher.wait_for_subscriber(milliseconds{200}));
 }
 
@@ -79,14 +79,14 @@ TEST(Publisher, ASubscriberThatDoesNotReadCostsTheOthersNothing) {
   idle.set(zmq::sockopt::subscribe, "");
   idle.connect(publisher.endpoint());
   ASSERT_TRUE(publisher.wait_for_subscriber(soon));
-  Subscriber good(publisher.endpoint(), {"status"});
+  sockets::Subscriber good(publisher.endpoint(), {"status"});
   publisher.publish_status("0");
   while (!good.receive(milliseconds{10})) {
   }
   const std::string json(20'000, 'x');
   for (int i = 0; i < 2000; ++i) {
     publisher.publish_status(json);
-    std::optional<Subscriber::Message> message;
+    std::optional<sockets::Subscriber::Message> message;
     while (!(message = good.receive(soon)) || message->json == "0") ASSERT_TRUE(message) << i;
   }
 }
@@ -99,7 +99,7 @@ TEST(Publisher, SurvivesGarbageFromSubscribers) {
   hostile.connect(publisher.endpoint());
   hostile.send(zmq::buffer(std::string(100'000, '\x01')), zmq::send_flags::none);
   hostile.send(zmq::buffer(std::string("\x07junk")), zmq::send_flags::none);
-  const Subscriber good(publisher.endpoint(), {"frame"});
+  const sockets::Subscriber good(publisher.endpoint(), {"frame"});
   EXPECT_TRUE(publisher.wait_for_subscriber(soon));
 }
 

@@ -121,7 +121,8 @@ class Service : public ::testing::Test {
   }
 
   // Waits for a message of the topic that holds `text`.
-  std::string await(Subscriber& subscriber, const std::string& topic, const std::string& text) {
+  std::string await(sockets::Subscriber& subscriber, const std::string& topic,
+                    const std::string& text) {
     const auto deadline = std::chrono::steady_clock::now() + test::patience;
     while (std::chrono::steady_clock::now() < deadline) {
       const auto message = subscriber.receive(milliseconds{100});
@@ -133,7 +134,8 @@ class Service : public ::testing::Test {
   }
 
   // Waits for a message of the topic that does not hold `text`.
-  bool await_without(Subscriber& subscriber, const std::string& topic, const std::string& text) {
+  bool await_without(sockets::Subscriber& subscriber, const std::string& topic,
+                     const std::string& text) {
     const auto deadline = std::chrono::steady_clock::now() + test::patience;
     while (std::chrono::steady_clock::now() < deadline) {
       const auto message = subscriber.receive(milliseconds{100});
@@ -146,7 +148,7 @@ class Service : public ::testing::Test {
 
   // Waits for a frame that is as wanted.
   template <class Wanted>
-  FrameMessage await_frame(Subscriber& subscriber, const Wanted& wanted) {
+  FrameMessage await_frame(sockets::Subscriber& subscriber, const Wanted& wanted) {
     const auto deadline = std::chrono::steady_clock::now() + test::patience;
     while (std::chrono::steady_clock::now() < deadline) {
       const auto message = subscriber.receive(milliseconds{100});
@@ -165,7 +167,7 @@ class Service : public ::testing::Test {
 TEST_F(Service, IsReadyFedReloadedAndStopped) {
   const std::string config = configure(test::light_source);
   test::Program daemon({"run", "--config", config});
-  Subscriber subscriber("ipc://" + folder.path("socket"), {""});
+  sockets::Subscriber subscriber("ipc://" + folder.path("socket"), {""});
   ASSERT_TRUE(manager.hears("READY=1"));
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   EXPECT_THAT(await(subscriber, "frame", "\"ok\""), HasSubstr("\"effort\":"));

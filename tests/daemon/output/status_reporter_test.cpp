@@ -48,7 +48,7 @@ class StatusReports : public ::testing::Test {
   Config config = scene_config(0);
   HeldClock clock;
   Publisher publisher{config.publish.endpoint, 100};
-  Subscriber subscriber{publisher.endpoint(), {""}};
+  sockets::Subscriber subscriber{publisher.endpoint(), {""}};
   StatusReporter reporter;
 };
 

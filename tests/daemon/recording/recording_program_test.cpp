@@ -36,7 +36,7 @@ using splid::test::read_strictly;
 using splid::test::recordings_in;
 using splid::test::run_program;
 using splid::test::SmallDisk;
-using Message = Subscriber::Message;
+using Message = sockets::Subscriber::Message;
 using std::chrono::milliseconds;
 using ::testing::HasSubstr;
 
@@ -64,7 +64,7 @@ class RecordingProgram : public ::testing::Test {
 
   // Whether such a message comes.
   template <class Wanted>
-  static bool hear(Subscriber& subscriber, Wanted wanted) {
+  static bool hear(sockets::Subscriber& subscriber, Wanted wanted) {
     const auto until = std::chrono::steady_clock::now() + patience;
     while (std::chrono::steady_clock::now() < until) {
       const auto message = subscriber.receive(milliseconds{200});
@@ -104,7 +104,7 @@ TEST_F(RecordingProgram, TheStatusNamesTheFileThatIsBeingWritten) {
                     std::string text = test::file_text(config(R"("folder":"kept","max_file_s":1)"));
                     return text.insert(1, R"("control":{"endpoint":")" + control + R"("},)");
                   }())});
-  Subscriber subscriber(endpoint, {topic_status});
+  sockets::Subscriber subscriber(endpoint, {topic_status});
   std::set<std::string> named;
   EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
     const auto status = nlohmann::json::parse(message.json);
@@ -142,7 +142,7 @@ TEST_F(RecordingProgram, AKilledDaemonLosesHalfASecondAtMost) {
         config(round % 2 == 0 ? R"("folder":"kept")" : R"("folder":"kept","max_file_s":1)",
                R"(,"sync":{"missing_fraction":0.95})");
     Program daemon({"run", "--config", file});
-    Subscriber subscriber(endpoint, {""});
+    sockets::Subscriber subscriber(endpoint, {""});
     const auto wanted_ps =
         static_cast<std::int64_t>(std::uniform_real_distribution<double>(0.7, 2.4)(random) * 1e12);
     std::int64_t seen_ps = 0;
@@ -214,7 +214,7 @@ TEST_F(RecordingProgram, FramesGoOnWhenTheDiskIsFullAndItRecordsAgainWhenThereIs
   if (!disk.mounted()) GTEST_SKIP() << "takes root, to mount a small disk";
   disk.fill_but(1 << 20);
   Program daemon({"run", "--config", config("\"folder\":\"" + disk.path("kept") + "\"")});
-  Subscriber subscriber(endpoint, {""});
+  sockets::Subscriber subscriber(endpoint, {""});
   const auto full = [](const Message& message) {
     return message.topic == topic_status &&
            message.json.find("nothing is recorded: ") != std::string::npos &&

@@ -58,13 +58,13 @@ class Secured : public testing::Test {
     return CurveClient{keys, server.public_key};
   }
 
-  std::unique_ptr<Subscriber> connect(const std::optional<CurveClient>& client,
-                                      const std::string& endpoint) const {
-    return std::make_unique<Subscriber>(endpoint, std::vector<std::string>{""}, client);
+  std::unique_ptr<sockets::Subscriber> connect(const std::optional<CurveClient>& client,
+                                               const std::string& endpoint) const {
+    return std::make_unique<sockets::Subscriber>(endpoint, std::vector<std::string>{""}, client);
   }
 
   // Publishes until the subscriber heard something.
-  bool hears(Subscriber& subscriber) {
+  bool hears(sockets::Subscriber& subscriber) {
     const auto deadline = steady_clock::now() + patience;
     while (steady_clock::now() < deadline) {
       publisher.publish_frame("test");
@@ -74,7 +74,7 @@ class Secured : public testing::Test {
   }
 
   // The viewer who is let in; all that came to it so far has been taken.
-  std::unique_ptr<Subscriber> good_viewer() {
+  std::unique_ptr<sockets::Subscriber> good_viewer() {
     auto good = connect(as(viewer), publisher.endpoint());
     EXPECT_TRUE(hears(*good));
     while (good->receive(milliseconds{100})) {
@@ -83,7 +83,7 @@ class Secured : public testing::Test {
   }
 
   // Publishes frames one after the other and expects the viewer to hear each.
-  void expect_all_heard(Subscriber& good, int count) {
+  void expect_all_heard(sockets::Subscriber& good, int count) {
     for (int i = 0; i < count; ++i) {
       const std::string json = std::to_string(next_++);
       publisher.publish_frame(json);
@@ -96,7 +96,7 @@ class Secured : public testing::Test {
   // Until it is in that state; publishes meanwhile what it should not hear. Whichever end sees
   // another mechanism first breaks the handshake off: on a busy machine it may be the server each
   // time.
-  void expect_kept_out(Subscriber& subscriber, State state) {
+  void expect_kept_out(sockets::Subscriber& subscriber, State state) {
     const auto is_there = [&] {
       const State now = subscriber.state();
       return now == state || (state == State::other_mechanism && now == State::broken_off);
@@ -202,7 +202,7 @@ TEST_F(Secured, TheLocalEndpointIsPlainAndHasTheSameMessages) {
   }
   for (int i = 0; i < 50; ++i) {
     publisher.publish_frame(std::to_string(i));
-    for (Subscriber* one : {good.get(), local.get()}) {
+    for (sockets::Subscriber* one : {good.get(), local.get()}) {
       const auto message = one->receive(patience);
       ASSERT_TRUE(message);
       ASSERT_EQ(message->json, std::to_string(i));
@@ -376,8 +376,8 @@ TEST(CurveServer, WithoutAnAuthenticatorIsForNobody) {
   zmq::socket_t xpub(context, zmq::socket_type::xpub);
   use_as_curve_server(xpub, server.secret_key, publish_domain);
   xpub.bind(any_port);
-  Subscriber client(xpub.get(zmq::sockopt::last_endpoint), {""},
-                    CurveClient{make_curve_keys(), server.public_key});
+  sockets::Subscriber client(xpub.get(zmq::sockopt::last_endpoint), {""},
+                             CurveClient{make_curve_keys(), server.public_key});
   const auto deadline = steady_clock::now() + patience;
   while (client.state() == State::pending && steady_clock::now() < deadline) {
     xpub.send(zmq::str_buffer("secret"), zmq::send_flags::dontwait);

@@ -26,7 +26,7 @@
 // Peers that send all they can, or hold all they can, at each endpoint of the built program. Frames
 // go on, at the other endpoint and at the same, and the memory stays where it was.
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using std::chrono::milliseconds;
@@ -339,4 +339,4 @@ TEST_F(Floods, AListedReaderCannotFloodEither) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::sockets

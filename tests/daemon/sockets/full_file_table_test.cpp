@@ -19,7 +19,7 @@
 
 // The built program while it cannot open a file more, and others connect to it.
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using test::eventually;
@@ -134,4 +134,4 @@ TEST_F(FullFileTable, NobodySpins) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::sockets

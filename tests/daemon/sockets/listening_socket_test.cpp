@@ -9,7 +9,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using testing::AllOf;
@@ -80,4 +80,4 @@ TEST(ListeningSocket, AnAbstractNameHasNoFile) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::sockets

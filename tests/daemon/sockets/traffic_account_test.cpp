@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 constexpr std::uint64_t heartbeat = 40;
@@ -91,4 +91,4 @@ TEST(TrafficAccount, RequestsAreGivenBackByTheirAnswers) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::sockets

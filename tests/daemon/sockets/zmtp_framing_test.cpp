@@ -11,7 +11,7 @@
 
 #include "tests/support/zmtp_peer.hpp"
 
-namespace splid {
+namespace splid::sockets {
 namespace {
 
 using test::ZmtpPeer;
@@ -76,4 +76,4 @@ TEST(ZmtpFraming, AMechanismThatIsNoneIsNamedSo) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::sockets

@@ -28,7 +28,7 @@ class BridgeProgram : public ::testing::Test {
  protected:
   // The next frame from a `splid run` of this configuration that `wanted` is true for.
   template <class Wanted>
-  std::optional<json> frame(Subscriber& frames, const Wanted& wanted) {
+  std::optional<json> frame(sockets::Subscriber& frames, const Wanted& wanted) {
     const auto deadline = steady_clock::now() + test::patience;
     while (steady_clock::now() < deadline) {
       const auto message = frames.receive(std::chrono::milliseconds{200});
@@ -59,7 +59,7 @@ TEST_F(BridgeProgram, SwabiansTagsBecomeFrames) {
       "drivers/bridge/python/swabian_bridge.py", {"--listen", address, "1:0.5", "8:0.25:100000"},
       {"SPLID_DISTANCE_M=120", std::string("SPLID_PATTERN=") + pattern_file});
   const Program splid({"run", "--config", config()});
-  Subscriber frames(endpoint, {"frame"});
+  sockets::Subscriber frames(endpoint, {"frame"});
   const auto good =
       frame(frames, [](const json& f) { return f["status"] == "ok" && f["seen_fraction"] == 1; });
   ASSERT_TRUE(good) << bridge.err() << splid.err();
@@ -86,7 +86,7 @@ TEST_F(BridgeProgram, AFilesTagsBecomeFrames) {
   const Program bridge = python("drivers/bridge/python/file_bridge.py",
                                 {"--listen", address, folder.path("tags.txt")});
   const Program splid({"run", "--config", config()});
-  Subscriber frames(endpoint, {"frame"});
+  sockets::Subscriber frames(endpoint, {"frame"});
   const auto found = frame(frames, [](const json& f) { return f["seen_fraction"] == 1; });
   ASSERT_TRUE(found) << bridge.err() << splid.err();
   EXPECT_EQ((*found)["photons"], (*found)["sync"]["count"]);

@@ -131,7 +131,7 @@ class UsbDaemon : public ::testing::Test {
       pattern_from_json(test::file_text(pattern_file), pattern_file), scene_options())};
   test::StreamFirmware firmware{[this](std::span<std::byte> room) { return sender(room); }};
   test::UsbDouble device{{{0x1209, 0x5a1d}, "A-7"}, firmware};
-  Subscriber subscriber{"ipc://" + folder.path("socket"), {topic_frame, topic_status}};
+  sockets::Subscriber subscriber{"ipc://" + folder.path("socket"), {topic_frame, topic_status}};
   std::unique_ptr<test::Program> daemon;
   std::chrono::duration<double, std::milli> waited{0};
   double said_ms = -1;

@@ -67,7 +67,7 @@ TEST_F(Control, SaysHowItDoesInWordsAndInJson) {
 
 TEST_F(Control, StopsAndStartsAndSaysSo) {
   run(configure());
-  Subscriber subscriber(frames, {topic_status});
+  sockets::Subscriber subscriber(frames, {topic_status});
   EXPECT_THAT(ctl({"start"}).err, HasSubstr("it is measuring already"));
   const ProgramResult stopped = ctl({"stop"});
   EXPECT_EQ(stopped.exit_code, 0);
