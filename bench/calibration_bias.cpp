@@ -71,7 +71,8 @@ Pattern calibrated(const Row& row) {
   return calibrate_pattern(config, open, plan, [](const char*, double) {}, {}).pattern;
 }
 
-Errors measure(const std::vector<KeptFrame>& frames, const Pattern& pattern, Shape shape) {
+Errors measure(const std::vector<tradeoff::KeptFrame>& frames, const Pattern& pattern,
+               Shape shape) {
   PulseOptions pulse;
   pulse.shape = shape;
   FrameEstimator estimator(pattern, pulse, {}, {}, 50, 100'000);
@@ -79,7 +80,7 @@ Errors measure(const std::vector<KeptFrame>& frames, const Pattern& pattern, Sha
   Errors errors;
   const auto count = static_cast<double>(frames.size());
   double squares = 0;
-  for (const KeptFrame& frame : frames) {
+  for (const tradeoff::KeptFrame& frame : frames) {
     const Estimate estimate = estimator.estimate(frame.view());
     const double error_mm = (estimate.delay_ns - frame.truth->delay_ns) * mm_per_ns;
     errors.bias_mm += error_mm / count;
@@ -99,8 +100,9 @@ void print(const Errors& errors) {
 
 void run(const Row& row, std::size_t frames) {
   const Pattern pattern = calibrated(row);
-  const FrameOrigin origin{"scene", scene_of(row), {}, std::nullopt, {}};
-  const auto kept = collect_frames(config_of_scene(), origin, 50, frames, [](std::size_t) {}, {});
+  const tradeoff::FrameOrigin origin{"scene", scene_of(row), {}, std::nullopt, {}};
+  const auto kept =
+      tradeoff::collect_frames(config_of_scene(), origin, 50, frames, [](std::size_t) {}, {});
   std::printf("| %g %%, %g ps | %g |", 100 * row.tail_fraction, row.tail_ps,
               row.ambient_per_s * 1e-9);
   print(measure(kept, pattern, Shape::gaussian));

@@ -59,9 +59,10 @@ std::string progress_text(const std::string& doing, double done_s, std::optional
 // a setting's object when all its members are known, and the table on standard error.
 class TradeoffRun {
  public:
-  TradeoffRun(const TradeoffCommand& options, const Config& config, const FrameOrigin& origin)
+  TradeoffRun(const TradeoffCommand& options, const Config& config,
+              const tradeoff::FrameOrigin& origin)
       : options_(options), config_(config), origin_(origin), progress_(host_clock()) {
-    report_.reference = errors_against(origin);
+    report_.reference = tradeoff::errors_against(origin);
     report_.configured = config.estimator;
     report_.configured_length_ms = config.frame.length_ms;
     report_.budget_ms = options.budget_ms;
@@ -69,13 +70,13 @@ class TradeoffRun {
 
   // Measures the frame lengths of a share. Errors: those of measure_tradeoff();
   // Error(Fault::device) where standard output takes no more.
-  const TradeoffReport& measure(StopSignals& signals, const batch::Shard& shard) {
+  const tradeoff::Report& measure(StopSignals& signals, const batch::Shard& shard) {
     signals_ = &signals;
-    const TradeoffEvents events = make_events();
-    const TradeoffPlan plan{lengths_of(shard, events.warn), options_.frames, options_.paper};
+    const tradeoff::Events events = make_events();
+    const tradeoff::Plan plan{lengths_of(shard, events.warn), options_.frames, options_.paper};
     if (plan.lengths_ms.empty()) return report_;
     try {
-      measure_tradeoff(config_, origin_, plan, {}, events, signals.token());
+      tradeoff::measure(config_, origin_, plan, {}, events, signals.token());
     } catch (const std::bad_alloc&) {
       throw Error(
           Fault::device,
@@ -89,10 +90,10 @@ class TradeoffRun {
   }
 
   // Shows what the shares have measured, as if it were measured now.
-  const TradeoffReport& merge(StopSignals& signals, std::vector<TradeoffRow> rows) {
+  const tradeoff::Report& merge(StopSignals& signals, std::vector<tradeoff::Row> rows) {
     signals_ = &signals;
-    const auto length_ms = [](const TradeoffRow& row) { return row.setting.length_ms; };
-    std::stable_sort(rows.begin(), rows.end(), [&](const TradeoffRow& a, const TradeoffRow& b) {
+    const auto length_ms = [](const tradeoff::Row& row) { return row.setting.length_ms; };
+    std::stable_sort(rows.begin(), rows.end(), [&](const tradeoff::Row& a, const tradeoff::Row& b) {
       return length_ms(a) < length_ms(b);
     });
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -104,13 +105,14 @@ class TradeoffRun {
     return report_;
   }
 
-  [[nodiscard]] const TradeoffReport& report() const { return report_; }
+  [[nodiscard]] const tradeoff::Report& report() const { return report_; }
 
  private:
   // Every N-th length of all: shares have about as many each, though longer frames take longer.
-  [[nodiscard]] std::vector<double> lengths_of(const batch::Shard& shard, const Warn& warn) const {
+  [[nodiscard]] std::vector<double> lengths_of(const batch::Shard& shard,
+                                               const tradeoff::Warn& warn) const {
     const std::vector<double> all =
-        possible_lengths_ms(config_, origin_, options_.lengths_ms, warn);
+        tradeoff::possible_lengths_ms(config_, origin_, options_.lengths_ms, warn);
     std::vector<double> lengths_ms;
     for (std::size_t i = shard.index - 1; i < all.size(); i += shard.count) {
       lengths_ms.push_back(all[i]);
@@ -118,8 +120,8 @@ class TradeoffRun {
     return lengths_ms;
   }
 
-  TradeoffEvents make_events() {
-    TradeoffEvents events;
+  tradeoff::Events make_events() {
+    tradeoff::Events events;
     events.warn = [this](const std::string& sentence) {
       progress_.clear();
       spdlog::warn("{}", sentence);
@@ -132,22 +134,22 @@ class TradeoffRun {
                              std::optional<double> left_s) {
       if (progress_.due()) progress_.show(progress_text(doing, done_s, left_s));
     };
-    events.row = [this](const TradeoffRow& row) { take(row); };
+    events.row = [this](const tradeoff::Row& row) { take(row); };
     events.length_done = [this](double length_ms) { end_length(length_ms); };
     return events;
   }
 
-  void take(const TradeoffRow& row) {
-    if (rows_.empty()) print_line(table_head(report_.reference));
+  void take(const tradeoff::Row& row) {
+    if (rows_.empty()) print_line(tradeoff::table_head(report_.reference));
     rows_.push_back(row);
     report_.rows = rows_;
     report_.stopped_in_ms = row.setting.length_ms;
-    print_line(table_line(row));
+    print_line(tradeoff::table_line(row));
   }
 
   void end_length(double length_ms) {
     report_.stopped_in_ms.reset();
-    print_line(knee_line(report_, length_ms));
+    print_line(tradeoff::knee_line(report_, length_ms));
     if (!options_.budget_ms) print_objects();
   }
 
@@ -160,7 +162,7 @@ class TradeoffRun {
 
   void print_objects() {
     if (!options_.json) return;
-    for (; objects_ < rows_.size(); ++objects_) print(tradeoff_json(report_, objects_));
+    for (; objects_ < rows_.size(); ++objects_) print(tradeoff::row_json(report_, objects_));
   }
 
   void print(const std::string& line) {
@@ -169,22 +171,22 @@ class TradeoffRun {
 
   const TradeoffCommand& options_;
   const Config& config_;
-  const FrameOrigin& origin_;
+  const tradeoff::FrameOrigin& origin_;
   Progress progress_;
   StopSignals* signals_ = nullptr;
-  std::vector<TradeoffRow> rows_;
-  TradeoffReport report_;
+  std::vector<tradeoff::Row> rows_;
+  tradeoff::Report report_;
   std::size_t objects_ = 0;  // how many objects are printed
 };
 
-bool knows_an_error(const TradeoffReport& report) {
-  return std::any_of(report.rows.begin(), report.rows.end(), [](const TradeoffRow& row) {
+bool knows_an_error(const tradeoff::Report& report) {
+  return std::any_of(report.rows.begin(), report.rows.end(), [](const tradeoff::Row& row) {
     return row.distance_rmse_m || row.velocity_rmse_mps;
   });
 }
 
-void write_files(const TradeoffCommand& options, const TradeoffReport& report) {
-  write_file(options.csv, tradeoff_csv(report));
+void write_files(const TradeoffCommand& options, const tradeoff::Report& report) {
+  write_file(options.csv, tradeoff::to_csv(report));
   spdlog::info("the table is in {}", options.csv);
   if (!knows_an_error(report)) {
     spdlog::warn("{} is not drawn: no error is known of any setting", options.plot);
@@ -201,12 +203,12 @@ std::string table_of_share(const std::string& csv, const batch::Shard& shard) {
   return (file.parent_path() / name).string();
 }
 
-std::vector<TradeoffRow> rows_of_shares(const TradeoffCommand& options,
-                                        const TradeoffReport& report) {
-  std::vector<TradeoffRow> rows;
+std::vector<tradeoff::Row> rows_of_shares(const TradeoffCommand& options,
+                                          const tradeoff::Report& report) {
+  std::vector<tradeoff::Row> rows;
   for (std::size_t index = 1; index <= options.merge; ++index) {
     const std::string file = table_of_share(options.csv, {index, options.merge});
-    const auto more = rows_of_tradeoff_csv(read_file(file, "--merge: "), file, report);
+    const auto more = tradeoff::rows_of_csv(read_file(file, "--merge: "), file, report);
     rows.insert(rows.end(), more.begin(), more.end());
   }
   if (rows.empty()) throw Error(Fault::data, "--merge: no share has measured anything");
@@ -214,27 +216,27 @@ std::vector<TradeoffRow> rows_of_shares(const TradeoffCommand& options,
 }
 
 // What a share has measured goes into a table of its own, and everything else waits for the merge.
-int finish_share(const TradeoffCommand& options, const TradeoffReport& report,
+int finish_share(const TradeoffCommand& options, const tradeoff::Report& report,
                  const batch::Shard& shard) {
   if (report.rows.empty()) spdlog::info("no frame length is left for share {}", options.shard);
-  write_file(options.csv, tradeoff_csv(report));
+  write_file(options.csv, tradeoff::to_csv(report));
   spdlog::info("the share's table is in {}; the same command with --merge {} puts all together",
                options.csv, shard.count);
   return 0;
 }
 
-int finish(const TradeoffCommand& options, const TradeoffReport& report) {
-  const std::string advice = tradeoff_advice(report);
+int finish(const TradeoffCommand& options, const tradeoff::Report& report) {
+  const std::string advice = tradeoff::advice(report);
   std::fputs(advice.c_str(), options.json ? stderr : stdout);
   std::fflush(stdout);
   write_files(options, report);
-  if (options.budget_ms && !chosen_row(report)) {
-    throw Error(Fault::data, no_choice_reason(report));
+  if (options.budget_ms && !tradeoff::chosen_row(report)) {
+    throw Error(Fault::data, tradeoff::no_choice_reason(report));
   }
   return 0;
 }
 
-int tradeoff(TradeoffCommand options) {
+int run_tradeoff(TradeoffCommand options) {
   StopSignals signals;
   const batch::Shard shard =
       options.shard.empty() ? batch::Shard{} : batch::shard_of(options.shard);
@@ -247,14 +249,14 @@ int tradeoff(TradeoffCommand options) {
   outputs.check("--csv", options.csv);
   outputs.check("--plot", options.plot);
   if (!options.recording.empty()) recording::warn_of_other_pattern(config, options.recording);
-  FrameOrigin origin = find_origin(config, options.recording);
+  tradeoff::FrameOrigin origin = tradeoff::find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
-  spdlog::info("frames of {}; {}", origin.name, tradeoff_title(config, origin));
+  spdlog::info("frames of {}; {}", origin.name, tradeoff::title_of(config, origin));
   TradeoffRun run(options, config, origin);
   if (options.merge > 0) {
     return finish(options, run.merge(signals, rows_of_shares(options, run.report())));
   }
-  const TradeoffReport& report = run.measure(signals, shard);
+  const tradeoff::Report& report = run.measure(signals, shard);
   const bool is_stopped = signals.token().stop_requested();
   if (report.rows.empty() && is_stopped) {
     throw Error(Fault::usage, "stopped before anything was measured");
@@ -311,7 +313,7 @@ void add_tradeoff(CLI::App& app, Action& action) {
   const auto options = std::make_shared<TradeoffCommand>();
   add_options(*command, *options);
   add_log_options(*command);
-  command->callback([&action, options] { action = [options] { return tradeoff(*options); }; });
+  command->callback([&action, options] { action = [options] { return run_tradeoff(*options); }; });
 }
 
 }  // namespace splid

@@ -14,7 +14,7 @@
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 constexpr double m_per_ns_of_delay = speed_of_light_mps / 1e9 / 2;
@@ -40,7 +40,7 @@ double quantile(std::vector<double> values, double share) {
 double to_microseconds(double time_ms) { return std::round(time_ms * 1e3) / 1e3; }
 
 struct Measured {
-  TradeoffSetting setting;
+  Setting setting;
   std::vector<FrameResult> results;  // one for each frame; fewer after a stop request
 };
 
@@ -49,7 +49,7 @@ struct Measured {
 struct LengthWork {
   double length_ms = 0;
   double making_s = 0;  // to make all frames
-  std::vector<TradeoffSetting> settings;
+  std::vector<Setting> settings;
   std::vector<double> setting_s;  // for each setting, to estimate all frames
 };
 
@@ -57,9 +57,9 @@ struct LengthWork {
 struct Context {
   const Config& config;
   const FrameOrigin& origin;
-  const TradeoffPlan& plan;
-  const TradeoffClocks& clocks;
-  const TradeoffEvents& events;
+  const Plan& plan;
+  const Clocks& clocks;
+  const Events& events;
   const std::stop_token& stop;
 
   [[nodiscard]] double now_s() const { return static_cast<double>(clocks.wall.steady_ns()) / 1e9; }
@@ -110,7 +110,7 @@ class Teller {
   TimeLeft left_;
 };
 
-std::string name_of(const TradeoffSetting& setting) {
+std::string name_of(const Setting& setting) {
   return fmt::format("{}, frames of {:g} ms", setting_name(setting.estimator), setting.length_ms);
 }
 
@@ -124,7 +124,7 @@ std::size_t most_photons(const std::vector<KeptFrame>& frames) {
 class Estimation {
  public:
   // Errors: those of FrameEstimator's constructor.
-  Estimation(const Context& context, const TradeoffSetting& setting, std::size_t max_photons)
+  Estimation(const Context& context, const Setting& setting, std::size_t max_photons)
       : clock_(context.clocks.thread_ms),
         estimator_(context.config.pattern, context.config.pulse, context.config.scene,
                    setting.estimator, setting.length_ms, max_photons,
@@ -160,7 +160,7 @@ class Trial {
     teller.tell(fmt::format("trying frames of {:g} ms", work_.length_ms));
     make_frames();
     if (frames_.size() < 2) return work_;
-    for (const TradeoffSetting& setting :
+    for (const Setting& setting :
          settings_of_length(context_.config.estimator, work_.length_ms, context_.plan.paper)) {
       if (context_.stop.stop_requested()) break;
       teller.tell("trying " + name_of(setting));
@@ -204,7 +204,7 @@ class Trial {
   }
 
   // The first frame warms up the caches; its time counts only if it is long.
-  [[nodiscard]] double setting_s(const TradeoffSetting& setting) const {
+  [[nodiscard]] double setting_s(const Setting& setting) const {
     Estimation estimation(context_, setting, most_photons(frames_));
     double begin_s = context_.thread_s();
     estimation.result(frames_.front());
@@ -226,7 +226,7 @@ class LengthMeasurement {
   LengthMeasurement(const Context& context, Teller& teller) : context_(context), teller_(teller) {}
 
   // Reports each row when it is measured. Returns false where there are too few frames.
-  bool measure(const LengthWork& work, std::vector<TradeoffRow>& rows) {
+  bool measure(const LengthWork& work, std::vector<Row>& rows) {
     make_frames(work.length_ms);
     if (context_.stop.stop_requested()) return false;
     if (frames_.size() < fewest_frames) {
@@ -236,7 +236,7 @@ class LengthMeasurement {
       for (std::size_t k = 0; k < work.settings.size(); ++k) teller_.leave_out_part();
       return false;
     }
-    for (const TradeoffSetting& setting : work.settings) {
+    for (const Setting& setting : work.settings) {
       if (context_.stop.stop_requested()) break;
       const Measured measured = estimate(setting);
       if (rows_ == 0) take_yardstick(measured.results);
@@ -262,7 +262,7 @@ class LengthMeasurement {
     teller_.finish_part();
   }
 
-  [[nodiscard]] Measured estimate(const TradeoffSetting& setting) const {
+  [[nodiscard]] Measured estimate(const Setting& setting) const {
     Measured measured{setting, {}};
     const std::string doing = name_of(setting);
     Estimation estimation(context_, setting, most_photons(frames_));
@@ -284,9 +284,9 @@ class LengthMeasurement {
                                        : neighbour_reference(frames_, best_, unit_);
   }
 
-  [[nodiscard]] TradeoffRow judge(const Measured& measured, const Accuracy& accuracy,
-                                  const Yardstick& unit) const {
-    TradeoffRow row;
+  [[nodiscard]] Row judge(const Measured& measured, const Accuracy& accuracy,
+                          const Yardstick& unit) const {
+    Row row;
     row.setting = measured.setting;
     row.frames = accuracy.frames;
     row.no_value = accuracy.no_value;
@@ -326,11 +326,11 @@ class LengthMeasurement {
 
 }  // namespace
 
-std::optional<double> TradeoffRow::distance_ratio() const {
+std::optional<double> Row::distance_ratio() const {
   return ratio(distance_rmse_m, distance_bound_m);
 }
 
-std::optional<double> TradeoffRow::velocity_ratio() const {
+std::optional<double> Row::velocity_ratio() const {
   return ratio(velocity_rmse_mps, velocity_bound_mps);
 }
 
@@ -345,9 +345,9 @@ double thread_cpu_ms() {
   return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
-std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configured,
-                                                double length_ms, bool paper) {
-  std::vector<TradeoffSetting> settings;
+std::vector<Setting> settings_of_length(const EstimatorOptions& configured, double length_ms,
+                                        bool paper) {
+  std::vector<Setting> settings;
   EstimatorOptions options = configured;
   options.method = Method::search;
   for (const bool tracked : {false, true}) {
@@ -365,10 +365,8 @@ std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configur
   return settings;
 }
 
-std::vector<TradeoffRow> measure_tradeoff(const Config& config, const FrameOrigin& origin,
-                                          const TradeoffPlan& plan, const TradeoffClocks& clocks,
-                                          const TradeoffEvents& events,
-                                          const std::stop_token& stop) {
+std::vector<Row> measure(const Config& config, const FrameOrigin& origin, const Plan& plan,
+                         const Clocks& clocks, const Events& events, const std::stop_token& stop) {
   const Context context{config, origin, plan, clocks, events, stop};
   Teller teller(context);
   std::vector<LengthWork> works;
@@ -377,7 +375,7 @@ std::vector<TradeoffRow> measure_tradeoff(const Config& config, const FrameOrigi
     if (stop.stop_requested()) return {};
   }
   teller.expect(works);
-  std::vector<TradeoffRow> rows;
+  std::vector<Row> rows;
   for (const LengthWork& work : works) {
     if (LengthMeasurement(context, teller).measure(work, rows)) events.length_done(work.length_ms);
     if (stop.stop_requested()) break;
@@ -388,4 +386,4 @@ std::vector<TradeoffRow> measure_tradeoff(const Config& config, const FrameOrigi
   return rows;
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -12,21 +12,21 @@
 #include "daemon/study/tradeoff/tradeoff_frames.hpp"
 #include "estimator/model/options.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // The room daemon/study/tradeoff measures what each setting of the estimator costs in processor
 // time and gains in accuracy. Read this header first.
 
 // A setting: one way of estimating frames.
-struct TradeoffSetting {
+struct Setting {
   EstimatorOptions estimator;
   double length_ms = 0;  // of a frame
 };
 
 // The cost and the accuracy of a setting, measured on the same frames as the other settings of its
 // frame length.
-struct TradeoffRow {
-  TradeoffSetting setting;
+struct Row {
+  Setting setting;
   std::size_t frames = 0;       // judged
   double photons = 0;           // mean number in a frame
   double p50_ms = 0;            // one core's time for a frame: median
@@ -46,14 +46,14 @@ struct TradeoffRow {
   [[nodiscard]] std::optional<double> velocity_ratio() const;
 };
 
-struct TradeoffPlan {
+struct Plan {
   std::vector<double> lengths_ms;  // ascending
   std::size_t frames = 200;        // for each setting
   bool paper = false;  // measure the method of the paper too, which is some 10 times as slow
 };
 
 // The functions called during a measurement, on the caller's thread.
-struct TradeoffEvents {
+struct Events {
   // Called once, before the first row: how many rows there will be and how long they will take.
   std::function<void(std::size_t rows, double seconds)> reckoned;
   // Called often. doing: what is being done; done_s: time since the first call; left_s: time left,
@@ -61,7 +61,7 @@ struct TradeoffEvents {
   std::function<void(const std::string& doing, double done_s, std::optional<double> left_s)>
       progress;
   // Called for each row as soon as it is measured.
-  std::function<void(const TradeoffRow&)> row;
+  std::function<void(const Row&)> row;
   // Called when all rows of a length are measured, but not after a stop request.
   std::function<void(double length_ms)> length_done;
   Warn warn;
@@ -73,15 +73,15 @@ std::string setting_name(const EstimatorOptions& options);
 // The settings of a length, in the order in which they are measured. The first setting is the most
 // thorough; its results stand in for a truth that is not known. paper: includes the method of the
 // paper, as the last setting.
-std::vector<TradeoffSetting> settings_of_length(const EstimatorOptions& configured,
-                                                double length_ms, bool paper);
+std::vector<Setting> settings_of_length(const EstimatorOptions& configured, double length_ms,
+                                        bool paper);
 
 // A clock for the time that a frame's estimation takes, in ms, of which other work on the machine
 // is no part.
 using ThreadClock = double (*)();
 double thread_cpu_ms();
 
-struct TradeoffClocks {
+struct Clocks {
   ThreadClock thread_ms = thread_cpu_ms;  // for the times in the rows
   const Clock& wall = host_clock();       // for the time that is left
 };
@@ -94,9 +94,7 @@ struct TradeoffClocks {
 //
 // Threads: the caller's. Errors: those of collect_frames(); Error(Fault::data) where no length has
 // five frames.
-std::vector<TradeoffRow> measure_tradeoff(const Config& config, const FrameOrigin& origin,
-                                          const TradeoffPlan& plan, const TradeoffClocks& clocks,
-                                          const TradeoffEvents& events,
-                                          const std::stop_token& stop);
+std::vector<Row> measure(const Config& config, const FrameOrigin& origin, const Plan& plan,
+                         const Clocks& clocks, const Events& events, const std::stop_token& stop);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

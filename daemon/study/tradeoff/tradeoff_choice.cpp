@@ -8,7 +8,7 @@
 #include "config/option_writer.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 // RMSEs within this factor count as equal: settings that find the same peaks have the same RMSE,
@@ -20,20 +20,19 @@ constexpr double alike_time = 1.1;
 
 constexpr double none = std::numeric_limits<double>::infinity();
 
-double lost_share(const TradeoffRow& row) {
+double lost_share(const Row& row) {
   const auto lost = static_cast<double>(row.no_value + row.wrong_peaks);
   return row.frames > 0 ? lost / static_cast<double>(row.frames) : 1;
 }
 
-double distance(const TradeoffRow& row) { return row.distance_rmse_m.value_or(none); }
+double distance(const Row& row) { return row.distance_rmse_m.value_or(none); }
 
 // In a scene at rest no row has a velocity's RMSE, and all rows get the same value.
-double velocity(const TradeoffRow& row) { return row.velocity_rmse_mps.value_or(1); }
+double velocity(const Row& row) { return row.velocity_rmse_mps.value_or(1); }
 
 // The smallest `value` of the rows in `among`.
 template <class Value>
-double least(std::span<const TradeoffRow> rows, const std::vector<std::size_t>& among,
-             const Value& value) {
+double least(std::span<const Row> rows, const std::vector<std::size_t>& among, const Value& value) {
   double smallest = none;
   for (const std::size_t i : among) smallest = std::min(smallest, value(rows[i]));
   return smallest;
@@ -41,20 +40,20 @@ double least(std::span<const TradeoffRow> rows, const std::vector<std::size_t>& 
 
 // Removes from `among` the rows whose `value` is more than `factor` times the smallest.
 template <class Value>
-void keep_least(std::span<const TradeoffRow> rows, std::vector<std::size_t>& among, double factor,
+void keep_least(std::span<const Row> rows, std::vector<std::size_t>& among, double factor,
                 const Value& value) {
   const double limit = least(rows, among, value) * factor;
   std::erase_if(among, [&](std::size_t i) { return value(rows[i]) > limit; });
 }
 
-bool can_be_chosen(const TradeoffRow& row) {
+bool can_be_chosen(const Row& row) {
   return row.setting.estimator.method != Method::paper &&
          frames_of_rmse(row) >= fewest_frames_to_choose && row.distance_rmse_m.value_or(0) > 0 &&
          (row.velocity_rmse_mps || !row.velocity_bound_mps);
 }
 
 template <class Test>
-std::vector<std::size_t> those(std::span<const TradeoffRow> rows, const Test& test) {
+std::vector<std::size_t> those(std::span<const Row> rows, const Test& test) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (can_be_chosen(rows[i]) && test(rows[i])) found.push_back(i);
@@ -71,11 +70,11 @@ nlohmann::ordered_json json_of(EstimatorOptions options) {
 
 }  // namespace
 
-std::size_t frames_of_rmse(const TradeoffRow& row) { return row.compared - row.wrong_peaks; }
+std::size_t frames_of_rmse(const Row& row) { return row.compared - row.wrong_peaks; }
 
-std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
+std::optional<std::size_t> find_knee(std::span<const Row> rows, double length_ms,
                                      const EstimatorOptions& configured) {
-  std::vector<std::size_t> left = those(rows, [&](const TradeoffRow& row) {
+  std::vector<std::size_t> left = those(rows, [&](const Row& row) {
     return row.setting.length_ms == length_ms &&
            (configured.tracked || !row.setting.estimator.tracked);
   });
@@ -85,7 +84,7 @@ std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double l
   std::erase_if(left, [&](std::size_t i) {
     return distance(rows[i]) > best_distance || velocity(rows[i]) > best_velocity;
   });
-  const auto time = [](const TradeoffRow& row) { return row.p50_ms; };
+  const auto time = [](const Row& row) { return row.p50_ms; };
   keep_least(rows, left, alike_time, time);
   if (left.empty()) return std::nullopt;
   const auto same = std::find_if(left.begin(), left.end(), [&](std::size_t i) {
@@ -96,20 +95,19 @@ std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double l
   return left.front();
 }
 
-std::optional<std::size_t> find_within_budget(std::span<const TradeoffRow> rows, double budget_ms) {
-  std::vector<std::size_t> left = those(rows, [&](const TradeoffRow& row) {
+std::optional<std::size_t> find_within_budget(std::span<const Row> rows, double budget_ms) {
+  std::vector<std::size_t> left = those(rows, [&](const Row& row) {
     return row.p99_ms <= std::min(budget_ms, row.setting.length_ms);
   });
   keep_least(rows, left, 1, lost_share);
-  keep_least(rows, left, alike_rmse,
-             [](const TradeoffRow& row) { return distance(row) * velocity(row); });
-  keep_least(rows, left, 1, [](const TradeoffRow& row) { return row.p99_ms; });
+  keep_least(rows, left, alike_rmse, [](const Row& row) { return distance(row) * velocity(row); });
+  keep_least(rows, left, 1, [](const Row& row) { return row.p99_ms; });
   return left.empty() ? std::nullopt : std::optional(left.front());
 }
 
-std::string configuration_lines(const TradeoffSetting& setting) {
+std::string configuration_lines(const Setting& setting) {
   return "\"frame\": {\"length_ms\": " + number_text(setting.length_ms) +
          "},\n\"estimator\": " + json_of(setting.estimator).dump();
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -7,7 +7,7 @@
 
 #include "daemon/study/tradeoff/tradeoff.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // Choosing a row of a measured tradeoff. The functions return the row's index, or nothing where no
 // row will do. They never choose a row of the paper's method, which is measured only for
@@ -17,7 +17,7 @@ namespace splid {
 constexpr std::size_t fewest_frames_to_choose = 20;
 
 // How many frames a row's RMSE is made of.
-std::size_t frames_of_rmse(const TradeoffRow& row);
+std::size_t frames_of_rmse(const Row& row);
 
 // The knee of a length's curve. Only settings that lose as few frames (on a wrong peak or without a
 // value) as any other count, and only those whose RMSE of distance and of velocity is within 2 % of
@@ -26,7 +26,7 @@ std::size_t frames_of_rmse(const TradeoffRow& row);
 // setting is the knee only if the configured setting is tracked: the last digits of a tracked frame
 // depend on the frames before it, which a replay that starts elsewhere does not repeat. So tracking
 // has to be configured, or be chosen by a budget.
-std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double length_ms,
+std::optional<std::size_t> find_knee(std::span<const Row> rows, double length_ms,
                                      const EstimatorOptions& configured);
 
 // The most accurate setting of any length that needs no more than the budget, and no more than the
@@ -34,9 +34,9 @@ std::optional<std::size_t> find_knee(std::span<const TradeoffRow> rows, double l
 // share of frames, of those the settings whose RMSE is within 2 % of the smallest, and of those the
 // setting with the smallest time. RMSE here is the product of the distance's RMSE and the
 // velocity's, so that ten percent of either count alike.
-std::optional<std::size_t> find_within_budget(std::span<const TradeoffRow> rows, double budget_ms);
+std::optional<std::size_t> find_within_budget(std::span<const Row> rows, double budget_ms);
 
 // The setting as lines of a configuration file.
-std::string configuration_lines(const TradeoffSetting& setting);
+std::string configuration_lines(const Setting& setting);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

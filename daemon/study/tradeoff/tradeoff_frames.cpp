@@ -20,7 +20,7 @@
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 constexpr double ps_per_ms = 1e9;
@@ -262,4 +262,4 @@ std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& o
   return std::move(collector.kept());
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

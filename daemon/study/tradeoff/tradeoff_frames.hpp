@@ -13,7 +13,7 @@
 #include "estimator/model/frame_view.hpp"
 #include "protocol/truth.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // The state of a target at mid-frame.
 struct TargetState {
@@ -86,4 +86,4 @@ std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& o
                                       double length_ms, std::size_t count,
                                       const CollectProgress& progress, const std::stop_token& stop);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

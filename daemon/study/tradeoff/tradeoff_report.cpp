@@ -10,7 +10,7 @@
 #include "daemon/study/tradeoff/tradeoff_choice.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 std::string number_or_nothing(const std::optional<double>& value) {
@@ -22,7 +22,7 @@ struct Marks {
   bool budget = false;
 };
 
-Marks marks_of(const TradeoffReport& report, std::size_t row) {
+Marks marks_of(const Report& report, std::size_t row) {
   const auto knee = knee_of(report, report.rows[row].setting.length_ms);
   const auto budget =
       report.budget_ms ? find_within_budget(report.rows, *report.budget_ms) : std::nullopt;
@@ -55,10 +55,10 @@ std::string describe_target(const simulator::TargetOptions& target) {
 }
 
 // The measured length that is nearest to the configured length; 0 where nothing is measured.
-double nearest_length_ms(const TradeoffReport& report) {
+double nearest_length_ms(const Report& report) {
   double nearest_ms = 0;
   double apart = std::numeric_limits<double>::infinity();
-  for (const TradeoffRow& row : report.rows) {
+  for (const Row& row : report.rows) {
     const double length_ms = row.setting.length_ms;
     const double decades = std::abs(std::log10(length_ms / report.configured_length_ms));
     if (decades < apart) nearest_ms = length_ms;
@@ -80,10 +80,10 @@ std::size_t frames_needed(ErrorsAgainst reference, std::size_t frames, std::size
 }
 
 // Why there are too few frames of a length to choose a setting by; absent where there are enough.
-std::optional<std::string> shortage(const TradeoffReport& report, double length_ms) {
+std::optional<std::string> shortage(const Report& report, double length_ms) {
   std::size_t frames = 0;
   std::size_t most = 0;
-  for (const TradeoffRow& row : report.rows) {
+  for (const Row& row : report.rows) {
     if (row.setting.length_ms != length_ms) continue;
     frames = std::max(frames, row.frames);
     most = std::max(most, frames_of_rmse(row));
@@ -132,19 +132,19 @@ std::string in_words(ErrorsAgainst reference) {
          "(effort exhaustive), freed of their own noise; a constant error does not show";
 }
 
-std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms) {
+std::optional<std::size_t> knee_of(const Report& report, double length_ms) {
   if (report.stopped_in_ms == length_ms) return std::nullopt;
   return find_knee(report.rows, length_ms, report.configured);
 }
 
-std::optional<std::size_t> chosen_row(const TradeoffReport& report) {
+std::optional<std::size_t> chosen_row(const Report& report) {
   if (report.budget_ms) return find_within_budget(report.rows, *report.budget_ms);
   return knee_of(report, nearest_length_ms(report));
 }
 
 std::string table_head(ErrorsAgainst reference) { return in_words(reference) + "\n" + headings; }
 
-std::string table_line(const TradeoffRow& row) {
+std::string table_line(const Row& row) {
   return fmt::format("{:>7g}  {:19}", row.setting.length_ms, setting_name(row.setting.estimator)) +
          fmt::format("{:>7.3g}  {:>7.3g}", row.p50_ms, row.p99_ms) + "  " +
          column("{:>7.3g}", row.distance_rmse_m, 1e3, 7) +
@@ -154,7 +154,7 @@ std::string table_line(const TradeoffRow& row) {
          fmt::format("{:9}{:7}{:8}", row.wrong_peaks, row.no_value, row.frames);
 }
 
-std::string knee_line(const TradeoffReport& report, double length_ms) {
+std::string knee_line(const Report& report, double length_ms) {
   const auto knee = knee_of(report, length_ms);
   const std::string said =
       knee ? "knee: " + setting_name(report.rows[*knee].setting.estimator)
@@ -162,12 +162,12 @@ std::string knee_line(const TradeoffReport& report, double length_ms) {
   return fmt::format("{:>7g}  ", length_ms) + said;
 }
 
-std::string TradeoffMember::plain() const {
+std::string Member::plain() const {
   return json.size() > 1 && json.front() == '"' ? json.substr(1, json.size() - 2) : json;
 }
 
-std::vector<TradeoffMember> tradeoff_members(const TradeoffReport& report, std::size_t index) {
-  const TradeoffRow& row = report.rows[index];
+std::vector<Member> row_members(const Report& report, std::size_t index) {
+  const Row& row = report.rows[index];
   const Marks marks = marks_of(report, index);
   const EstimatorOptions& estimator = row.setting.estimator;
   return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
@@ -192,16 +192,16 @@ std::vector<TradeoffMember> tradeoff_members(const TradeoffReport& report, std::
           {"within_budget", report.budget_ms ? (marks.budget ? "true" : "false") : ""}};
 }
 
-std::string tradeoff_json(const TradeoffReport& report, std::size_t row) {
+std::string row_json(const Report& report, std::size_t row) {
   JsonWriter line;
   line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
-  for (const TradeoffMember& member : tradeoff_members(report, row)) {
+  for (const Member& member : row_members(report, row)) {
     if (!member.json.empty()) line.raw(member.name, member.json);
   }
   return line.finish();
 }
 
-std::string no_choice_reason(const TradeoffReport& report) {
+std::string no_choice_reason(const Report& report) {
   const double length_ms = nearest_length_ms(report);
   if (report.stopped_in_ms == length_ms && !report.budget_ms) {
     return fmt::format("not all settings of {:g} ms are measured", length_ms);
@@ -211,10 +211,10 @@ std::string no_choice_reason(const TradeoffReport& report) {
   return fmt::format("no setting is done within {:g} ms in 99 of 100 frames", *report.budget_ms);
 }
 
-std::string tradeoff_advice(const TradeoffReport& report) {
+std::string advice(const Report& report) {
   const auto chosen = chosen_row(report);
   if (!chosen) return "no setting is recommended: " + no_choice_reason(report) + "\n";
-  const TradeoffRow& row = report.rows[*chosen];
+  const Row& row = report.rows[*chosen];
   const std::string name = setting_name(row.setting.estimator);
   const std::string head =
       report.budget_ms
@@ -225,7 +225,7 @@ std::string tradeoff_advice(const TradeoffReport& report) {
   return head + configuration_lines(row.setting) + "\n";
 }
 
-std::string tradeoff_title(const Config& config, const FrameOrigin& origin) {
+std::string title_of(const Config& config, const FrameOrigin& origin) {
   const std::string pattern =
       fmt::format("{}, {} pulses in {:g} ns", to_string(config.pattern.mode),
                   pulses_per_period(config.pattern), pattern_period_ps(config.pattern) / 1000);
@@ -236,4 +236,4 @@ std::string tradeoff_title(const Config& config, const FrameOrigin& origin) {
          describe_target(origin.scene->target);
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

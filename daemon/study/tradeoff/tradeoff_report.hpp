@@ -9,7 +9,7 @@
 #include "config/config.hpp"
 #include "daemon/study/tradeoff/tradeoff.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // The report of a measured tradeoff, for people and programs.
 
@@ -22,8 +22,8 @@ ErrorsAgainst errors_against(const FrameOrigin& origin);
 std::string in_words(ErrorsAgainst reference);
 const char* name_of(ErrorsAgainst reference);
 
-struct TradeoffReport {
-  std::span<const TradeoffRow> rows;
+struct Report {
+  std::span<const Row> rows;
   ErrorsAgainst reference = ErrorsAgainst::scene;
   EstimatorOptions configured;  // preferred among settings that cost the same
   double configured_length_ms = 50;
@@ -33,39 +33,39 @@ struct TradeoffReport {
 
 // The knee of a length; absent where there is none and where not all settings of the length are
 // measured.
-std::optional<std::size_t> knee_of(const TradeoffReport& report, double length_ms);
+std::optional<std::size_t> knee_of(const Report& report, double length_ms);
 
 // The recommended row: with a budget, the row of find_within_budget(); without a budget, the knee
 // of the measured length that is nearest to the configured length.
-std::optional<std::size_t> chosen_row(const TradeoffReport& report);
+std::optional<std::size_t> chosen_row(const Report& report);
 
 // The table piece by piece, each without its last line feed: its head, which says what the errors
 // are measured against and names the columns; a row; and the line after the last row of a length.
 std::string table_head(ErrorsAgainst reference);
-std::string table_line(const TradeoffRow& row);
-std::string knee_line(const TradeoffReport& report, double length_ms);
+std::string table_line(const Row& row);
+std::string knee_line(const Report& report, double length_ms);
 
 // A row as a JSON object, with "schema" as its first member; values that are not known are left
 // out.
-std::string tradeoff_json(const TradeoffReport& report, std::size_t row);
+std::string row_json(const Report& report, std::size_t row);
 
 // The members of a row: their names, and their values as JSON, empty where they are not known.
-struct TradeoffMember {
+struct Member {
   const char* name;
   std::string json;
   // The value without the quotes of JSON; no text in a row has a character that JSON escapes.
   [[nodiscard]] std::string plain() const;
 };
-std::vector<TradeoffMember> tradeoff_members(const TradeoffReport& report, std::size_t index);
+std::vector<Member> row_members(const Report& report, std::size_t index);
 
 // Why chosen_row() recommends no row, in a sentence; only for a report where it recommends none.
-std::string no_choice_reason(const TradeoffReport& report);
+std::string no_choice_reason(const Report& report);
 
 // The recommended setting with its configuration lines, or why none is recommended.
-std::string tradeoff_advice(const TradeoffReport& report);
+std::string advice(const Report& report);
 
 // For a scene "interleaved, 40 pulses in 3780 ns; S 0.00135 a pulse, b 175000 /s, target at 284.5
 // m"; for a recording the file's name and the pattern.
-std::string tradeoff_title(const Config& config, const FrameOrigin& origin);
+std::string title_of(const Config& config, const FrameOrigin& origin);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -10,7 +10,7 @@
 #include "estimator/model/units.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 // The two neighbours on either side, and their weights in a cubic.
@@ -212,4 +212,4 @@ Accuracy score(std::span<const KeptFrame> frames, std::span<const FrameResult> r
   return accuracy;
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -11,7 +11,7 @@
 #include "estimator/model/estimate.hpp"
 #include "protocol/truth.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // The result of a setting for one frame.
 struct FrameResult {
@@ -86,4 +86,4 @@ Accuracy score(std::span<const KeptFrame> frames, std::span<const FrameResult> r
                const Reference& reference, std::span<const FrameResult> reference_results,
                const Yardstick& unit);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -8,7 +8,7 @@
 
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 std::vector<std::string> fields_of(const std::string& line) {
@@ -84,12 +84,12 @@ class TableLine {
   std::map<std::string, std::string> fields_;
 };
 
-TradeoffRow row_of(const TableLine& line, const TradeoffReport& report) {
+Row row_of(const TableLine& line, const Report& report) {
   if (line.text("reference") != name_of(report.reference)) {
     line.refuse("its errors were measured against '" + line.text("reference") + "' and not '" +
                 name_of(report.reference) + "'");
   }
-  TradeoffRow row;
+  Row row;
   EstimatorOptions& estimator = row.setting.estimator;
   estimator = report.configured;
   estimator.method =
@@ -115,12 +115,12 @@ TradeoffRow row_of(const TableLine& line, const TradeoffReport& report) {
 
 }  // namespace
 
-std::string tradeoff_csv(const TradeoffReport& report) {
+std::string to_csv(const Report& report) {
   std::string names;
   std::string lines;
   const auto chosen = chosen_row(report);
   for (std::size_t i = 0; i < report.rows.size(); ++i) {
-    for (const TradeoffMember& member : tradeoff_members(report, i)) {
+    for (const Member& member : row_members(report, i)) {
       if (i == 0) names += std::string(member.name) + ",";
       lines += member.plain() + ",";
     }
@@ -130,17 +130,17 @@ std::string tradeoff_csv(const TradeoffReport& report) {
   return names + lines;
 }
 
-std::vector<TradeoffRow> rows_of_tradeoff_csv(const std::string& text, const std::string& file,
-                                              const TradeoffReport& report) {
+std::vector<Row> rows_of_csv(const std::string& text, const std::string& file,
+                             const Report& report) {
   std::istringstream lines(text);
   std::string line;
   std::getline(lines, line);
   const std::vector<std::string> names = fields_of(line);
-  std::vector<TradeoffRow> rows;
+  std::vector<Row> rows;
   for (std::size_t number = 2; std::getline(lines, line); ++number) {
     rows.push_back(row_of({file + ", line " + std::to_string(number), names, line}, report));
   }
   return rows;
 }
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -5,20 +5,20 @@
 
 #include "daemon/study/tradeoff/tradeoff_report.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 
 // A measured tradeoff as a file, and back: comma-separated values below a line of their names.
 // Threads: any.
 
 // All rows with the members of tradeoff_json() as columns, and whether a row is the recommended
 // one. A value that is not known is empty. No text at all for a report without rows.
-std::string tradeoff_csv(const TradeoffReport& report);
+std::string to_csv(const Report& report);
 
 // The rows of such a table. The report says what the rows should have been measured against, and
 // with which options they were, beside those of the row. file: what errors name.
 // Errors: Error(Fault::data) with the line, where it is no such table or its errors were measured
 // against something else.
-std::vector<TradeoffRow> rows_of_tradeoff_csv(const std::string& text, const std::string& file,
-                                              const TradeoffReport& report);
+std::vector<Row> rows_of_csv(const std::string& text, const std::string& file,
+                             const Report& report);
 
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -145,13 +145,14 @@ struct Distances {
   double frames = 0;
 };
 
-Distances measure(const std::vector<KeptFrame>& frames, const Pattern& pattern, Shape shape) {
+Distances measure(const std::vector<tradeoff::KeptFrame>& frames, const Pattern& pattern,
+                  Shape shape) {
   PulseOptions pulse;
   pulse.shape = shape;
   FrameEstimator estimator(pattern, pulse, {}, {}, 50, 200'000);
   constexpr double mm_per_ns = light_m_per_ps * 1e3 / 2 * 1e3;
   Distances distances;
-  for (const KeptFrame& frame : frames) {
+  for (const tradeoff::KeptFrame& frame : frames) {
     const Estimate estimate = estimator.estimate(frame.view());
     EXPECT_TRUE(estimate.has_values);
     const double error_mm = (estimate.delay_ns - frame.truth->delay_ns) * mm_per_ns;
@@ -181,8 +182,8 @@ TEST(PatternCalibration, ATailsBiasIsGone) {
   scene.detection.signal_per_pulse = 0.01;
   Config config = scene_config(1);
   config.pattern = played();
-  const FrameOrigin origin{"scene", scene, {}, std::nullopt, {}};
-  const auto frames = collect_frames(config, origin, 50, 30, [](std::size_t) {}, {});
+  const tradeoff::FrameOrigin origin{"scene", scene, {}, std::nullopt, {}};
+  const auto frames = tradeoff::collect_frames(config, origin, 50, 30, [](std::size_t) {}, {});
   ASSERT_GE(frames.size(), 30U);
   const Distances gaussian = measure(frames, found, Shape::gaussian);
   const Distances calibrated = measure(frames, found, Shape::tabulated);

@@ -5,15 +5,15 @@
 
 #include <vector>
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Optional;
 
-TradeoffRow choice_row(Effort effort, double length_ms, double p50_ms, double distance_mm,
-                       std::size_t wrong_peaks = 0, std::size_t no_value = 0) {
-  TradeoffRow made;
+Row choice_row(Effort effort, double length_ms, double p50_ms, double distance_mm,
+               std::size_t wrong_peaks = 0, std::size_t no_value = 0) {
+  Row made;
   made.setting.estimator.effort = effort;
   made.setting.length_ms = length_ms;
   made.frames = 200;
@@ -28,7 +28,7 @@ TradeoffRow choice_row(Effort effort, double length_ms, double p50_ms, double di
 }
 
 // The configured effort is `balanced`.
-std::optional<std::size_t> knee(const std::vector<TradeoffRow>& rows, double length_ms = 50) {
+std::optional<std::size_t> knee(const std::vector<Row>& rows, double length_ms = 50) {
   return find_knee(rows, length_ms, {});
 }
 
@@ -44,8 +44,8 @@ TEST(Knee, IsTheCheapestThatIsAsAccurate) {
 }
 
 TEST(Knee, ComparesVelocitiesToo) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 5, 0.6),
-                                   choice_row(Effort::fast, 50, 1, 0.6)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 5, 0.6),
+                           choice_row(Effort::fast, 50, 1, 0.6)};
   rows[1].velocity_rmse_mps = 0.041;
   EXPECT_THAT(knee(rows), Optional(0));
   rows[1].velocity_rmse_mps.reset();
@@ -77,8 +77,8 @@ TEST(Knee, LeavesTheConfiguredSettingWhereTheOthersSaveNothing) {
 }
 
 TEST(Knee, IsTrackedOnlyWhereTheConfiguredSettingIs) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1.2, 0.6),
-                                   choice_row(Effort::balanced, 50, 0.3, 0.6)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 1.2, 0.6),
+                           choice_row(Effort::balanced, 50, 0.3, 0.6)};
   rows[1].setting.estimator.tracked = true;
   EXPECT_THAT(find_knee(rows, 50, {}), Optional(0));
   EXPECT_THAT(find_knee(rows, 50, {.tracked = true}), Optional(1));
@@ -86,15 +86,15 @@ TEST(Knee, IsTrackedOnlyWhereTheConfiguredSettingIs) {
 }
 
 TEST(Knee, IsOfOneLength) {
-  const std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 20, 1, 0.9),
-                                         choice_row(Effort::balanced, 50, 2, 0.6)};
+  const std::vector<Row> rows = {choice_row(Effort::balanced, 20, 1, 0.9),
+                                 choice_row(Effort::balanced, 50, 2, 0.6)};
   EXPECT_THAT(knee(rows, 20), Optional(0));
   EXPECT_THAT(knee(rows, 50), Optional(1));
   EXPECT_EQ(knee(rows, 100), std::nullopt);
 }
 
 TEST(Knee, IsNoneWhereNothingWasCompared) {
-  TradeoffRow nothing = choice_row(Effort::balanced, 50, 1, 0, 0, 200);
+  Row nothing = choice_row(Effort::balanced, 50, 1, 0, 0, 200);
   nothing.distance_rmse_m.reset();
   EXPECT_EQ(knee({nothing}), std::nullopt);
   EXPECT_EQ(find_within_budget(std::vector{nothing}, 10), std::nullopt);
@@ -102,7 +102,7 @@ TEST(Knee, IsNoneWhereNothingWasCompared) {
 
 // An RMSE of four frames is chance, and one of 0 is none.
 TEST(Choice, IsMadeByEnoughFrames) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1, 0.6)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 1, 0.6)};
   rows[0].compared = fewest_frames_to_choose + 2;
   rows[0].wrong_peaks = 2;
   EXPECT_THAT(knee(rows), Optional(0));
@@ -113,7 +113,7 @@ TEST(Choice, IsMadeByEnoughFrames) {
 }
 
 TEST(Choice, TakesNoErrorOfNothing) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 1, 0)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 1, 0)};
   EXPECT_EQ(knee(rows), std::nullopt);
   EXPECT_EQ(find_within_budget(rows, 10), std::nullopt);
   rows[0] = choice_row(Effort::balanced, 50, 1, 0.6);
@@ -123,8 +123,8 @@ TEST(Choice, TakesNoErrorOfNothing) {
 }
 
 TEST(Choice, IsNeverThePapersMethod) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 2, 0.6, 3),
-                                   choice_row(Effort::balanced, 50, 1, 0.3)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 2, 0.6, 3),
+                           choice_row(Effort::balanced, 50, 1, 0.3)};
   rows[1].setting.estimator.method = Method::paper;
   EXPECT_THAT(knee(rows), Optional(0));
   EXPECT_THAT(find_knee(rows, 50, rows[1].setting.estimator), Optional(0));
@@ -133,9 +133,9 @@ TEST(Choice, IsNeverThePapersMethod) {
 
 // p99 is twice p50 in these rows.
 TEST(Budget, IsKeptByTheNinetyNinthPercentile) {
-  const std::vector<TradeoffRow> rows = {choice_row(Effort::exhaustive, 50, 4, 0.5),
-                                         choice_row(Effort::balanced, 50, 2, 0.6),
-                                         choice_row(Effort::fast, 50, 1, 0.7)};
+  const std::vector<Row> rows = {choice_row(Effort::exhaustive, 50, 4, 0.5),
+                                 choice_row(Effort::balanced, 50, 2, 0.6),
+                                 choice_row(Effort::fast, 50, 1, 0.7)};
   EXPECT_THAT(find_within_budget(rows, 8), Optional(0));
   EXPECT_THAT(find_within_budget(rows, 7.9), Optional(1));
   EXPECT_THAT(find_within_budget(rows, 3.9), Optional(2));
@@ -143,8 +143,8 @@ TEST(Budget, IsKeptByTheNinetyNinthPercentile) {
 }
 
 TEST(Budget, NoFrameTakesLongerThanItLasts) {
-  const std::vector<TradeoffRow> rows = {choice_row(Effort::exhaustive, 5, 3, 0.5),
-                                         choice_row(Effort::fast, 5, 1, 0.6)};
+  const std::vector<Row> rows = {choice_row(Effort::exhaustive, 5, 3, 0.5),
+                                 choice_row(Effort::fast, 5, 1, 0.6)};
   EXPECT_THAT(find_within_budget(rows, 100), Optional(1));
 }
 
@@ -164,14 +164,14 @@ TEST(Budget, PrefersFramesThatAreNotLostThenAccuracyThenTime) {
 }
 
 TEST(Budget, DistanceAndVelocityCountAlike) {
-  std::vector<TradeoffRow> rows = {choice_row(Effort::balanced, 50, 2, 0.6),
-                                   choice_row(Effort::balanced, 200, 3, 0.66)};
+  std::vector<Row> rows = {choice_row(Effort::balanced, 50, 2, 0.6),
+                           choice_row(Effort::balanced, 200, 3, 0.66)};
   rows[1].velocity_rmse_mps = 0.03;
   EXPECT_THAT(find_within_budget(rows, 10), Optional(1));
 }
 
 TEST(ConfigurationLines, HoldWhatTheSettingIs) {
-  TradeoffSetting setting;
+  Setting setting;
   setting.length_ms = 20;
   setting.estimator.effort = Effort::fast;
   const std::string lines = configuration_lines(setting);
@@ -181,4 +181,4 @@ TEST(ConfigurationLines, HoldWhatTheSettingIs) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff

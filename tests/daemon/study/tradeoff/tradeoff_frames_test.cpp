@@ -15,7 +15,7 @@
 #include "tests/support/error_text.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 using ::testing::AllOf;
@@ -169,4 +169,4 @@ TEST(TradeoffFrames, ALengthIsAWholeNumberOfPeriods) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -11,7 +11,7 @@
 
 #include "tests/support/daemon_scene.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 using ::testing::AllOf;
@@ -19,8 +19,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TradeoffRow row(Effort effort, double length_ms, double p50_ms) {
-  TradeoffRow made;
+Row row(Effort effort, double length_ms, double p50_ms) {
+  Row made;
   made.setting.estimator.effort = effort;
   made.setting.length_ms = length_ms;
   made.frames = 200;
@@ -36,10 +36,10 @@ TradeoffRow row(Effort effort, double length_ms, double p50_ms) {
   return made;
 }
 
-const std::vector<TradeoffRow> rows = {row(Effort::exhaustive, 20, 4), row(Effort::fast, 20, 1),
-                                       row(Effort::exhaustive, 50, 9), row(Effort::fast, 50, 3)};
+const std::vector<Row> rows = {row(Effort::exhaustive, 20, 4), row(Effort::fast, 20, 1),
+                               row(Effort::exhaustive, 50, 9), row(Effort::fast, 50, 3)};
 
-TradeoffReport report_of(std::span<const TradeoffRow> of) {
+Report report_of(std::span<const Row> of) {
   return {of, ErrorsAgainst::scene, {}, 50, std::nullopt, std::nullopt};
 }
 
@@ -60,7 +60,7 @@ TEST(TradeoffTable, HasALineASettingUnderItsNames) {
 }
 
 TEST(TradeoffTable, ALengthEndsWithItsKnee) {
-  TradeoffReport report = report_of(rows);
+  Report report = report_of(rows);
   EXPECT_EQ(knee_line(report, 20), "     20  knee: fast");
   report.stopped_in_ms = 50;
   EXPECT_EQ(knee_line(report, 20), "     20  knee: fast");
@@ -68,7 +68,7 @@ TEST(TradeoffTable, ALengthEndsWithItsKnee) {
 }
 
 TEST(TradeoffTable, ShowsADashForWhatIsNotKnown) {
-  TradeoffRow nothing;
+  Row nothing;
   nothing.frames = 200;
   nothing.no_value = 200;
   const std::string line = table_line(nothing);
@@ -77,7 +77,7 @@ TEST(TradeoffTable, ShowsADashForWhatIsNotKnown) {
 
 TEST(TradeoffJson, IsAnObjectALine) {
   EXPECT_EQ(
-      tradeoff_json(report_of(rows), 1),
+      row_json(report_of(rows), 1),
       R"({"schema":"splid.tradeoff","v":[1,0],)"
       R"("method":"search","tracked":false,"effort":"fast","length_ms":20,"frames":200,"photons":9470,)"
       R"("compute_ms_p50":1,"compute_ms_p99":1.5,"reference":"scene","compared":199,)"
@@ -85,44 +85,44 @@ TEST(TradeoffJson, IsAnObjectALine) {
       R"("distance_rmse_over_bound":1.24,"velocity_rmse_mps":0.043,)"
       R"("velocity_bound_mps":0.04,"velocity_rmse_over_bound":1.075,)"
       R"("wrong_peaks":0,"no_value":1,"knee":true})");
-  TradeoffRow rest = rows[0];
+  Row rest = rows[0];
   rest.velocity_rmse_mps.reset();
-  EXPECT_THAT(tradeoff_json(report_of(std::vector{rest}), 0), Not(HasSubstr("velocity_rmse")));
+  EXPECT_THAT(row_json(report_of(std::vector{rest}), 0), Not(HasSubstr("velocity_rmse")));
 }
 
 TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {
-  TradeoffReport report = report_of(rows);
-  EXPECT_THAT(tradeoff_advice(report),
+  Report report = report_of(rows);
+  EXPECT_THAT(advice(report),
               AllOf(HasSubstr("knee at 50 ms: fast"), HasSubstr("\"effort\":\"fast\""),
                     HasSubstr("\"length_ms\": 50")));
   report.budget_ms = 2;
-  EXPECT_THAT(tradeoff_advice(report),
+  EXPECT_THAT(advice(report),
               AllOf(HasSubstr("within 2 ms"), HasSubstr("frames of 20"),
                     HasSubstr("\"length_ms\": 20"), Not(HasSubstr("\"length_ms\": 50"))));
   report.budget_ms = 0.1;
-  EXPECT_THAT(tradeoff_advice(report), HasSubstr("no setting is done within 0.1 ms"));
+  EXPECT_THAT(advice(report), HasSubstr("no setting is done within 0.1 ms"));
 }
 
 TEST(TradeoffAdvice, IsForTheMeasuredLengthNearestToTheConfiguredOne) {
-  TradeoffReport report = report_of(rows);
+  Report report = report_of(rows);
   report.configured_length_ms = 25;
-  EXPECT_THAT(tradeoff_advice(report), HasSubstr("knee at 20 ms"));
+  EXPECT_THAT(advice(report), HasSubstr("knee at 20 ms"));
   report.configured_length_ms = 200;
-  EXPECT_THAT(tradeoff_advice(report), HasSubstr("knee at 50 ms"));
+  EXPECT_THAT(advice(report), HasSubstr("knee at 50 ms"));
 }
 
 // What 0.29 s of recording have: four frames of 50 ms, without a neighbour on either side.
 TEST(TradeoffAdvice, SaysHowManyFramesThereAreAndHowManyItTakes) {
-  TradeoffRow few = row(Effort::balanced, 50, 62);
+  Row few = row(Effort::balanced, 50, 62);
   few.frames = 4;
   few.compared = 0;
   few.no_value = 0;
-  TradeoffReport report = report_of({&few, 1});
+  Report report = report_of({&few, 1});
   report.reference = ErrorsAgainst::neighbours;
   const auto says_what_it_takes =
       AllOf(HasSubstr("0 of 4 frames"), HasSubstr("20 are needed"),
             HasSubstr("a recording of 1.2 s with --frames 23 has them"));
-  EXPECT_THAT(tradeoff_advice(report), says_what_it_takes);
+  EXPECT_THAT(advice(report), says_what_it_takes);
   EXPECT_THAT(knee_line(report, 50), says_what_it_takes);
   report.budget_ms = 100;
   EXPECT_THAT(no_choice_reason(report), says_what_it_takes);
@@ -135,18 +135,18 @@ TEST(TradeoffAdvice, SaysHowManyFramesThereAreAndHowManyItTakes) {
 }
 
 TEST(TradeoffAdvice, IsNoneWhereAStopCameFirst) {
-  TradeoffReport report = report_of(rows);
+  Report report = report_of(rows);
   report.stopped_in_ms = 50;
-  EXPECT_THAT(tradeoff_advice(report), AllOf(HasSubstr("no setting is recommended"),
-                                             HasSubstr("not all settings of 50 ms")));
+  EXPECT_THAT(advice(report), AllOf(HasSubstr("no setting is recommended"),
+                                    HasSubstr("not all settings of 50 ms")));
 }
 
 TEST(TradeoffTitle, NamesTheScene) {
   const Config config = scene_config(1);
   EXPECT_EQ(
-      tradeoff_title(config, find_origin(config, "")),
+      title_of(config, find_origin(config, "")),
       "interleaved, 40 pulses in 3780 ns; S 0.00135, b 175000 /s; 284.5 m \u00b1 4 m in 20 s");
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff

@@ -8,7 +8,7 @@
 
 #include "tests/support/daemon_scene.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 constexpr std::int64_t length_ps = 50'000'000'000;
@@ -198,4 +198,4 @@ TEST(TradeoffScore, TheBoundIsThatOfTheScenesConstantsOrOfWhatWasFound) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff

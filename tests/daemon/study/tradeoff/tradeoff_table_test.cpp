@@ -12,7 +12,7 @@
 #include "protocol/error.hpp"
 #include "tests/support/error_text.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 using ::testing::AllOf;
@@ -20,11 +20,11 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-std::vector<TradeoffRow> some_rows() {
-  std::vector<TradeoffRow> rows;
+std::vector<Row> some_rows() {
+  std::vector<Row> rows;
   for (const double length_ms : {20.0, 50.0}) {
     for (const Effort effort : {Effort::exhaustive, Effort::fast}) {
-      TradeoffRow row;
+      Row row;
       row.setting.estimator.effort = effort;
       row.setting.estimator.tracked = effort == Effort::exhaustive && length_ms == 50;
       row.setting.length_ms = length_ms;
@@ -45,7 +45,7 @@ std::vector<TradeoffRow> some_rows() {
   return rows;
 }
 
-TradeoffReport report_with(const std::vector<TradeoffRow>& rows) {
+Report report_with(const std::vector<Row>& rows) {
   return {rows, ErrorsAgainst::scene, {}, 50, std::nullopt, std::nullopt};
 }
 
@@ -57,10 +57,10 @@ std::vector<std::string> table_lines(const std::string& text) {
 }
 
 TEST(TradeoffTable, HasTheMembersOfTheJsonAsColumns) {
-  const std::vector<TradeoffRow> rows = some_rows();
-  TradeoffReport report = report_with(rows);
+  const std::vector<Row> rows = some_rows();
+  Report report = report_with(rows);
   report.budget_ms = 100;
-  const auto lines = table_lines(tradeoff_csv(report));
+  const auto lines = table_lines(to_csv(report));
   ASSERT_EQ(lines.size(), 1 + rows.size());
   for (const std::string& line : lines) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 20) << line;
@@ -76,31 +76,31 @@ TEST(TradeoffTable, HasTheMembersOfTheJsonAsColumns) {
 }
 
 TEST(TradeoffTable, IsReadAsItWasWritten) {
-  std::vector<TradeoffRow> rows = some_rows();
+  std::vector<Row> rows = some_rows();
   rows[1].distance_rmse_m.reset();
   rows[1].velocity_bound_mps.reset();
   rows[3].setting.estimator.method = Method::paper;
-  const TradeoffReport report = report_with(rows);
-  const std::string text = tradeoff_csv(report);
-  const std::vector<TradeoffRow> read = rows_of_tradeoff_csv(text, "t.csv", report);
+  const Report report = report_with(rows);
+  const std::string text = to_csv(report);
+  const std::vector<Row> read = rows_of_csv(text, "t.csv", report);
   ASSERT_EQ(read.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_EQ(setting_name(read[i].setting.estimator), setting_name(rows[i].setting.estimator));
   }
-  EXPECT_EQ(tradeoff_csv(report_with(read)), text) << "to the last digit";
+  EXPECT_EQ(to_csv(report_with(read)), text) << "to the last digit";
 }
 
 TEST(TradeoffTable, OfNoRowsIsEmpty) {
-  EXPECT_THAT(tradeoff_csv(report_with({})), IsEmpty());
-  EXPECT_THAT(rows_of_tradeoff_csv("", "t.csv", report_with({})), IsEmpty());
+  EXPECT_THAT(to_csv(report_with({})), IsEmpty());
+  EXPECT_THAT(rows_of_csv("", "t.csv", report_with({})), IsEmpty());
 }
 
 TEST(TradeoffTable, WhatIsNoTableIsNamedWithItsLine) {
-  const std::vector<TradeoffRow> rows = some_rows();
-  const TradeoffReport report = report_with(rows);
-  const std::string text = tradeoff_csv(report);
-  const auto error_of = [&](const std::string& broken, const TradeoffReport& expected) {
-    return test::error_text([&] { rows_of_tradeoff_csv(broken, "t.csv", expected); });
+  const std::vector<Row> rows = some_rows();
+  const Report report = report_with(rows);
+  const std::string text = to_csv(report);
+  const auto error_of = [&](const std::string& broken, const Report& expected) {
+    return test::error_text([&] { rows_of_csv(broken, "t.csv", expected); });
   };
   const auto with = [&](const std::string& part, const std::string& other) {
     std::string broken = text;
@@ -115,10 +115,10 @@ TEST(TradeoffTable, WhatIsNoTableIsNamedWithItsLine) {
   EXPECT_THAT(error_of(with("9470.25", ""), report), HasSubstr("photons is empty"));
   EXPECT_THAT(error_of(with(",fast,", ",quick,"), report), HasSubstr("effort is 'quick'"));
   EXPECT_THAT(error_of(with(",200,", ",-1,"), report), HasSubstr("frames is no number of frames"));
-  TradeoffReport other = report;
+  Report other = report;
   other.reference = ErrorsAgainst::neighbours;
   EXPECT_THAT(error_of(text, other), HasSubstr("measured against 'scene' and not 'neighbours'"));
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff

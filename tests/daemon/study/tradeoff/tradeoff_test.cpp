@@ -17,7 +17,7 @@
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 
-namespace splid {
+namespace splid::tradeoff {
 namespace {
 
 using splid::test::file_text;
@@ -42,15 +42,15 @@ class SteadyClock final : public Clock {
   [[nodiscard]] std::int64_t steady_ns() const override { return std::llround(steady_ms() * 1e6); }
 };
 
-std::vector<TradeoffRow> measured(const Config& config, const TradeoffPlan& plan,
-                                  const TradeoffEvents& events, const std::stop_token& stop = {}) {
+std::vector<Row> measured(const Config& config, const Plan& plan, const Events& events,
+                          const std::stop_token& stop = {}) {
   const SteadyClock wall;
-  return measure_tradeoff(config, find_origin(config, ""), plan, {steady_ms, wall}, events, stop);
+  return measure(config, find_origin(config, ""), plan, {steady_ms, wall}, events, stop);
 }
 
-const TradeoffEvents no_events = {
-    [](std::size_t, double) {}, [](const std::string&, double, std::optional<double>) {},
-    [](const TradeoffRow&) {}, [](double) {}, [](const std::string&) {}};
+const Events no_events = {[](std::size_t, double) {},
+                          [](const std::string&, double, std::optional<double>) {},
+                          [](const Row&) {}, [](double) {}, [](const std::string&) {}};
 
 constexpr std::size_t settings = 6;  // three efforts, each frame on its own and tracked
 
@@ -60,7 +60,7 @@ TEST(Tradeoff, RowsHoldWhatTheSceneGives) {
   const auto rows = measured(config, {{5, 10}, 200}, no_events);
   ASSERT_THAT(rows, SizeIs(2 * settings));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const TradeoffRow& row = rows[i];
+    const Row& row = rows[i];
     SCOPED_TRACE(setting_name(row.setting.estimator));
     EXPECT_EQ(row.setting.length_ms, i < rows.size() / 2 ? 5 : 10);
     EXPECT_EQ(row.frames, 200u);
@@ -106,27 +106,27 @@ TEST(Tradeoff, ThePapersMethodIsMeasuredWhereAsked) {
   EXPECT_EQ(rows.back().setting.estimator.method, Method::paper);
   Config config = scene_config(1);
   config.estimator.method = Method::paper;
-  for (const TradeoffRow& row : measured(config, {{5}, 5}, no_events)) {
+  for (const Row& row : measured(config, {{5}, 5}, no_events)) {
     EXPECT_EQ(row.setting.estimator.method, Method::search);
   }
 }
 
 TEST(Tradeoff, EachRowIsToldAsItIsMeasured) {
   std::vector<std::string> told;
-  TradeoffEvents events = no_events;
+  Events events = no_events;
   events.reckoned = [&](std::size_t rows, double) { told.push_back(std::to_string(rows)); };
   events.progress = [&](const std::string& doing, double, std::optional<double>) {
     const std::string what = doing.substr(0, doing.find_first_of(":"));
     if (told.empty() || told.back() != what) told.push_back(what);
   };
-  events.row = [&](const TradeoffRow& row) {
+  events.row = [&](const Row& row) {
     told.push_back("row " + setting_name(row.setting.estimator));
   };
   events.length_done = [&](double length_ms) { told.push_back(std::to_string(length_ms)); };
   measured(scene_config(1), {{5}, 5}, events);
   std::vector<std::string> expected = {"trying frames of 5 ms"};
   std::vector<std::string> names;
-  for (const TradeoffSetting& setting : settings_of_length({}, 5, false)) {
+  for (const Setting& setting : settings_of_length({}, 5, false)) {
     names.push_back(setting_name(setting.estimator));
     expected.push_back("trying " + names.back() + ", frames of 5 ms");
   }
@@ -146,7 +146,7 @@ TEST(Tradeoff, TheTimeLeftIsTrueFromTheStart) {
     double done_s, left_s;
   };
   std::vector<Said> said;
-  TradeoffEvents events = no_events;
+  Events events = no_events;
   events.progress = [&](const std::string& doing, double done_s, std::optional<double> left_s) {
     step_ms = doing.find("exhaustive") == std::string::npos ? 1 : 50;
     if (left_s) said.push_back({done_s, *left_s});
@@ -166,7 +166,7 @@ TEST(Tradeoff, TheTimeLeftIsTrueFromTheStart) {
 
 TEST(Tradeoff, AStopEndsItWithWhatIsThere) {
   std::stop_source stop;
-  TradeoffEvents events = no_events;
+  Events events = no_events;
   std::size_t estimated = 0;
   std::size_t lengths = 0;
   events.progress = [&](const std::string& doing, double, std::optional<double> left_s) {
@@ -184,7 +184,7 @@ TEST(Tradeoff, AStopEndsItWithWhatIsThere) {
 
 TEST(Tradeoff, AStopOfTheTrialsHasNoRows) {
   std::stop_source stop;
-  TradeoffEvents events = no_events;
+  Events events = no_events;
   events.progress = [&](const std::string&, double, std::optional<double>) { stop.request_stop(); };
   EXPECT_THAT(measured(scene_config(1), {{5, 10}, 20}, events, stop.get_token()), IsEmpty());
 }
@@ -385,4 +385,4 @@ TEST_F(TradeoffProgram, ASignalBeforeTheFirstRowSaysSo) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::tradeoff
