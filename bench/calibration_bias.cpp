@@ -64,11 +64,11 @@ Pattern calibrated(const Row& row) {
   scene.detection.signal_per_pulse = 0.1;
   scene.seconds = 1;
   scene.seed = 1000;
-  CalibrationPlan plan;
+  calibration::Plan plan;
   plan.recording = "a simulated recording";
   plan.distance_m = target_m;
   const auto open = [&] { return std::make_unique<SimulatorSource>(scene, config.pattern); };
-  return calibrate_pattern(config, open, plan, [](const char*, double) {}, {}).pattern;
+  return calibration::calibrate_pattern(config, open, plan, [](const char*, double) {}, {}).pattern;
 }
 
 Errors measure(const std::vector<tradeoff::KeptFrame>& frames, const Pattern& pattern,

@@ -27,7 +27,7 @@ namespace splid {
 namespace {
 
 struct CalibrateCommand {
-  CalibrationPlan plan;
+  calibration::Plan plan;
   std::string config;
   std::string output;
   std::string csv;
@@ -50,21 +50,21 @@ void check_inputs_stay(const Config& config, const CalibrateCommand& options) {
   outputs.check("--output", options.output);
 }
 
-PatternCalibration calibrate_shown(const Config& config, const CalibrationPlan& plan,
-                                   const std::stop_token& stop) {
+calibration::PatternCalibration calibrate_shown(const Config& config, const calibration::Plan& plan,
+                                                const std::stop_token& stop) {
   Progress progress(host_clock());
   const auto show = [&](const char* doing, double seconds) {
     if (progress.due())
       progress.show(plan.recording + ": " + doing + fmt::format(", {:.1f} s", seconds));
   };
-  return calibrate_recording(config, plan.recording, plan, show, stop);
+  return calibration::calibrate_recording(config, plan.recording, plan, show, stop);
 }
 
 // The photons as a table, and its picture, as far as they are asked for.
-void write_pictures(const CalibrateCommand& options, const PatternCalibration& calibrated,
-                    double sigma_ps) {
+void write_pictures(const CalibrateCommand& options,
+                    const calibration::PatternCalibration& calibrated, double sigma_ps) {
   if (options.csv.empty()) return;
-  write_file(options.csv, photon_density_csv(calibrated));
+  write_file(options.csv, calibration::photon_density_csv(calibrated));
   spdlog::info("the photons of the pulses are in {}", options.csv);
   if (options.plot.empty()) return;
   draw_plot({"calibration", options.output, options.csv, number_text(sigma_ps), options.plot});
@@ -78,11 +78,12 @@ int calibrate(CalibrateCommand options) {
   const Config config = load_config_aloud(options.config);
   check_inputs_stay(config, options);
   recording::warn_of_other_pattern(config, options.plan.recording);
-  const PatternCalibration calibrated = calibrate_shown(config, options.plan, signals.token());
+  const calibration::PatternCalibration calibrated =
+      calibrate_shown(config, options.plan, signals.token());
   write_file(options.output, to_json_file(calibrated.pattern));
   write_pictures(options, calibrated, config.pulse.sigma_ps);
-  std::fputs(calibration_table(calibrated.pattern).c_str(), stdout);
-  std::fputs(calibration_summary(calibrated, options.output, config.frame.length_ms).c_str(),
+  std::fputs(calibration::pulse_table(calibrated.pattern).c_str(), stdout);
+  std::fputs(calibration::summary(calibrated, options.output, config.frame.length_ms).c_str(),
              stderr);
   return 0;
 }

@@ -44,7 +44,8 @@ bool begins_with_brace(std::string_view text) {
 }
 
 void say_look_alike(const Pattern& pattern, const PulseOptions& pulse, double length_ms) {
-  const std::string hardest = describe_look_alike(pattern, *shape_of(pattern, pulse), length_ms);
+  const std::string hardest =
+      calibration::describe_look_alike(pattern, *calibration::shape_of(pattern, pulse), length_ms);
   if (!hardest.empty()) std::printf("  ranges   %s\n", hardest.c_str());
 }
 

@@ -125,7 +125,7 @@ void keep_pattern(const control::Reply& reply, const CtlCommand& options) {
   const Pattern pattern = pattern_from_json(reply.find("pattern"), "the daemon's reply");
   write_file(options.output, to_json_file(pattern));
   if (options.request.command == control::Command::calibrate && !options.json) {
-    std::fputs(calibration_table(pattern).c_str(), stdout);
+    std::fputs(calibration::pulse_table(pattern).c_str(), stdout);
   }
 }
 

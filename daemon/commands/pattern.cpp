@@ -48,7 +48,8 @@ int write_pattern(const Pattern& pattern, const std::string& file) {
                  file.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
                  side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
   }
-  const std::string hardest = describe_look_alike(pattern, *shape_of(pattern, {}), 0);
+  const std::string hardest =
+      calibration::describe_look_alike(pattern, *calibration::shape_of(pattern, {}), 0);
   if (!hardest.empty()) {
     std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in the default scene)\n",
                  file.c_str(), hardest.c_str());

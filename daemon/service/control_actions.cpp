@@ -191,7 +191,7 @@ control::Reply ControlActions::calibrate_from_source(const control::CalibrateReq
                                                      const std::stop_token& stop) {
   const ScratchFolder scratch;
   const std::unique_ptr<TagSource> source = open_source(config_);
-  CalibrationPlan plan;
+  calibration::Plan plan;
   plan.recording = fmt::format("{:g} s of ", request.seconds) + source->info().name;
   plan.goal = {request.time_ps, request.amplitude_percent / 100};
   plan.distance_m = request.distance_m;
@@ -201,7 +201,7 @@ control::Reply ControlActions::calibrate_from_source(const control::CalibrateReq
     show_progress(fmt::format("{:.1f} s taken", seconds));
   };
   recording::record_source(config_, *source, scratch.file(), true, host_clock(), stop, limit);
-  const PatternCalibration calibrated = calibrate_recording(
+  const calibration::PatternCalibration calibrated = calibration::calibrate_recording(
       config_, scratch.file(), plan,
       [this](const char* what, double seconds) {
         show_progress(std::string(what) + fmt::format(", {:.1f} s", seconds));
@@ -209,7 +209,7 @@ control::Reply ControlActions::calibrate_from_source(const control::CalibrateReq
       stop);
   control::Reply reply =
       done(control::Command::calibrate,
-           calibration_summary(calibrated, "PATTERN.json", config_.frame.length_ms));
+           calibration::summary(calibrated, "PATTERN.json", config_.frame.length_ms));
   reply.more.emplace_back("pattern", to_json(calibrated.pattern));
   return reply;
 }

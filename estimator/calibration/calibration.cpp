@@ -7,7 +7,7 @@
 #include "estimator/calibration/pulse_finder.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr int most_rounds = 16;
@@ -125,7 +125,7 @@ FoldModel model_of(const PhaseHistogram& fold, const Calibration& calibration) {
   return model;
 }
 
-double photons_wanted(const Calibration& calibration, const CalibrationGoal& goal) {
+double photons_wanted(const Calibration& calibration, const Goal& goal) {
   double factor = 0;
   for (const CalibratedPulse& pulse : calibration.pulses) {
     const double of_time = pulse.std_time_ps / goal.std_time_ps;
@@ -135,4 +135,4 @@ double photons_wanted(const Calibration& calibration, const CalibrationGoal& goa
   return factor;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -22,7 +22,7 @@
 //   input_shift.hpp       how one input of a detector sees the pulses of another
 //   look_alike.hpp        the delays that a pattern's photons can take for the right one
 
-namespace splid {
+namespace splid::calibration {
 
 struct CalibratedPulse {
   double time_ps = 0;      // in [0, period), tagger's clock, after the pattern start
@@ -62,13 +62,13 @@ std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps
 FoldModel model_of(const PhaseHistogram& fold, const Calibration& calibration);
 
 // How well pulses have to be known.
-struct CalibrationGoal {
+struct Goal {
   double std_time_ps = 5;
   double std_amplitude = 0.02;  // of the mean pulse
 };
 
 // The factor by which the number of photons has to grow until every pulse is known so well. At 1 or
 // less they are.
-double photons_wanted(const Calibration& calibration, const CalibrationGoal& goal);
+double photons_wanted(const Calibration& calibration, const Goal& goal);
 
-}  // namespace splid
+}  // namespace splid::calibration

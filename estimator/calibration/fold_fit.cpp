@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 using Window = FoldModel::Window;
@@ -152,4 +152,4 @@ Eigen::MatrixXd fold_covariance(FoldModel& model) {
   return matrix.ldlt().solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

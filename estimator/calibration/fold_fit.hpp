@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/fold_model.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // The fit of a fold by its Poisson likelihood, with the pulses' shape given. Parameters 0 .. P-1
 // are the counts of the P pulses, P .. 2P-1 their times (ps), and 2P is the background (1/ps).
@@ -20,4 +20,4 @@ double fit_fold(FoldModel& model);
 // values.
 Eigen::MatrixXd fold_covariance(FoldModel& model);
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -6,7 +6,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 TabulatedPulse gaussian_table(double width_ps) {
@@ -93,4 +93,4 @@ const std::vector<double>& FoldModel::rates() {
   return rates_;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -9,7 +9,7 @@
 #include "estimator/model/pulse_shape.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // The photons that each bin of a fold should hold: background, and the photons of every pulse in
 // one and the same shape,
@@ -65,4 +65,4 @@ class FoldModel {
   std::vector<double> rates_;
 };
 
-}  // namespace splid
+}  // namespace splid::calibration

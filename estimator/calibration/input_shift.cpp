@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double agreeing_widths = 0.2;
@@ -57,4 +57,4 @@ std::optional<InputShift> shift_between(const Calibration& first, const Calibrat
   return best;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/calibration.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // How the pulses of a second input of a detector lie to those of the first.
 struct InputShift {
@@ -21,4 +21,4 @@ struct InputShift {
 // Threads: any. Errors: none.
 std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -7,7 +7,7 @@
 
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr std::size_t max_pulses = 2'000;
@@ -253,4 +253,4 @@ std::optional<double> even_spacing_ps(const std::vector<LookAlike>& delays,
   return spacing_ps;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -6,7 +6,7 @@
 #include "estimator/model/pulse_shape.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // A delay that a pattern's photons can take for the right one: shifted by so much, the pattern
 // looks like itself.
@@ -47,4 +47,4 @@ std::optional<double> even_spacing_ps(const std::vector<LookAlike>& delays,
                                       double unambiguous_delay_ps, double signal_photons,
                                       double width_ps);
 
-}  // namespace splid
+}  // namespace splid::calibration

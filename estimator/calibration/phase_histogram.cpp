@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double bins_per_width = 32;
@@ -58,4 +58,4 @@ std::size_t PhaseHistogram::wrapped(std::ptrdiff_t bin) const {
   return static_cast<std::size_t>(rest < 0 ? rest + count : rest);
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

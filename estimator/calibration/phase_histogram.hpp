@@ -7,7 +7,7 @@
 #include "estimator/model/frame_view.hpp"
 #include "estimator/sync/recording_period.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // The phase of a frame's photons in the pattern period, by the frame's own syncs.
 class FramePhase {
@@ -60,4 +60,4 @@ class PhaseHistogram {
   double phase_variance_ps2_ = 0;  // times photons squared
 };
 
-}  // namespace splid
+}  // namespace splid::calibration

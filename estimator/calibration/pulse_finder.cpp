@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double half_window_widths = 1.5;
@@ -141,4 +141,4 @@ std::vector<FoundPulse> find_pulses(const PhaseHistogram& fold, double width_ps)
   return Finder(fold, width_ps).find();
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/phase_histogram.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // A pulse as the photons of a target at rest show it.
 struct FoundPulse {
@@ -18,4 +18,4 @@ struct FoundPulse {
 // one. Ascending in time; empty where nothing stands out. Threads: any. Errors: none.
 std::vector<FoundPulse> find_pulses(const PhaseHistogram& fold, double width_ps);
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double surely_deviations = 5;
@@ -109,4 +109,4 @@ RestReport RestCheck::report() const {
   return report;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -9,7 +9,7 @@
 #include "estimator/calibration/phase_histogram.hpp"
 #include "estimator/model/frame_view.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // What the pulses of a calibrated recording did while the recording lasted.
 struct RestReport {
@@ -58,4 +58,4 @@ class RestCheck {
   std::optional<std::int64_t> begin_ps_;
 };
 
-}  // namespace splid
+}  // namespace splid::calibration

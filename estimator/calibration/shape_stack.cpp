@@ -7,7 +7,7 @@
 
 #include "estimator/model/pulse_shape.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 using Window = FoldModel::Window;
@@ -272,4 +272,4 @@ std::vector<double> std_density(FoldModel& model) {
   return photons;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -4,7 +4,7 @@
 
 #include "estimator/calibration/fold_model.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // The photons of all pulses by their offset from the time of their pulse, as far to either side as
 // a pulse may reach. Value j holds the photons whose offset is within half a step of offset_ps(j).
@@ -52,4 +52,4 @@ double std_pulse_point_ps(FoldModel& model);
 // The standard deviation of each value of the model's table by the photons' noise, 1/ps.
 std::vector<double> std_density(FoldModel& model);
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -8,7 +8,7 @@
 
 #include "estimator/calibration/phase_histogram.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr std::size_t most_slices = 64;
@@ -144,4 +144,4 @@ std::optional<TargetMotion::Motion> TargetMotion::motion() const {
   return motion;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -7,7 +7,7 @@
 
 #include "estimator/model/frame_view.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // Where a recording's photons go in the pattern period as time passes, for any pattern. A target
 // that moves by pulse widths smears its photons, and the fold then shows pulses that were never
@@ -51,4 +51,4 @@ class TargetMotion {
   std::optional<std::int64_t> begin_ps_;
 };
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -37,7 +37,7 @@ Bound bound(const Pattern& pattern, double sigma_ps, bool tabulated, const Bound
   }
   if (!tabulated && !(sigma_ps > 0)) throw Error(Fault::usage, "sigma_ps: must be above 0");
   const PulseOptions pulse{tabulated ? Shape::tabulated : Shape::gaussian, sigma_ps};
-  const auto shape = shape_of(pattern, pulse);
+  const auto shape = calibration::shape_of(pattern, pulse);
   const py::gil_scoped_release unlocked;
   return cramer_rao_bound(pattern, *shape, scene);
 }
@@ -50,8 +50,8 @@ BoundScene scene_from(double length_ms, double seen_fraction, double delay_ns, d
           signal_per_pulse, background_per_s * 1e-9,   moving,   accelerating};
 }
 
-py::dict stacked(const PatternCalibration& made) {
-  const PhotonDensity density = photon_density(made);
+py::dict stacked(const calibration::PatternCalibration& made) {
+  const calibration::PhotonDensity density = calibration::photon_density(made);
   const auto array = [](const std::vector<double>& values) {
     return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
   };
@@ -66,7 +66,7 @@ py::dict stacked(const PatternCalibration& made) {
 py::tuple calibrate(const ConfigText& text, const std::string& recording,
                     std::optional<double> distance_m, double time_ps, double amplitude_percent) {
   const Config config = text.read();
-  CalibrationPlan plan;
+  calibration::Plan plan;
   plan.recording = recording;
   plan.distance_m = distance_m;
   plan.goal.std_time_ps = time_ps;
@@ -76,17 +76,17 @@ py::tuple calibrate(const ConfigText& text, const std::string& recording,
   const auto look = [&](const char* /*doing*/, double /*seconds*/) {
     if (!interrupt.go_on()) stop.request_stop();
   };
-  const PatternCalibration made = [&] {
+  const calibration::PatternCalibration made = [&] {
     try {
       const py::gil_scoped_release unlocked;
-      return calibrate_recording(config, recording, plan, look, stop.get_token());
+      return calibration::calibrate_recording(config, recording, plan, look, stop.get_token());
     } catch (const Error&) {
       interrupt.raise_if_interrupted();
       throw;
     }
   }();
-  return py::make_tuple(made.pattern, calibration_table(made.pattern),
-                        calibration_summary(made, "the pattern's file", config.frame.length_ms),
+  return py::make_tuple(made.pattern, calibration::pulse_table(made.pattern),
+                        calibration::summary(made, "the pattern's file", config.frame.length_ms),
                         stacked(made));
 }
 

@@ -12,7 +12,7 @@
 #include "estimator/model/units.hpp"
 #include "protocol/json_writer.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 // For a pattern whose pulse times contain the way to the target.
@@ -52,7 +52,7 @@ std::string describe_rest(const RestReport& rest) {
 
 }  // namespace
 
-std::string calibration_table(const Pattern& pattern) {
+std::string pulse_table(const Pattern& pattern) {
   const PatternSegment& segment = pattern.segments.front();
   const CalibrationFacts& facts = *pattern.calibration;
   std::string text = fmt::format("{:>5}  {:>14}  {:>7}  {:>9}  {:>7}\n", "pulse", "time ps", "+-",
@@ -65,8 +65,8 @@ std::string calibration_table(const Pattern& pattern) {
   return text;
 }
 
-std::string calibration_summary(const PatternCalibration& calibrated,
-                                const std::string& pattern_file, double length_ms) {
+std::string summary(const PatternCalibration& calibrated, const std::string& pattern_file,
+                    double length_ms) {
   const Calibration& found = calibrated.calibration;
   const TabulatedPulse& shape = found.shape;
   const auto last = static_cast<double>(shape.density.size() - 1);
@@ -114,4 +114,4 @@ std::string photon_density_csv(const PatternCalibration& calibrated) {
   return text;
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

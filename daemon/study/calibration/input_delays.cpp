@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double sure_deviations = 5;
@@ -40,4 +40,4 @@ std::string describe_input_delays(const std::vector<InputDelay>& inputs, double 
          delays + "] into channels of the configuration and calibrate again\n";
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

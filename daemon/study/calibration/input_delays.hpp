@@ -6,7 +6,7 @@
 #include "estimator/calibration/calibration.hpp"
 #include "estimator/calibration/input_shift.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // One of several inputs of a detector, and how much later its pulses come than those of the first
 // input.
@@ -24,4 +24,4 @@ bool are_apart(const std::vector<InputDelay>& inputs, double width_ps);
 // where are_apart() is false.
 std::string describe_input_delays(const std::vector<InputDelay>& inputs, double width_ps);
 
-}  // namespace splid
+}  // namespace splid::calibration

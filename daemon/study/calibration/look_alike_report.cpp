@@ -8,7 +8,7 @@
 #include "daemon/base/text.hpp"
 #include "estimator/model/units.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double most_photons_said = 1e9;
@@ -64,4 +64,4 @@ std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape,
          "mode ambiguous";
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

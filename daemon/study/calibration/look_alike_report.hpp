@@ -8,7 +8,7 @@
 #include "estimator/calibration/look_alike.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // Which delays of a pattern are hard to tell apart, for people. Threads: any. Errors: none.
 
@@ -29,4 +29,4 @@ PatternLight light_of(const Pattern& pattern, double background_photons);
 // length_ms has that many photons.
 std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape, double length_ms);
 
-}  // namespace splid
+}  // namespace splid::calibration

@@ -22,7 +22,7 @@
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double m_per_ps =
@@ -50,8 +50,8 @@ struct Seen {
 // Reads the whole recording each time that read() is called.
 class Reader {
  public:
-  Reader(const Config& config, const OpenRecording& open, const CalibrationPlan& plan,
-         const CalibrationProgress& progress, const std::stop_token& stop)
+  Reader(const Config& config, const OpenRecording& open, const Plan& plan,
+         const TellProgress& progress, const std::stop_token& stop)
       : config_(config), open_(open), plan_(plan), progress_(progress), stop_(stop) {}
 
   Seen read(const char* doing, const std::function<void(const FrameView&)>& take) const {
@@ -83,12 +83,12 @@ class Reader {
  private:
   const Config& config_;
   const OpenRecording& open_;
-  const CalibrationPlan& plan_;
-  const CalibrationProgress& progress_;
+  const Plan& plan_;
+  const TellProgress& progress_;
   const std::stop_token& stop_;
 };
 
-[[noreturn]] void refuse(const CalibrationPlan& plan, const std::string& why) {
+[[noreturn]] void refuse(const Plan& plan, const std::string& why) {
   throw Error(Fault::data, plan.recording + ": " + why);
 }
 
@@ -104,7 +104,7 @@ std::string velocity(double ps_per_s, double std_ps_per_s) {
                      std_ps_per_s * m_per_ps * mm_per_m);
 }
 
-void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
+void check_smear(const Plan& plan, const TargetMotion& track) {
   const auto motion = track.motion();
   if (!motion) return;
   refuse(plan, "the target moves: its delay goes over " +
@@ -114,7 +114,7 @@ void check_smear(const CalibrationPlan& plan, const TargetMotion& track) {
                    ", and all pulses are smeared as far; record a target at rest");
 }
 
-void check_photons(const CalibrationPlan& plan, const Calibration& found) {
+void check_photons(const Plan& plan, const Calibration& found) {
   const double factor = photons_wanted(found, plan.goal);
   if (factor <= 1) return;
   refuse(
@@ -131,7 +131,7 @@ void check_photons(const CalibrationPlan& plan, const Calibration& found) {
 
 // Design note: a motion that is statistically significant need not matter. A target that moved by
 // less than the goal for the pulse times is accepted, and the report mentions its motion.
-void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
+void check_rest(const Plan& plan, const RestReport& rest) {
   const std::string allowed =
       fmt::format(" where {:g} ps are allowed (--time-ps)", plan.goal.std_time_ps);
   if (rest.moves() && std::abs(rest.travel_ps()) > plan.goal.std_time_ps) {
@@ -152,7 +152,7 @@ void check_rest(const CalibrationPlan& plan, const RestReport& rest) {
   }
 }
 
-CalibrationFacts facts_of(const CalibrationPlan& plan, const Calibration& found) {
+CalibrationFacts facts_of(const Plan& plan, const Calibration& found) {
   CalibrationFacts facts;
   facts.recording = plan.recording;
   facts.seconds = found.seconds;
@@ -181,7 +181,7 @@ std::vector<CalibratedPulse> emitted(const Calibration& found, double period_ps,
   return pulses;
 }
 
-Pattern pattern_of(const Config& config, const CalibrationPlan& plan, const Calibration& found) {
+Pattern pattern_of(const Config& config, const Plan& plan, const Calibration& found) {
   Pattern pattern = config.pattern;
   PatternSegment& segment = pattern.segments.front();
   if (found.pulses.size() != segment.pulse_times_ps.size()) {
@@ -262,8 +262,7 @@ void check_one_segment(const Config& config) {
               config.pattern_file + ": has several segments; patterns of one can be calibrated");
 }
 
-Calibration find_calibration(const CalibrationPlan& plan, const PhaseHistogram& fold,
-                             double width_ps) {
+Calibration find_calibration(const Plan& plan, const PhaseHistogram& fold, double width_ps) {
   std::optional<Calibration> found = calibrate(fold, width_ps);
   if (found) return std::move(*found);
   refuse(plan, "no pulse stands out of the " + grouped(fold.photons()) + " photons folded on " +
@@ -274,8 +273,7 @@ Calibration find_calibration(const CalibrationPlan& plan, const PhaseHistogram& 
 }  // namespace
 
 PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
-                                     const CalibrationPlan& plan,
-                                     const CalibrationProgress& progress,
+                                     const Plan& plan, const TellProgress& progress,
                                      const std::stop_token& stop) {
   check_one_segment(config);
   const Reader reader(config, open, plan, progress, stop);
@@ -302,8 +300,7 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
 }
 
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,
-                                       const CalibrationPlan& plan,
-                                       const CalibrationProgress& progress,
+                                       const Plan& plan, const TellProgress& progress,
                                        const std::stop_token& stop) {
   SourceContext context;
   context.pattern = &config.pattern;
@@ -321,4 +318,4 @@ PatternCalibration calibrate_recording(const Config& config, const std::string& 
       config, [&] { return replay.open(context); }, plan, progress, stop);
 }
 
-}  // namespace splid
+}  // namespace splid::calibration

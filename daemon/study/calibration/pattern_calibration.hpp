@@ -15,13 +15,13 @@
 #include "estimator/calibration/rest_check.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::calibration {
 
 // The room daemon/study/calibration finds a pattern from a recording. Read this header first.
 
-struct CalibrationPlan {
+struct Plan {
   std::string recording;             // its name, for people
-  CalibrationGoal goal;              // the target may move by at most the goal's time
+  Goal goal;                         // the target may move by at most the goal's time
   std::optional<double> distance_m;  // of the target, as `splid run` shall show it
 };
 
@@ -36,7 +36,7 @@ struct PatternCalibration {
 // Opens a source that gives the same tags each time.
 using OpenRecording = std::function<std::unique_ptr<TagSource>()>;
 // Called once for each frame: what is being done, and how many seconds of the recording are read.
-using CalibrationProgress = std::function<void(const char* doing, double seconds)>;
+using TellProgress = std::function<void(const char* doing, double seconds)>;
 
 // Finds the pattern from a recording of a target at rest: the period from the syncs, and the pulse
 // times, amplitudes and shape from the photons folded at that period. The recording is read twice:
@@ -57,16 +57,14 @@ using CalibrationProgress = std::function<void(const char* doing, double seconds
 // do not fit the nominal period, no pulse stands out, the target moved (with its velocity) or the
 // photons are too few (with how many are needed).
 PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& open,
-                                     const CalibrationPlan& plan,
-                                     const CalibrationProgress& progress,
+                                     const Plan& plan, const TellProgress& progress,
                                      const std::stop_token& stop);
 
 // calibrate_pattern() of a PTU file; the configured source is not looked at.
 //
 // Threads, Errors: as calibrate_pattern(), with those of the replay driver.
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,
-                                       const CalibrationPlan& plan,
-                                       const CalibrationProgress& progress,
+                                       const Plan& plan, const TellProgress& progress,
                                        const std::stop_token& stop);
 
-}  // namespace splid
+}  // namespace splid::calibration

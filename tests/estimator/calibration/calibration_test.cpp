@@ -13,7 +13,7 @@
 #include "estimator/calibration/shape_stack.hpp"
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 struct Tail {
@@ -257,4 +257,4 @@ TEST(FoldFit, ClimbsToTheMaximumAndItsInformationIsTheCurvature) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 Calibration pulses_at(std::vector<double> times_ps, double shift_ps) {
@@ -50,4 +50,4 @@ TEST(InputShift, IsNoneOfOtherPulses) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

@@ -9,7 +9,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double sigma_ps = 100;
@@ -124,4 +124,4 @@ TEST(LookAlike, FramesAreWrongAsOftenAsItSays) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

@@ -8,7 +8,7 @@
 
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 test::FrameMaker drifting() {
@@ -74,4 +74,4 @@ TEST(PhaseHistogram, PassesOverFramesWithoutSyncAndLeavesOutLosses) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

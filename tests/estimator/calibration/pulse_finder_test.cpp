@@ -6,7 +6,7 @@
 
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 std::vector<FoundPulse> pulses_of(const test::FrameMaker& made, int frames) {
@@ -56,4 +56,4 @@ TEST(PulseFinder, BackgroundHasNoPulses) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

@@ -9,7 +9,7 @@
 #include "estimator/calibration/target_motion.hpp"
 #include "tests/support/frame_maker.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 constexpr double mm_per_ps = 299792458.0 / 2 * 1e-9;
@@ -132,4 +132,4 @@ TEST(TargetMotion, SaysNothingOfBackgroundOrOfTooFewSlices) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

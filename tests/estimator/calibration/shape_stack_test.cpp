@@ -12,7 +12,7 @@
 #include "estimator/calibration/fold_model.hpp"
 #include "estimator/calibration/phase_histogram.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 // A gaussian of 100 ps, of which a part of the photons comes late by an exponential of mean_ps.
@@ -221,4 +221,4 @@ TEST(PulsePoint, DeviationIsThatOfItsScatter) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration

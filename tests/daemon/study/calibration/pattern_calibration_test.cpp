@@ -21,7 +21,7 @@
 #include "tests/support/frame_maker.hpp"
 #include "tests/support/program.hpp"
 
-namespace splid {
+namespace splid::calibration {
 namespace {
 
 using testing::AllOf;
@@ -56,7 +56,7 @@ Config config_of_one_pulse() {
   return config;
 }
 
-PatternCalibration calibrate_scene(const SimulatorOptions& scene, const CalibrationPlan& plan = {},
+PatternCalibration calibrate_scene(const SimulatorOptions& scene, const Plan& plan = {},
                                    const std::stop_token& stop = {},
                                    const Config& config = config_of_one_pulse(),
                                    const Pattern& pattern = played()) {
@@ -65,7 +65,7 @@ PatternCalibration calibrate_scene(const SimulatorOptions& scene, const Calibrat
       config, open, plan, [](const char*, double) {}, stop);
 }
 
-std::string refusal_of(const SimulatorOptions& scene, const CalibrationPlan& plan = {}) {
+std::string refusal_of(const SimulatorOptions& scene, const Plan& plan = {}) {
   try {
     (void)calibrate_scene(scene, plan);
   } catch (const Error& error) {
@@ -87,7 +87,7 @@ std::vector<double> arrivals_ps(double delay_ps) {
 }
 
 TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
-  CalibrationPlan plan;
+  Plan plan;
   plan.recording = "still.ptu";
   for (const bool distance_known : {false, true}) {
     if (distance_known) plan.distance_m = 30;
@@ -118,7 +118,7 @@ TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
 // With the pattern's clock as the reference the times are those that the generator was told to
 // play, 10 ppm slow as it is: at the end of the period 10 ps less than the tagger counts.
 TEST(PatternCalibration, InThePatternsClockThePeriodIsTheNominalOne) {
-  CalibrationPlan plan;
+  Plan plan;
   plan.distance_m = 30;
   Config config = config_of_one_pulse();
   config.drift.reference = ClockReference::pattern;
@@ -173,7 +173,7 @@ TEST(PatternCalibration, ATailsBiasIsGone) {
   SimulatorOptions scene = scene_at_rest();
   scene.detection.tail_fraction = 0.3;
   scene.detection.tail_ps = 300;
-  CalibrationPlan plan;
+  Plan plan;
   plan.distance_m = 30;
   const Pattern found = calibrate_scene(scene, plan).pattern;
   EXPECT_GT(make_tabulated(*found.pulse)->last_ns(), 1.2);
@@ -202,7 +202,7 @@ TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
   ASSERT_TRUE(std::regex_search(slow, figures, std::regex("v = (\\S+) \\+- (\\S+) mm/s"))) << slow;
   EXPECT_NEAR(std::stod(figures[1]), 3, 4 * std::stod(figures[2]));
   EXPECT_LT(std::stod(figures[2]), 0.15);
-  CalibrationPlan lenient;
+  Plan lenient;
   lenient.goal.std_time_ps = 50;
   EXPECT_EQ(refusal_of(scene, lenient), "none");
 
@@ -272,14 +272,14 @@ TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
     const PatternCalibration found = calibrate_scene(scene, {}, {}, config, comb);
     ASSERT_EQ(found.pattern.segments.front().pulse_times_ps.size(), 8U);
     EXPECT_EQ(validate(found.pattern), std::nullopt);
-    const std::string summary = calibration_summary(found, "found.json", 50);
+    const std::string printed = summary(found, "found.json", 50);
     if (least_off == 1) {
       EXPECT_EQ(found.pattern.mode, Mode::ambiguous);
       EXPECT_NEAR(found.pattern.unambiguous_delay_ps, 12'500, 0.1);
-      EXPECT_THAT(summary, HasSubstr("ranges 1.87371 m apart cannot be told apart"));
+      EXPECT_THAT(printed, HasSubstr("ranges 1.87371 m apart cannot be told apart"));
     } else {
       EXPECT_EQ(found.pattern.mode, Mode::random);
-      EXPECT_THAT(summary, HasSubstr("hardest to tell from the right delay"));
+      EXPECT_THAT(printed, HasSubstr("hardest to tell from the right delay"));
     }
   }
 }
@@ -339,4 +339,4 @@ TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::calibration
