@@ -46,9 +46,9 @@ Config config_of_scene() {
   return config;
 }
 
-SimulatorOptions scene_of(const Row& row) {
-  SimulatorOptions scene;
-  scene.pace = SimulatorPace::max;
+simulator::Options scene_of(const Row& row) {
+  simulator::Options scene;
+  scene.pace = simulator::Speed::max;
   scene.target.motion = simulator::MotionKind::linear;
   scene.target.distance_m = target_m;
   scene.detection.tail_fraction = row.tail_fraction;
@@ -60,14 +60,14 @@ SimulatorOptions scene_of(const Row& row) {
 // A recording of one second, with 1.06 million signal photons.
 Pattern calibrated(const Row& row) {
   const Config config = config_of_scene();
-  SimulatorOptions scene = scene_of(row);
+  simulator::Options scene = scene_of(row);
   scene.detection.signal_per_pulse = 0.1;
   scene.seconds = 1;
   scene.seed = 1000;
   calibration::Plan plan;
   plan.recording = "a simulated recording";
   plan.distance_m = target_m;
-  const auto open = [&] { return std::make_unique<SimulatorSource>(scene, config.pattern); };
+  const auto open = [&] { return std::make_unique<simulator::Source>(scene, config.pattern); };
   return calibration::calibrate_pattern(config, open, plan, [](const char*, double) {}, {}).pattern;
 }
 

@@ -170,7 +170,7 @@ class FaultySource::Faults final : public TagSink {
   std::int64_t next_ps_ = between_faults_ps;
 };
 
-FaultySource::FaultySource(Pattern pattern, SimulatorOptions scene, std::string recording,
+FaultySource::FaultySource(Pattern pattern, simulator::Options scene, std::string recording,
                            double seconds)
     : pattern_(std::move(pattern)),
       scene_(std::move(scene)),
@@ -178,7 +178,7 @@ FaultySource::FaultySource(Pattern pattern, SimulatorOptions scene, std::string 
       seconds_(seconds) {
   const double period_ps = pattern_period_ps(pattern_);
   leg_ps_ = std::llround(std::ceil(leg_s * 1e12 / period_ps) * period_ps);
-  scene_.pace = SimulatorPace::max;
+  scene_.pace = simulator::Speed::max;
   scene_.drift_ppm = 0;  // with a drift the syncs of the legs would not follow each other
   scene_.seconds = static_cast<double>(leg_ps_) * 1e-12;
 }
@@ -210,7 +210,7 @@ void FaultySource::record(const std::stop_token& stop) {
 }
 
 void FaultySource::simulate(TagSink& sink, const std::stop_token& stop, std::int64_t seed) const {
-  SimulatorOptions options = scene_;
+  simulator::Options options = scene_;
   options.seed = seed;
   SourceContext context;
   context.pattern = &pattern_;

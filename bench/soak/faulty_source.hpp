@@ -56,7 +56,7 @@ class FaultySource final : public TagSource {
  public:
   // scene: of the simulated legs. recording: a file to be written, and replayed. seconds: of
   // device time in all, rounded up to whole legs.
-  FaultySource(Pattern pattern, SimulatorOptions scene, std::string recording, double seconds);
+  FaultySource(Pattern pattern, simulator::Options scene, std::string recording, double seconds);
 
   [[nodiscard]] SourceInfo info() const override { return {"soak", false, 0.0}; }
   void run(TagSink& sink, std::stop_token stop) override;
@@ -69,7 +69,7 @@ class FaultySource final : public TagSource {
   void replay(TagSink& sink, const std::stop_token& stop) const;
 
   Pattern pattern_;
-  SimulatorOptions scene_;
+  simulator::Options scene_;
   std::string recording_;
   std::int64_t leg_ps_;  // whole periods of the pattern, so that the legs' syncs follow each other
   double seconds_;

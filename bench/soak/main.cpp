@@ -50,8 +50,8 @@ constexpr double allowed_growth_mib = 1;
 constexpr int queue_messages = 1000;
 
 // A frame has some 90 photons, two thirds of them signal.
-SimulatorOptions scene() {
-  SimulatorOptions options;
+simulator::Options scene() {
+  simulator::Options options;
   options.detection.signal_per_pulse = 1.2e-4;
   options.ambient_per_s = 100;
   return options;

@@ -39,7 +39,7 @@ Config demo_config(const std::string& endpoint) {
                 "--config FILE beside splid view");
   }
   Config config = load_config_aloud(folder + "/demo.json");
-  auto* scene = dynamic_cast<SimulatorOptions*>(config.source.get());
+  auto* scene = dynamic_cast<simulator::Options*>(config.source.get());
   if (scene == nullptr) {
     throw Error(Fault::usage, config.file + ": /source/driver: " + config.source_driver +
                                   " is given, but a demonstration has the simulator; start a "

@@ -31,8 +31,8 @@ std::string truth_file(const std::string& recording) {
   return std::filesystem::path(recording).replace_extension(".truth.json").string();
 }
 
-SimulatorOptions& scene_of(Config& config) {
-  auto* scene = dynamic_cast<SimulatorOptions*>(config.source.get());
+simulator::Options& scene_of(Config& config) {
+  auto* scene = dynamic_cast<simulator::Options*>(config.source.get());
   if (scene != nullptr) return *scene;
   throw Error(Fault::usage, config.file + ": /source/driver is \"" + config.source_driver +
                                 "\"; simulate needs a scene: the driver \"simulator\"");
@@ -50,8 +50,8 @@ void check_outputs(const Config& config, const SimulateCommand& options) {
 int simulate(const SimulateCommand& options) {
   const StopSignals signals;
   Config config = load_config_aloud(options.config);
-  SimulatorOptions& scene = scene_of(config);
-  scene.pace = SimulatorPace::max;
+  simulator::Options& scene = scene_of(config);
+  scene.pace = simulator::Speed::max;
   scene.seconds = options.seconds;
   check_outputs(config, options);
   scene.truth = truth_file(options.output);

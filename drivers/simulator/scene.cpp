@@ -7,17 +7,15 @@
 namespace splid::simulator {
 namespace {
 
-DriftRate drift_of(const SimulatorOptions& options) {
+DriftRate drift_of(const Options& options) {
   return {options.drift_ppm, options.drift_ramp_ppm_per_s};
 }
 
-std::uint64_t seed_of(const SimulatorOptions& options) {
-  return static_cast<std::uint64_t>(options.seed);
-}
+std::uint64_t seed_of(const Options& options) { return static_cast<std::uint64_t>(options.seed); }
 
 double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
 
-std::vector<SignalStream> signals_of(const Pattern& pattern, const SimulatorOptions& options) {
+std::vector<SignalStream> signals_of(const Pattern& pattern, const Options& options) {
   std::vector<SignalStream> signals;
   signals.reserve(1 + options.more_targets.size());
   signals.emplace_back(pattern, options.detection, drift_of(options),
@@ -36,7 +34,7 @@ constexpr FineTime never = {PendingTimes::none, 0};
 
 }  // namespace
 
-Scene::Scene(const Pattern& pattern, const SimulatorOptions& options)
+Scene::Scene(const Pattern& pattern, const Options& options)
     : signals_(signals_of(pattern, options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
       detectors_(options.detector, seed_of(options)),

@@ -21,7 +21,7 @@ namespace splid::simulator {
 class Scene {
  public:
   // Pattern and options are valid.
-  Scene(const Pattern& pattern, const SimulatorOptions& options);
+  Scene(const Pattern& pattern, const Options& options);
 
   // Writes the events before until_ps (since the stream's start) that were not written yet. Returns
   // false once a stop was requested; the rest of the stream is then lost.

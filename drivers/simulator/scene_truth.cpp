@@ -29,7 +29,7 @@ Error cannot_write(const std::string& file, const std::string& reason) {
 
 }  // namespace
 
-SceneTruth scene_truth(const SimulatorOptions& options) {
+SceneTruth scene_truth(const Options& options) {
   const double seconds = options.seconds > 0 ? options.seconds : 600;
   const auto length_ps = static_cast<std::int64_t>(std::llround(seconds * ps_per_s));
   SceneTruth truth;
@@ -58,7 +58,7 @@ SceneTruth scene_truth(const SimulatorOptions& options) {
   return truth;
 }
 
-void write_truth_file(const SimulatorOptions& options) {
+void write_truth_file(const Options& options) {
   const std::string temporary = options.truth + "." + std::to_string(::getpid()) + ".part";
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);

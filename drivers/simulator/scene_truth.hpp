@@ -7,11 +7,11 @@ namespace splid::simulator {
 
 // The truth of a scene, with a sample each 1 ms, for the whole stream; for an endless stream, for
 // its first 600 s. A stream that is longer than 600 s has 600,000 steps of more than 1 ms.
-SceneTruth scene_truth(const SimulatorOptions& options);
+SceneTruth scene_truth(const Options& options);
 
 // Writes a scene's truth to options.truth, as a whole file or not at all.
 //
 // Errors: Error(Fault::device) with the file and the system's reason.
-void write_truth_file(const SimulatorOptions& options);
+void write_truth_file(const Options& options);
 
 }  // namespace splid::simulator

@@ -3,20 +3,20 @@
 #include <cmath>
 #include <utility>
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 constexpr std::int64_t batch_counts = 100;
 
 }  // namespace
 
-SimulatedEncoder::SimulatedEncoder(const SimulatorOptions& scene, EncoderOptions options)
+Encoder::Encoder(const Options& scene, EncoderOptions options)
     : motion_(scene.target, scene.tagger_rate()),
       options_(std::move(options)),
       time_(scene.encoder_start()),
-      gap_ps_(simulator::ps_per_s / scene.encoder_rate_hz) {}
+      gap_ps_(ps_per_s / scene.encoder_rate_hz) {}
 
-bool SimulatedEncoder::next(EncoderBatch& batch) {
+bool Encoder::next(EncoderBatch& batch) {
   batch.first_index = index_;
   batch.overrun = false;
   batch.counts.clear();
@@ -29,4 +29,4 @@ bool SimulatedEncoder::next(EncoderBatch& batch) {
   return true;
 }
 
-}  // namespace splid
+}  // namespace splid::simulator

@@ -7,24 +7,24 @@
 #include "drivers/simulator/simulator_options.hpp"
 #include "drivers/simulator/target_path.hpp"
 
-namespace splid {
+namespace splid::simulator {
 
 // The counts of an encoder on a simulated target: the target's true place at each tick of the
 // scene's sample clock, to the nearest count. The counts have no end.
-class SimulatedEncoder final : public EncoderSource {
+class Encoder final : public EncoderSource {
  public:
   // scene: its encoder_rate_hz is > 0.
-  SimulatedEncoder(const SimulatorOptions& scene, EncoderOptions options);
+  Encoder(const Options& scene, EncoderOptions options);
 
   bool next(EncoderBatch& batch) override;
   [[nodiscard]] bool live() const override { return false; }
 
  private:
-  simulator::TargetPath motion_;
+  TargetPath motion_;
   EncoderOptions options_;
-  simulator::FineTime time_;  // of the next count
+  FineTime time_;  // of the next count
   double gap_ps_;
   std::int64_t index_ = 0;
 };
 
-}  // namespace splid
+}  // namespace splid::simulator

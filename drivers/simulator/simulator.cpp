@@ -12,7 +12,7 @@
 #include "drivers/simulator/simulated_encoder.hpp"
 #include "drivers/tag_writer.hpp"
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 // Design note: 1 ms a slice keeps a live stream's latency and the number of waiting tags small; a
@@ -27,42 +27,42 @@ constexpr double scene_begins_unix_s = 1'767'225'600;
 
 // The stream's end, in ps since its start. A stream that lasts for ever ends before the tagger's
 // clock would overflow, after some 50 days or more.
-std::int64_t end_ps_of(const SimulatorOptions& options) {
+std::int64_t end_ps_of(const Options& options) {
   if (options.seconds > 0) {
-    return static_cast<std::int64_t>(std::llround(options.seconds * simulator::ps_per_s));
+    return static_cast<std::int64_t>(std::llround(options.seconds * ps_per_s));
   }
   constexpr std::int64_t spare_ps = 1'000'000'000'000'000;
   const std::int64_t last_ps = std::numeric_limits<std::int64_t>::max() - spare_ps;
   return last_ps - std::max<std::int64_t>(0, options.start_ps);
 }
 
-const bool simulator_registered = register_source("simulator", std::make_unique<SimulatorOptions>);
+const bool simulator_registered = register_source("simulator", std::make_unique<Options>);
 
 }  // namespace
 
-std::unique_ptr<TagSource> SimulatorOptions::open(const SourceContext& context) const {
-  return std::make_unique<SimulatorSource>(*this, *context.pattern);
+std::unique_ptr<TagSource> Options::open(const SourceContext& context) const {
+  return std::make_unique<Source>(*this, *context.pattern);
 }
 
-std::unique_ptr<EncoderSource> SimulatorOptions::own_encoder(const EncoderOptions& encoder) const {
+std::unique_ptr<EncoderSource> Options::own_encoder(const EncoderOptions& encoder) const {
   if (encoder_rate_hz <= 0) return nullptr;
-  return std::make_unique<SimulatedEncoder>(*this, encoder);
+  return std::make_unique<Encoder>(*this, encoder);
 }
 
-SimulatorSource::SimulatorSource(SimulatorOptions options, Pattern pattern)
+Source::Source(Options options, Pattern pattern)
     : options_(std::move(options)), pattern_(std::move(pattern)) {}
 
-SourceInfo SimulatorSource::info() const {
-  if (options_.pace == SimulatorPace::live) return {"simulator", true, std::nullopt};
-  const double start_s = static_cast<double>(options_.start_ps) / simulator::ps_per_s;
+SourceInfo Source::info() const {
+  if (options_.pace == Speed::live) return {"simulator", true, std::nullopt};
+  const double start_s = static_cast<double>(options_.start_ps) / ps_per_s;
   return {"simulator", false, scene_begins_unix_s - start_s};
 }
 
-void SimulatorSource::run(TagSink& sink, std::stop_token stop) {
-  if (!options_.truth.empty()) simulator::write_truth_file(options_);
-  simulator::Scene scene(pattern_, options_);
+void Source::run(TagSink& sink, std::stop_token stop) {
+  if (!options_.truth.empty()) write_truth_file(options_);
+  Scene scene(pattern_, options_);
   TagWriter writer(sink);
-  Pace pace(options_.pace == SimulatorPace::live ? 1 : 0);
+  Pace pace(options_.pace == Speed::live ? 1 : 0);
   const std::int64_t end_ps = end_ps_of(options_);
   for (std::int64_t from_ps = 0; from_ps < end_ps; from_ps += slice_ps) {
     const std::int64_t until_ps = std::min(from_ps + slice_ps, end_ps);
@@ -74,4 +74,4 @@ void SimulatorSource::run(TagSink& sink, std::stop_token stop) {
   }
 }
 
-}  // namespace splid
+}  // namespace splid::simulator

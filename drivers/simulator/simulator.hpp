@@ -7,7 +7,7 @@
 #include "drivers/source.hpp"
 #include "protocol/pattern.hpp"
 
-namespace splid {
+namespace splid::simulator {
 
 // The tags of a simulated scene, from first principles: a pulse leaves, meets the moving target and
 // comes back. Background, syncs and an encoder's sample clock come with them. The tagger's clock is
@@ -15,16 +15,16 @@ namespace splid {
 //
 // Threads, errors, timeouts: as TagSource. There is a heartbeat every 5 ms of the tagger's time,
 // and one at the end. Errors: run() throws at its start where the truth file cannot be written.
-class SimulatorSource : public TagSource {
+class Source : public TagSource {
  public:
-  SimulatorSource(SimulatorOptions options, Pattern pattern);
+  Source(Options options, Pattern pattern);
 
   [[nodiscard]] SourceInfo info() const override;
   void run(TagSink& sink, std::stop_token stop) override;
 
  private:
-  SimulatorOptions options_;
+  Options options_;
   Pattern pattern_;
 };
 
-}  // namespace splid
+}  // namespace splid::simulator

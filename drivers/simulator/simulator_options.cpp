@@ -5,15 +5,15 @@
 #include <limits>
 #include <string>
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 constexpr std::int64_t largest_input = 62;
 
 constexpr std::array<const char*, 2> pace_names = {"live", "max"};
 
-void describe_light(SimulatorOptions& options, OptionVisitor& visitor) {
-  simulator::DetectionOptions& detection = options.detection;
+void describe_light(Options& options, OptionVisitor& visitor) {
+  DetectionOptions& detection = options.detection;
   visitor.number("signal_per_pulse", detection.signal_per_pulse, {0, 1e3},
                  "mean detections of a pulse of amplitude 1; 0: no target");
   visitor.number("ambient_per_s", options.ambient_per_s, {0, 1e9},
@@ -31,8 +31,8 @@ void describe_light(SimulatorOptions& options, OptionVisitor& visitor) {
                  "between the sync and the detector channel, ns");
 }
 
-void describe_clocks(SimulatorOptions& options, OptionVisitor& visitor) {
-  const double max_ppm = simulator::max_drift_ppm;
+void describe_clocks(Options& options, OptionVisitor& visitor) {
+  const double max_ppm = max_drift_ppm;
   visitor.number("drift_ppm", options.drift_ppm, {-max_ppm, max_ppm},
                  "pattern period in the tagger's clock against the calibrated one, ppm");
   visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
@@ -52,15 +52,15 @@ void describe_clocks(SimulatorOptions& options, OptionVisitor& visitor) {
 
 }  // namespace
 
-void SimulatorOptions::describe(OptionVisitor& visitor) {
+void Options::describe(OptionVisitor& visitor) {
   visitor.object(
       "target", [this](OptionVisitor& members) { target.describe(members); },
       "where the target is");
   visitor.objects(
       "more_targets", [this](std::size_t count) { more_targets.resize(count); },
       [this](OptionVisitor& member, std::size_t i) {
-        simulator::FurtherTarget placeholder;
-        simulator::FurtherTarget& other = i < more_targets.size() ? more_targets[i] : placeholder;
+        FurtherTarget placeholder;
+        FurtherTarget& other = i < more_targets.size() ? more_targets[i] : placeholder;
         other.path.describe(member);
         member.number("signal_per_pulse", other.signal_per_pulse, {0, 1e3},
                       "mean detections of a pulse of amplitude 1 from this target");
@@ -82,7 +82,7 @@ void SimulatorOptions::describe(OptionVisitor& visitor) {
   visitor.integer("photon_input", photon_input, 0, largest_input, "input number of the photons");
 }
 
-std::optional<OptionFault> SimulatorOptions::validate() const {
+std::optional<OptionFault> Options::validate() const {
   std::optional<OptionFault> fault = target.validate();
   if (fault) {
     fault->pointer = "/target" + fault->pointer;
@@ -101,11 +101,11 @@ std::optional<OptionFault> SimulatorOptions::validate() const {
                                              std::to_string(largest_input) + ", the last input"};
 }
 
-std::optional<OptionFault> SimulatorOptions::start_fault() const {
+std::optional<OptionFault> Options::start_fault() const {
   if (truth.empty()) return std::nullopt;
   const std::filesystem::path folder = std::filesystem::path(truth).parent_path();
   if (folder.empty() || std::filesystem::is_directory(folder)) return std::nullopt;
   return OptionFault{"/truth", truth + ": there is no folder " + folder.string() + "; make it"};
 }
 
-}  // namespace splid
+}  // namespace splid::simulator

@@ -13,14 +13,12 @@
 #include "drivers/simulator/target_path.hpp"
 #include "drivers/source.hpp"
 
-namespace splid {
+namespace splid::simulator {
 
-enum class SimulatorPace {
+enum class Speed {
   live,  // device time follows the steady clock
   max,   // as fast as the sink takes it
 };
-
-namespace simulator {
 
 // A target beside the scene's first one: its path, and its light. JSON: the path's keys and
 // `signal_per_pulse`.
@@ -29,18 +27,16 @@ struct FurtherTarget {
   double signal_per_pulse = 13.5e-4;  // mean detections of a pulse of amplitude 1
 };
 
-}  // namespace simulator
-
 // A simulated scene; the defaults are [P]'s set-up. JSON: `source` with the driver "simulator".
 //
 // Design note: of [P]'s delay of 1898 ns, 1855 ns were in the electronics. In the default scene the
 // whole delay is distance, so that a configuration without range offset reads the truth.
-struct SimulatorOptions : SourceOptions {
-  simulator::TargetOptions target;
-  std::vector<simulator::FurtherTarget> more_targets;
-  simulator::DetectionOptions detection;  // its keys stand in `source` itself
-  simulator::DetectorModel detector;
-  simulator::SyncOptions sync;
+struct Options : SourceOptions {
+  TargetOptions target;
+  std::vector<FurtherTarget> more_targets;
+  DetectionOptions detection;  // its keys stand in `source` itself
+  DetectorModel detector;
+  SyncOptions sync;
   double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
   double dark_per_s = 500;          // dark counts of the detector
   double drift_ppm = 2;             // pattern period in the tagger's clock, against the calibrated
@@ -51,7 +47,7 @@ struct SimulatorOptions : SourceOptions {
   std::int64_t start_ps = 0;        // tagger's clock at the stream's start
   std::int64_t seed = 1;
   double seconds = 0;  // of the tagger's time; 0: for ever
-  SimulatorPace pace = SimulatorPace::live;
+  Speed pace = Speed::live;
   std::string truth;  // file to write; empty: none
   std::int64_t photon_input = 1;
 
@@ -59,8 +55,8 @@ struct SimulatorOptions : SourceOptions {
   // The seconds that the tagger counts in a true second.
   [[nodiscard]] double tagger_rate() const { return 1 + 1e-6 * tagger_ppm; }
   // The time of the encoder's first tick, since the stream's start.
-  [[nodiscard]] simulator::FineTime encoder_start() const {
-    return simulator::FineTime{}.after(encoder_start_s * simulator::ps_per_s);
+  [[nodiscard]] FineTime encoder_start() const {
+    return FineTime{}.after(encoder_start_s * ps_per_s);
   }
 
   void describe(OptionVisitor& visitor) override;
@@ -72,4 +68,4 @@ struct SimulatorOptions : SourceOptions {
       const EncoderOptions& encoder) const override;
 };
 
-}  // namespace splid
+}  // namespace splid::simulator

@@ -40,7 +40,7 @@ class Device {
                    std::chrono::milliseconds timeout);
   void clear_halt(std::uint8_t endpoint);
 
-  // Throws an usb::DeviceError naming the device where code is negative.
+  // Throws a usb::DeviceError naming the device where code is negative.
   void check(int code, const std::string& call) const;
 
  private:

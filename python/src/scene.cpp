@@ -36,8 +36,8 @@ class KeepingSink final : public TagSink {
   std::size_t used_ = 0;
 };
 
-SimulatorOptions& scene_of(Config& config) {
-  auto* scene = dynamic_cast<SimulatorOptions*>(config.source.get());
+simulator::Options& scene_of(Config& config) {
+  auto* scene = dynamic_cast<simulator::Options*>(config.source.get());
   if (scene != nullptr) return *scene;
   throw Error(Fault::usage, config.file + ": /source/driver is \"" + config.source_driver +
                                 "\"; simulate needs a scene: the driver \"simulator\"");
@@ -46,8 +46,8 @@ SimulatorOptions& scene_of(Config& config) {
 // The tags, their truth, and the UTC of device time 0.
 py::tuple simulate(const ConfigText& text, double seconds, std::optional<std::int64_t> seed) {
   Config config = text.read();
-  SimulatorOptions& scene = scene_of(config);
-  scene.pace = SimulatorPace::max;
+  simulator::Options& scene = scene_of(config);
+  scene.pace = simulator::Speed::max;
   scene.seconds = seconds;
   scene.truth.clear();
   if (seed) scene.seed = *seed;

@@ -40,7 +40,7 @@ TEST(InputFiles, OfASceneAreNotItsTruth) {
   Config config;
   config.file = "c.json";
   config.source_driver = "simulator";
-  auto scene = std::make_unique<SimulatorOptions>();
+  auto scene = std::make_unique<simulator::Options>();
   scene->truth = "t.json";
   config.source = std::move(scene);
   EXPECT_THAT(listed(config), ElementsAre("the configuration itself c.json"));

@@ -50,7 +50,7 @@ TEST(ShippedConfig, TheDimSceneHasANinthOfTheDemosSignal) {
   const Config demo = load_config(folder + "demo.json");
   const Config dim = load_config(folder + "dim.json");
   const auto signal = [](const Config& config) {
-    return dynamic_cast<const SimulatorOptions&>(*config.source).detection.signal_per_pulse;
+    return dynamic_cast<const simulator::Options&>(*config.source).detection.signal_per_pulse;
   };
   EXPECT_DOUBLE_EQ(signal(dim), signal(demo) / 9);
 }

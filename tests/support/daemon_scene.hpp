@@ -18,8 +18,8 @@ inline Config scene_config(double seconds, std::int64_t threads = 1) {
   config.source_driver = "simulator";
   const std::vector<double> subperiods_ps{180'000, 189'000};
   config.pattern = make_interleaved(subperiods_ps);
-  auto scene = std::make_unique<SimulatorOptions>();
-  scene->pace = SimulatorPace::max;
+  auto scene = std::make_unique<simulator::Options>();
+  scene->pace = simulator::Speed::max;
   scene->seconds = seconds;
   config.source = std::move(scene);
   config.pipeline.estimation_threads = threads;

@@ -18,8 +18,8 @@ namespace splid::test {
 inline constexpr const char* pattern_file =
     SPLID_SOURCE_DIR "/config/patterns/interleaved-180-189.json";
 
-inline SimulatorOptions scene_options() {
-  SimulatorOptions options;
+inline simulator::Options scene_options() {
+  simulator::Options options;
   options.target.motion = simulator::MotionKind::linear;  // at rest
   options.target.distance_m = 284.5;
   return options;

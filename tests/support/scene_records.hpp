@@ -21,7 +21,7 @@ namespace splid::test {
 // for its time 0.
 class SceneRecords {
  public:
-  SceneRecords(Pattern pattern, SimulatorOptions options)
+  SceneRecords(Pattern pattern, simulator::Options options)
       : pattern_(std::move(pattern)), options_(std::move(options)) {}
 
   std::vector<Tags16Record> operator()(std::int64_t begin_ps, std::int64_t end_ps) {
@@ -44,7 +44,7 @@ class SceneRecords {
 
  private:
   Pattern pattern_;
-  SimulatorOptions options_;
+  simulator::Options options_;
   std::shared_ptr<simulator::Scene> scene_;  // shared, so that std::function can hold this
   std::vector<Tags16Record> early_;
 };
@@ -111,10 +111,10 @@ class SceneLoop {
 };
 
 // 20 million photons a second, with the syncs of [P]'s pattern.
-inline SimulatorOptions bright_scene() {
-  SimulatorOptions options;
+inline simulator::Options bright_scene() {
+  simulator::Options options;
   options.ambient_per_s = 20e6;
-  options.pace = SimulatorPace::max;
+  options.pace = simulator::Speed::max;
   return options;
 }
 

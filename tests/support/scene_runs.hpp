@@ -28,19 +28,19 @@ inline Pattern paper_pattern() {
 }
 
 // A scene without any noise, whose photons all come from the target: what is left is physics.
-inline SimulatorOptions noiseless_scene() {
-  SimulatorOptions options;
+inline simulator::Options noiseless_scene() {
+  simulator::Options options;
   options.detection.sigma_ps = 0;
   options.ambient_per_s = 0;
   options.dark_per_s = 0;
   options.sync.jitter_ps = 0;
   options.drift_ppm = 0;
-  options.pace = SimulatorPace::max;
+  options.pace = simulator::Speed::max;
   options.seconds = 0.05;
   return options;
 }
 
-inline std::vector<Tag> simulate(const SimulatorOptions& options, const Pattern& pattern) {
+inline std::vector<Tag> simulate(const simulator::Options& options, const Pattern& pattern) {
   SourceContext context;
   context.pattern = &pattern;
   VectorSink sink;

@@ -34,14 +34,14 @@ std::string truth_file(const std::string& recording) {
   return std::filesystem::path(recording).replace_extension(".truth.json").string();
 }
 
-SimulatorOptions default_scene(const Config& config) {
-  SimulatorOptions scene;
+simulator::Options default_scene(const Config& config) {
+  simulator::Options scene;
   scene.detection.sigma_ps = config.pulse.sigma_ps;
   return scene;
 }
 
-FrameOrigin scene_origin(SimulatorOptions scene, std::string name, ChannelOptions channels) {
-  scene.pace = SimulatorPace::max;
+FrameOrigin scene_origin(simulator::Options scene, std::string name, ChannelOptions channels) {
+  scene.pace = simulator::Speed::max;
   scene.truth.clear();
   scene.seconds = 1e-3;
   const SceneTruth constants = simulator::scene_truth(scene);
@@ -50,7 +50,7 @@ FrameOrigin scene_origin(SimulatorOptions scene, std::string name, ChannelOption
 
 // How long a run may last: nine tenths of the time until a target that comes closer at a constant
 // speed arrives.
-double longest_run_s(const SimulatorOptions& scene) {
+double longest_run_s(const simulator::Options& scene) {
   const simulator::TargetOptions& target = scene.target;
   if (target.motion != simulator::MotionKind::linear || target.velocity_mps >= 0) {
     return std::numeric_limits<double>::infinity();
@@ -192,7 +192,7 @@ std::unique_ptr<TagSource> open_recording(const Config& config, const std::strin
 
 FrameOrigin find_origin(const Config& config, const std::string& recording) {
   if (recording.empty()) {
-    if (const auto* scene = dynamic_cast<const SimulatorOptions*>(config.source.get())) {
+    if (const auto* scene = dynamic_cast<const simulator::Options*>(config.source.get())) {
       return scene_origin(*scene, "the configured scene", config.channels);
     }
     if (const auto* replay = dynamic_cast<const ReplayOptions*>(config.source.get())) {
@@ -248,13 +248,13 @@ std::vector<KeptFrame> collect_frames(const Config& config, const FrameOrigin& o
     return std::move(collector.kept());
   }
   // Two frames more: the first frame, and the parts of frames that the start and the end cut off.
-  SimulatorOptions scene = *origin.scene;
+  simulator::Options scene = *origin.scene;
   scene.seconds = std::min(longest_run_s(scene),
                            (static_cast<double>(count) + 2) * length_ms / ms_per_s + 0.01);
   for (; !enough.stop_requested(); ++scene.seed) {
     const SceneTruth truth = simulator::scene_truth(scene);
     collector.start_run(&truth);
-    SimulatorSource source(scene, config.pattern);
+    simulator::Source source(scene, config.pattern);
     const std::size_t before = collector.kept().size();
     play(config, origin, length_ms, source, collector, enough.get_token());
     if (collector.kept().size() == before) break;

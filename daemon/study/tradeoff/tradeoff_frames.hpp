@@ -42,11 +42,11 @@ struct KeptFrame {
 
 // Where frames come from: a simulated scene or a recording.
 struct FrameOrigin {
-  std::string name;                       // for people: "the configured scene", or the file
-  std::optional<SimulatorOptions> scene;  // absent: frames come from the recording
-  std::string recording;                  // PTU file
-  std::optional<SceneTruth> truth;        // of the scene's constants or of the recording
-  ChannelOptions channels;                // of the tags
+  std::string name;                         // for people: "the configured scene", or the file
+  std::optional<simulator::Options> scene;  // absent: frames come from the recording
+  std::string recording;                    // PTU file
+  std::optional<SceneTruth> truth;          // of the scene's constants or of the recording
+  ChannelOptions channels;                  // of the tags
 };
 
 // The origin of the frames. It is `recording`, if that is not empty; otherwise the scene of a

@@ -40,8 +40,8 @@ constexpr std::int64_t frame_ps = 50'000'000'000;
 
 constexpr const char* pattern_file = SPLID_SOURCE_DIR "/config/patterns/interleaved-180-189.json";
 
-SimulatorOptions scene_options() {
-  SimulatorOptions options;
+simulator::Options scene_options() {
+  simulator::Options options;
   options.target.motion = simulator::MotionKind::linear;  // at rest
   options.target.distance_m = 284.5;
   return options;

@@ -123,7 +123,7 @@ TEST(EncoderSocket, ConnectsAnewAndSaysWhy) {
 }
 
 TEST(SimulatedEncoder, CountsTheTruePlaceToTheNearest) {
-  SimulatorOptions scene;
+  simulator::Options scene;
   scene.encoder_rate_hz = 1'000;
   scene.encoder_start_s = 0.5;
   scene.target.motion = simulator::MotionKind::linear;
@@ -147,7 +147,7 @@ TEST(SimulatedEncoder, CountsTheTruePlaceToTheNearest) {
 }
 
 TEST(Encoder, ThereIsNoneWhereNothingAsksForOne) {
-  SimulatorOptions scene;
+  simulator::Options scene;
   EXPECT_EQ(open_encoder({}, &scene, {}), nullptr);
   EXPECT_EQ(open_encoder({}, nullptr, {}), nullptr);
 }

@@ -102,8 +102,8 @@ INSTANTIATE_TEST_SUITE_P(Speeds, ReplayOfLosses, ::testing::Values(0.0, 1e-3, 1.
 
 // 40 ms of simulated tags through the encoder and back, fast, slowly and with losses in between.
 TEST_F(Replay, WhatWasRecordedComesBack) {
-  SimulatorOptions options;
-  options.pace = SimulatorPace::max;
+  simulator::Options options;
+  options.pace = simulator::Speed::max;
   options.seconds = 0.04;
   options.start_ps = 5'000'000'000'000;
   options.encoder_rate_hz = 1000;

@@ -11,7 +11,7 @@
 
 #include "tests/support/scene_runs.hpp"
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 using test::noiseless_scene;
@@ -22,8 +22,8 @@ using test::times_ps;
 
 constexpr double four_deviations = 4;
 
-SimulatorOptions daylight(double per_s, double seconds) {
-  SimulatorOptions options = noiseless_scene();
+Options daylight(double per_s, double seconds) {
+  Options options = noiseless_scene();
   options.detection.signal_per_pulse = 0;
   options.ambient_per_s = per_s;
   options.seconds = seconds;
@@ -56,8 +56,8 @@ std::map<int, std::vector<std::int64_t>> by_input(const std::vector<Tag>& tags) 
 }
 
 TEST(Detectors, ABlindDetectorLosesExactlyWhatTheDefinitionSays) {
-  SimulatorOptions options;  // [P]'s set-up, brighter
-  options.pace = SimulatorPace::max;
+  Options options;  // [P]'s set-up, brighter
+  options.pace = Speed::max;
   options.seconds = 0.05;
   options.detection.signal_per_pulse = 0.5;
   options.ambient_per_s = 5e6;
@@ -72,7 +72,7 @@ TEST(Detectors, ABlindDetectorLosesExactlyWhatTheDefinitionSays) {
 TEST(Detectors, LightThatIsLostDoesNotBlindForLonger) {
   for (const double light : {0.1, 3.0, 100.0}) {  // would-be detections in a dead time
     constexpr double dead_ns = 50;
-    SimulatorOptions options = daylight(light / dead_ns * 1e9, light > 10 ? 0.002 : 0.02);
+    Options options = daylight(light / dead_ns * 1e9, light > 10 ? 0.002 : 0.02);
     if (light > 10) options.dark_per_s = options.ambient_per_s = 1e9;
     const double rate = options.background_per_s();
     options.detector.dead_time_ns = dead_ns;
@@ -87,10 +87,10 @@ TEST(Detectors, LightThatIsLostDoesNotBlindForLonger) {
 
 TEST(Detectors, OfAPulseTheFirstPhotonIsKept) {
   constexpr double photons = 2;
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.detection.sigma_ps = 100;
   options.detection.signal_per_pulse = photons;
-  options.target.motion = simulator::MotionKind::linear;
+  options.target.motion = MotionKind::linear;
   options.target.distance_m = 150;
   options.detector.dead_time_ns = 20;
   options.seconds = 0.01;
@@ -117,7 +117,7 @@ TEST(Detectors, OfAPulseTheFirstPhotonIsKept) {
 
 // Chains of afterpulses: each detection has one with probability p, so p / (1 - p) for each photon.
 TEST(Detectors, AfterpulsesFollowTheDeadTimeExponentially) {
-  SimulatorOptions options = daylight(1e4, 2);
+  Options options = daylight(1e4, 2);
   options.detector = {.dead_time_ns = 40, .afterpulse_probability = 0.2, .afterpulse_ns = 25};
   const auto times = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   double primaries = 0, afterpulses = 0, lag_ns = 0;
@@ -139,7 +139,7 @@ TEST(Detectors, AfterpulsesFollowTheDeadTimeExponentially) {
 }
 
 TEST(Detectors, SplitDetectorsAreBlindEachOnItsOwn) {
-  SimulatorOptions options = daylight(2e7, 0.02);
+  Options options = daylight(2e7, 0.02);
   const auto all = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   options.photon_input = 3;
   options.detector.inputs = 4;
@@ -169,8 +169,8 @@ TEST(Detectors, SplitDetectorsAreBlindEachOnItsOwn) {
 }
 
 TEST(Detectors, TagsStayInOrderAndASeedGivesOneStream) {
-  SimulatorOptions options;
-  options.pace = SimulatorPace::max;
+  Options options;
+  options.pace = Speed::max;
   options.seconds = 0.05;
   options.ambient_per_s = 3e6;
   options.detector = {
@@ -182,4 +182,4 @@ TEST(Detectors, TagsStayInOrderAndASeedGivesOneStream) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::simulator

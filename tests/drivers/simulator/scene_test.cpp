@@ -12,7 +12,7 @@
 
 #include "tests/support/scene_runs.hpp"
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 using test::noiseless_scene;
@@ -23,9 +23,9 @@ using test::times_ps;
 
 bool by_time(const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; }
 
-SimulatorOptions busy_scene() {
-  SimulatorOptions options;
-  options.pace = SimulatorPace::max;
+Options busy_scene() {
+  Options options;
+  options.pace = Speed::max;
   options.seconds = 0.1;
   options.encoder_rate_hz = 10'000;
   options.encoder_start_s = 0;
@@ -54,7 +54,7 @@ TEST(Scene, SmallRoomsInTheSinkChangeNothing) {
 }
 
 TEST(Scene, OneSeedGivesOneStream) {
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   const std::vector<Tag> first = simulate(options, paper_pattern());
   EXPECT_EQ(first, simulate(options, paper_pattern()));
   options.seed = 2;
@@ -62,7 +62,7 @@ TEST(Scene, OneSeedGivesOneStream) {
 }
 
 TEST(Scene, AnOptionLeavesTheOtherStreamsAlone) {
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   const auto before = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   options.sync.doubled_fraction = 0;
   options.encoder_rate_hz = 0;
@@ -70,7 +70,7 @@ TEST(Scene, AnOptionLeavesTheOtherStreamsAlone) {
 }
 
 TEST(Scene, AnotherStartOfTheClockGivesTheSameStreamShifted) {
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   std::vector<Tag> early = simulate(options, paper_pattern());
   options.start_ps = 340'000'000'000'000'123;
   for (Tag& tag : early) tag.time_ps += options.start_ps;
@@ -81,11 +81,11 @@ TEST(Scene, AnotherStartOfTheClockGivesTheSameStreamShifted) {
 // makes, and the first target's photons are those of a scene without the second.
 TEST(Scene, TargetsSendBackTheirOwnLight) {
   const Pattern pattern = paper_pattern();
-  SimulatorOptions options = noiseless_scene();
-  options.target.motion = simulator::MotionKind::linear;
+  Options options = noiseless_scene();
+  options.target.motion = MotionKind::linear;
   const auto of_first = times_ps(simulate(options, pattern), TagKind::photon);
   options.more_targets.resize(1);
-  options.more_targets[0].path.motion = simulator::MotionKind::linear;
+  options.more_targets[0].path.motion = MotionKind::linear;
   options.more_targets[0].path.distance_m = options.target.distance_m - 1;
   options.more_targets[0].signal_per_pulse = 27e-4;
   const std::vector<Tag> tags = simulate(options, pattern);
@@ -111,7 +111,7 @@ TEST(Scene, TargetsSendBackTheirOwnLight) {
 }
 
 TEST(Scene, BackgroundIsPoisson) {
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.detection.signal_per_pulse = 0;
   options.ambient_per_s = 1.5e6;
   options.dark_per_s = 0.5e6;
@@ -128,14 +128,14 @@ TEST(Scene, BackgroundIsPoisson) {
 }
 
 TEST(Scene, NoTargetLeavesTheBackground) {
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   options.detection.signal_per_pulse = 0;
   const auto times = times_ps(simulate(options, paper_pattern()), TagKind::photon);
   EXPECT_NEAR(static_cast<double>(times.size()), 17'500, 4 * std::sqrt(17'500));
 }
 
 TEST(Scene, NothingAtAllStillHasSyncsAndHeartbeats) {
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.detection.signal_per_pulse = 0;
   const std::vector<Tag> tags = simulate(options, paper_pattern());
   EXPECT_TRUE(times_ps(tags, TagKind::photon).empty());
@@ -145,7 +145,7 @@ TEST(Scene, NothingAtAllStillHasSyncsAndHeartbeats) {
 }
 
 TEST(Scene, MarkersComeAtTheEncodersRateFromItsStart) {
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.encoder_rate_hz = 3000;
   options.encoder_start_s = 0.01;
   const std::vector<Tag> tags = simulate(options, paper_pattern());
@@ -157,7 +157,7 @@ TEST(Scene, MarkersComeAtTheEncodersRateFromItsStart) {
 }
 
 TEST(Scene, PhotonsCarryTheirInput) {
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   options.photon_input = 7;
   for (const Tag& tag : simulate(options, paper_pattern())) {
     ASSERT_EQ(tag.value, tag.kind == TagKind::photon ? 7 : tag.kind == TagKind::marker ? 1 : 0);
@@ -166,7 +166,7 @@ TEST(Scene, PhotonsCarryTheirInput) {
 
 // As the instruments do that filter their syncs: the first one after a photon passes.
 TEST(Scene, SyncsNearPhotonsOnly) {
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.ambient_per_s = 20'000;
   const std::vector<Tag> all = simulate(options, paper_pattern());
   std::vector<Tag> expected;
@@ -186,7 +186,7 @@ TEST(Scene, SegmentsInTurnGiveTheirPulses) {
   Pattern pattern;
   pattern.mode = Mode::mrr;
   pattern.segments = {{100'000, {0}, {1}, 5}, {90'000, {0}, {1}, 4}};
-  SimulatorOptions options = noiseless_scene();
+  Options options = noiseless_scene();
   options.target.amplitude_m = 0;
   options.target.distance_m = 3;
   options.detection.signal_per_pulse = 0.2;
@@ -207,7 +207,7 @@ TEST(Scene, AStopEndsItInTheMiddle) {
   sink.on_publish = [&](test::VectorSink& self) {
     if (self.tags.size() > 1000) stop.request_stop();
   };
-  SimulatorOptions options = busy_scene();
+  Options options = busy_scene();
   options.seconds = 0;
   options.open(context)->run(sink, stop.get_token());
   EXPECT_GT(sink.tags.size(), 1000U);
@@ -215,4 +215,4 @@ TEST(Scene, AStopEndsItInTheMiddle) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::simulator

@@ -22,7 +22,7 @@ std::string content(const std::string& file) {
 }
 
 TEST(SceneTruth, IsTheMotionToAMicrometre) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 3;
   options.start_ps = 340'000'000'000'000'000;
   const SceneTruth truth = scene_truth(options);
@@ -39,7 +39,7 @@ TEST(SceneTruth, IsTheMotionToAMicrometre) {
 }
 
 TEST(SceneTruth, HasThePathOfEachFurtherTarget) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 1;
   options.more_targets.resize(1);
   options.more_targets[0].path.motion = MotionKind::linear;
@@ -55,7 +55,7 @@ TEST(SceneTruth, HasThePathOfEachFurtherTarget) {
 }
 
 TEST(SceneTruth, HoldsTheScenesConstants) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 1;
   options.detection.electronic_delay_ns = 1855;
   const SceneTruth truth = scene_truth(options);
@@ -67,7 +67,7 @@ TEST(SceneTruth, HoldsTheScenesConstants) {
 }
 
 TEST(SceneTruth, EndsWithTheStreamAndIsBounded) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 0.0105;
   SceneTruth truth = scene_truth(options);
   EXPECT_TRUE(truth.at(10'500'000'000));
@@ -84,7 +84,7 @@ TEST(SceneTruth, EndsWithTheStreamAndIsBounded) {
 TEST(SceneTruth, IsOnDiskBeforeTheFirstTag) {
   const test::TempFolder folder;
   const Pattern pattern = test::paper_pattern();
-  SimulatorOptions options = test::noiseless_scene();
+  Options options = test::noiseless_scene();
   options.truth = folder.path("scene.truth.json");
   SourceContext context;
   context.pattern = &pattern;
@@ -101,7 +101,7 @@ TEST(SceneTruth, IsOnDiskBeforeTheFirstTag) {
 }
 
 TEST(SceneTruth, AFileThatCannotBeWrittenIsNamed) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 0.01;
   options.truth = "/nonexistent/scene.truth.json";
   EXPECT_THAT(test::error_text([&] { write_truth_file(options); }),

@@ -2,32 +2,32 @@
 
 #include <gtest/gtest.h>
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 TEST(SimulatorOptions, DefaultsAreThePapersSetUp) {
-  const SimulatorOptions options;
+  const Options options;
   EXPECT_FALSE(options.validate());
   EXPECT_EQ(options.detection.signal_per_pulse, 13.5e-4);
   EXPECT_EQ(options.background_per_s(), 175'000);
   EXPECT_EQ(options.detection.sigma_ps, 100);
   EXPECT_EQ(options.target.distance_m, 284.5);
-  EXPECT_EQ(options.pace, SimulatorPace::live);
+  EXPECT_EQ(options.pace, Speed::live);
 }
 
 TEST(SimulatorOptions, FaultsOfTheTargetKeepTheirPlace) {
-  SimulatorOptions options;
-  options.target.motion = simulator::MotionKind::points;
+  Options options;
+  options.target.motion = MotionKind::points;
   EXPECT_EQ(options.validate().value().pointer, "/target/points");
   options.more_targets.resize(2);
-  options.target.motion = simulator::MotionKind::linear;
+  options.target.motion = MotionKind::linear;
   EXPECT_FALSE(options.validate());
-  options.more_targets[1].path.motion = simulator::MotionKind::points;
+  options.more_targets[1].path.motion = MotionKind::points;
   EXPECT_EQ(options.validate().value().pointer, "/more_targets/1/points");
 }
 
 TEST(SimulatorOptions, SplitDetectorsNeedAnInputEach) {
-  SimulatorOptions options;
+  Options options;
   options.photon_input = 61;
   options.detector.inputs = 2;
   EXPECT_FALSE(options.validate());
@@ -36,4 +36,4 @@ TEST(SimulatorOptions, SplitDetectorsNeedAnInputEach) {
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::simulator

@@ -7,7 +7,7 @@
 
 #include "tests/support/scene_runs.hpp"
 
-namespace splid {
+namespace splid::simulator {
 namespace {
 
 using test::paper_pattern;
@@ -19,17 +19,17 @@ TEST(Simulator, SaysWhetherItCanWait) {
   const Pattern pattern = paper_pattern();
   SourceContext context;
   context.pattern = &pattern;
-  SimulatorOptions options;
+  Options options;
   EXPECT_TRUE(options.open(context)->info().live);
-  options.pace = SimulatorPace::max;
+  options.pace = Speed::max;
   EXPECT_FALSE(options.open(context)->info().live);
 }
 
 TEST(Simulator, LiveAndFastGiveTheSameTags) {
-  SimulatorOptions options;
+  Options options;
   options.seconds = 0.02;
   const std::vector<Tag> live = test::simulate(options, paper_pattern());
-  options.pace = SimulatorPace::max;
+  options.pace = Speed::max;
   EXPECT_EQ(live, test::simulate(options, paper_pattern()));
 }
 
@@ -37,7 +37,7 @@ TEST(Simulator, LiveSendsHeartbeatsAndStopsWhenAsked) {
   const Pattern pattern = paper_pattern();
   SourceContext context;
   context.pattern = &pattern;
-  SimulatorOptions options;
+  Options options;
   std::stop_source stop;
   test::VectorSink sink(1 << 16, stop.get_token());
   sink.on_publish = [&](test::VectorSink& self) {
@@ -52,11 +52,11 @@ TEST(Simulator, LiveSendsHeartbeatsAndStopsWhenAsked) {
 }
 
 TEST(Simulator, EndsWithAHeartbeatAtItsLength) {
-  SimulatorOptions options = test::noiseless_scene();
+  Options options = test::noiseless_scene();
   options.seconds = 0.0123456;
   options.start_ps = 1000;
   EXPECT_EQ(test::simulate(options, paper_pattern()).back(), heartbeat_tag(12'345'601'000));
 }
 
 }  // namespace
-}  // namespace splid
+}  // namespace splid::simulator

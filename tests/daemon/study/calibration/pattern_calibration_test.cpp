@@ -39,9 +39,9 @@ Pattern played() {
   return pattern;
 }
 
-SimulatorOptions scene_at_rest() {
-  SimulatorOptions scene;
-  scene.pace = SimulatorPace::max;
+simulator::Options scene_at_rest() {
+  simulator::Options scene;
+  scene.pace = simulator::Speed::max;
   scene.target.motion = simulator::MotionKind::linear;
   scene.target.distance_m = 30;
   scene.detection.signal_per_pulse = 0.08;  // 960,000 a second
@@ -56,16 +56,16 @@ Config config_of_one_pulse() {
   return config;
 }
 
-PatternCalibration calibrate_scene(const SimulatorOptions& scene, const Plan& plan = {},
+PatternCalibration calibrate_scene(const simulator::Options& scene, const Plan& plan = {},
                                    const std::stop_token& stop = {},
                                    const Config& config = config_of_one_pulse(),
                                    const Pattern& pattern = played()) {
-  const auto open = [&] { return std::make_unique<SimulatorSource>(scene, pattern); };
+  const auto open = [&] { return std::make_unique<simulator::Source>(scene, pattern); };
   return calibrate_pattern(
       config, open, plan, [](const char*, double) {}, stop);
 }
 
-std::string refusal_of(const SimulatorOptions& scene, const Plan& plan = {}) {
+std::string refusal_of(const simulator::Options& scene, const Plan& plan = {}) {
   try {
     (void)calibrate_scene(scene, plan);
   } catch (const Error& error) {
@@ -122,7 +122,7 @@ TEST(PatternCalibration, InThePatternsClockThePeriodIsTheNominalOne) {
   plan.distance_m = 30;
   Config config = config_of_one_pulse();
   config.drift.reference = ClockReference::pattern;
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.drift_ppm = 10;
   scene.tagger_ppm = 10;
   const Pattern found = calibrate_scene(scene, plan, {}, config).pattern;
@@ -170,7 +170,7 @@ Distances measure(const std::vector<tradeoff::KeptFrame>& frames, const Pattern&
 // Frames of another recording of the scene, measured with the calibrated times: a gaussian is off,
 // the calibrated shape is not, and its deviations are those of its errors.
 TEST(PatternCalibration, ATailsBiasIsGone) {
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.detection.tail_fraction = 0.3;
   scene.detection.tail_ps = 300;
   Plan plan;
@@ -194,7 +194,7 @@ TEST(PatternCalibration, ATailsBiasIsGone) {
 }
 
 TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.target.velocity_mps = 0.003;  // 20 ps in all
   const std::string slow = refusal_of(scene);
   EXPECT_THAT(slow, AllOf(HasSubstr("the target moves, v = "), HasSubstr("5 ps are allowed")));
@@ -220,7 +220,7 @@ TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
 
 // As many as it asks for are enough.
 TEST(PatternCalibration, TooFewPhotonsAreRefusedWithHowManyItNeeds) {
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.detection.signal_per_pulse = 0.004;
   scene.seconds = 0.25;
   const std::string refused = refusal_of(scene);
@@ -237,7 +237,7 @@ TEST(PatternCalibration, TooFewPhotonsAreRefusedWithHowManyItNeeds) {
 }
 
 TEST(PatternCalibration, WhatHoldsNoPatternIsRefused) {
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.seconds = 0.2;
   scene.detection.signal_per_pulse = 0;
   EXPECT_THAT(refusal_of(scene), HasSubstr("no pulse stands out of the "));
@@ -259,7 +259,7 @@ TEST(PatternCalibration, AnEvenCombIsAmbiguousAndSaysSo) {
   segment = {100'000, {}, std::vector<double>(8, 1.0), 0};
   const double off_ps[] = {2, -1, 0, 3, -3, 1, -2, 0};
   for (int p = 0; p < 8; ++p) segment.pulse_times_ps.push_back(50 + 12'500 * p + off_ps[p]);
-  SimulatorOptions scene = scene_at_rest();
+  simulator::Options scene = scene_at_rest();
   scene.detection.signal_per_pulse = 0.002;  // 8,000 photons a frame
   scene.seconds = 0.3;
   Config config = config_of_one_pulse();

@@ -23,8 +23,8 @@ using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-SimulatorOptions& scene_of(Config& config) {
-  return dynamic_cast<SimulatorOptions&>(*config.source);
+simulator::Options& scene_of(Config& config) {
+  return dynamic_cast<simulator::Options&>(*config.source);
 }
 
 std::vector<KeptFrame> collected(const Config& config, const FrameOrigin& origin, double length_ms,
@@ -63,7 +63,7 @@ TEST(TradeoffFrames, AreThoseOfTheConfiguredSceneOneAfterTheOther) {
 // Photons come d later than without electronics, and show where the target was d / 2 before.
 TEST(TradeoffFrames, TheTruthHoldsTheElectronics) {
   Config config = scene_config(1);
-  SimulatorOptions& scene = scene_of(config);
+  simulator::Options& scene = scene_of(config);
   scene.target.motion = simulator::MotionKind::linear;
   scene.target.distance_m = 10;
   scene.target.velocity_mps = 140;
@@ -79,7 +79,7 @@ TEST(TradeoffFrames, TheTruthHoldsTheElectronics) {
 // 14 m at 140 m/s: 0.1 s, of which 0.09 s are used: 8 frames of 10 ms, 7 of them judged.
 TEST(TradeoffFrames, ATargetThatComesIsWatchedAgainWithAnotherSeed) {
   Config config = scene_config(1);
-  SimulatorOptions& scene = scene_of(config);
+  simulator::Options& scene = scene_of(config);
   scene.target.motion = simulator::MotionKind::linear;
   scene.target.distance_m = 14;
   scene.target.velocity_mps = -140;
@@ -151,7 +151,7 @@ TEST(TradeoffFrames, LengthsThatCannotBeAreLeftOutWithAReason) {
   EXPECT_THAT(lengths(config, {10, 50, 100}, &warnings), ElementsAre(10, 50));
   EXPECT_THAT(warnings, ElementsAre(AllOf(HasSubstr("100 ms"), HasSubstr("ring"))));
   warnings.clear();
-  SimulatorOptions& scene = scene_of(config);
+  simulator::Options& scene = scene_of(config);
   scene.target.motion = simulator::MotionKind::linear;
   scene.target.distance_m = 14;
   scene.target.velocity_mps = -140;

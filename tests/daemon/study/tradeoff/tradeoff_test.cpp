@@ -80,7 +80,7 @@ TEST(Tradeoff, RowsHoldWhatTheSceneGives) {
 TEST(Tradeoff, ASceneAtRestHasNoVelocityToMeasure) {
   Config config = scene_config(1);
   config.scene.motion = Motion::static_target;
-  auto& scene = dynamic_cast<SimulatorOptions&>(*config.source);
+  auto& scene = dynamic_cast<simulator::Options&>(*config.source);
   scene.target.motion = simulator::MotionKind::linear;
   const auto rows = measured(config, {{5}, 100}, no_events);
   ASSERT_THAT(rows, Not(IsEmpty()));
@@ -91,7 +91,7 @@ TEST(Tradeoff, ASceneAtRestHasNoVelocityToMeasure) {
 
 TEST(Tradeoff, WithoutATargetNothingIsComparedAndNothingInvented) {
   Config config = scene_config(1);
-  dynamic_cast<SimulatorOptions&>(*config.source).detection.signal_per_pulse = 0;
+  dynamic_cast<simulator::Options&>(*config.source).detection.signal_per_pulse = 0;
   const auto rows = measured(config, {{5}, 20}, no_events);
   ASSERT_THAT(rows, Not(IsEmpty()));
   EXPECT_EQ(rows.front().no_value, 20u);
