@@ -13,7 +13,7 @@
 #include "estimator/fit/width_fit.hpp"
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
-#include "estimator/model/configured_pulse.hpp"
+#include "estimator/frame_values.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/model/units.hpp"
@@ -453,47 +453,7 @@ bool FrameEstimator::Workspace::estimate_several(const FrameView& view, const Fi
 
 void FrameEstimator::Workspace::fill(Estimate& estimate, const Fit& fit, const SyncFit& sync,
                                      double bend_ns) const {
-  const FrameParameters& p = fit.parameters;
-  const double g = p.line.travel_ns / frame.length_ns;
-  const double beta = g / (2 - g);
-  // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the tagger's clock.
-  const double scale = to_reference();
-  const double circle_ns = told_apart_ns();
-  const auto wrap = [](double delay, double circle) {
-    const double turned = delay - circle * std::floor(delay / circle);
-    return turned < circle ? turned : 0.0;
-  };
-  // Where delays repeat, the search may end at any copy of the delay, so the delay is folded before
-  // it is turned into tau: a copy k circles on would otherwise come out k beta circles further.
-  const double delay_ns = wrap(p.line.delay_ns, circle_ns);
-  estimate.has_values = true;
-  estimate.velocity_mps = beta * speed_of_light_mps;
-  estimate.delay_ns = wrap(delay_ns * (1 + beta), circle_ns) * scale;
-  estimate.delay_start_ns =
-      wrap(delay_ns * (1 + beta) - beta * frame.length_ns + bend_ns / 4, circle_ns) * scale;
-  estimate.signal_per_pulse = p.signal_per_pulse;
-  estimate.background_per_ns = p.background_per_ns;
-  estimate.significance_nats = fit.gain_nats;
-  estimate.stop = fit.stop;
-  if (!fit.has_covariance) return;
-  // d beta / d travel = 2 / ((2 - g)^2 t_a).
-  const double per_travel = 2 / ((2 - g) * (2 - g) * frame.length_ns);
-  const auto& C = fit.covariance;
-  const double a = 1 + beta;
-  const double c = delay_ns * per_travel;
-  const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
-  // What the syncs leave uncertain of the pattern's clock adds to both deviations: an error of the
-  // clock's phase is an error of the delay, and an error of its period is an error of the velocity
-  // (with 10 ps of sync jitter in 50 ms 4.2 cm/s by endpoints, 0.09 cm/s by regression).
-  estimate.std_delay_ns =
-      std::hypot(std::sqrt(std::max(0.0, variance)) * scale, sync.std_phase_ps * ns_per_ps);
-  if (C(1, 1) > 0) {
-    estimate.std_velocity_mps =
-        speed_of_light_mps *
-        std::hypot(std::sqrt(C(1, 1)) * per_travel, sync.std_period_ps / sync.period_ps / 2);
-  }
-  estimate.std_signal_per_pulse = std::sqrt(C(2, 2));
-  estimate.std_background_per_ns = std::sqrt(C(3, 3));
+  fill_values(estimate, fit, {frame.length_ns, told_apart_ns(), to_reference()}, sync, bend_ns);
 }
 
 void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& estimate,

@@ -13,8 +13,7 @@
 // rooms below:
 //
 //   sync/         Before the estimator sees a frame, SyncClock has fitted the pattern's clock to
-//   the
-//                 syncs of the frame: the measured pattern period, [P] Eq. 19.
+//                 the syncs of the frame: the measured pattern period, [P] Eq. 19.
 //   model/        FrameView is the frame, Estimate the result. PulseTrain and PulseShape are the
 //                 pattern and the detected pulse in the units of the estimator.
 //   fold/         FoldedFrame corrects the photons' times for the drift of that clock ([P] Eq. 20)
@@ -24,8 +23,7 @@
 //   search/       TargetSearch looks at all lines for the one with the most photons. BendSearch
 //                 does so for a target that accelerates, whose line bends.
 //   fit/          Refinement climbs from there to the maximum of the likelihood ([P] Eq. 4 and 7)
-//   in
-//                 delay, travel, signal and background. Its curvature gives the standard
+//                 in delay, travel, signal and background. Its curvature gives the standard
 //                 deviations. The significance says whether there is a target at all, RangeOdds
 //                 whether its range is the right one, and PatternCheck whether its light is that of
 //                 the pattern.

@@ -67,7 +67,7 @@ Tap::Tap(const Config& config, const SourceInfo& source, const Clock& clock,
       waits_(!source.live),
       ring_(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
       dropping_(ring_, {}),
-      recorder_(
+      writer_(
           {config.record, config.channels, source, header_facts(config, source, "")}, clock,
           [this] { return open_counts(); },
           [this](const std::string& sentence) { news_.push_back(sentence); }),
@@ -127,18 +127,18 @@ void Tap::run() {
   while (!ring_.ended()) {
     const std::span<const Tag> waiting = ring_.wait(tap_idle, {});
     const auto tags = waiting.first(std::min(waiting.size(), tap_tags_at_once));
-    recorder_.take(tags);
+    writer_.take(tags);
     ring_.consume(tags.size());
     look_around();
   }
-  recorder_.close();
+  writer_.close();
   look_around();
 }
 
 void Tap::look_around() {
   const std::int64_t now_ns = clock_.steady_ns();
   if (now_ns - flushed_ns_ > tap_flush_interval_ns) {
-    recorder_.flush();
+    writer_.flush();
     flushed_ns_ = now_ns;
     const std::uint64_t drops = dropping_.drops();
     if (std::exchange(said_drops_, drops) != drops) {
@@ -148,10 +148,10 @@ void Tap::look_around() {
   }
   {
     const std::scoped_lock lock(mutex_);
-    if (fault_ != recorder_.fault()) fault_ = recorder_.fault();
-    if (status_.file != recorder_.file()) status_.file = recorder_.file();
-    status_.bytes = recorder_.file_bytes();
-    status_.seconds = recorder_.file_seconds();
+    if (fault_ != writer_.fault()) fault_ = writer_.fault();
+    if (status_.file != writer_.file()) status_.file = writer_.file();
+    status_.bytes = writer_.file_bytes();
+    status_.seconds = writer_.file_seconds();
     status_.state = !fault_.empty()        ? RecordingState::failing
                     : status_.file.empty() ? RecordingState::waiting
                                            : RecordingState::writing;
@@ -183,8 +183,8 @@ std::string Tap::summary() {
   finish();
   if (thread_.joinable()) thread_.join();
   std::string text =
-      fmt::format("{} recordings; {} tags lost to the disk", grouped(recorder_.files()),
-                  grouped(recorder_.lost_tags() + dropping_.dropped_tags()));
+      fmt::format("{} recordings; {} tags lost to the disk", grouped(writer_.files()),
+                  grouped(writer_.lost_tags() + dropping_.dropped_tags()));
   if (!frames_) return text;
   put_frames();
   frames_->finish({}, patience_for_checksum);

@@ -105,7 +105,7 @@ class Tap final : public TagTap {
   bool finished_ = false;  // the framer's thread only
   // The recorder's thread only, until it has ended.
   std::vector<std::string> news_;  // sentences not yet said
-  RotatingWriter recorder_;
+  RotatingWriter writer_;
   std::int64_t flushed_ns_ = 0;
   std::uint64_t said_drops_ = 0;
   mutable std::mutex mutex_;

@@ -53,7 +53,7 @@ void RotatingWriter::take(std::span<const Tag> tags) {
     loss_is_open_ = false;
     tags = tags.subspan(1);
   }
-  if (recorder_ && recorder_->bytes() >= bytes_of(plan_.options.max_file_mib)) end_file();
+  if (writer_ && writer_->bytes() >= bytes_of(plan_.options.max_file_mib)) end_file();
 }
 
 double RotatingWriter::file_seconds() const {
@@ -61,9 +61,9 @@ double RotatingWriter::file_seconds() const {
 }
 
 void RotatingWriter::flush() {
-  if (!recorder_) return;
+  if (!writer_) return;
   try {
-    recorder_->flush();
+    writer_->flush();
     if (!counts_) return;
     counts_->write({});
     counts_->flush();
@@ -81,8 +81,8 @@ void RotatingWriter::close() {
 // How many of the tags go into the current file. Where no file is open, the first tag begins a file
 // and goes into it in any case, even at the very end of the range of times.
 std::size_t RotatingWriter::until_cut(std::span<const Tag> tags) const {
-  const std::int64_t end_ps = recorder_ ? end_ps_ : end_of_file(tags.front().time_ps);
-  const bool begins = !recorder_ && tags.front().kind != TagKind::clock_break;
+  const std::int64_t end_ps = writer_ ? end_ps_ : end_of_file(tags.front().time_ps);
+  const bool begins = !writer_ && tags.front().kind != TagKind::clock_break;
   const auto cut =
       std::find_if(tags.begin() + (begins ? 1 : 0), tags.end(), [end_ps](const Tag& tag) {
         return tag.kind == TagKind::clock_break || tag.time_ps >= end_ps;
@@ -103,13 +103,13 @@ void RotatingWriter::follow_losses(std::span<const Tag> tags) {
 
 void RotatingWriter::store(std::span<const Tag> tags) {
   if (tags.empty()) return;
-  if (!recorder_ && !begin_file(tags.front().time_ps)) {
+  if (!writer_ && !begin_file(tags.front().time_ps)) {
     lose(tags);
     return;
   }
   try {
-    recorder_->write(tags);
-    file_bytes_ = recorder_->bytes();
+    writer_->write(tags);
+    file_bytes_ = writer_->bytes();
     last_ps_ = tags.back().time_ps;
   } catch (const Error& error) {
     fail(error.what());
@@ -142,9 +142,9 @@ void RotatingWriter::open_file(std::int64_t first_ps) {
   std::unique_ptr<EncoderSource> counts = open_counts_();
   PtuFacts facts = plan_.facts;
   if (counts) facts.encoder_file = name_of(encoder_file_of(file_));
-  recorder_.emplace(file_, std::move(facts), clock, false);
+  writer_.emplace(file_, std::move(facts), clock, false);
   if (counts) counts_.emplace(file_, std::move(counts), channels_);
-  file_bytes_ = recorder_->bytes();
+  file_bytes_ = writer_->bytes();
   first_ps_ = first_ps;
   last_ps_ = first_ps;
   end_ps_ = end_of_file(first_ps);
@@ -160,18 +160,18 @@ void RotatingWriter::write_gap(std::int64_t first_ps) {
   }
   if (gap_.unknown) tags.push_back({first_ps, -1, TagKind::missed, {}});
   if (loss_is_open_) tags.push_back({first_ps, 0, TagKind::loss_begin, {}});
-  recorder_->write(tags);
+  writer_->write(tags);
   gap_ = {};
 }
 
 void RotatingWriter::end_file() {
-  if (!recorder_) return;
+  if (!writer_) return;
   try {
     flush();
-    if (!recorder_) return;
-    recorder_->close();
-    file_bytes_ = recorder_->bytes();
-    recorder_.reset();
+    if (!writer_) return;
+    writer_->close();
+    file_bytes_ = writer_->bytes();
+    writer_.reset();
     counts_.reset();
   } catch (const Error& error) {
     fail(error.what());
@@ -179,10 +179,10 @@ void RotatingWriter::end_file() {
 }
 
 void RotatingWriter::fail(const std::string& why) {
-  if (recorder_) {
-    lose(recorder_->give_up());
-    if (recorder_->written_records() == 0) remove_file();
-    recorder_.reset();
+  if (writer_) {
+    lose(writer_->give_up());
+    if (writer_->written_records() == 0) remove_file();
+    writer_.reset();
     counts_.reset();
   }
   retry_ns_ = clock_.steady_ns() + retry_interval_ns;
@@ -192,7 +192,7 @@ void RotatingWriter::fail(const std::string& why) {
 
 // Removes a file that no tag came into; the losses in its header go to the next file.
 void RotatingWriter::remove_file() {
-  for (const Loss& loss : recorder_->losses()) {
+  for (const Loss& loss : writer_->losses()) {
     gap_.unknown = gap_.unknown || loss.count < 0;
     gap_.count += static_cast<std::uint64_t>(std::max<std::int64_t>(loss.count, 0));
   }

@@ -96,7 +96,7 @@ class RotatingWriter {
   ChannelMap channels_;
 
   std::string file_;
-  std::optional<PtuWriter> recorder_;  // absent while no file is being written
+  std::optional<PtuWriter> writer_;  // absent while no file is being written
   std::optional<EncoderLog> counts_;
   std::uint64_t file_bytes_ = 0;
   std::int64_t first_ps_ = 0, last_ps_ = 0;  // of the last file's tags

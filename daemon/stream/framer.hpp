@@ -48,13 +48,11 @@ struct FramerTotals {
 //    order by up to 1 us are in the frame that they belong to. Tags that come still later are
 //    counted as `late` in the frame that is open then.
 //  - An event past the frame's end that is more than 1 us ahead of the tag before it waits until
-//  the
-//    next tag is that far ahead too. So a single stray time stamp costs that tag alone (`late`).
-//    Two stray time stamps together cost the rest of the open frame, until 16 earlier tags in a row
-//    set the clock back.
+//    the next tag is that far ahead too. So a single stray time stamp costs that tag alone
+//    (`late`). Two stray time stamps together cost the rest of the open frame, until 16 earlier
+//    tags in a row set the clock back.
 //  - A gap of more than max(1 s, 20 frames) makes no empty frames: the open frame is closed with
-//  its
-//    rest as a loss, and framing starts anew after the gap. A shorter gap makes empty frames.
+//    its rest as a loss, and framing starts anew after the gap. A shorter gap makes empty frames.
 //  - 16 tags in a row before the open frame's start, or a clock_break, mean that the tagger's clock
 //    was set anew. The open frame is closed with its rest as a loss; the first 15 of those tags are
 //    `late`. A step back that stays within the open frame is not noticed.

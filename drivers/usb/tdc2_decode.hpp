@@ -18,8 +18,7 @@ namespace splid::usb {
 //  - each input's bit gives a photon tag; value: the input, 1 to 4;
 //  - a dummy gives a heartbeat and no photon; an all-zero word, which is padding, gives nothing;
 //  - a record whose time is more than 1 ms before the latest, or past the horizon, is a stray: it
-//  is
-//    left out and counts as one missed tag. After 64 strays in a row that agree with each other,
+//    is left out and counts as one missed tag. After 64 strays in a row that agree with each other,
 //    and whose internal bits good records had too, the clock is taken to have been set anew:
 //    clock_break. After 64 strays that do not agree, the stream is adrift, which is a loss of
 //    unknown count, until two records in a row agree with the clock and with each other. So neither

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "estimator/model/configured_pulse.hpp"
+#include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {

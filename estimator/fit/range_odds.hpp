@@ -19,8 +19,7 @@ namespace splid {
 // travel, relative to all that are possible, and of the signal, relative to the best peak's signal.
 // A peak that is partly beyond the largest speed has less mass. Against the best peak stand
 //  - the other peaks that the search climbed: those of other cells, and those at delays at which
-//  the
-//    comb (nearly) falls on itself;
+//    the comb (nearly) falls on itself;
 //  - chance, which is every place that nobody looked at. Light that has nothing to do with a place
 //    gains nothing there on average: the likelihood ratio to no target has the mean 1 over the
 //    plane, whatever the pattern, the signal and the number of photons. The mass of chance is that

@@ -15,7 +15,7 @@
 //   options.hpp        the estimator's sections of the configuration
 //   pulse_train.hpp    the pattern, as combs of pulses that are played in turn
 //   comb.hpp           one comb, and which of its pulses are near a phase
-//   pulse_shape.hpp    the detected pulse; configured_pulse.hpp is the one that is asked for
+//   pulse_shape.hpp    the detected pulse, and the one that the configuration asks for
 //   pattern_make.hpp   patterns from a few numbers
 //   units.hpp          constants
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "estimator/model/units.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -150,6 +151,16 @@ std::unique_ptr<PulseShape> make_gaussian(double sigma_ns) {
 
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table) {
   return std::make_unique<Tabulated>(table);
+}
+
+std::unique_ptr<PulseShape> configured_pulse(const Pattern& pattern, const PulseOptions& options) {
+  if (options.shape == Shape::gaussian) return make_gaussian(options.sigma_ps * ns_per_ps);
+  if (!pattern.pulse) {
+    throw Error(Fault::usage,
+                "pulse.shape is tabulated, but the pattern file has no pulse block; calibrate the "
+                "pattern or use pulse.shape gaussian");
+  }
+  return make_tabulated(*pattern.pulse);
 }
 
 }  // namespace splid

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
@@ -69,6 +70,10 @@ std::unique_ptr<PulseShape> make_gaussian(double sigma_ns);
 // A shape that interpolates the table by a quadratic B-spline, so that h' is continuous, as the
 // refinement needs. The table is scaled to an integral of 1. Errors: none for a valid table.
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table);
+
+// The detected pulse that the configuration asks for. Errors: Error(Fault::usage) where it asks for
+// the table of a pattern that has none.
+std::unique_ptr<PulseShape> configured_pulse(const Pattern& pattern, const PulseOptions& options);
 
 // The weights of a quadratic B-spline's coefficients at a place: of the coefficient at the nearest
 // knot, and of those before and after it. offset: of the place from that knot, in steps, -1/2 to
