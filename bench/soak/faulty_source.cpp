@@ -203,10 +203,10 @@ void FaultySource::run(TagSink& sink, std::stop_token stop) {
 void FaultySource::record(const std::stop_token& stop) {
   test::VectorSink tags;
   simulate(tags, stop, 0);
-  recording::PtuWriter recorder(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()),
-                                true);
-  recorder.write(tags.tags);
-  recorder.close();
+  recording::PtuWriter writer(recording_, {}, DeviceClock({"soak", false, 0.0}, host_clock()),
+                              true);
+  writer.write(tags.tags);
+  writer.close();
 }
 
 void FaultySource::simulate(TagSink& sink, const std::stop_token& stop, std::int64_t seed) const {

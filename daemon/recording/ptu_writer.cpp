@@ -43,7 +43,7 @@ PtuWriter::PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock,
     begin_file(is_new);
   } catch (const Error&) {
     ::close(descriptor_);
-    // The file holds nothing that could be read, and a recorder that tries again would leave
+    // The file holds nothing that could be read, and a RotatingWriter that tries again would leave
     // another such file each time.
     if (is_new) ::unlink(file_.c_str());
     throw;
@@ -69,7 +69,7 @@ bool PtuWriter::open(bool overwrite) {
   throw Error(Fault::device, file_ + ": cannot be made: " + std::strerror(errno));
 }
 
-// Looks at the file's type before opening it, so that the recorder never waits for the other end of
+// Looks at the file's type before opening it, so that the caller never waits for the other end of
 // a pipe and never writes over a disk.
 int PtuWriter::open_existing(int how) const {
   struct stat status {};

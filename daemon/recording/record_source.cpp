@@ -58,12 +58,12 @@ void check_enough(const SourceInfo& source, double seconds, double wanted_s,
                                          source.name, seconds, wanted_s + patience_s));
 }
 
-void show(Progress& progress, const PtuWriter& recorder, double stream_s, double took_s) {
-  const auto records = static_cast<double>(recorder.records());
+void show(Progress& progress, const PtuWriter& writer, double stream_s, double took_s) {
+  const auto records = static_cast<double>(writer.records());
   progress.show(fmt::format("{} records, {:.3g} M/s, {:.1f} MB, {:.1f} s recorded, {} lost",
-                            grouped(recorder.records()), records / 1e6 / std::max(took_s, 1e-3),
-                            static_cast<double>(recorder.bytes()) / 1e6, stream_s,
-                            grouped(recorder.lost_tags())));
+                            grouped(writer.records()), records / 1e6 / std::max(took_s, 1e-3),
+                            static_cast<double>(writer.bytes()) / 1e6, stream_s,
+                            grouped(writer.lost_tags())));
 }
 
 }  // namespace
@@ -74,8 +74,8 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   const SourceInfo info = source.info();
   std::unique_ptr<EncoderSource> counts = open_encoder(config.encoder, config.source.get());
   if (counts) check_may_write(encoder_file_of(file), overwrite);
-  PtuWriter recorder(file, header_facts(config, info, counts ? encoder_file_of(file) : ""),
-                     DeviceClock(info, clock), overwrite);
+  PtuWriter writer(file, header_facts(config, info, counts ? encoder_file_of(file) : ""),
+                   DeviceClock(info, clock), overwrite);
   std::optional<EncoderLog> encoder;
   if (counts) encoder.emplace(file, std::move(counts), ChannelMap(config.channels));
   TagRing ring(std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags)));
@@ -90,13 +90,13 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
     const std::span<const Tag> waiting = ring.wait(idle, {});
     const auto tags = waiting.first(std::min(waiting.size(), tags_at_once));
     extent.take(tags);
-    recorder.write(tags);
+    writer.write(tags);
     if (encoder) encoder->write(tags);
     limit.see(tags);
     ring.consume(tags.size());
     const std::int64_t now_ns = clock.steady_ns();
     if (now_ns - flushed_ns > flush_interval_ns) {
-      recorder.flush();
+      writer.flush();
       if (encoder) encoder->flush();
       limit.progress(extent.seconds());
       flushed_ns = now_ns;
@@ -104,9 +104,9 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
     const double took_s = static_cast<double>(now_ns - begin_ns) / 1e9;
     const bool is_late = info.live && took_s > limit.seconds + patience_s;
     if (limit.seconds > 0 && (extent.seconds() >= limit.seconds || is_late)) enough.request_stop();
-    if (progress.due()) show(progress, recorder, extent.seconds(), took_s);
+    if (progress.due()) show(progress, writer, extent.seconds(), took_s);
   }
-  recorder.close();
+  writer.close();
   if (encoder) {
     encoder->write({});  // the counts that came meanwhile
     encoder->flush();
@@ -114,7 +114,7 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   thread.join();
   if (thread.fault()) std::rethrow_exception(thread.fault());
   check_enough(info, extent.seconds(), limit.seconds, stop);
-  return {recorder.records(), recorder.lost_tags(), recorder.bytes(), extent.seconds()};
+  return {writer.records(), writer.lost_tags(), writer.bytes(), extent.seconds()};
 }
 
 std::string in_words(const RecordSummary& summary, const std::string& file) {
