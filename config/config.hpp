@@ -17,9 +17,8 @@
 // to look for
 //   a key        describe() beside the structure of its options: config/daemon_options.cpp,
 //                config/security_options.cpp, a driver's options, estimator/model/options.cpp
-//   key checks   bounds of a single key: config/option_reader.cpp; of keys that must fit each
-//   other:
-//                validate() beside describe(); of sections that must fit each other: config.cpp
+//   key checks   the bounds of a single key: config/option_reader.cpp; keys that must fit each
+//                other: validate() beside describe(); sections that must fit each other: config.cpp
 
 namespace splid {
 

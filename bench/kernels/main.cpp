@@ -14,8 +14,7 @@
 // The search's kernels by themselves, for an emulator that counts instructions.
 //
 //   kernel_counts                        a checksum of each kernel's numbers at each vector level;
-//   exit
-//                                        code 1 where a level gives other bits than generic
+//                                        exit code 1 where a level gives other bits than generic
 //   kernel_counts LEVEL KERNEL ROUNDS    runs one so many times over 4,099 elements
 namespace {
 

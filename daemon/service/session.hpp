@@ -15,6 +15,10 @@ class FrameLog;
 
 namespace splid {
 
+// The room daemon/service is the life of a run. Read this header first, then measuring.hpp (streams
+// that begin and end), control_actions.hpp (what a client may ask) and start_check.hpp (what is
+// checked before the first tag).
+
 // What `run` and `replay` share.
 
 struct SessionOptions {

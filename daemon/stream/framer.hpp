@@ -57,14 +57,13 @@ struct FramerTotals {
 //    was set anew. The open frame is closed with its rest as a loss; the first 15 of those tags are
 //    `late`. A step back that stays within the open frame is not noticed.
 //  - A loss is clipped to the frames that it touches; its count goes to the frame in which it ends.
-//  A
-//    `missed` tag has no interval: the loss is taken to reach back to the tag before it. A loss_end
-//    without its loss_begin reaches back to the end of the loss before it, or to the frame's start.
-//    A loss that is open when the clock is set anew ends there, since its end may never come.
+//    A `missed` tag has no interval: the loss is taken to reach back to the tag before it. A
+//    loss_end without its loss_begin reaches back to the end of the loss before it, or to the
+//    frame's start. A loss that is open when the clock is set anew ends there, since its loss_end
+//    may never come.
 //  - Photons beyond the frame's room are counted (`surplus`), and the rest of the frame is a loss.
 //  - Time in which an instrument sends nothing although it should is a loss too, though no tag
-//  tells
-//    of it: see Silence.
+//    tells of it: see Silence.
 //
 // Threads: one. Errors: none; FrameSink::open() may wait. No allocation after construction.
 class Framer {

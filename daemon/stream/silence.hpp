@@ -19,10 +19,9 @@ namespace splid {
 //    explain. And syncs come right up to the run and right after it: where photons go on without
 //    syncs, only the sync's cable is off, and the time was seen.
 //  - Instruments that send only the syncs beside photons. A run is silence where two things hold.
-//  It
-//    is longer than the distribution of the gaps' own lengths explains. And on either side, in as
-//    much time as the run lasts, there are so many tags that chance would not leave out as many in
-//    the run; so a scene that grows dark is no silence. In a frame with fewer than 64 gaps no
+//    It is longer than the distribution of the gaps' own lengths explains. And on either side, in
+//    as much time as the run lasts, there are so many tags that chance would not leave out as many
+//    in the run; so a scene that grows dark is no silence. In a frame with fewer than 64 gaps no
 //    silence is looked for.
 //
 // A frame with fewer than 8 gaps is judged like the frame before it, if that frame had every sync.

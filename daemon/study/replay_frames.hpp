@@ -9,6 +9,10 @@
 #include "drivers/source.hpp"
 #include "protocol/frame_json.hpp"
 
+// The room daemon/study works on recordings and scenes at leisure. Read this header first: it makes
+// frames of a source without publishing them. truth_score.hpp compares such frames with the truth;
+// calibration/ and tradeoff/ are rooms of their own.
+
 namespace splid {
 
 // Frames of a recording for those who want them all and publish none.

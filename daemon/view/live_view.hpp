@@ -8,6 +8,11 @@
 
 #include "daemon/view/view_history.hpp"
 
+// The room daemon/view shows people what a daemon publishes. Read this header first. For the page
+// in a browser Viewing (viewing.hpp) hears the daemon's messages, LiveView in this header keeps
+// what the page can show, and WebServer (web_server.hpp) serves it. The picture in a terminal is
+// WatchPicture (watch_picture.hpp).
+
 namespace splid::view {
 
 // All that the live page can show: the daemon's last messages as they came, and the history of the

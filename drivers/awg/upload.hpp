@@ -8,6 +8,14 @@
 #include "drivers/awg/waveform_plan.hpp"
 #include "protocol/pattern.hpp"
 
+// drivers/awg/ has a waveform generator play the pattern. Read this header first: upload() is the
+// whole way. Its parts:
+//
+//   waveform_plan     which rate and how many samples play the pattern, and how far off they are
+//   waveform_samples  the samples of a plan, as the generator takes them
+//   awg_model         what each model can play, and its commands
+//   scpi_client       commands and their answers over a socket; scpi_reply reads the answers
+
 namespace splid::awg {
 
 // Is told what happens, and which part of it is done: 0 to 1.

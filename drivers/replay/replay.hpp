@@ -14,6 +14,9 @@
 #include "drivers/source.hpp"
 #include "drivers/tag_writer.hpp"
 
+// drivers/replay/ plays a recording again. Read this header first, then recording_reader.hpp, which
+// reads the tags of a file of any format, and recording_info.hpp, which sums a file up.
+
 namespace splid {
 
 // A recording played again. JSON: `source` with the driver "replay".

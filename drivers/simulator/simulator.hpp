@@ -7,6 +7,17 @@
 #include "drivers/source.hpp"
 #include "protocol/pattern.hpp"
 
+// drivers/simulator/ makes the tags of a scene. Read this header first, then in the order of the
+// light:
+//
+//   emission       when pulses leave, by the generator's clock
+//   target_path    where a target is at a time
+//   echo           when the light of a pulse is back
+//   signal_stream  the times of signal and background at the detector
+//   detectors      which of these times a detector with a dead time and jitter reports
+//   sync_stream    the syncs, as an instrument sends them
+//   scene          all of these in the order of time, and scene_truth what is true of them
+
 namespace splid::simulator {
 
 // The tags of a simulated scene, from first principles: a pulse leaves, meets the moving target and
