@@ -9,7 +9,7 @@ namespace splid {
 // in. It has the folder `patterns` and the demonstration, demo.json. Empty where neither is there.
 std::string shipped_folder();
 
-// The folder `patterns` in there; empty where there is none.
+// The folder `patterns` in shipped_folder(); empty where there is no such folder.
 std::string shipped_patterns_folder();
 
 // Where a configuration's pattern is.
@@ -21,8 +21,8 @@ struct PatternFile {
 // Finds the pattern file that a configuration names. written: the path as the configuration has it;
 // resolved: the same path from that configuration's folder. If there is no file at `resolved`, and
 // `written` is relative, the pattern of the same name in `shipped_folder` is taken.
-// Errors: Error(Fault::usage) where there is none either, with the names in the folder. asked_by:
-// the beginning of the error's sentence.
+// Errors: Error(Fault::usage) where that is not there either, with the names in the folder.
+// asked_by: the beginning of the error's sentence.
 PatternFile find_pattern_file(const std::string& resolved, const std::string& written,
                               const std::string& shipped_folder, const std::string& asked_by);
 

@@ -102,7 +102,7 @@ bool ClientSocket::connect(const std::stop_token& stop) {
   descriptor_ = ::socket(place_.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (descriptor_ == -1) return fail("socket", errno);
   if (place_.ss_family != AF_UNIX) {
-    // A short command would wait up to 200 ms for the acknowledgement of the one before.
+    // A short command would wait up to 200 ms for the acknowledgement of the command before.
     const int on = 1;
     ::setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   }

@@ -38,13 +38,13 @@ struct FrameMessage {
   // The relative rms deviation of the pulses' light from the pattern's amplitudes, where the target
   // is surely there.
   std::optional<double> amplitude_misfit;
-  // By how much the detected pulse is wider than the configured one, relative to it; negative where
-  // it is narrower. There only where it surely is another.
+  // By how much the detected pulse is wider than the configured pulse, relative to the configured
+  // width; negative where it is narrower. There only where it surely is wider or narrower.
   std::optional<double> pulse_misfit;
-  // By how much it appears wider, sure or not: to be averaged over frames.
+  // By how much the pulse appears wider, sure or not: to be averaged over frames.
   std::optional<double> pulse_excess, std_pulse_excess;
   // About how much the target accelerates although its path was taken as straight. There only where
-  // it surely does.
+  // it surely accelerates.
   std::optional<double> acceleration_misfit_mps2;
   std::optional<double> signal_gap;  // 0 to 1: of the frame, where the target's light is missing
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
@@ -63,8 +63,9 @@ struct FrameMessage {
     std::optional<double> range_odds_nats;
     std::optional<double> amplitude_misfit;
   };
-  // The frame's targets, the one with the most signal first, which the members above are of. There
-  // where scene.targets is more than 1; then empty where the frame shows none.
+  // The frame's targets in descending order of their signal; the members above are those of the
+  // first target. There where scene.targets is more than 1; then empty where the frame shows no
+  // target.
   std::optional<std::vector<Target>> targets;
 
   // What the frame was made of.

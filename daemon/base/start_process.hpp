@@ -12,7 +12,7 @@ struct ProcessStart {
   std::vector<std::string> arguments;    // with the name that the program sees as its own
   std::vector<std::string> environment;  // "NAME=value", instead of or beside this process's
   int output = -1;                       // becomes standard output; -1: stays this process's
-  int error = -1;                        // becomes standard error; likewise
+  int error = -1;                        // becomes standard error; -1: stays this process's
 };
 
 // Starts a process, which gets the signals that this process waits for on a thread of its own.

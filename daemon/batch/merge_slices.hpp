@@ -31,7 +31,7 @@ Outcome merge_slices(const Folder& folder, const Recording& recording);
 std::string summary_text(const std::vector<Outcome>& outcomes);
 
 // Merges all recordings of the folder and writes the summary. Errors: as merge_slices();
-// Error(Fault::usage) where the folder is none of a batch.
+// Error(Fault::usage) where the folder is not that of a batch.
 std::vector<Outcome> merge_folder(const Folder& folder);
 
 }  // namespace splid::batch

@@ -25,7 +25,8 @@ struct StreamHealth {
   std::vector<DeviceReport> device_reports = {};  // since the last call, in order
   std::vector<std::string> notices = {};          // sentences since the last call, in order
   std::string recording_fault = {};               // a sentence; empty: none
-  // A configuration that was not taken over: a sentence that holds until the next one; empty: none.
+  // Why a configuration was not taken over, in a sentence that holds until the next reload; empty:
+  // it was.
   std::string configuration_fault = {};
   std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
 };

@@ -29,7 +29,7 @@ class FrameTable {
 
   // Keeps the frame in memory until flush().
   void add(const FrameMessage& frame);
-  // The same for rows as append_frame_row() writes them. The format is HDF5.
+  // Keeps rows in memory, as append_frame_row() writes them. Only for a table in HDF5.
   void add_rows(std::string_view rows);
   // Hands all frames to the operating system. To be called at least twice a second.
   void flush();

@@ -186,7 +186,7 @@ void PhotonHdf5File::add_texts() {
   add("HW_Type", "Photon-HDF5");
   add("CreatorSW_Name", hdf5_text(*file_, "identity/software"));
   add("CreatorSW_Version", hdf5_text(*file_, "identity/software_version"));
-  // That of the recording rather than that of this file, where both are told.
+  // The time of the recording rather than the time of this file, where both are told.
   const auto recorded = hdf5_text(*file_, "provenance/creation_time");
   add("FileTime", recorded ? recorded : hdf5_text(*file_, "identity/creation_time"));
   add("File_Comment", hdf5_text(*file_, "description"));

@@ -42,7 +42,8 @@ class PhotonHdf5File {
   PhotonHdf5File(const PhotonHdf5File&) = delete;
   PhotonHdf5File& operator=(const PhotonHdf5File&) = delete;
 
-  // Its format is the default, since a header has none for what is no single row of records.
+  // The format in this header is the default, since RecordingHeader has no format for a file that
+  // is no single row of records.
   [[nodiscard]] const RecordingHeader& header() const { return header_; }
 
   // Fills `out` with the next photons and returns their number, 0 only at the end.

@@ -153,7 +153,7 @@ void PhotonHdf5Reader::say_how_it_ended() {
           ": the file is damaged");
 }
 
-// One that has ended by itself keeps how it ended.
+// Returns how the process ended: by itself, or by the signal that is sent to it here.
 int PhotonHdf5Reader::end_process() {
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
   if (process_ < 0) return 0;

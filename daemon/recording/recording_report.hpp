@@ -11,9 +11,10 @@ namespace splid::recording {
 // Errors: Error(Fault::data) with the file and the byte offset where the file cannot be decoded.
 std::string report_of(const std::string& file);
 
-// The same of a Photon-HDF5 file, and that splid convert makes a recording of it.
+// What `splid check` prints of a Photon-HDF5 file, which ends with how splid convert makes a
+// recording of it.
 //
-// Errors: Error(Fault::data) with the file where it cannot be read or is none.
+// Errors: Error(Fault::data) with the file where it cannot be read or is no Photon-HDF5 file.
 std::string report_photon_hdf5(const std::string& file);
 
 }  // namespace splid::recording

@@ -52,13 +52,13 @@ struct TableHead {
     }
   };
   std::string bytes;  // of a table without rows
-  // Those that make room come first and the number of rows comes after them, so that a table that
-  // is left between two of them has too much room, which every reader takes, and never too little.
-  // The last is where the rows are.
+  // The fields that make room come first, and the number of rows comes after them, so that a table
+  // that is left between two fields has too much room, which every reader takes, and never too
+  // little. The last field is the place of the rows.
   //
-  // Design note: HDF5 1.14 refuses a table that has a place and no rows, and makes rows up for one
-  // that has rows and no place. So the first rows come with all fields but the first in one piece,
-  // which a killed writer has written whole or not at all.
+  // Design note: HDF5 1.14 refuses a table that has a place and no rows, and makes rows up for a
+  // table that has rows and no place. So the first rows come with all fields but the first in one
+  // piece, which a killed writer has written whole or not at all.
   std::vector<Field> fields;
   struct Piece {
     std::size_t at = 0;

@@ -27,8 +27,8 @@ inline constexpr std::size_t refusal_reasons = 6;
 const char* to_string(Refusal reason);
 
 // Counts refusals and reports them without filling the log. Within a minute and for each reason,
-// the first five peers get a sentence each, and each of them only one; at the minute's end one more
-// sentence says how many other refusals there were.
+// the first five peers get one sentence each; at the minute's end another sentence says how many
+// other refusals there were.
 //
 // Threads: any.
 class Refusals {

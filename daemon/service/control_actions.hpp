@@ -14,8 +14,8 @@ namespace splid {
 // What the daemon does when it is asked; docs/reference/control.md has the replies.
 //
 // Threads: status() may be called from any thread and returns at once; perform() is called from one
-// thread. Errors: both throw Error, which becomes the reply; its fault is the one that the command
-// of the same name has.
+// thread. Errors: both throw Error, which becomes the reply, with the fault that the command of the
+// same name would exit with.
 class ControlActions {
  public:
   // config, measuring and publisher outlive the actions.

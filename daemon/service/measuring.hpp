@@ -73,8 +73,8 @@ class Measuring {
   Output& output_;
   DeviceMonitor& device_;
 
-  // Whoever takes both mutexes takes this one first. It is held while a recording is made or ended,
-  // which may take seconds; records() and the like do not wait for it.
+  // Whoever takes both mutexes takes recording_mutex_ first. It is held while a recording is made
+  // or ended, which may take seconds; records() and the like do not wait for it.
   std::mutex recording_mutex_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

@@ -19,8 +19,8 @@ namespace splid {
 class Reloader {
  public:
   // Takes over what can change while frames flow. is_new: the configuration differs in that from
-  // the one in use. Returns a sentence on what else was taken over, or nothing. Errors: Error where
-  // the configuration is refused; nothing has changed then.
+  // the configuration in use. Returns a sentence on what else was taken over, or nothing. Errors:
+  // Error where the configuration is refused; nothing has changed then.
   using Apply = std::function<std::string(const std::shared_ptr<const Config>&, bool is_new)>;
 
   // original, device and signals outlive this. signals: whose hangup means a reload; null: there is

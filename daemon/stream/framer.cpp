@@ -231,7 +231,7 @@ void Framer::settle_last_suspect() {
 }
 
 // Whether a tag is before the open frame. Where it is not, the tag first decides on the suspect.
-// That may begin a new frame, so that the tag is then compared with the new frame.
+// The decision may begin a new frame; the tag is then compared with the new frame.
 bool Framer::comes_late(std::int64_t time_ps) {
   if (is_early(time_ps)) return true;
   settle_suspect(time_ps);

@@ -15,7 +15,7 @@ struct EstimatorInUse {
 };
 
 // A lane's estimator, and the way by which a reload hands in another: the estimation thread takes
-// it between two frames by exchanging pointers, and leaves the old one to be freed elsewhere.
+// it between two frames by exchanging pointers, and leaves the old estimator to be freed elsewhere.
 //
 // Threads: in_use() and take_next() belong to the estimation thread, hand_in() to one other thread.
 class LaneEstimator {
@@ -43,7 +43,7 @@ class LaneEstimator {
   void hand_in(EstimatorInUse made) {
     delete next_.exchange(new EstimatorInUse(std::move(made)));
     // The estimation thread puts the estimator that it stops using into retired_, which must be
-    // free when it takes the next one.
+    // free when it takes the next estimator.
     delete retired_.exchange(nullptr);
   }
 

@@ -92,12 +92,12 @@ class Stream {
   // itself or was stopped.
   std::exception_ptr join();
 
-  // Gives every tag from now on to `tap` too; null: to nobody, and nobody uses the tap before it
-  // once this returns, which takes 100 ms at most. Any thread but the one that takes frames, one at
-  // a time; before start() or while the stream runs.
+  // Gives every tag from now on to `tap` too; null: to no tap. Once this returns, which takes 100
+  // ms at most, the tap before it is not used any more. To be called before start() or while the
+  // stream runs, from one thread at a time, which is not the thread that takes frames.
   void tap_into(TagTap* tap);
-  // Frames from now on are estimated by the pulse, scene and estimator of these options; the rest
-  // of them is not looked at. Any thread, while the stream runs. Errors: Error(Fault::usage) where
+  // Frames from now on are estimated by the pulse, scene and estimator of these options; the other
+  // options are not looked at. Any thread, while the stream runs. Errors: Error(Fault::usage) where
   // the estimator refuses them; nothing has changed then.
   void reload(const StreamOptions& next);
 

@@ -6,7 +6,7 @@
 
 namespace splid {
 
-// Gets every tag that the framer takes; a recording is one.
+// Gets every tag that the framer takes, as a recording does.
 //
 // Threads: the framer's. Timeouts: take() may wait only if the source can wait, as a replay can; it
 // allocates nothing and takes no lock. Errors: none.

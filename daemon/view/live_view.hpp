@@ -24,8 +24,8 @@ class LiveView {
   // endpoint: which daemon is shown.
   explicit LiveView(std::string endpoint);
 
-  // Takes one message of the topics frame, fold, status and version. One that cannot be read, or is
-  // larger than any that a daemon sends, is counted and passed over.
+  // Takes one message of the topics frame, fold, status and version. A message that cannot be read,
+  // or is larger than any that a daemon sends, is counted and passed over.
   void take(const std::string& topic, const std::string& json);
 
   // Why the daemon cannot be reached, in words; empty: it can.

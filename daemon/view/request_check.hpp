@@ -17,8 +17,8 @@ std::optional<std::string> host_of(std::string_view host_and_port);
 
 // Whether a request may name the server so: by an address in numbers, as localhost, or by the
 // machine's own name, alone or with ".local". Any other name could belong to a stranger who lets it
-// lead here (DNS rebinding), so that the page of that name would be of the same origin as this one.
-// The port does not matter: a tunnel of ssh has another one.
+// lead here (DNS rebinding), so that the stranger's page would be of the same origin as this page.
+// The port does not matter: a tunnel of ssh has another port.
 bool is_own_host(std::string_view host_header, std::string_view machine_name);
 
 // Whether a request that names the origin of the page that sends it comes from this server's own

@@ -20,11 +20,11 @@ class Sparkline {
   // As wide as the widest terminals; what is older is forgotten.
   static constexpr std::int64_t kept_s = 500;
 
-  // value: absent where the frame has none. A time more than a minute before the last one begins
+  // value: absent where the frame has none. A time more than a minute before the last time begins
   // anew, as another replay does.
   void add(double timestamp_s, const std::optional<double>& value);
 
-  // The newest `columns` seconds, the last one at the right. Always `columns` characters wide.
+  // The newest `columns` seconds, the last second at the right. Always `columns` characters wide.
   [[nodiscard]] std::string draw(std::size_t columns, Characters characters) const;
 
   struct Range {

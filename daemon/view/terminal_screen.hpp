@@ -25,7 +25,7 @@ class TerminalScreen {
 
   [[nodiscard]] std::size_t columns() const { return columns_; }
   [[nodiscard]] std::size_t rows() const { return rows_; }
-  // Asks for the terminal's size. Returns whether it is another one than before.
+  // Asks for the terminal's size. Returns whether the size has changed.
   bool look_at_size();
 
   // Replaces the picture. lines: at most rows() of at most columns() characters.

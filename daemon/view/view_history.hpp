@@ -59,15 +59,15 @@ class History {
   explicit History(double window_s)
       : window_s_(window_s), width_s_(window_s / static_cast<double>(most_bins)) {}
 
-  // ring_fill_ratio: of the last status. A frame more than a second before the last one begins the
-  // history anew, as another replay does.
+  // ring_fill_ratio: of the last status. A frame more than a second before the last frame begins
+  // the history anew, as another replay does.
   void add(const FrameMessage& frame, double ring_fill_ratio);
 
   [[nodiscard]] double window_s() const { return window_s_; }
   [[nodiscard]] double width_s() const { return width_s_; }
   // In the order of time; only those that hold a frame.
   [[nodiscard]] const std::deque<Bin>& bins() const { return bins_; }
-  // Counts changes; a bin's `change` is that of its last one.
+  // Counts changes; a bin's `change` is the number of its last change.
   [[nodiscard]] std::uint64_t change() const { return change_; }
   // Counts how often the history began anew.
   [[nodiscard]] std::uint64_t epoch() const { return epoch_; }

@@ -159,7 +159,7 @@ WebServer::WebServer(const std::string& address, const LiveView& view, const Clo
 }
 
 WebServer::~WebServer() {
-  // None may be suspended when the daemon stops.
+  // libmicrohttpd's daemon may only be stopped while no connection is suspended.
   for (const auto& viewer : viewers_) {
     if (viewer->suspended) MHD_resume_connection(viewer->connection);
     viewer->suspended = false;

@@ -39,8 +39,9 @@ std::string in_words(const WaveformPlan& plan);
 // The pattern as the generator plays it at the rate rate_hz: each pulse is where its samples begin,
 // relative to the marker's first sample, and all times are as long as the samples make them. In a
 // pattern of several segments (MRR), pulses may be rounded differently in each repeat of a segment.
-// They keep the times that the pattern gives, which are within the plan's max_deviation_ps of those
-// played. A calibrated period was measured after an earlier start and is left out.
+// Such pulses keep the times that the pattern gives, which are within the plan's max_deviation_ps
+// of the times that are played. A calibrated period was measured after an earlier start and is left
+// out.
 Pattern played_pattern(const Pattern& pattern, const WaveformPlan& plan, double rate_hz);
 
 }  // namespace splid::awg

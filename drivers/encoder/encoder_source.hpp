@@ -20,7 +20,7 @@ class SourceOptions;
 class EncoderSource {
  public:
   virtual ~EncoderSource() = default;
-  // Takes the next batch, and returns at once; false where there is none, or none yet.
+  // Takes the next batch, and returns at once; false where there is no batch, or not yet.
   // Errors: Error(Fault::data) naming the file and the line.
   virtual bool next(EncoderBatch& batch) = 0;
   // A live source hands on counts as an encoder makes them: they are to be taken as they come, and
@@ -43,8 +43,8 @@ std::unique_ptr<EncoderSource> open_encoder_file(const std::string& file);
 std::unique_ptr<EncoderSource> open_encoder_socket(const std::string& address,
                                                    std::function<void(const std::string&)> warn);
 
-// Opens the file or the bridge that `options` names; where it names neither, the encoder that the
-// source of the tags has of its own; null where that has none either.
+// Opens the file or the bridge that `options` names. Where it names neither, opens the encoder that
+// belongs to the source of the tags; null where the source has no encoder.
 // tags: may be null. Errors: as of the two functions above.
 std::unique_ptr<EncoderSource> open_encoder(const EncoderOptions& options,
                                             const SourceOptions* tags,

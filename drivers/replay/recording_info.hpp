@@ -47,11 +47,13 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags = 0
 // What a T3 recording cannot say, or says less well than the frames made of it will have it, in
 // sentences for people: divided syncs, times since a sync that do not fit a record, steps of these
 // times that are coarser than a pulse, photons lost by it, and another period than the pattern's.
-// None for a recording in T2 mode. period_ps: of the pattern; pulse_sigma_ps: of its pulses.
+// No sentences for a recording in T2 mode. period_ps: of the pattern; pulse_sigma_ps: of its
+// pulses.
 std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_ps,
                                       double pulse_sigma_ps);
 
-// Which channels have tags, in words: "input 1, input 2 and sync"; "no tags" where there are none.
+// Which channels have tags, in words: "input 1, input 2 and sync"; "no tags" where no channel has
+// any.
 std::string channels_in_words(const RecordingInfo& info);
 
 }  // namespace splid

@@ -66,7 +66,7 @@ class Tdc2Decoder {
   std::int64_t since_origin_ = 0;   // the same time, in units since the tags' time 0
   std::int64_t horizon_ps_ = std::numeric_limits<std::int64_t>::max();
   int strays_in_row_ = 0;
-  int agreeing_strays_ = 0;        // the last of these, each of which agrees with the one before it
+  int agreeing_strays_ = 0;        // the last strays in a row that agree with each other
   std::uint64_t stray_units_ = 0;  // time of the last stray, as the instrument gave it
   std::uint32_t internals_ = 0;  // a bit for each value of the internal bits that good records had
   std::uint64_t strays_ = 0;

@@ -108,7 +108,7 @@ bool Source::vanishes(const Context& context, TagSink& sink, const std::stop_tok
 }
 
 // A fault that lasts is reported once. A `connected` report tells of an event that is over, so each
-// of them is reported, even with the words of the last one.
+// of them is reported, even with the words of the last report.
 void Source::report(DeviceState state, const std::string& reason) {
   const bool is_there = state != DeviceState::no_device;
   const DeviceReport report{state, reason, is_there ? choice_.name() : "",

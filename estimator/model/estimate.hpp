@@ -71,22 +71,23 @@ struct Estimate {
   // Relative rms deviation of the pulses' light from the pattern's amplitudes; absent unless it is
   // surely there. See PatternCheck.
   std::optional<double> amplitude_misfit;
-  // How much wider the detected pulse is than the configured one, relative to it; negative where it
-  // is narrower. Absent unless it surely is. The deviations above then hold what that leaves
-  // uncertain. See PulseCheck.
+  // How much wider the detected pulse is than the configured pulse, relative to the configured
+  // width; negative where it is narrower. Absent unless it surely is wider or narrower. The
+  // deviations above then hold what that leaves uncertain. See PulseCheck.
   std::optional<double> pulse_misfit;
-  // How much wider it appears, sure or not, to be averaged over frames; see PulseVerdict. It holds
-  // where its deviation is above 0.
+  // How much wider the pulse appears, sure or not, to be averaged over frames; see PulseVerdict.
+  // The value holds where its deviation is above 0.
   double pulse_excess = 0;
   double std_pulse_excess = 0;
   // About how much the target accelerates although its path is taken as straight, towards larger
-  // distances above 0. Absent unless it surely does. The deviation of the delay then holds what
-  // that leaves uncertain. See PathCheck.
+  // distances above 0. Absent unless it surely accelerates. The deviation of the delay then holds
+  // what that leaves uncertain. See PathCheck.
   std::optional<double> acceleration_misfit_mps2;
-  // The share of the frame's time in which the target's light is surely missing. Absent where it is
-  // not. The deviations of delay and velocity then are those of a path that may bend.
+  // The share of the frame's time in which the target's light is surely missing; absent where no
+  // light is missing. With a gap, the deviations of delay and velocity are those of a path that may
+  // bend.
   std::optional<double> signal_gap;
-  // Why the photons cannot come from this pattern at all; unless it is none, the status is
+  // Why the photons cannot come from this pattern at all; with any value but none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;
   // Whether the dead time does not bias the values: it is modelled, or too short to matter. False
@@ -98,8 +99,8 @@ struct Estimate {
   double blind_fraction = 0;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
-  // The targets, the one with the most signal first, where the frame shows more than one; the
-  // values above are those of the first.
+  // The targets, in descending order of their signal, where the frame shows more than one target;
+  // the values above are those of the first target.
   std::array<TargetEstimate, most_targets> targets;
   std::size_t target_count = 0;  // 0 where there is one target at most
 

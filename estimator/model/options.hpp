@@ -74,8 +74,9 @@ struct DetectorOptions {
   void describe(OptionVisitor& visitor);
 };
 
-// Whose clock is taken to be right, so that delays are in its time. tagger: the one that stamped
-// the photons. pattern: the generator's, which plays the pattern file's period in just that time.
+// Whose clock is taken to be right, so that delays are in its time. tagger: the clock that stamped
+// the photons. pattern: the generator's clock, which plays the pattern file's period in just that
+// time.
 enum class ClockReference { tagger, pattern };
 
 // How the drift of the pattern's clock is measured, and which of the two clocks distances are in.

@@ -4,10 +4,10 @@
 
 namespace splid {
 
-// How far two patterns, of the same segments and each turned around its own period, are the same
-// pulses: the largest share, 0 to 1, of the pulses of the one with more of them that lie on one of
-// the other's at the same turn, to within window_ps in all. A calibrated pattern is turned against
-// the nominal one by the way to the target that it was calibrated with.
+// How far two patterns have the same pulses, if each pattern is turned around its own period. The
+// result is the largest share, 0 to 1, of the pulses of the pattern with more pulses that lie on a
+// pulse of the other pattern at the same turn, to within window_ps in all. A calibrated pattern is
+// turned against the nominal pattern by the way to the target that it was calibrated with.
 //
 // 0 where the periods differ by more than 100 ppm, or where the segments of several differ in
 // number or in repeats; 1 where a pattern has more than 2,000 pulses and as many as the other,
