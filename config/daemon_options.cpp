@@ -64,10 +64,11 @@ std::optional<std::string> control_fault(std::string_view endpoint) {
 void ChannelOptions::describe(OptionVisitor& visitor) {
   visitor.channels("photon", photon,
                    "the detector's inputs; several are one detector split over inputs");
-  visitor.numbers("delays_ps", delays_ps, {-most_delay_ps, most_delay_ps},
-                  "by how much later than the others' each photon input's tags come, such as by a "
-                  "longer cable, ps, one an input; taken off their times. splid calibrate finds "
-                  "them");
+  visitor.numbers(
+      "delays_ps", delays_ps, {-most_delay_ps, most_delay_ps},
+      "by how much later than the others' each photon input's tags come, such as by a "
+      "longer cable, ps, one value for each input; taken off their times. splid calibrate finds "
+      "them");
   visitor.channel("sync", sync,
                   "where the pattern generator's sync comes in, one a pattern period");
   visitor.channel("encoder", encoder,

@@ -97,8 +97,8 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
   command.add_option("--output,-o", options.output, "Pattern file to write")->required();
   command.add_option(
       "--distance-m", options.plan.distance_m,
-      "Where the target is: what is measured with the pattern then reads so (without "
-      "it, distances are relative to the target)");
+      "Distance of the target at rest, m, to which distances measured with the pattern then add "
+      "(without it, they are relative to the target)");
   command
       .add_option("--time-ps", options.plan.goal.std_time_ps,
                   "How well each pulse's time has to be known, one standard deviation, and how far "

@@ -193,7 +193,9 @@ void add_ctl(CLI::App& app, Action& action) {
   CLI::Option* endpoint = command->add_option(
       "--endpoint,-e", options->endpoint,
       "The daemon's control.endpoint (without it the service's own, or this user's)");
-  command->add_option("--config,-c", options->config, "The daemon's configuration, which names it")
+  command
+      ->add_option("--config,-c", options->config,
+                   "The daemon's configuration, whose control.endpoint is taken")
       ->excludes(endpoint);
   command->add_option("--key", options->key, "For tcp://: file of your secret key (splid keys)");
   command->add_option("--server-key", options->server_key,

@@ -104,7 +104,7 @@ int demo(const DemoCommand& options) {
   DeviceMonitor device;
   SessionOptions session;
   session.other_endpoint =
-      "give splid demo --endpoint one of its own, such as tcp://127.0.0.1:9882";
+      "give splid demo an endpoint of its own, such as --endpoint tcp://127.0.0.1:9882";
   const int code =
       run_session(config, open_source(config, device.hears()), device, session, signals.token());
   view.end();

@@ -275,18 +275,18 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
                      "PTU file, to take the frames from; default: the configured scene");
   command
       .add_option("--lengths", options.lengths_ms,
-                  "Frame lengths, ms, such as 10,50 (default: four around the configured one)")
+                  "Frame lengths, ms, such as 10,50 (default: four around the configured length)")
       ->delimiter(',')
       ->allow_extra_args(false)  // else the recording would be read as one more length
       ->check(CLI::Range(0.1, 60000.0));
   command.add_option("--frames,-n", options.frames, "Frames that each setting is measured on")
       ->check(CLI::Range(std::size_t{10}, std::size_t{1'000'000}))
       ->capture_default_str();
-  command.add_option("--seed", options.seed, "Of the scene, instead of the configured one")
+  command.add_option("--seed", options.seed, "Seed of the scene, instead of the configured seed")
       ->check(CLI::NonNegativeNumber);
   command
       .add_option("--budget-ms", options.budget_ms,
-                  "Say which setting is the most accurate that takes no longer a frame")
+                  "Recommend the most accurate setting that takes no longer for a frame")
       ->check(CLI::PositiveNumber);
   command.add_flag("--paper", options.paper,
                    "Measure the method of the paper too, which takes up to tens of times as long");

@@ -150,7 +150,7 @@ struct Metrics::Series {
   Counter& spurious =
       counter(*registry, "splid_syncs_spurious_total", "Syncs that fit no pattern period");
   Gauge& drift = gauge(*registry, "splid_sync_drift_ratio",
-                       "Pattern period of the last frame over the calibrated one, less 1");
+                       "Pattern period of the last frame over the calibrated period, less 1");
   Gauge& jitter = gauge(*registry, "splid_sync_jitter_seconds",
                         "Root mean square of the last frame's syncs about their line");
 

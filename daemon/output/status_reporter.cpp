@@ -40,12 +40,12 @@ void add_sentence(std::string& text, const std::string& sentence) {
 std::string misfit_in_words(double pulse_misfit) {
   if (pulse_misfit < 0) {
     return fmt::format(
-        "the detected pulse is {:.0f} % narrower than the configured one: set pulse.sigma_ps, or "
+        "the detected pulse is {:.0f} % narrower than the configured pulse: set pulse.sigma_ps, or "
         "calibrate the pulse",
         -100 * pulse_misfit);
   }
   return fmt::format(
-      "the detected pulse is {:.0f} % wider than the configured one, and the deviations are "
+      "the detected pulse is {:.0f} % wider than the configured pulse, and the deviations are "
       "widened "
       "by that: set pulse.width fitted where the target is tilted, the beam wide or the air foggy, "
       "scene.targets 2 where a second surface may be close behind, scene.motion accelerating where "
@@ -58,7 +58,7 @@ std::string misfit_in_words(double pulse_misfit) {
 std::string mean_in_words(const PulseMean& pulse) {
   const double ratio = 1 + pulse.excess();
   const std::string how_much = fmt::format(
-      "over the last frames the detected pulse is {:.1f} +- {:.1f} % {} than the configured one, "
+      "over the last frames the detected pulse is {:.1f} +- {:.1f} % {} than the configured pulse, "
       "which single frames do not show",
       100 * std::abs(pulse.excess()), 100 * pulse.deviation(), ratio < 1 ? "narrower" : "wider");
   if (ratio < 1) {
@@ -265,7 +265,7 @@ void StatusReporter::judge_second() {
   if (second_.gaps > 0 && 2 * second_.gaps >= second_.frames) {
     add_sentence(stream_.frames_reason,
                  fmt::format("the target's light is missing in {:.0f} % of a frame's time: the "
-                             "target comes and goes, or its path bends away from a straight one, "
+                             "target comes and goes, or its path bends away from a straight path, "
                              "for which set scene.motion auto or accelerating",
                              100 * second_.signal_gap));
   }
@@ -274,7 +274,7 @@ void StatusReporter::judge_second() {
                  fmt::format("{} of the last {} frames are ambiguous: their photons fit another "
                              "range nearly as well (range_odds_nats); more light, longer frames or "
                              "a pattern that fits itself less tell them apart (splid check says "
-                             "how many signal photons this one takes)",
+                             "how many signal photons this pattern takes)",
                              second_.unsure, second_.frames));
   }
   second_ = {};

@@ -66,7 +66,7 @@ void PhotonHdf5File::open(const Warn& warn) {
     if (!array->data || array->values == header_.record_count) continue;
     refuse_photons(array->path + " has " + std::to_string(array->values) + " values, and " +
                    timestamps_.path + " has " + std::to_string(header_.record_count) +
-                   "; each photon has one of both");
+                   "; each photon needs one entry in both arrays");
   }
   read_times(warn);
   add_texts();

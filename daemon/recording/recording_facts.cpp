@@ -43,7 +43,7 @@ std::string other_pattern_than_recorded(const Config& config, const RecordingHea
            ") than /pattern/file " + config.pattern_file + " (" + describe_pattern(config.pattern) +
            fmt::format(
                "); {:.0f} % of the pulses agree. Name the pattern that was played: distances "
-               "found with another one are wrong",
+               "found with another pattern are wrong",
                100 * share);
   } catch (const Error& error) {
     return file + ": its header's pattern cannot be read (" + error.what() +

@@ -56,7 +56,8 @@ std::string report_steps_back(const RecordingInfo& info) {
       grouped(info.steps_back), grouped(static_cast<std::uint64_t>(info.longest_step_back_ps)));
   if (info.far_steps_back > 0) {
     text += fmt::format(
-        "; {} by more than the 1 us that is sorted: such tags are late, or the tagger's "
+        "; {} by more than the 1 us within which tags are sorted: such tags are late, or the "
+        "tagger's "
         "clock was set",
         grouped(info.far_steps_back));
   }

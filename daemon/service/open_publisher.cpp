@@ -82,7 +82,7 @@ std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOpt
       return unbound();
     }
     throw Error(Fault::device, taken(error) +
-                                   "; stop that one (the service: systemctl stop splid), or " +
+                                   "; stop that program (the service: systemctl stop splid), or " +
                                    other_endpoint(config, options));
   }
 }
