@@ -169,7 +169,7 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
       ->required()
       ->check(number_between(0.1, 600));
   command.add_option("--distance-m", request.distance_m,
-                     "Where the target is, which must be at rest (without it, distances are "
+                     "Distance of the target, m, which must be at rest (without it, distances are "
                      "relative to the target)");
   command
       .add_option("--time-ps", request.time_ps,
