@@ -39,7 +39,7 @@ struct PublishOptions {
 
 // JSON: `control`.
 struct ControlOptions {
-  // ipc:///PATH or, with keys, tcp://HOST:PORT; auto: control_endpoint() chooses; off: none.
+  // ipc:///PATH or, with keys, tcp://HOST:PORT; auto: control::endpoint_of() chooses; off: none.
   std::string endpoint = "auto";
   std::string allow_list;  // file of public keys, for TCP; empty: none
   [[nodiscard]] bool is_tcp() const { return endpoint.starts_with("tcp://"); }

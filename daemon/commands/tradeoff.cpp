@@ -68,7 +68,7 @@ class TradeoffRun {
     report_.budget_ms = options.budget_ms;
   }
 
-  // Measures the frame lengths of a share. Errors: those of measure_tradeoff();
+  // Measures the frame lengths of a share. Errors: those of tradeoff::measure();
   // Error(Fault::device) where standard output takes no more.
   const tradeoff::Report& measure(StopSignals& signals, const batch::Shard& shard) {
     signals_ = &signals;

@@ -13,7 +13,7 @@ enum class ReferenceClock { internal, external_10_mhz };
 // The waveform generator that triggers the laser. JSON: `awg`. The defaults are the trigger pulses
 // of [P]'s set-up: -800 mV, 2 ns wide, 9 ns apart at least.
 struct Options {
-  std::size_t model = 0;        // into awg_models()
+  std::size_t model = 0;        // into models()
   std::string address;          // HOST or HOST:PORT; empty: there is no generator
   double pulse_width_ns = 2;    // rounded to whole samples
   double min_spacing_ns = 9;    // the least from pulse to pulse that the laser stands

@@ -10,7 +10,7 @@ namespace splid::tradeoff {
 // A measured tradeoff as a file, and back: comma-separated values below a line of their names.
 // Threads: any.
 
-// All rows with the members of tradeoff_json() as columns, and whether a row is the recommended
+// All rows with the members of row_json() as columns, and whether a row is the recommended
 // one. A value that is not known is empty. No text at all for a report without rows.
 std::string to_csv(const Report& report);
 
