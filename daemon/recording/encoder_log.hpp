@@ -25,7 +25,7 @@ class EncoderLog {
   // Writes the counts that a live encoder has sent by now. From an encoder that is a file, writes
   // as many counts as there are encoder markers among `tags`, the next tags of the recording.
   void write(std::span<const Tag> tags);
-  // Hands the counts to the operating system, so that they survive a killed recorder.
+  // Hands the counts to the operating system, so that they survive a killed process.
   void flush();
 
  private:

@@ -29,7 +29,7 @@ namespace {
 constexpr std::chrono::milliseconds idle{100};
 constexpr std::size_t tags_at_once = 65'536;
 
-// A killed recorder may lose half a second of tags; flushing a little more often leaves time for
+// A killed process may lose half a second of tags; flushing a little more often leaves time for
 // the write itself.
 constexpr std::int64_t flush_interval_ns = 400'000'000;
 

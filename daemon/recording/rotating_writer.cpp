@@ -17,7 +17,7 @@ constexpr double bytes_per_mib = 1024.0 * 1024;
 constexpr double ps_per_s = 1e12;
 constexpr std::int64_t retry_interval_ns = 5'000'000'000;
 
-// Design note: the recorder writes up to 1 MiB at once. A file begun with hardly that much room
+// Design note: the writer writes up to 1 MiB at once. A file begun with hardly that much room
 // would hold little more than its header, and every 5 s another such file would appear.
 constexpr std::uint64_t least_free_bytes = 4 << 20;
 
