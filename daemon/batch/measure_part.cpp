@@ -34,7 +34,7 @@ class SliceWriter {
     const std::uint64_t number = message.sequence / slicing_.frames;
     if (number != number_) finish();
     number_ = number;
-    // How long it took is another time in each run, and the bits of a batch are the same.
+    // How long a frame took differs from run to run, and the bits of a batch must not.
     message.compute_ms.reset();
     message.latency_ms.reset();
     append_frame_row(message, rows_);

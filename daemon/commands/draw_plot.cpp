@@ -54,7 +54,7 @@ std::optional<std::string> run_python(const std::string& python,
   FileDescriptor writes(ends[1]);
   ProcessStart start;
   start.program = python;
-  // -P: not from the folder that the user is in.
+  // -P: Python takes no module from the folder that the user is in.
   start.arguments = {python, "-P", "-m", "splid.plots"};
   start.arguments.insert(start.arguments.end(), arguments.begin(), arguments.end());
   start.environment = environment_of_python();

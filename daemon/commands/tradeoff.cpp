@@ -108,7 +108,7 @@ class TradeoffRun {
   [[nodiscard]] const tradeoff::Report& report() const { return report_; }
 
  private:
-  // Every N-th length of all: shares have about as many each, though longer frames take longer.
+  // A share measures every N-th of all lengths, so that each share has short and long frames.
   [[nodiscard]] std::vector<double> lengths_of(const batch::Shard& shard,
                                                const tradeoff::Warn& warn) const {
     const std::vector<double> all =

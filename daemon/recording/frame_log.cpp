@@ -85,7 +85,7 @@ void FrameLog::run() {
   for (bool over = false; !over;) {
     {
       std::unique_lock lock(mutex_);
-      // A full queue of a source that waits is taken at once.
+      // Where the source waits for room in the queue, a full queue is taken at once.
       changed_.wait_for(lock, write_interval, [this] {
         return ended_ || (waits_ && queue_.size() >= max_waiting_frames);
       });

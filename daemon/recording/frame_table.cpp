@@ -143,7 +143,7 @@ void FrameTable::write_checksum(const std::string& sha256) {
   }
 }
 
-// Beside text only; an HDF5 file has the facts in itself.
+// Writes the file of facts beside a table of text; a table in HDF5 holds the facts itself.
 void FrameTable::write_facts(const std::string& sha256) const {
   if (format_ != TableFormat::csv) return;
   JsonWriter json;

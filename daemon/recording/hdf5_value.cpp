@@ -8,7 +8,7 @@
 namespace splid::recording {
 namespace {
 
-// Longer texts are none that a person wrote.
+// A longer text was not written by a person.
 constexpr std::size_t most_text_bytes = 1 << 20;
 
 // Reads the one value of a data set or an attribute into `to`, in that type of memory.

@@ -158,7 +158,7 @@ int PhotonHdf5Reader::end_process() {
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
   if (process_ < 0) return 0;
   int status = 0;
-  // Where its end of the pipe is closed, it has ended or is about to.
+  // A process whose end of the pipe is closed has ended, or is about to end.
   const auto until = steady_clock::now() + std::chrono::milliseconds{200};
   pid_t gone = 0;
   while ((gone = ::waitpid(process_, &status, WNOHANG)) == 0 && steady_clock::now() < until) {

@@ -24,8 +24,8 @@ std::string text_in(const std::string& json, const char* member) {
   return message[member].get<std::string>();
 }
 
-// "splid 1.2.3, which measures from the simulator with the pattern interleaved-180-189". Whoever
-// publishes says so to each new subscriber; one that wants keys, or is no splid, does not.
+// "splid 1.2.3, which measures from the simulator with the pattern interleaved-180-189". A splid
+// says so to each new subscriber. Empty where the publisher wants keys, or is another program.
 std::string who_publishes_at(std::string endpoint) {
   if (const auto star = endpoint.find('*'); star != std::string::npos) {
     endpoint.replace(star, 1, "127.0.0.1");

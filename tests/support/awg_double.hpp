@@ -124,7 +124,7 @@ class AwgDouble {
     scpi_.commands[name] = number(value, least, most);
     scpi_.queries[name + "?"] = shown(value);
   }
-  // A word out of several; each but the first letters of it are taken as others.
+  // A command that takes one of several words.
   void word(const std::string& name, const std::vector<std::string>& words) {
     scpi_.commands[name] = [this, name, words](const Arguments& given) {
       if (std::find(words.begin(), words.end(), given[0]) == words.end()) {

@@ -50,7 +50,7 @@ class ControlScene : public ::testing::Test {
     return said.find("\"streaming\"") != std::string::npos ||
            said.find("\"degraded\"") != std::string::npos;
   }
-  // Empty where nobody answers.
+  // The daemon's status; empty where nobody answers.
   std::string status() const {
     if (!std::filesystem::exists(socket)) return "";
     return ctl({"--json", "status"}).out;

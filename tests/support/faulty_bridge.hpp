@@ -87,7 +87,7 @@ class FaultyBridge {
 
   std::mutex mutex_;
   Damage damage_;                    // under the mutex
-  std::vector<std::byte> inserted_;  // likewise
+  std::vector<std::byte> inserted_;  // under the mutex
   std::atomic<bool> silent_{false};
   std::atomic<bool> hang_up_{false};
   std::atomic<bool> away_{false};

@@ -24,7 +24,7 @@ struct ArrayForm {
 
 class Hdf5Maker {
  public:
-  // newest: of the newest form that the library knows, rather than of the oldest.
+  // newest: writes the newest form of the file that the library knows, rather than the oldest form.
   explicit Hdf5Maker(const std::string& file, bool newest = false) {
     const hid_t how = H5Pcreate(H5P_FILE_ACCESS);
     if (newest) H5Pset_libver_bounds(how, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);

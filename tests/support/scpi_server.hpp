@@ -90,7 +90,8 @@ class ScpiServer {
     return !how.empty() && text.starts_with(how);
   }
 
-  // With its line feed, which inside a block is none; 0: not all there yet.
+  // The length of the first message, up to its line feed; a byte of a block that looks like a line
+  // feed does not end it. 0: the message has not come whole yet.
   static std::size_t message_bytes(const std::string& text) {
     const std::size_t hash = text.find('#');
     std::size_t from = 0;
@@ -138,7 +139,7 @@ class ScpiServer {
     return "";
   }
 
-  // At the commas; the last one of four is a block.
+  // The arguments of a command, cut at the commas. An argument that begins with # is a block.
   static Arguments arguments(const std::string& command, std::size_t space) {
     Arguments all;
     for (std::size_t begin = space + 1; begin < command.size();) {

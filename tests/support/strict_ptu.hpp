@@ -16,7 +16,8 @@ struct StrictPtu {
   bool readable = false;
   std::uint64_t counted = 0;  // by the header
   std::uint64_t held = 0;     // whole records in the file
-  std::uint64_t photons = 0;  // among those counted; syncs and overflows below likewise
+  // Among the records that the header counts:
+  std::uint64_t photons = 0;
   std::uint64_t syncs = 0;
   std::uint64_t overflows = 0;
   double created_days = 0;  // since 1899-12-30

@@ -73,7 +73,7 @@ class Tags16Sender {
     const std::lock_guard lock(mutex_);
     step_ps_ += by_ps;
   }
-  // Of the format, that the blocks to come claim.
+  // The version of the format that the blocks to come claim to have.
   void set_version(std::uint16_t version) {
     const std::lock_guard lock(mutex_);
     version_ = version;

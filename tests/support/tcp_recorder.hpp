@@ -24,7 +24,8 @@ class TcpRecorder {
 
   [[nodiscard]] std::string address() const { return peer_.address(); }
 
-  // In the pieces in which it came, since a server may wait for an answer between them.
+  // What the client sent, in the pieces in which it came, since a server may wait for an answer
+  // between them.
   [[nodiscard]] std::vector<std::string> sent_by_client() const {
     const std::scoped_lock lock(mutex_);
     return sent_;

@@ -238,7 +238,7 @@ class Tdc2Firmware final : public UsbFirmware {
     return Answer{bytes.size(), 0};
   }
 
-  // As many whole records' bytes as there are, of those that were left and these.
+  // The whole records in the bytes that were left over and in these bytes; keeps the rest.
   std::vector<std::byte> shifted(const std::vector<std::byte>& bytes) {
     left_.insert(left_.end(), bytes.begin(), bytes.end());
     const std::size_t gone = std::min(std::exchange(missing_, 0), left_.size());

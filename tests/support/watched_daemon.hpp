@@ -34,7 +34,8 @@ class WatchedDaemon {
         subscriber_(endpoint.ends_with('*') ? said_endpoint() : endpoint,
                     {topic_frame, topic_status}) {}
 
-  // The first frame that passes; each before it is counted, and must follow the one before.
+  // Waits for the first frame that passes. Each frame until then is counted, and must follow the
+  // frame before it.
   bool await_frame(const FrameTest& meant) {
     return await([&](const sockets::Subscriber::Message& message) {
       return message.topic == topic_frame && meant(*last_frame);
@@ -45,7 +46,8 @@ class WatchedDaemon {
   }
   bool await_good_frame() { return await_frame(is_good); }
 
-  // The first status whose reason has these words; it is then in `said`, its state before it.
+  // Waits for the first status whose reason has these words. Its state and its reason are then in
+  // `said`.
   bool await_status(const std::string& words) {
     return await([&](const sockets::Subscriber::Message& message) {
       if (message.topic != topic_status) return false;

@@ -75,7 +75,7 @@ double point_ps(const Tail& tail) {
 
 struct Errors {
   double times = 0;       // rms of error over deviation
-  double amplitudes = 0;  // likewise
+  double amplitudes = 0;  // rms of error over deviation
   double largest_ps = 0;
   double largest_part = 0;
 };
