@@ -24,15 +24,15 @@ def frames(recording: "Union[Recording, os.PathLike[str], str, npt.NDArray[Any]]
     """Measures a recording, or an array of TAG, and returns one row of FRAME for each frame, in
     order.
 
-    Every value is the one that `splid replay --json` prints, to the last bit, but for compute_ms
-    and latency_ms, which are times of this run. A number that is not known is NaN, a whole number
+    Every value is what `splid replay --json` prints, to the last bit, but for compute_ms and
+    latency_ms, which are times of this run. A number that is not known is NaN, a whole number
     -1, a text empty; texts are bytes of ASCII (b"ok"). Distance (m), velocity (m/s) and their
     deviations are at mid-frame; UNITS has the unit of every column.
 
     config: its source is not used. It decides how many threads estimate
-    (pipeline.estimation_threads). encoder: a file of an encoder's counts; by default that beside
-    the recording, or the configured one. start_unix_s: of an array, UTC at its tags' time 0, for
-    the column timestamp; None: the time of now.
+    (pipeline.estimation_threads). encoder: a file of an encoder's counts; by default the file
+    beside the recording, or the configured file. start_unix_s: of an array, UTC at its tags' time
+    0, for the column timestamp; None: the time of now.
 
     The recording may be larger than memory; the table takes less than 400 bytes a frame.
 

@@ -35,7 +35,7 @@ def listen(endpoint: str = "tcp://127.0.0.1:9872", *, topics: Sequence[str] = ("
     None: any time. Subscribes at the first step of the iteration, and disconnects when the iterator
     is closed.
 
-    Errors: UsageError for an endpoint or a key that is none; DeviceError after timeout_s of
+    Errors: UsageError for text that is no endpoint or no key; DeviceError after timeout_s of
     silence; DataError for a message that is no JSON. ImportError without pyzmq.
     """
     import zmq

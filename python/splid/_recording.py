@@ -115,8 +115,8 @@ class Recording:
         """Iterates over the tags in the file's order, as arrays of TAG of at most `chunk` tags.
 
         Each array is new memory of 16 bytes a tag, into which the records are decoded. period_ps:
-        of a T3 recording, the pattern period by which its syncs become times; 0: the one that the
-        header has. Losses are not among them: see `losses`.
+        of a T3 recording, the pattern period by which its syncs become times; 0: the
+        period that the header has. Losses are not among them: see `losses`.
         """
         if chunk < 1:
             raise ValueError(f"chunk: {chunk} tags were asked for; give 1 or more")

@@ -167,7 +167,7 @@ class Estimate:
     @property
     def targets(self) -> list[Target]:
         """All targets of the frame, the brightest first, up to scene.targets; the values above are
-        those of the first. Empty where there is none."""
+        those of the first target. Empty where the frame shows no target."""
     @property
     def sync_locked(self) -> bool: ...
     @property

@@ -42,9 +42,9 @@ void expect_all_finite(const Estimate& e) {
 }
 
 // One of the two oscillators is 100 ppm off, which is 190 ps of delay and 28.5 mm, 46 deviations of
-// a frame. Distances are right in the clock of the other one, and off by just that in the clock of
-// this one. The velocity is right in both: 100 ppm of it would be 1.5 cm/s, a third of its
-// deviation, and of the pattern's drift 15 km/s.
+// a frame. Distances are right in the clock of the other oscillator, and off by just that in the
+// clock of this oscillator. The velocity is right in both: 100 ppm of the velocity would be 1.5
+// cm/s, a third of its deviation, and of the pattern's drift 15 km/s.
 TEST(FrameEstimator, DelaysAreInTheClockThatIsTakenToBeRight) {
   constexpr int frames = 40;
   for (const bool tagger_is_off : {false, true}) {

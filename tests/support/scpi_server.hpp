@@ -18,10 +18,10 @@ namespace splid::test {
 
 // What is wrong with an instrument; all empty: nothing. Commands are named by how they begin.
 struct ScpiFaults {
-  std::string silent_at;   // says nothing more from this one on
+  std::string silent_at;   // says nothing more from this command on
   std::string garbage_at;  // answers this query with `garbage`
   std::string garbage = "\x80#3\xff,?\n";
-  std::string cut_at;    // closes the connection when this one has begun
+  std::string cut_at;    // closes the connection when this command has begun
   std::string error_at;  // puts error_code into the queue and does nothing
   int error_code = -241;
   std::string ignored;          // says nothing and does nothing

@@ -71,7 +71,7 @@ def main():
     tagger = TimeTagger.createTimeTagger(options.serial)
     tagger.setStreamBlockSize(BLOCK_TAGS, LATENCY_MS)
     # No setConditionalFilter: it passes the first sync after a photon and drops all others, while
-    # the pattern's clock is measured by its syncs, and a delay counts from the one before.
+    # the pattern's clock is measured by its syncs, and a delay counts from the sync before it.
     for number, level_v, delay_ps in options.channels:
         if level_v is not None:
             tagger.setTriggerLevel(number, level_v)

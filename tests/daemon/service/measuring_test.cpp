@@ -27,7 +27,7 @@ namespace {
 using testing::HasSubstr;
 
 // Each source that it opens sends what makes two frames and the begin of a third, and then waits;
-// where it is unplugged there is none to open.
+// where the instrument is unplugged there is no source to open.
 struct ScriptedOptions final : SourceOptions {
   explicit ScriptedOptions(std::atomic<bool>& is_unplugged) : unplugged(is_unplugged) {}
   void describe(OptionVisitor& /*visitor*/) override {}

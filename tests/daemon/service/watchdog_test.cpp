@@ -43,7 +43,8 @@ TEST(Watchdog, AllRetriesTogetherTakeLessThanHalfOfItsTime) {
   EXPECT_LT(spent_s, unit_seconds("WatchdogSec") / 2);
 }
 
-// No pause that is none's fault starves it; what is longer does, in less than half of its time.
+// A pause that ends by itself never starves the watchdog. A longer pause does, in less than half of
+// the watchdog's time.
 TEST(Watchdog, WaitsForWhatEndsByItselfAndForNothingElse) {
   const double patience_s = Liveness::source_patience_ns * 1e-9;
   EXPECT_GT(patience_s, seconds(ClientSocket::connect_patience));

@@ -139,7 +139,7 @@ TEST(Silence, OfSyncsBesidePhotonsIsWhatChanceDoesNotExplain) {
   }
 }
 
-// A scene that grows dark is none, although the instrument says less.
+// A scene that grows dark is no silence, although the instrument says less.
 TEST(Silence, OfSyncsBesidePhotonsIsNoneInTheDark) {
   std::vector<Tag> tags = stream_with_syncs_beside_photons(300, 1);
   std::mt19937_64 random(2);

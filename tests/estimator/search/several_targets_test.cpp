@@ -93,9 +93,9 @@ TEST(SeveralTargets, FourAreFoundWhereFourMayBe) {
   }
 }
 
-// Targets that are as bright as each other are no doubt about each other's range. (The peak of one
-// that was not yet found used to count against the range of the one found before it, which left
-// odds of 10 nats, and of less in weaker light.)
+// Targets that are as bright as each other are no doubt about each other's range. (The peak of a
+// target that was not yet found used to count against the range of the target found before it,
+// which left odds of 10 nats, and of less in weaker light.)
 TEST(SeveralTargets, DoNotCountAgainstEachOthersRange) {
   const test::FrameMaker first = scene_of();
   const std::vector<test::FrameMaker> others = {scene_of(6.7), scene_of(13.4), scene_of(90.3)};

@@ -100,7 +100,7 @@ TEST(Knee, IsNoneWhereNothingWasCompared) {
   EXPECT_EQ(find_within_budget(std::vector{nothing}, 10), std::nullopt);
 }
 
-// An RMSE of four frames is chance, and one of 0 is none.
+// An RMSE of four frames is chance, and an RMSE of no frames is no figure at all.
 TEST(Choice, IsMadeByEnoughFrames) {
   std::vector<Row> rows = {choice_row(Effort::balanced, 50, 1, 0.6)};
   rows[0].compared = fewest_frames_to_choose + 2;
