@@ -21,7 +21,7 @@ struct SecurityOptions {
   // A fault where one of key and list is missing: a key without a list would keep everybody out,
   // and a list without a key would keep nobody out.
   [[nodiscard]] std::optional<OptionFault> validate() const;
-  // What is wrong with binding `endpoint`, a valid one, under these options; absent: nothing.
+  // What is wrong with binding a valid endpoint under these options; absent: nothing.
   [[nodiscard]] std::optional<std::string> endpoint_fault(const std::string& endpoint) const;
 };
 

@@ -12,8 +12,8 @@
 
 namespace splid::batch {
 
-// How the frames of a recording are put together to slices: what is kept as one, and measured by
-// one shard.
+// How the frames of a recording are put together to slices. A slice is measured by one shard and
+// kept as one file.
 struct Slicing {
   // A thousand frames of 50 ms take a second of one core, and 350 kB.
   std::uint64_t frames = 1000;
@@ -26,8 +26,8 @@ struct Slicing {
 // begins in the shard's part of the recording, and was not measured before.
 //
 // A slice begins where its first frame does: at as many records as there are tags in the
-// frames before. (Records without a tag, such as overflows, put it a little earlier than it stands
-// in the file, which no result hangs on.)
+// frames before. (Records without a tag, such as overflows, put the slice a little earlier than
+// it stands in the file, which no result hangs on.)
 //
 // Threads: wants() one; passed() and position() any. Errors: none. No allocation after
 // construction.

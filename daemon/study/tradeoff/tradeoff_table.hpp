@@ -14,10 +14,10 @@ namespace splid::tradeoff {
 // one. A value that is not known is empty. No text at all for a report without rows.
 std::string to_csv(const Report& report);
 
-// The rows of such a table. The report says what the rows should have been measured against, and
-// with which options they were, beside those of the row. file: what errors name.
-// Errors: Error(Fault::data) with the line, where it is no such table or its errors were measured
-// against something else.
+// The rows of such a table. report: says what the rows should have been measured against, and the
+// configured options, which hold for all that a row does not name. file: what errors name.
+// Errors: Error(Fault::data) with the line, where the text is no such table or its errors were
+// measured against something else.
 std::vector<Row> rows_of_csv(const std::string& text, const std::string& file,
                              const Report& report);
 
