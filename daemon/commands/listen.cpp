@@ -298,7 +298,7 @@ void add_listen(CLI::App& app, Action& action) {
                  "standard output is none")
       ->excludes(json);
   command->add_option("--count,-n", options->count, "End after so many messages")
-      ->check(whole_number());
+      ->check(whole_number_above_zero());
   command
       ->add_option("--timeout", options->timeout_s, "Fail when nothing comes for so many seconds")
       ->check(number_above_zero());

@@ -8,6 +8,7 @@
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
 #include "daemon/commands/commands.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/frame_log.hpp"
 #include "daemon/recording/recording_facts.hpp"
@@ -23,6 +24,8 @@ namespace {
 
 // How many tags are searched for the configured channels, which takes a tenth of a second.
 constexpr std::uint64_t tags_looked_at = 4'000'000;
+
+constexpr double most_wait_s = 1e6;
 
 // Some seconds of frames: a replay at full speed makes thousands of frames a second.
 constexpr int queue_messages = 20'000;
@@ -155,7 +158,7 @@ void add_replay(CLI::App& app, Action& action) {
       command
           ->add_option("--wait-for-subscriber", options->wait_for_subscriber_s,
                        "Seconds to wait at most until somebody subscribes to frames")
-          ->check(CLI::NonNegativeNumber);
+          ->check(number_between(0, most_wait_s));
   command
       ->add_flag("--no-publish", options->no_publish,
                  "Bind no endpoint: frames go to --json and --output alone, and the end's count to "

@@ -20,6 +20,8 @@
 namespace splid {
 namespace {
 
+constexpr double most_seconds = 4e6;  // as /source/seconds of a scene
+
 struct SimulateCommand {
   std::string config;
   std::string output;
@@ -72,7 +74,7 @@ void add_simulate(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--seconds,-s", options->seconds, "Length of the stream")
       ->required()
-      ->check(number_above_zero());
+      ->check(number_above_zero(most_seconds));
   command
       ->add_option("--output,-o", options->output,
                    "PTU file to write; the truth goes beside it, ending in .truth.json")

@@ -23,6 +23,7 @@
 #include "daemon/batch/batch_list.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/draw_plot.hpp"
+#include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/service/stop_signals.hpp"
@@ -278,16 +279,16 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
                   "Frame lengths, ms, such as 10,50 (default: four around the configured length)")
       ->delimiter(',')
       ->allow_extra_args(false)  // else the recording would be read as one more length
-      ->check(CLI::Range(0.1, 60000.0));
+      ->check(number_between(0.1, 60'000));
   command.add_option("--frames,-n", options.frames, "Frames that each setting is measured on")
-      ->check(CLI::Range(std::size_t{10}, std::size_t{1'000'000}))
+      ->check(whole_number_between(10, 1'000'000))
       ->capture_default_str();
   command.add_option("--seed", options.seed, "Seed of the scene, instead of the configured seed")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number());
   command
       .add_option("--budget-ms", options.budget_ms,
                   "Recommend the most accurate setting that takes no longer for a frame")
-      ->check(CLI::PositiveNumber);
+      ->check(number_above_zero());
   command.add_flag("--paper", options.paper,
                    "Measure the method of the paper too, which takes up to tens of times as long");
   command.add_flag("--json", options.json, "Each setting as a line of JSON on standard output");
@@ -297,7 +298,7 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
   command
       .add_option("--merge", options.merge,
                   "Measure nothing: put the tables of so many shares together")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{10'000}))
+      ->check(whole_number_between(1, 10'000))
       ->excludes("--shard");
   command.add_option("--csv", options.csv,
                      "Text file to write the table into (default: the plot's name with .csv)");

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <filesystem>
 
 #include "tests/support/program.hpp"
@@ -65,6 +66,20 @@ TEST_F(Mistakes, NumbersWithUnitsOrSigns) {
                AllOf(HasSubstr("--seconds"), HasSubstr("\"10s\" must be a number above 0")));
   expect_error({"listen", "--timeout", "0"}, 2, HasSubstr("\"0\" must be a number above 0"));
   expect_error({"listen", "--count", "-1"}, 2, HasSubstr("\"-1\" must be a whole number"));
+  expect_error({"listen", "--count", "0", "--timeout", "1"}, 2,
+               HasSubstr("\"0\" must be a whole number above 0"));
+  expect_error({"replay", "a.ptu", "--config", config, "--wait-for-subscriber", "10s"}, 2,
+               AllOf(HasSubstr("--wait-for-subscriber"), HasSubstr("must be a number from 0 to")));
+  expect_error({"tradeoff", "--config", config, "--budget-ms", "10ms"}, 2,
+               AllOf(HasSubstr("--budget-ms"), HasSubstr("must be a number above 0")));
+  expect_error({"tradeoff", "--config", config, "--seed", "-1"}, 2,
+               AllOf(HasSubstr("--seed"), HasSubstr("\"-1\" must be a whole number")));
+  expect_error({"tradeoff", "--config", config, "--lengths", "10,20ms"}, 2,
+               AllOf(HasSubstr("--lengths"), HasSubstr("must be a number from 0.1 to 60000")));
+  expect_error({"tradeoff", "--config", config, "--frames", "5"}, 2,
+               AllOf(HasSubstr("--frames"), HasSubstr("must be a whole number from 10 to 1")));
+  expect_error({"simulate", "--config", config, "--seconds", "1e300", "--output", "x.ptu"}, 2,
+               HasSubstr("must be a number above 0 and at most 4000000"));
   expect_error({"pattern", "random", "--pulses", "2.5", "--output", folder.path("p")}, 2,
                HasSubstr("\"2.5\" must be a whole number"));
   expect_error({"pattern", "periodic", "--period-ns", "4us", "--output", folder.path("p")}, 2,
