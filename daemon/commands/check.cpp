@@ -83,7 +83,8 @@ int check(const CheckCommand& options) {
     return 0;
   }
   if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
-  if (format_of(read_start(options.file, start_bytes), options.file)) {
+  const std::string start = read_start(options.file, start_bytes);
+  if (format_of(start, options.file)) {
     std::fputs(recording::report_of(options.file).c_str(), stdout);
     return 0;
   }
@@ -91,7 +92,8 @@ int check(const CheckCommand& options) {
     std::fputs(recording::report_photon_hdf5(options.file).c_str(), stdout);
     return 0;
   }
-  const std::string text = read_file(options.file);
+  // What is no JSON may be a recording of any size, and its first bytes tell enough of it.
+  const std::string text = begins_with_brace(start) ? read_file(options.file) : start;
   const auto kind = kind_of_file(text, options.file);
   if (kind == pattern_file_kind) {
     check_pattern(options.file, text);

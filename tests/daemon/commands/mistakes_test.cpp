@@ -125,6 +125,18 @@ TEST_F(Mistakes, FilesOfAnotherKind) {
                AllOf(HasSubstr("--key: "), HasSubstr("No such file")));
 }
 
+// A sparse file takes no room. To read it whole would take a minute, and as much memory as it is
+// long; the program is killed once it has worked for 5 s.
+TEST_F(Mistakes, LongFilesOfAnUnknownKind) {
+  const std::string unknown = folder.write("tags.dat", std::string("\x01\x02\x03", 3));
+  std::filesystem::resize_file(unknown, std::uintmax_t{64} << 30U);
+  test::Program shell({"-c", "ulimit -t 5; exec '" SPLID_BINARY "' check '" + unknown + "'"},
+                      "/bin/sh");
+  const ProgramResult result = shell.wait();
+  EXPECT_EQ(result.exit_code, 4) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("is neither a configuration or a pattern"));
+}
+
 TEST_F(Mistakes, PatternsThatAreNoneAreTheConfigurations) {
   const auto with = [&](const std::string& pattern) {
     return write_config("c.json", "", R"("driver":"simulator")", pattern);
