@@ -6,6 +6,7 @@
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
+#include "config/path_list.hpp"
 #include "config/pattern_file.hpp"
 #include "config/read_file.hpp"
 #include "config/sections.hpp"
@@ -123,6 +124,7 @@ void check_all(const Config& config) {
   check(config.file, "/scene", config.scene.validate());
   check(config.file, "/drift", config.drift.validate());
   check(config.file, "/pulse", pulse_fault(config));
+  check(config.file, "", written_file_fault(config));
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "config/sections.hpp"
@@ -18,17 +20,22 @@ namespace {
 constexpr std::array<std::string_view, 3> written_paths = {"/source/truth", "/metrics/file",
                                                            "/record/folder"};
 
+// The paths of a configuration's keys, by what is done there.
+struct Paths {
+  std::vector<NamedPath> read;
+  std::vector<NamedPath> written;
+};
+
 // A visitor that takes note of paths and passes over all other keys.
 class PathLister final : public OptionVisitor {
  public:
-  PathLister(std::string pointer, std::vector<NamedPath>& found)
-      : pointer_(std::move(pointer)), found_(found) {}
+  PathLister(std::string pointer, Paths& found) : pointer_(std::move(pointer)), found_(found) {}
 
   void path(const char* key, std::string& value, const char*) override {
     const std::string place = pointer_ + "/" + key;
     const bool is_written =
         std::find(written_paths.begin(), written_paths.end(), place) != written_paths.end();
-    if (!value.empty() && !is_written) found_.push_back({place, value});
+    if (!value.empty()) (is_written ? found_.written : found_.read).push_back({place, value});
   }
   void object(const char* key, const std::function<void(OptionVisitor&)>& members,
               const char*) override {
@@ -56,17 +63,35 @@ class PathLister final : public OptionVisitor {
 
  private:
   std::string pointer_;
-  std::vector<NamedPath>& found_;
+  Paths& found_;
 };
 
-}  // namespace
-
-std::vector<NamedPath> input_files(const Config& config) {
-  std::vector<NamedPath> found = {{"the configuration itself", config.file}};
+Paths paths_of(const Config& config) {
+  Paths found{{{"the configuration itself", config.file}}, {}};
   PathLister lister("", found);
   // describe() takes options that may be changed, since readers change them. This visitor does not.
   describe_sections(const_cast<Config&>(config), lister);
   return found;
+}
+
+}  // namespace
+
+std::vector<NamedPath> input_files(const Config& config) { return paths_of(config).read; }
+
+std::optional<OptionFault> written_file_fault(const Config& config) {
+  const Paths paths = paths_of(config);
+  for (const NamedPath& output : paths.written) {
+    for (const NamedPath& input : paths.read) {
+      std::error_code absent;
+      const bool is_same = std::filesystem::equivalent(output.path, input.path, absent) &&
+                           std::filesystem::is_regular_file(output.path, absent);
+      if (!is_same) continue;
+      return OptionFault{output.pointer, output.path + " is what is read as " + input.pointer +
+                                             ": to write there would destroy it; give another "
+                                             "name"};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace splid

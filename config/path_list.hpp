@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,5 +18,9 @@ struct NamedPath {
 // its keys name, except those that are written (/source/truth, /metrics/file, /record/folder). Some
 // may not exist.
 std::vector<NamedPath> input_files(const Config& config);
+
+// The fault of a configuration by which a file would be written over one that is read because of
+// it, also by another path or through a link; absent where there is none.
+std::optional<OptionFault> written_file_fault(const Config& config);
 
 }  // namespace splid

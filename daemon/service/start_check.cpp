@@ -13,10 +13,12 @@
 #include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 
 #include "daemon/security/allow_list.hpp"
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/memory.hpp"
+#include "daemon/service/socket_places.hpp"
 #include "daemon/stream/frame_plan.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/error.hpp"
@@ -79,6 +81,12 @@ void check_files(const Config& config) {
 
 void check_socket_file(const Config& config, const std::string& pointer, std::string_view file) {
   if (file.starts_with('@')) return;  // Linux' abstract names need no folder
+  std::error_code absent;
+  const std::filesystem::file_status there = std::filesystem::status(file, absent);
+  if (std::filesystem::exists(there) && !std::filesystem::is_socket(there)) {
+    refuse(config, pointer,
+           "ipc://" + std::string(file) + " exists and is no socket; give it another path");
+  }
   std::filesystem::path folder = std::filesystem::path(file).parent_path();
   if (folder.empty()) folder = ".";
   if (::access(folder.c_str(), W_OK | X_OK) == 0) return;
@@ -144,6 +152,7 @@ void check_start(const Config& config) {
   check_endpoint(config, "/publish/endpoint", config.publish.endpoint);
   check_endpoint(config, "/publish/local_endpoint", config.publish.local_endpoint);
   check_endpoint(config, "/control/endpoint", config.control.endpoint);
+  check_socket_places(config);
 }
 
 std::vector<std::string> start_notes(const Config& config) {

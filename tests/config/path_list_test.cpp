@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "drivers/replay/replay.hpp"
 #include "drivers/simulator/simulator_options.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace splid {
 namespace {
@@ -44,6 +47,26 @@ TEST(InputFiles, OfASceneAreNotItsTruth) {
   scene->truth = "t.json";
   config.source = std::move(scene);
   EXPECT_THAT(listed(config), ElementsAre("the configuration itself c.json"));
+}
+
+TEST(WrittenFiles, AreNoneThatAreRead) {
+  const test::TempFolder folder;
+  Config config;
+  config.file = folder.write("c.json", "{}");
+  config.source_driver = "simulator";
+  config.source = std::make_unique<SimulatorOptions>();
+  config.pattern_file = folder.write("p.json", "{}");
+  EXPECT_FALSE(written_file_fault(config));
+  config.metrics.file = folder.path("m.prom");  // not there
+  EXPECT_FALSE(written_file_fault(config));
+  config.metrics.file = folder.path("./p.json");
+  const auto fault = written_file_fault(config);
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->pointer, "/metrics/file");
+  EXPECT_THAT(fault->what, ::testing::HasSubstr("is what is read as /pattern/file"));
+  std::filesystem::create_symlink(config.file, folder.path("link"));
+  config.metrics.file = folder.path("link");
+  EXPECT_THAT(written_file_fault(config)->what, ::testing::HasSubstr("the configuration itself"));
 }
 
 }  // namespace

@@ -169,6 +169,42 @@ TEST_F(Mistakes, EndpointsThatCannotBeBound) {
                  HasSubstr("/control/endpoint"));
 }
 
+// The second socket of one place could be bound at no start.
+TEST_F(Mistakes, PlacesThatAreGivenToTwoSockets) {
+  const std::string file = folder.path("s");
+  const auto places = [&](const std::string& publish, const std::string& more) {
+    return write_config("c.json", R"(,"publish":{"endpoint":")" + publish + "\"" + more);
+  };
+  const auto both = [](const char* first, const char* second) {
+    return AllOf(HasSubstr(first), HasSubstr(second), HasSubstr("listens too"));
+  };
+  expect_lasting(places("ipc://" + file, R"(},"control":{"endpoint":"ipc://)" + file + "\"}"),
+                 both("/control/endpoint", "/publish/endpoint"));
+  expect_lasting(
+      places("ipc://" + file, R"(,"local_endpoint":"ipc://)" + folder.path("./s") + "\"}"),
+      both("/publish/local_endpoint", "/publish/endpoint"));
+  expect_lasting(places("tcp://127.0.0.1:9899", R"(},"metrics":{"http":"localhost:9899"})"),
+                 both("/metrics/http", "/publish/endpoint"));
+  expect_lasting(places("tcp://*:9899", R"(,"local_endpoint":"tcp://127.0.0.1:9899"},)"
+                                        R"("security":{"unprotected":)"
+                                        R"("anyone on the network may read"})"),
+                 both("/publish/local_endpoint", "/publish/endpoint"));
+  expect_lasting(places("ipc://" + config, "}"),
+                 AllOf(HasSubstr("/publish/endpoint"), HasSubstr("is no socket")));
+}
+
+// Nothing is written over what is read.
+TEST_F(Mistakes, PlacesThatAreReadAndWritten) {
+  const std::string pattern = folder.path("pattern.json");
+  const std::string before = file_text(pattern);
+  const std::string scene = R"("driver":"simulator","pace":"max","seconds":0.1)";
+  expect_lasting(write_config("c.json", "", scene + R"(,"truth":"./pattern.json")"),
+                 AllOf(HasSubstr("/source/truth"), HasSubstr("/pattern/file")));
+  expect_lasting(write_config("d.json", R"(,"metrics":{"file":"d.json"})", scene),
+                 AllOf(HasSubstr("/metrics/file"), HasSubstr("the configuration itself")));
+  EXPECT_EQ(file_text(pattern), before);
+}
+
 TEST_F(Mistakes, LocalhostIsThisMachine) {
   const std::string file = write_config("c.json", R"(,"publish":{"endpoint":"tcp://localhost:*"})",
                                         R"("driver":"simulator","pace":"max","seconds":0.2)");
