@@ -165,6 +165,9 @@ std::vector<std::string> start_notes(const Config& config) {
   if (!metrics.empty() && !std::filesystem::is_directory(folder_of(metrics))) {
     notes.push_back("/metrics/file: there is no folder " + folder_of(metrics).string() +
                     "; until there is, no metrics are written");
+  } else if (std::filesystem::is_directory(metrics)) {
+    notes.push_back("/metrics/file: " + metrics +
+                    " is a folder; until it is not, no metrics are written");
   }
   std::filesystem::path folder = config.record.folder;
   if (folder.empty()) return notes;

@@ -245,6 +245,10 @@ TEST_F(Mistakes, CheckWarnsOfWhatRunWouldBeginWithout) {
                                                        config + "/tags\"}")});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("/metrics/file"), HasSubstr("/record/folder")));
+  const ProgramResult of_folder = run_program(
+      {"check", write_config("d.json", R"(,"metrics":{"file":")" + folder.path("") + "\"}")});
+  EXPECT_EQ(of_folder.exit_code, 0) << of_folder.err;
+  EXPECT_THAT(of_folder.err, AllOf(HasSubstr("/metrics/file"), HasSubstr("is a folder")));
 }
 
 TEST_F(Mistakes, CheckTakesAByteOrderMarkAsRunDoes) {
