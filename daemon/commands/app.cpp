@@ -1,3 +1,4 @@
+#include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -66,10 +67,17 @@ std::string given_command(const CLI::App& app) {
   return name;
 }
 
+// Whether standard output is a pipe whose reader has left, as head does. The errno of the write
+// that failed for that may be long overwritten.
+bool reader_has_left() {
+  pollfd output{STDOUT_FILENO, POLLOUT, 0};
+  return ::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0;
+}
+
 // Writes out what is still in the buffer of standard output: only then does a full disk show.
 int flushed(int exit_code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
-  if (errno == EPIPE) return exit_code;
+  if (errno == EPIPE || reader_has_left()) return exit_code;
   throw Error(Fault::device, std::string("standard output: ") + std::strerror(errno) +
                                  "; what was printed is not all there");
 }

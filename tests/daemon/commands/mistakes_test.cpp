@@ -265,5 +265,16 @@ TEST_F(Mistakes, AFullOutputIsToldByItsExitCode) {
   EXPECT_THAT(result.err, HasSubstr("standard output: No space left on device"));
 }
 
+// As head does. What comes after it has many causes to set errno.
+TEST_F(Mistakes, AReaderThatLeavesIsNone) {
+  const std::string recording = folder.path("a.ptu");
+  run_program({"simulate", "--config", config, "--seconds", "2", "--output", recording});
+  test::Program shell({"-c", "{ '" SPLID_BINARY "' replay '" + recording + "' --config '" + config +
+                                 "' --json --no-publish; echo exit $? >&2; } | head -n 1"},
+                      "/bin/sh");
+  const ProgramResult result = shell.wait();
+  EXPECT_THAT(result.err, AllOf(HasSubstr("exit 0"), Not(HasSubstr("standard output"))));
+}
+
 }  // namespace
 }  // namespace splid
