@@ -18,11 +18,8 @@ std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear) {
   context.warn = warn;
   context.report = [hear = std::move(hear),
                     cautioned = std::string()](const DeviceReport& report) mutable {
-    const bool is_well = report.state == DeviceState::connected;
-    if (!report.reason.empty()) {
-      spdlog::log(is_well ? spdlog::level::info : spdlog::level::warn, "{}: {}",
-                  to_string(report.state), report.reason);
-    }
+    // With the state `connected` too the reason tells of what went wrong: tags that were lost, say.
+    if (!report.reason.empty()) spdlog::warn("{}: {}", to_string(report.state), report.reason);
     if (!report.caution.empty() && report.caution != cautioned) warn(report.caution);
     cautioned = report.caution;
     if (hear) hear(report);
