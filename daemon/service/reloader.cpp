@@ -21,7 +21,12 @@ std::string joined(const std::vector<std::string>& pointers) {
 }  // namespace
 
 Reloader::Reloader(const Config& original, DeviceMonitor& device, StopSignals* signals, Apply apply)
-    : original_(original), device_(device), signals_(signals), apply_(std::move(apply)) {
+    : original_(original),
+      device_(device),
+      signals_(signals),
+      apply_(std::move(apply)),
+      readers_(original.security.allow_list),
+      controllers_(original.control.allow_list) {
   if (signals_ != nullptr) signals_->on_hangup([this] { reload(); });
 }
 
@@ -34,8 +39,14 @@ void Reloader::reload() {
   try {
     auto next = std::make_shared<const Config>(load_config(original_.file));
     const ConfigChanges since_start = changes_between(original_, *next, original_);
-    const ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next, original_);
+    ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next, original_);
+    const std::string& readers = next->security.allow_list;
+    const std::string& controllers = next->control.allow_list;
+    if (readers == readers_) std::erase(now.live, "/security/allow_list");
+    if (controllers == controllers_) std::erase(now.live, "/control/allow_list");
     const std::string besides = apply_(next, !now.live.empty());
+    if (!readers.empty()) readers_ = readers;
+    if (!controllers.empty()) controllers_ = controllers;
     in_use_ = std::move(next);
     std::string what = joined(now.live);
     if (!besides.empty()) what += (what.empty() ? "" : "; ") + besides;

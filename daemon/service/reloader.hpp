@@ -39,6 +39,9 @@ class Reloader {
   StopSignals* signals_;
   Apply apply_;
   std::shared_ptr<const Config> in_use_;  // null: the original
+  // The allow-lists that are in use: one that was taken away is, until the restart.
+  std::string readers_;
+  std::string controllers_;
   ServiceNotifier notifier_{host_clock()};
 };
 

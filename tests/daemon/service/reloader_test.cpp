@@ -122,6 +122,24 @@ TEST_F(ReloaderTest, WhatTakesARestartIsInTheStatusUntilTheFileSaysAgainWhatRuns
   EXPECT_EQ(device.configuration_fault(), "");
 }
 
+TEST_F(ReloaderTest, AListThatComesBackBeforeTheRestartIsNotNew) {
+  const std::string listed = R"(,"security":{"server_key":"k","allow_list":"a"})";
+  reloader.reset();
+  configure(listed);
+  original = load_config(file);
+  reloader.emplace(original, device, &signals,
+                   [](const std::shared_ptr<const Config>&, bool) { return std::string(); });
+  configure("");
+  reload();
+  EXPECT_EQ(device.configuration_fault(),
+            "takes a restart: /security/allow_list, /security/server_key");
+  EXPECT_EQ(notice(), "reloaded " + file + ": nothing new");
+  configure(listed);
+  reload();
+  EXPECT_EQ(device.configuration_fault(), "");
+  EXPECT_EQ(notice(), "reloaded " + file + ": nothing new");
+}
+
 TEST_F(ReloaderTest, WhatIsRefusedChangesNothingAndIsInTheStatusUntilTheNextReload) {
   configure(R"(,"frame":{"min_seen_fraction":2})");
   reload();
