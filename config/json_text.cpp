@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/hidden_keys.hpp"
+#include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -100,9 +101,9 @@ nlohmann::json parse_json_text(const std::string& text, const std::string& file)
     });
   } catch (const json::parse_error& error) {
     throw Error(Fault::usage, file + ": " + place(text, error.byte) +
-                                  ": is no JSON: " + hide_keys(reason(error.what())));
+                                  ": is no JSON: " + hide_keys(ascii_text(reason(error.what()))));
   } catch (const json::exception& error) {  // a number that no double holds
-    throw Error(Fault::usage, file + ": " + reason(error.what()));
+    throw Error(Fault::usage, file + ": " + ascii_text(reason(error.what())));
   }
   if (!duplicates.found().empty()) {
     throw Error(Fault::usage, file + ": " + duplicates.found() +

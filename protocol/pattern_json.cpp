@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
 #include "protocol/json_writer.hpp"
@@ -135,8 +136,8 @@ json parse(const std::string& text, const std::string& file) {
     // The library's sentence names line and column after a code that people need not see.
     const std::string_view what = error.what();
     const std::size_t start = what.find("] ");
-    throw Error(Fault::data, file + ": not JSON: " +
-                                 std::string(what.substr(start == what.npos ? 0 : start + 2)));
+    const std::string sentence(what.substr(start == what.npos ? 0 : start + 2));
+    throw Error(Fault::data, file + ": not JSON: " + ascii_text(sentence));
   } catch (const json::out_of_range& error) {
     throw Error(Fault::data, file + ": a number is too large for a double: " + error.what());
   }

@@ -24,6 +24,7 @@ TEST(JsonText, SaysLineAndColumnOfWhatIsNoJson) {
   EXPECT_THAT(error_of("{\"a\": 1\n"), StartsWith("a.json: line 2, column 1: "));
   EXPECT_THAT(error_of("{} {}"), StartsWith("a.json: line 1, column 4: "));
   EXPECT_THAT(error_of("{\"a\": \"\xff\"}"), HasSubstr("is no JSON"));
+  EXPECT_THAT(error_of("\x8f\xff"), ::testing::EndsWith("last read: '?'"));
 }
 
 TEST(JsonText, RefusesNumbersThatNoDoubleHolds) {

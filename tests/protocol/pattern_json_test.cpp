@@ -170,6 +170,7 @@ TEST(PatternJson, WhatIsNoJsonNamesLineAndColumn) {
   EXPECT_THAT(pattern_error("{\n  \"schema\" 1}"),
               AllOf(HasSubstr("not JSON"), HasSubstr("line 2, column 12")));
   EXPECT_THAT(pattern_error(""), HasSubstr("not JSON"));
+  EXPECT_THAT(pattern_error("\x8f\xff"), ::testing::EndsWith("last read: '?'"));
   EXPECT_THAT(pattern_error(with("250.125", "NaN")), HasSubstr("not JSON"));
   EXPECT_THAT(pattern_error(with("250.125", "1e999")), HasSubstr("too large for a double"));
   EXPECT_THAT(pattern_error(std::string(100'000, '[')), HasSubstr("nested too deeply"));
