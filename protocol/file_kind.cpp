@@ -28,6 +28,10 @@ constexpr std::string_view swabian_next =
 constexpr std::string_view hdf5_next =
     "splid check says whether it is Photon-HDF5, and splid convert then makes a PTU of it";
 
+constexpr std::string_view text_next =
+    "a list of times can become a recording (docs/guide/recording.md, \"Files that are not read\")";
+constexpr std::string_view itself_next = "name the recording itself";
+
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
 
@@ -46,12 +50,16 @@ constexpr std::array marks = {
     Mark{"\x28\xb5\x2f\xfd"sv, "", {"a zstd archive", "unpack it first, with unzstd"}},
     Mark{"BZh"sv, "", {"a bzip2 archive", "unpack it first, with bunzip2"}},
     Mark{"PK\x03\x04"sv, "", {"a ZIP archive", "unpack it first, with unzip"}},
+    Mark{"\xff\xd8\xff"sv, "", {"a picture (JPEG)", itself_next}},
+    Mark{"\x89PNG\r\n"sv, "", {"a picture (PNG)", itself_next}},
+    Mark{"%PDF"sv, "", {"a document (PDF)", itself_next}},
 };
 
 // Formats that do not begin with a mark that could be relied on.
 constexpr std::array endings = {
     Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
     Mark{"", ".t3r"sv, {"a TimeHarp recording in T3 mode by its name", t3_next}},
+    Mark{"", ".ts"sv, {"an S-Fifteen file of time stamps by its name", text_next}},
     Mark{"", ".phu"sv, {"a PicoQuant histogram by its name", counts_next}},
     Mark{"", ".h5"sv, {"an HDF5 file by its name", hdf5_next}},
     Mark{"", ".hdf5"sv, {"an HDF5 file by its name", hdf5_next}},

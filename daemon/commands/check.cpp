@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "config/config.hpp"
 #include "config/read_file.hpp"
@@ -77,14 +79,34 @@ void check_config(const std::string& file) {
   std::printf("  allowed  %zu keys of %s\n", keys, config.security.allow_list.c_str());
 }
 
+// For what splid cannot read at all.
+[[noreturn]] void refuse(const std::string& file, const std::string& text) {
+  std::string what = misplaced_file(text, file, checked_kinds);
+  if (text.empty()) {
+    what = "is empty: nothing was recorded into it, or it was not copied whole";
+  } else if (what.empty()) {
+    what = "is neither a configuration or a pattern (JSON) nor a recording; " +
+           std::string(recordings_in_words) +
+           ", of which the last two are told by the name's ending alone; what a file must have to "
+           "become a recording stands in docs/guide/recording.md, \"Files that are not read\"";
+  }
+  throw Error(Fault::data, file + ": " + what);
+}
+
 int check(const CheckCommand& options) {
   if (options.schema) {
     std::printf("%s\n", config_schema().c_str());
     return 0;
   }
   if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
+  std::error_code unknown;
+  if (std::filesystem::is_directory(options.file, unknown)) {
+    throw Error(Fault::usage, options.file +
+                                  ": is a folder; check takes one file of it, and batch "
+                                  "measures all its recordings");
+  }
   const std::string start = read_start(options.file, start_bytes);
-  if (format_of(start, options.file)) {
+  if (!start.empty() && format_of(start, options.file)) {
     std::fputs(recording::report_of(options.file).c_str(), stdout);
     return 0;
   }
@@ -100,13 +122,7 @@ int check(const CheckCommand& options) {
   } else if (kind == config_file_kind || begins_with_brace(text)) {
     check_config(options.file);
   } else {
-    const std::string what = misplaced_file(text, options.file, checked_kinds);
-    throw Error(
-        Fault::data,
-        options.file + ": " +
-            (what.empty() ? "is neither a configuration or a pattern (JSON) nor a recording; " +
-                                std::string(recordings_in_words)
-                          : what));
+    refuse(options.file, text);
   }
   return 0;
 }

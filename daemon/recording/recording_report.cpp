@@ -138,6 +138,17 @@ std::string report_own_facts(const RecordingHeader& header) {
                             grouped(header.losses.size()), grouped(known));
 }
 
+// What to do with a recording that has been looked at. syncs: on the channel that has them.
+std::string what_next(const RecordingInfo& info, std::uint64_t syncs) {
+  if (!info.first_ps)
+    return "nothing was detected: look at thresholds and cables, and record again";
+  if (syncs == 0 && !info.header.is_t3) {
+    return "no sync records: name the input that has a sync each pattern period as channels.sync, "
+           "since nothing is measured without";
+  }
+  return "splid replay measures it, with a pattern and a configuration (docs/guide/first-hour.md)";
+}
+
 }  // namespace
 
 std::string report_of(const std::string& file) {
@@ -167,7 +178,7 @@ std::string report_of(const std::string& file) {
   }
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
-  return text;
+  return text + "  next           " + what_next(info, syncs) + "\n";
 }
 
 std::string report_photon_hdf5(const std::string& file) {

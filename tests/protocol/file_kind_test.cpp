@@ -26,6 +26,9 @@ TEST(FileKind, IsToldByTheFirstBytes) {
   EXPECT_THAT(what("\x89HDF\r\n\x1a\n rest"sv), HasSubstr("an HDF5 file"));
   EXPECT_EQ(what("\x1f\x8b\x08\0"sv), "a gzip archive");
   EXPECT_EQ(what("PK\x03\x04"sv), "a ZIP archive");
+  EXPECT_EQ(what("\xff\xd8\xff\xe0"sv), "a picture (JPEG)");
+  EXPECT_EQ(what("\x89PNG\r\n\x1a\n"sv), "a picture (PNG)");
+  EXPECT_EQ(what("%PDF-1.4"sv), "a document (PDF)");
 }
 
 TEST(FileKind, IsToldByTheSchemaOfJson) {
@@ -44,6 +47,7 @@ TEST(FileKind, IsToldByTheNameWhereNothingElseTells) {
   EXPECT_THAT(what("\x01\x02\x03", "a.spc"), HasSubstr("Becker"));
   EXPECT_EQ(what("PQTTTR", "a.spc"), "a PTU recording");
   EXPECT_EQ(what("", ""), "not known");
+  EXPECT_THAT(what("\x01\x02\x03", "a.ts"), HasSubstr("S-Fifteen"));
   EXPECT_EQ(what("hello", "a.txt"), "not known");
 }
 

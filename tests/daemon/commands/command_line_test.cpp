@@ -324,7 +324,8 @@ TEST_F(CommandLine, CheckSaysWhatAFileHolds) {
   EXPECT_EQ(recording.exit_code, 0);
   EXPECT_THAT(recording.out, AllOf(HasSubstr("record type 0x01010204"), HasSubstr("input 1"),
                                    HasSubstr("26,45"), HasSubstr("sync period")));
-  expect_error({"check", folder.write("nothing", "")}, 4, HasSubstr("neither"));
+  expect_error({"check", folder.write("nothing", "")}, 4, HasSubstr("is empty"));
+  expect_error({"check", folder.write("text", "hello")}, 4, HasSubstr("neither"));
   expect_error({"check", folder.path("missing")}, 2, HasSubstr("No such file"));
   expect_error({"check", folder.write("bad.json", R"({"schema":"splid.pattern","v":[1,0]})")}, 4,
                HasSubstr("bad.json"));

@@ -120,6 +120,13 @@ TEST_F(Mistakes, FilesOfAnotherKind) {
   expect_error({"replay", gzip, "--config", config}, 4, HasSubstr("gunzip"));
   expect_error({"check", gzip}, 4, HasSubstr("gunzip"));
   expect_error({"check", folder.write("a.spc", "1234")}, 4, HasSubstr("Becker & Hickl"));
+  expect_error({"check", folder.write("a.jpg", "\xff\xd8\xff\xe0")}, 4,
+               HasSubstr("a picture (JPEG)"));
+  expect_error({"check", folder.write("b.ptu", "")}, 4, HasSubstr("b.ptu: is empty"));
+  expect_error({"check", folder.write("b.spc", "")}, 4, HasSubstr("b.spc: is empty"));
+  expect_error({"check", folder.write("a.dat", "hello")}, 4,
+               AllOf(HasSubstr("splid reads PTU"), HasSubstr("docs/guide/recording.md")));
+  expect_error({"check", folder.path("")}, 2, AllOf(HasSubstr("is a folder"), HasSubstr("batch")));
   expect_error({"listen", "--truth", config}, 4, HasSubstr("--truth: "));
   expect_error({"listen", "--key", folder.path("none"), "--server-key", "x"}, 2,
                AllOf(HasSubstr("--key: "), HasSubstr("No such file")));
