@@ -201,11 +201,27 @@ void bind_pulse(py::class_<FrameResult>& type) {
       .def_property_readonly("std_pulse_excess", if_seen(&Estimate::std_pulse_excess));
 }
 
+// For help(); what stands at each member is in the stub, _splid.pyi.
+constexpr const char* target_doc =
+    R"(One of a frame's targets, with values like those of Estimate.
+
+status is ok, or ambiguous where its range is not sure. Deviations (std_) are those with the other
+targets unknown too, and the significance (nats) is what this target adds to the others.)";
+
+constexpr const char* estimate_doc =
+    R"(One frame's estimate. Values are NaN where has_values is False; std_ is one standard deviation.
+
+status: ok, no_target, ambiguous, no_sync or not_run. distance_m (c/2 times delay_ns, less
+scene.range_offset_m), delay_ns (round trip) and velocity_mps (positive away from the lidar) are at
+mid-frame, delay_start_ns is at the frame's start. signal_per_pulse: counts for each pulse of
+amplitude 1. significance: nats gained over no target. An acceleration is NaN where the path was
+taken as straight. targets: a list of Target. Source: docs/estimation.md.)";
+
 void bind_target(py::module_& module) {
   const auto value = [](double TargetEstimate::*member, double factor = 1) {
     return [=](const TargetResult& self) { return factor * (self.target.*member); };
   };
-  py::class_<TargetResult>(module, "Target")
+  py::class_<TargetResult>(module, "Target", target_doc)
       .def_property_readonly("status",
                              [](const TargetResult& self) { return to_string(self.target.status); })
       .def_property_readonly("distance_m",
@@ -248,7 +264,7 @@ void bind_clock(py::class_<FrameResult>& type) {
 
 void bind_estimator(py::module_& module) {
   bind_target(module);
-  py::class_<FrameResult> result(module, "Estimate");
+  py::class_<FrameResult> result(module, "Estimate", estimate_doc);
   result
       .def_property_readonly(
           "status", [](const FrameResult& self) { return to_string(self.estimate.status); })

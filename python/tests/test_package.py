@@ -42,8 +42,9 @@ def test_everything_public_has_a_docstring():
         thing = getattr(splid, name)
         if callable(thing) and not inspect.isclass(thing):
             assert thing.__doc__, name
-        if inspect.isclass(thing) and thing.__module__ != "splid._splid":
+        if inspect.isclass(thing):
             assert thing.__doc__, name
+        if inspect.isclass(thing) and thing.__module__ != "splid._splid":
             for member, value in vars(thing).items():
                 if not member.startswith("_") and (inspect.isfunction(value)
                                                    or isinstance(value, property)):
