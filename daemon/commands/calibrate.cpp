@@ -89,7 +89,7 @@ int calibrate(CalibrateCommand options) {
 }
 
 void add_options(CLI::App& command, CalibrateCommand& options) {
-  command.add_option("recording", options.plan.recording, "PTU file, T2 mode")->required();
+  command.add_option("recording", options.plan.recording, "Recording, T2 mode")->required();
   command
       .add_option("--config,-c", options.config,
                   "Configuration: channels, nominal pattern, pulse width")

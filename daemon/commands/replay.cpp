@@ -143,7 +143,7 @@ int replay(const ReplayCommand& options) {
 void add_replay(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("replay", "Measure again from a recording");
   const auto options = std::make_shared<ReplayCommand>();
-  command->add_option("recording", options->recording, "PTU file, T2 or T3 mode")->required();
+  command->add_option("recording", options->recording, "Recording, T2 or T3 mode")->required();
   command->add_option("--config,-c", options->config, "Configuration; its source is not used")
       ->required();
   command->add_option("--encoder", options->encoder,

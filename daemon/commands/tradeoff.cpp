@@ -273,7 +273,7 @@ void add_options(CLI::App& command, TradeoffCommand& options) {
       .add_option("--config,-c", options.config, "Configuration: the scene, or how to read FILE")
       ->required();
   command.add_option("recording", options.recording,
-                     "PTU file, to take the frames from; default: the configured scene");
+                     "Recording, to take the frames from; default: the configured scene");
   command
       .add_option("--lengths", options.lengths_ms,
                   "Frame lengths, ms, such as 10,50 (default: four around the configured length)")
