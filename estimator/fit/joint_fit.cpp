@@ -9,7 +9,7 @@ namespace {
 
 constexpr int most_rounds = 40;
 constexpr int most_collected = 8;
-constexpr double joint_margin_widths = 2;
+constexpr double joint_margin_widths = 4;
 // A signal and a background keep at least so much of themselves in one step, so that they stay
 // above 0.
 constexpr double least_kept = 0.1;
@@ -87,7 +87,7 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
-  constexpr double last_gain = 1e-5;  // nats: 0.0045 deviations
+  constexpr double last_gain = 3e-3;  // nats: 0.08 deviations
   likelihood_.evaluate(exposure, best.at, point_);
   double damping = 0;
   best.stop = Stop::rounds_spent;
@@ -109,8 +109,8 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
     JointVector step = hill.solve(slope);
     const double longest = step.cwiseAbs().maxCoeff();
     if (longest > 1) step /= longest;
-    // What is left to gain on this hill. A last step that short ends a hundredth of its length from
-    // the top at most, so that nothing is to be seen there.
+    // What is left to gain on this hill. A last step that short ends a tenth of its length from the
+    // top at most, so that nothing is to be seen there.
     const double to_gain = slope.dot(step) / 2;
     if (damping == 0 && longest <= 1 && to_gain < last_gain) {
       best.at = stepped(best.at, units.asDiagonal() * step);

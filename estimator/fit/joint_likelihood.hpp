@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/log_sum.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -82,9 +83,16 @@ class JointLikelihood {
   void thin(const Exposure& exposure, const JointParameters& at, std::span<const bool> stays,
             std::vector<std::uint8_t>& keeps);
 
-  // The photons whose offset from a target's pulses is in [first_ns, last_ns), by the line that
-  // collect() was given.
-  [[nodiscard]] double count_near(std::size_t target, double first_ns, double last_ns) const;
+  // The photons whose offset from the pulses of a target at `line` is in [first_ns, last_ns).
+  // target: one about whose line, or one nearby, the photons have been collected.
+  [[nodiscard]] double count_near(std::size_t target, DelayLine line, double first_ns,
+                                  double last_ns) const;
+  // Sums over the photons whose offset o from the pulses of a target at `line` is no more than
+  // reach_ns, in the second half's terms with s the place in the frame, from -1/2 to 1/2.
+  struct Moments {
+    double photons = 0, o = 0, os = 0, oo = 0, oos = 0, ooss = 0;
+  };
+  [[nodiscard]] Moments moments_near(std::size_t target, DelayLine line, double reach_ns) const;
 
  private:
   struct Share {  // of one target in the intensity at one photon
@@ -94,31 +102,50 @@ class JointLikelihood {
   struct Stretching {  // of a target's pattern by its travel; see Likelihood::evaluate()
     double dilation = 1, turn = 0;
   };
-  // Sums over the photons that a single target has a share in: by delay, travel, signal and
-  // background.
+  // Sums over the photons of the first and second derivatives of log lambda: by a target's delay
+  // (1), travel (2) and signal (3), and by the background (b).
   struct OfOne {
-    Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
-    Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();  // upper triangle
+    double d1 = 0, d2 = 0, d3 = 0, h11 = 0, h12 = 0, h22 = 0, h13 = 0, h23 = 0, h33 = 0;
+    double h1b = 0, h2b = 0, h3b = 0;
   };
-  // Photons shared out by intensities, and the sum of the logarithms of all photons' intensities.
-  struct SharedOut {
-    std::array<double, most_targets> photons{};  // of each target
+  struct Sums {
+    std::array<OfOne, most_targets> of_one;
+    // Of two targets, the first one's parameters row by row.
+    std::array<std::array<std::array<double, 9>, most_targets>, most_targets> cross{};
+    double background = 0, background_squares = 0;
+  };
+  // The rates alone: the signal of each target, and last the background.
+  static constexpr Eigen::Index background_rate = most_targets;
+  using RateVector = Eigen::Matrix<double, most_targets + 1, 1>;
+  // Sums over the photons, of the logarithms of their intensities and of the derivatives.
+  struct RateSums {
     double log_sum = 0;
+    RateVector gradient = RateVector::Zero();
+    Eigen::Matrix<double, most_targets + 1, most_targets + 1> information =
+        Eigen::Matrix<double, most_targets + 1, most_targets + 1>::Zero();
   };
-  [[nodiscard]] SharedOut share_out(const std::array<double, most_targets>& signals,
-                                    double background_per_ns, std::size_t without) const;
+  // Sums over the photons that a single target has a share in: of that target's density over the
+  // intensity, of 1 over the intensity, and of their squares and products.
+  struct OfOneRate {
+    double share = 0, share_squares = 0, products = 0, background = 0, squares = 0;
+  };
+  [[nodiscard]] RateSums sum_by_rates(const RateVector& rates, std::size_t without) const;
+  static void add(const OfOneRate& of_one, std::size_t target, RateSums& sums);
   [[nodiscard]] bool is_loaded(const JointParameters& at) const;
   void load(const Exposure& exposure, const JointParameters& at);
   void start(const Exposure& exposure, const JointParameters& at, JointPoint& point) const;
   std::size_t shares_of(std::size_t photon, const JointParameters& at,
                         std::array<Share, most_targets>& shares) const;
-  static void add(const Share& share, double S, double lambda, OfOne& sums);
+  void add_alone(std::size_t target, const JointParameters& at, LogSum& logs, Sums& sums) const;
   static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
-                  JointPoint& point);
-  static void add(const OfOne& sums, std::size_t target, JointPoint& point);
+                  Sums& sums);
+  static void add(const Sums& sums, std::size_t targets, JointPoint& point);
 
   const PulseShape& shape_;
   void merge(std::size_t targets);
+  void merge_shared(std::size_t targets);
+  void take_photon(std::uint32_t photon);
+  void take_entries(std::size_t target, std::size_t photon);
   [[nodiscard]] bool serves(std::size_t target, const JointParameters& at) const;
 
   const PulseTrain& train_;
@@ -128,6 +155,8 @@ class JointLikelihood {
   std::size_t photons_ = 0;    // of the frame
   // The photons near any target, and their entries, target by target.
   std::vector<std::uint32_t> index_, first_;
+  std::array<std::size_t, most_targets> alone_end_{};  // where those near one target alone end
+  std::vector<std::uint8_t> times_near_;               // scratch: of each photon of the frame
   std::vector<std::uint8_t> target_;
   std::vector<double> residual_, position_, amplitude_;
   std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry

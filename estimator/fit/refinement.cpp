@@ -128,6 +128,17 @@ Fit Refinement::climb_gathered(const Way& way, DelayLine start, std::size_t gath
   return fit;
 }
 
+Fit Refinement::fit_rates(const FoldedFrame& frame, const Exposure& exposure, DelayLine line,
+                          bool moving) {
+  collect(frame, line, width_ns_, NearSet::gathered_roughly_from);
+  const Likelihood::Profile profile = likelihood_.profile(near_, exposure, line);
+  Fit fit;
+  fit.parameters = profile.parameters;
+  fit.gain_nats = profile.gain_nats;
+  add_covariance(exposure, moving, fit);
+  return fit;
+}
+
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
                       bool moving) {
   collect(frame, at.line, 0, NearSet::gathered_from);

@@ -24,8 +24,8 @@ struct Fit {
 // Climbs to the maximum of the likelihood near a line, by Newton's method on (delay, travel) with
 // the best (S, b) at every step. [P] runs L-BFGS on the two pairs in turn; the maximum is the same.
 //
-// Threads: one thread for each object. Errors: none. No allocation in climb() and judge() for
-// frames of up to max_photons.
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
 class Refinement {
  public:
   // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
@@ -40,6 +40,9 @@ class Refinement {
   // photons says where to look.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,
             double to_beat_nats = -std::numeric_limits<double>::infinity(), bool roughly = false);
+
+  // The best signal and background of a line, and the curvature there, without a climb.
+  Fit fit_rates(const FoldedFrame& frame, const Exposure& exposure, DelayLine line, bool moving);
 
   // The likelihood and its curvature at given parameters, without a climb.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,

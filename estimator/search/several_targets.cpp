@@ -28,6 +28,9 @@ constexpr double least_in_flank = 0.2;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
+// Elsewhere what is left holds all of a target but so much, which its photons that fell on those
+// of others may have gained.
+constexpr double lost_nats = 3;
 // A target that gains so much more than the threshold is there, however the others are refitted.
 constexpr double plain_margin_nats = 20;
 
@@ -62,6 +65,7 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   all_.at.background_per_ns = first.parameters.background_per_ns;
   all_.gain_nats = first.gain_nats;
   is_refined_ = false;
+  first_unlooked_ = 0;
   is_claimed_ = {true};
   const auto claimed = [this] {
     return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
@@ -98,72 +102,71 @@ void SeveralTargets::take_out(const FoldedFrame& frame, const JointParameters& a
   rest_.take_some(keeps_, frame);
 }
 
-// Two targets about the middle of two that are close to each other: beside each other, or on lines
-// that cross.
+// How the photons about a line lie beside it, as if two targets of equal signals had made them: the
+// line in their middle, and how far off that they are, at +-(d + t s). Beyond the pulse's width and
+// the background, the offsets o then have the moments
+//   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
+SeveralTargets::Spread SeveralTargets::spread_about(const JointParameters& at, std::size_t target,
+                                                    DelayLine line) {
+  constexpr double reach_widths = 7;
+  const double width_ns = shape_.width_ns();
+  const double reach_ns = reach_widths * width_ns;
+  const JointLikelihood::Moments sums = joint_.likelihood().moments_near(target, line, reach_ns);
+  const double dark =
+      at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
+  const double photons = std::max(sums.photons - dark, 1.0);
+  const double off_ns = sums.o / photons;
+  const double turn_ns = 12 * sums.os / photons;
+  const double square = (sums.oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
+                        off_ns * off_ns - turn_ns * turn_ns / 12;
+  const double cross = sums.oos / photons - off_ns * turn_ns / 6;
+  const double bow = (sums.ooss - sums.oo / 12) / photons - turn_ns * turn_ns / 180;
+  const double t = std::sqrt(std::max(0.0, 180 * bow));
+  const double d = std::sqrt(std::max(0.0, square - t * t / 12));
+  return {{line.delay_ns + off_ns, line.travel_ns + turn_ns}, {d, cross < 0 ? -t : t}};
+}
+
+// Two targets of equal signals in place of one and the last one, which are close to each other.
 JointParameters SeveralTargets::pair_about(const JointParameters& start, std::size_t target,
-                                           double widths, bool cross) const {
+                                           bool moving) {
+  constexpr double least_widths = 0.6;
   const TargetParameters& one = start.targets.at(target);
   const TargetParameters& last = start.targets.at(start.count - 1);
   const double S = one.signal_per_pulse + last.signal_per_pulse;
   const double share = last.signal_per_pulse / S;
-  const double to_last_ns =
-      std::remainder(last.line.delay_ns - one.line.delay_ns, train_.circle_ns);
-  const double delay_ns = one.line.delay_ns + share * to_last_ns;
-  const double travel_ns = one.line.travel_ns + share * (last.line.travel_ns - one.line.travel_ns);
-  const double off_ns = widths * shape_.width_ns();
-  const double by_delay = cross ? 0 : off_ns;
-  const double by_travel = cross ? off_ns * std::sqrt(12.0) : 0;
+  const double apart_ns = std::remainder(last.line.delay_ns - one.line.delay_ns, train_.circle_ns);
+  const DelayLine about = {one.line.delay_ns + share * apart_ns,
+                           one.line.travel_ns + share * (last.line.travel_ns - one.line.travel_ns)};
+  Spread spread = spread_about(start, target, about);
+  if (!moving) spread.middle.travel_ns = spread.off.travel_ns = 0;
+  if (std::abs(spread.off.travel_ns) < spread.off.delay_ns || !moving) {
+    spread.off.delay_ns = std::max(spread.off.delay_ns, least_widths * shape_.width_ns());
+  }
+  const auto& [middle, off] = spread;
   JointParameters pair = start;
-  pair.targets.at(target) = {{delay_ns - by_delay, travel_ns - by_travel}, S / 2};
-  pair.targets.at(start.count - 1) = {{delay_ns + by_delay, travel_ns + by_travel}, S / 2};
+  pair.targets.at(target) = {{middle.delay_ns - off.delay_ns, middle.travel_ns - off.travel_ns},
+                             S / 2};
+  pair.targets.at(start.count - 1) = {
+      {middle.delay_ns + off.delay_ns, middle.travel_ns + off.travel_ns}, S / 2};
   return pair;
 }
 
-// The likeliest of several pairs about the middle of one target and the last one. The photons are
-// collected once, about the middle: windows reach four widths beyond the pulse.
-JointParameters SeveralTargets::likeliest_pair(const FoldedFrame& frame,
-                                               const JointParameters& start, std::size_t target,
-                                               bool moving) {
-  joint_.likelihood().hold(frame, pair_about(start, target, 0, false));
-  JointParameters likeliest = start;
-  double most_nats = -std::numeric_limits<double>::infinity();
-  for (const double widths : {0.6, 1.0, 1.5, 2.5}) {
-    for (const bool cross : {false, true}) {
-      if (cross && !moving) continue;
-      const JointParameters pair = pair_about(start, target, widths, cross);
-      const double nats = joint_.likelihood().value(exposure_, pair);
-      if (!(nats > most_nats)) continue;
-      most_nats = nats;
-      likeliest = pair;
-    }
-  }
-  return likeliest;
-}
-
-// Two targets that are close to each other may first look like one in their middle. What that
-// leaves over then looks like another target, beside the first or at a shoulder of the comb. So the
-// climb may also begin at a pair, where the new target is close to another, or weak and as fast as
-// another. It begins at the likeliest place.
+// Two targets that are close to each other may first look like one in their middle, and what that
+// leaves over like another beside it. So the climb may also begin at a pair about the middle, where
+// that is the likelier place.
 JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParameters& start,
                                    bool moving) {
   const std::size_t last = start.count - 1;
+  joint_.likelihood().hold(frame, start);
   JointParameters best = start;
   std::optional<double> most_nats;
   for (std::size_t k = 0; k < last; ++k) {
-    JointParameters pair = start;
-    const bool is_far = apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
-    if (is_far) {
-      if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
-      pair.targets.at(last) = {start.targets.at(k).line, 0};
-    }
-    if (!most_nats) {
-      joint_.likelihood().hold(frame, start);
-      most_nats = joint_.gain(exposure_, start);
-    }
-    pair = likeliest_pair(frame, pair, k, moving);
+    if (apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths) continue;
+    if (!most_nats) most_nats = joint_.gain(exposure_, start);
+    const JointParameters pair = pair_about(start, k, moving);
+    joint_.likelihood().hold(frame, pair);
     const double nats = joint_.gain(exposure_, pair);
-    // Where no pair is likelier than the target that it would stand for, that target's pulse fits.
-    if (nats <= *most_nats || (is_far && nats < all_.gain_nats)) continue;
+    if (nats <= *most_nats) continue;
     most_nats = nats;
     best = pair;
   }
@@ -182,9 +185,22 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
 std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   std::array<DelayLine, most_targets> lines;
   for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
-  const auto kept =
-      search_.find_kept(rest_, searches_.front().peaks, std::span(lines).first(all_.at.count));
-  return kept ? kept : search_.find(rest_, most);
+  const auto known = std::span(lines).first(all_.at.count);
+  if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known)) return kept;
+  return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
+}
+
+// The best target close to one of those found, of which what is left of the frame may hold less
+// than the frame does. Where a target has been looked beside, nothing has changed since.
+std::optional<Fit> SeveralTargets::find_beside() {
+  std::array<DelayLine, most_targets> lines;
+  std::size_t count = 0;
+  for (std::size_t k = first_unlooked_; k < all_.at.count; ++k) {
+    lines.at(count++) = all_.at.targets.at(k).line;
+  }
+  first_unlooked_ = all_.at.count;
+  return search_.find_beside(rest_, std::span(lines).first(count),
+                             least_of_threshold * threshold_nats_);
 }
 
 // Looks for one more target; returns false where there is none.
@@ -192,19 +208,25 @@ bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most
   joint_.likelihood().hold(frame, all_.at);
   take_out(frame, all_.at, most_targets);
   if (rest_.size() == 0) return false;
-  const std::optional<Fit> next = find_in_rest(most);
-  if (!next || next->gain_nats < least_of_threshold * threshold_nats_ || !next->has_covariance) {
-    return false;
-  }
+  const double least_nats = least_of_threshold * threshold_nats_;
+  if (const auto next = find_beside(); next && add(frame, *next, moving, least_nats)) return true;
+  const auto next = find_in_rest(most);
+  return next && add(frame, *next, moving, threshold_nats_ - lost_nats);
+}
+
+// Adds a target of what is left; returns false where it is none.
+bool SeveralTargets::add(const FoldedFrame& frame, const Fit& next, bool moving,
+                         double least_nats) {
+  if (next.gain_nats < least_nats || !next.has_covariance) return false;
   const std::size_t last = all_.at.count;
-  searches_.at(last).fit = *next;
+  searches_.at(last).fit = next;
   search_.keep_peaks(searches_.at(last).peaks);
-  if (!is_plain(*next)) return add_together(frame, *next, moving);
+  if (!is_plain(next)) return add_together(frame, next, moving);
   is_claimed_.at(last) = true;
   is_refined_ = false;
-  all_.at.add({next->parameters.line, next->parameters.signal_per_pulse});
-  all_.at.background_per_ns = next->parameters.background_per_ns;
-  all_.gain_nats += next->gain_nats;
+  all_.at.add({next.parameters.line, next.parameters.signal_per_pulse});
+  all_.at.background_per_ns = next.parameters.background_per_ns;
+  all_.gain_nats += next.gain_nats;
   return true;
 }
 
@@ -223,6 +245,9 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
   if (!is_refined_ && all_.at.count > 1) all_ = joint_.climb(frame, exposure_, all_.at, moving);
   JointParameters start = all_.at;
   start.add({next.parameters.line, next.parameters.signal_per_pulse});
+  // Up to now the new target's photons were background.
+  const double added = next.parameters.signal_per_pulse * exposure_.amplitude;
+  start.background_per_ns -= std::min(added / exposure_.seen_ns, start.background_per_ns / 2);
   const JointMaximum together = climb(frame, start, moving);
   if (!(together.gain_nats >= all_.gain_nats + threshold_nats_) || !together.has_covariance) {
     return false;
@@ -230,6 +255,7 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
   const std::size_t last = all_.at.count;
   is_claimed_.at(last) = stands_apart(frame, together.at, last);
   is_refined_ = true;
+  first_unlooked_ = 0;
   all_ = together;
   return true;
 }
@@ -304,7 +330,7 @@ bool SeveralTargets::stands_apart(const FoldedFrame& frame, const JointParameter
     const TargetParameters& other = at.targets.at(k);
     if (apart_widths(own, other) < closest_widths) return false;
     if (!is_claimed_.at(k) || apart_widths(own, other) > tail_widths) continue;
-    joint_.likelihood().collect(frame, at);
+    joint_.likelihood().hold(frame, at);
     const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
     if (!is_beside(at, is_weaker ? target : k, is_weaker ? k : target)) return false;
   }
@@ -364,8 +390,8 @@ SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, 
   const double last = std::max(from_widths, to_widths);
   const double width_ns = shape_.width_ns();
   const double peak_ns = shape_.peak_offset_ns();
-  const double counted =
-      joint_.likelihood().count_near(target, peak_ns + first * width_ns, peak_ns + last * width_ns);
+  const double counted = joint_.likelihood().count_near(
+      target, at.targets.at(target).line, peak_ns + first * width_ns, peak_ns + last * width_ns);
   const double dark =
       at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * (last - first) * width_ns;
   const double expected =

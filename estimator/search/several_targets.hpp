@@ -26,8 +26,9 @@ struct FoundTarget {
 //  1. Photons are taken out of the frame with the share that the targets found so far have in the
 //     intensity at each of them. What is left is as if these targets were not there: their
 //     shoulders, the delays at which a comb falls on itself in part, are gone too.
-//  2. The strongest other peak of the frame's search is climbed to in what is left; where that is
-//     no target, TargetSearch looks for the best line in what is left.
+//  2. What is left is looked at close to each target, and then at the strongest other peak of the
+//     frame's search; where neither shows a target, TargetSearch looks for the best line in what is
+//     left, in its finest cells alone.
 //  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
 //     that is plainly there and far from the others waits for this until all have been found.
@@ -61,16 +62,20 @@ class SeveralTargets {
 
  private:
   std::optional<Fit> find_in_rest(Effort most);
+  std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
+  bool add(const FoldedFrame& frame, const Fit& next, bool moving, double least_nats);
   bool add_together(const FoldedFrame& frame, const Fit& next, bool moving);
   [[nodiscard]] bool is_plain(const Fit& next) const;
   JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, bool moving);
-  JointParameters likeliest_pair(const FoldedFrame& frame, const JointParameters& start,
-                                 std::size_t target, bool moving);
   [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
                                      const TargetParameters& bright) const;
+  struct Spread {
+    DelayLine middle, off;
+  };
+  [[nodiscard]] Spread spread_about(const JointParameters& at, std::size_t target, DelayLine line);
   [[nodiscard]] JointParameters pair_about(const JointParameters& start, std::size_t target,
-                                           double widths, bool cross) const;
+                                           bool moving);
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
   void fit_claimed(const FoldedFrame& frame, bool moving);
@@ -103,6 +108,7 @@ class SeveralTargets {
   JointFit joint_;
   JointMaximum all_;                             // of all that was found
   JointMaximum best_;                            // of the targets that are claimed
+  std::size_t first_unlooked_ = 0;               // beside the targets from this one on
   bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
   std::array<bool, most_targets> is_claimed_{};  // of each in all_
   // How a target was found: alone, with what had been found before it taken out.

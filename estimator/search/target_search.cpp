@@ -167,13 +167,15 @@ std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most
   return best;
 }
 
-std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
+std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level,
+                                               double least_nats) {
   const Exposure exposure(photons, train_);
   const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Fit> best;
   const auto climb_from = [&](const Spot& spot) {
-    if (best && (most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best) ||
-                 is_shoulder(spot.line, level.grid, *best))) {
+    const double most_nats = most_gain_nats(spot.box_gain_nats);
+    if (most_nats < least_nats) return;
+    if (best && (most_nats < least_gain_nats(*best) || is_shoulder(spot.line, level.grid, *best))) {
       return;
     }
     const Fit fit = climb(photons, exposure, spot.line);
@@ -275,7 +277,8 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
       // This is the best peak itself.
     } else if (climbed_nats > gain && climbed_nats <= best.gain_nats) {
       odds_.add(line, climbed_nats);
-    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
+    } else if ((is_first && !climbed.is_rest) ||
+               most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, exposure, apart, found, best);
     } else {
       odds_.add(line, gain);
@@ -405,19 +408,49 @@ void TargetSearch::keep_peaks(Peaks& kept) const {
   kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 
+// The peak has been climbed already, in the frame, and is much the same in what is left.
 std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                            std::span<const DelayLine> known) {
   constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
   const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(known);
-  if (!kept) return std::nullopt;
+  if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
   odds_.clear();
   sample_odds_nats_.reset();
   const Exposure exposure(rest, train_);
-  Fit fit = climb(rest, exposure, kept->line);
+  Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
   const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
   if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
-  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known});
+  odds_.add(fit);
+  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
   return fit;
+}
+
+std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
+                                             std::span<const DelayLine> known, double least_nats) {
+  odds_.clear();
+  sample_odds_nats_.reset();
+  const Level& level = levels_.back();
+  Spot best = {{}, 0};
+  for (DelayLine line : known) {
+    line.delay_ns += shape_.peak_offset_ns();
+    const ZoomResult zoomed = zoom_into(rest, level, line);
+    const Spot spot = {zoomed.line, box_gain_nats(rest, zoomed.count, zoomed.box_ns)};
+    if (spot.box_gain_nats > best.box_gain_nats) best = spot;
+  }
+  if (best.box_gain_nats < least_nats) return std::nullopt;
+  const Exposure exposure(rest, train_);
+  Fit fit = climb(rest, exposure, best.line);
+  if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {nullptr, known, true});
+  return fit;
+}
+
+std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
+                                           double least_nats) {
+  if (rest.size() >= sampled_from) return find(rest, most);
+  odds_.clear();
+  sample_odds_nats_.reset();
+  const auto levels = std::span(levels_).first(std::min(levels_.size(), levels_of(most)));
+  return find_at_level(rest, levels.back(), least_nats);
 }
 
 double TargetSearch::Peaks::range_odds_nats(const Fit& fit,

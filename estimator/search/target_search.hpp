@@ -95,11 +95,19 @@ class TargetSearch {
   [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const;
-  // A target at the strongest of such peaks beside those of the targets at `known`, which have been
-  // taken out of the frame. Empty where the peak is not so plainly a target in what is left that
-  // find() would be over with it: it may have been the shoulder of one that was taken out.
+  // What follows looks for one more target in a frame from which the targets at `known` have been
+  // taken out. A target that surely gains less than least_nats may be left out.
+  //
+  // A target at the strongest of such peaks beside those of the known targets. Empty where the peak
+  // is not so plainly a target in what is left that find() would be over with it: it may have been
+  // the shoulder of one that was taken out.
   std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known);
+  // A target so close to one of the known ones that a zoom about that one reaches it.
+  std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
+                                 double least_nats);
+  // A target anywhere. most: as in find().
+  std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats);
 
   // What BendSearch needs to look for paths that bend, level by level.
   static constexpr std::size_t sampled_photons = 65536;
@@ -132,6 +140,7 @@ class TargetSearch {
   struct Climbed {
     const Peaks* peaks = nullptr;
     std::span<const DelayLine> gone = {};
+    bool is_rest = false;  // whether this is what is left of a frame
   };
   // Where a zoom into a cell has ended.
   struct Spot {
@@ -145,7 +154,8 @@ class TargetSearch {
   [[nodiscard]] bool has_shoulders() const;
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
-  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
+  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level,
+                                   double least_nats = -std::numeric_limits<double>::infinity());
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,

@@ -236,5 +236,23 @@ TEST(JointLikelihood, WithoutATargetTheOthersRatesAreTheirBest) {
   EXPECT_NEAR(best, highest, 0.05);
 }
 
+// Counts and moments are those about the line that is asked for, which is not the one about which
+// the photons were collected.
+TEST(JointLikelihood, MomentsAreThoseAboutTheLineAskedFor) {
+  const TwoTargets scene(40);
+  const JointLikelihood likelihood = scene.likelihood();
+  DelayLine line = scene.truth.targets[0].line;
+  line.delay_ns += 0.1;
+  line.travel_ns -= 0.3;
+  const JointLikelihood::Moments moments = likelihood.moments_near(0, line, 0.6);
+  EXPECT_EQ(moments.photons, likelihood.count_near(0, line, -0.6, 0.6));
+  const double expected = 0.01 * scene.exposure().amplitude * 1.14;
+  EXPECT_NEAR(moments.photons, expected, 0.2 * expected);
+  // The target's photons are 0.1 ns before that line, and travel 0.3 ns more.
+  EXPECT_NEAR(moments.o / moments.photons, -0.1, 0.03);
+  EXPECT_NEAR(moments.os / moments.photons, 0.3 / 12, 0.01);
+  EXPECT_NEAR(moments.oo / moments.photons, 0.02 + 0.09 / 12, 0.015);
+}
+
 }  // namespace
 }  // namespace splid

@@ -156,5 +156,18 @@ TEST(Refinement, FarFromAnyTargetItStaysFinite) {
   }
 }
 
+TEST(Refinement, RatesOfAMaximumsLineAreTheMaximums) {
+  const RefinementScene scene(40);
+  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+  const Exposure exposure(scene.folded, scene.train);
+  const Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
+  const DelayLine line = fit.parameters.line;
+  const Fit rates = refinement.fit_rates(scene.folded, exposure, line, true);
+  EXPECT_EQ(rates.parameters.line.delay_ns, line.delay_ns);
+  EXPECT_NEAR(rates.gain_nats, fit.gain_nats, 1e-9);
+  EXPECT_NEAR(rates.parameters.signal_per_pulse, fit.parameters.signal_per_pulse, 1e-12);
+  EXPECT_TRUE(rates.covariance.isApprox(fit.covariance, 1e-6));
+}
+
 }  // namespace
 }  // namespace splid
