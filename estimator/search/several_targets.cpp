@@ -11,6 +11,9 @@ constexpr double closest_widths = 2.5;
 constexpr double tail_widths = 30;
 // Pairs that are closer than this are climbed to from several places.
 constexpr double close_widths = 7;
+// The photons of a target whose pulse fits are spread as those of two that are less than so far
+// apart: a gaussian pulse of 100 photons has half of that by chance.
+constexpr double least_spread_widths = 1.5;
 // Two targets move together where the ends of their lines part by no more than this.
 constexpr double together_widths = 8;
 // The light between two pulses, beyond what the two leave there, must be so many deviations below
@@ -152,8 +155,8 @@ JointParameters SeveralTargets::pair_about(const JointParameters& start, std::si
 }
 
 // Two targets that are close to each other may first look like one in their middle, and what that
-// leaves over like another beside it. So the climb may also begin at a pair about the middle, where
-// that is the likelier place.
+// leaves over like another beside it, or at a shoulder of the comb. So the climb may also begin at
+// a pair about the middle, where that is the likelier place.
 JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParameters& start,
                                    bool moving) {
   const std::size_t last = start.count - 1;
@@ -161,12 +164,21 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
   JointParameters best = start;
   std::optional<double> most_nats;
   for (std::size_t k = 0; k < last; ++k) {
-    if (apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths) continue;
+    JointParameters pair = start;
+    const bool is_far = apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
+    if (is_far) {
+      if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
+      pair.targets.at(last) = {start.targets.at(k).line, 0};
+    }
     if (!most_nats) most_nats = joint_.gain(exposure_, start);
-    const JointParameters pair = pair_about(start, k, moving);
+    pair = pair_about(pair, k, moving);
+    const bool is_one =
+        apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
+    if (is_far && is_one) continue;
     joint_.likelihood().hold(frame, pair);
     const double nats = joint_.gain(exposure_, pair);
-    if (nats <= *most_nats) continue;
+    // Where no pair is likelier than the target that it would stand for, that target's pulse fits.
+    if (nats <= *most_nats || (is_far && nats < all_.gain_nats)) continue;
     most_nats = nats;
     best = pair;
   }
@@ -209,7 +221,8 @@ bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most
   take_out(frame, all_.at, most_targets);
   if (rest_.size() == 0) return false;
   const double least_nats = least_of_threshold * threshold_nats_;
-  if (const auto next = find_beside(); next && add(frame, *next, moving, least_nats)) return true;
+  const auto beside = find_beside();
+  if (beside && add(frame, *beside, moving, least_nats)) return true;
   const auto next = find_in_rest(most);
   return next && add(frame, *next, moving, threshold_nats_ - lost_nats);
 }
