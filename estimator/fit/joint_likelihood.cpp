@@ -501,6 +501,20 @@ double JointLikelihood::count_near(std::size_t target, DelayLine line, double fi
   return static_cast<double>(count);
 }
 
+void JointLikelihood::count_near(std::size_t target, DelayLine line, double first_ns, double bin_ns,
+                                 std::span<double> counts) const {
+  const NearSet& near = near_[target];
+  const double start_ns = line.delay_ns - near.line.delay_ns + first_ns;
+  const double travel_ns = line.travel_ns - near.line.travel_ns;
+  std::fill(counts.begin(), counts.end(), 0.0);
+  for (std::size_t j = 0; j < near.entries(); ++j) {
+    const double bin = (near.residual_ns[j] - start_ns - travel_ns * near.position[j]) / bin_ns;
+    if (bin >= 0 && bin < static_cast<double>(counts.size())) {
+      counts[static_cast<std::size_t>(bin)] += 1;
+    }
+  }
+}
+
 JointLikelihood::Moments JointLikelihood::moments_near(std::size_t target, DelayLine line,
                                                        double reach_ns) const {
   const NearSet& near = near_[target];

@@ -87,6 +87,9 @@ class JointLikelihood {
   // target: one about whose line, or one nearby, the photons have been collected.
   [[nodiscard]] double count_near(std::size_t target, DelayLine line, double first_ns,
                                   double last_ns) const;
+  // The same, in bins one after the other. bin_ns: below 0 where the bins go down.
+  void count_near(std::size_t target, DelayLine line, double first_ns, double bin_ns,
+                  std::span<double> counts) const;
   // Sums over the photons whose offset o from the pulses of a target at `line` is no more than
   // reach_ns, in the second half's terms with s the place in the frame, from -1/2 to 1/2.
   struct Moments {

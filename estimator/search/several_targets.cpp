@@ -28,6 +28,8 @@ constexpr double most_behind = 0.02;
 // the pulse's flank is beside its model.
 constexpr double flank_widths = 8;
 constexpr double least_in_flank = 0.2;
+// It is a target where that explains the photons by so much better than another shape does.
+constexpr double nats_for_flank = 3;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
@@ -49,6 +51,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       threshold_nats_(threshold_nats),
       most_(most),
       joint_(shape, train, max_photons),
+      flank_check_(shape),
       rest_(train, max_photons, pattern_check.reach_ns()) {
   keeps_.reserve(max_photons);
   found_.reserve(most_targets);
@@ -361,10 +364,59 @@ bool SeveralTargets::is_beside(const JointParameters& at, std::size_t target, st
     return rises_from(at, target, bright, 2.5, 5.5) && rises_from(at, target, bright, -2.5, -5.5);
   }
   const bool is_close = apart_widths < flank_widths;
-  if (is_close && own.signal_per_pulse < least_in_flank * other.signal_per_pulse) return false;
+  if (is_close && own.signal_per_pulse < least_in_flank * other.signal_per_pulse) {
+    return is_in_flank(at, target, bright, -side);
+  }
   return rises_again(at, target, bright, side, apart_widths) &&
          has_nothing_behind(at, target, bright, -side) &&
          (!is_close || has_nothing_behind(at, bright, target, side));
+}
+
+// Whether a weak target on one side of a bright one explains the photons there better than a bright
+// pulse of any other shape does.
+bool SeveralTargets::is_in_flank(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double side) {
+  FlankCheck::Bins counts;
+  const double unit_ns = side * shape_.width_ns();
+  joint_.likelihood().count_near(bright, at.targets.at(bright).line,
+                                 shape_.peak_offset_ns() + FlankCheck::first_widths * unit_ns,
+                                 FlankCheck::bin_widths * unit_ns, counts);
+  std::array<FlankCheck::Bins, most_targets> others;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < at.count; ++k) {
+    if (k == target || k == bright) continue;
+    if (apart_widths(at.targets.at(k), at.targets.at(bright)) > tail_widths) continue;
+    others.at(count++) = flank_of(at, k, bright, side);
+  }
+  const double nats = flank_check_.nats_for_target(counts, side, flank_of(at, target, bright, side),
+                                                   std::span(others).first(count));
+  return nats > nats_for_flank;
+}
+
+// The light of one target in the bins beside a bright one.
+FlankCheck::Bins SeveralTargets::flank_of(const JointParameters& at, std::size_t target,
+                                          std::size_t bright, double side) const {
+  constexpr int steps = 8;
+  const DelayLine& line = at.targets.at(target).line;
+  const DelayLine& about = at.targets.at(bright).line;
+  const double delay_ns = std::remainder(line.delay_ns - about.delay_ns, train_.circle_ns);
+  FlankCheck::Bins light{};
+  std::array<double, FlankCheck::bins + 1> ends_ns, integrals;
+  for (int step = 0; step < steps; ++step) {
+    const double s = (step + 0.5) / steps - 0.5;
+    const double off_ns =
+        delay_ns + (line.travel_ns - about.travel_ns) * s - shape_.peak_offset_ns();
+    for (std::size_t i = 0; i < ends_ns.size(); ++i) {
+      const double widths =
+          FlankCheck::first_widths + static_cast<double>(i) * FlankCheck::bin_widths;
+      ends_ns[i] = side * widths * shape_.width_ns() - off_ns;
+    }
+    shape_.integrate(ends_ns, integrals);
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      light[i] += side * (integrals[i + 1] - integrals[i]) / steps;
+    }
+  }
+  return light;
 }
 
 // Whether the light falls on the way from a bright target to a weaker one and rises again. The

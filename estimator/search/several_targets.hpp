@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "estimator/fit/flank_check.hpp"
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/search/target_search.hpp"
@@ -85,6 +86,10 @@ class SeveralTargets {
   [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
                                   std::size_t target);
   [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
+  [[nodiscard]] bool is_in_flank(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double side);
+  [[nodiscard]] FlankCheck::Bins flank_of(const JointParameters& at, std::size_t target,
+                                          std::size_t bright, double side) const;
   [[nodiscard]] bool rises_again(const JointParameters& at, std::size_t target, std::size_t bright,
                                  double side, double apart_widths);
   [[nodiscard]] bool rises_from(const JointParameters& at, std::size_t target, std::size_t bright,
@@ -106,6 +111,7 @@ class SeveralTargets {
   double threshold_nats_;
   std::size_t most_;
   JointFit joint_;
+  FlankCheck flank_check_;
   JointMaximum all_;                             // of all that was found
   JointMaximum best_;                            // of the targets that are claimed
   std::size_t first_unlooked_ = 0;               // beside the targets from this one on

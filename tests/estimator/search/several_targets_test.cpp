@@ -132,6 +132,33 @@ TEST(SeveralTargets, ALoneTargetKeepsItsBitsAndHasNoShoulders) {
   }
 }
 
+// As close as 4 pulse widths, where the bright pulse has hardly any light, on either side.
+TEST(SeveralTargets, OneOfATwentiethIsFoundCloseBesideTheOther) {
+  const test::FrameMaker bright = scene_of(0, 20, 160e-4);
+  FrameEstimator estimator = several(bright, 2);
+  for (const double off_ns : {-0.4, 0.4, 0.6}) {
+    const test::FrameMaker weak = scene_of(off_ns, 20, 8e-4);
+    for (std::uint64_t seed = 0; seed < 10; ++seed) {
+      const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
+      ASSERT_EQ(e.target_count, 2U) << off_ns << " " << seed;
+      expect_is(e.targets[0], bright);
+      expect_is(e.targets[1], weak);
+    }
+  }
+}
+
+// Two lines that cross leave little over beside them, but much at the comb's shoulders.
+TEST(SeveralTargets, CrossingLinesHaveNoShoulders) {
+  const test::FrameMaker first = scene_of(0, 20, 33e-4), second = scene_of(0, 25, 33e-4);
+  FrameEstimator estimator = several(first, 2);
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+    for (std::size_t k = 0; k < e.target_count; ++k) {
+      EXPECT_LT(std::abs(off_of(e.targets.at(k), first)), 0.5) << seed;
+    }
+  }
+}
+
 // An eighth of the signal comes later, by an exponential delay, as a detector's tail does.
 TEST(SeveralTargets, ATailIsNoTarget) {
   for (const double tail_ns : {0.2, 0.5}) {

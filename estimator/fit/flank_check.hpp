@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "estimator/model/pulse_shape.hpp"
+
+namespace splid {
+
+// Tells a weak target close to a bright one from a bright pulse that is not quite what the
+// configuration says. The photons' offsets from the bright target's pulses are counted in bins, and
+// the counts are explained in two ways:
+//  - by the configured pulse and a second target's;
+//  - by one pulse of any other shape: any mixture of pulses that are 0.8 to 3 times as wide and of
+//    exponential tails on the side of the weak target, of 0.7 to 8 widths.
+// Both have a background, and the other targets of the frame. All shares are those at which the
+// likelihood of the counts is highest.
+//
+// Threads: one thread for each object. Errors: none. No allocation after construction.
+class FlankCheck {
+ public:
+  // The bins, from the peak of the bright pulse towards the weak target, in pulse widths.
+  static constexpr double first_widths = -6;
+  static constexpr double bin_widths = 0.25;
+  static constexpr std::size_t bins = 68;
+  using Bins = std::array<double, bins>;
+
+  explicit FlankCheck(const PulseShape& shape);
+
+  // By how many nats the counts are likelier with a second target than with a pulse of another
+  // shape. side: 1 where the weak target is later than the bright one, -1 where it is earlier.
+  // target, others: shares of the second target's light, and of the light of targets elsewhere, in
+  // the bins, at any scale.
+  double nats_for_target(const Bins& counts, double side, const Bins& target,
+                         std::span<const Bins> others);
+
+ private:
+  [[nodiscard]] std::vector<Bins> shapes_of(const PulseShape& shape, double side) const;
+  static constexpr std::size_t most_parts = 20;
+  using Shares = std::array<double, most_parts>;
+  double best_nats(const Bins& counts);
+  // The likelihood of the counts at some shares, in nats, and its derivatives.
+  struct Slopes {
+    double nats = 0;
+    Shares gradient{}, next{};  // next: the shares of expectation maximisation
+    std::array<Shares, most_parts> curvature{};
+  };
+  [[nodiscard]] Slopes derive(const Bins& counts, const Shares& at) const;
+  [[nodiscard]] Shares top_of(const Slopes& slopes, const Shares& at) const;
+  void take(std::span<const Bins> some) { parts_.insert(parts_.end(), some.begin(), some.end()); }
+
+  // For either side, the configured pulse first, then those of other widths, and the tails.
+  std::array<std::vector<Bins>, 2> shapes_;
+  std::vector<Bins> parts_;  // scratch: what the counts are explained by
+};
+
+}  // namespace splid
