@@ -13,6 +13,7 @@
 //   blind_light.hpp     the light that comes while the detector is blind
 //   refinement.hpp      the climb to its maximum, with the covariance there
 //   joint_fit.hpp       the same for several targets at once, with joint_likelihood.hpp
+//   flank_check.hpp     whether light beside a bright pulse is another target's
 //   width_fit.hpp       the same with the pulse's width unknown, with width_likelihood.hpp
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others

@@ -264,8 +264,10 @@ TEST(TargetSearch, OneMoreIsFoundWhereItMayGainEnough) {
   beside.delay_ns += 0.5;
   EXPECT_TRUE(is_it(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain)));
   EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 3 * gain));
+  // Far from the target, what noise has beside a line is less than the target is elsewhere.
   beside.delay_ns += 20;
   EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain));
+  EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 0.1));
 }
 
 TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
