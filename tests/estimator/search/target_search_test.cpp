@@ -267,7 +267,11 @@ TEST(TargetSearch, OneMoreIsFoundWhereItMayGainEnough) {
   // Far from the target, what noise has beside a line is less than the target is elsewhere.
   beside.delay_ns += 20;
   EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain));
-  EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 0.1));
+  for (int place = 0; place < 40; ++place) {
+    beside.delay_ns += 11;
+    const std::optional<Fit> found = s.search.find_beside(s.frame, {&beside, 1}, 0.1);
+    if (found) EXPECT_LT(s.apart_ns(found->parameters.line, beside), 3) << place;
+  }
 }
 
 TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
