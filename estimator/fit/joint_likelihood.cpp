@@ -1,5 +1,6 @@
 #include "estimator/fit/joint_likelihood.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
