@@ -101,6 +101,9 @@ bool is_on_this_machine(std::string_view endpoint) {
 }
 
 std::optional<std::string> local_address_fault(std::string_view address, const char* example) {
+  if (address.find("://") != std::string_view::npos) {
+    return std::string("is a URL; write the address and the port alone, as in ") + example;
+  }
   if (auto fault = address_fault(address, example)) return fault;
   if (is_loopback(host_of(address))) return std::nullopt;
   return std::string(

@@ -162,6 +162,8 @@ TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
               HasSubstr("c.json: /channels/encoder: \"\" names no channel"));
   EXPECT_THAT(error_of(R"(, "publish": {"endpoint": "tcp://*:9872"})"),
               HasSubstr("c.json: /publish/endpoint: \"tcp://*:9872\" would offer"));
+  EXPECT_THAT(error_of(R"(, "metrics": {"http": "http://127.0.0.1:9873"})"),
+              HasSubstr("/metrics/http: \"http://127.0.0.1:9873\" is a URL; write the address"));
   EXPECT_THAT(error_of(R"(, "metrics": {"http": "0.0.0.0:9873"})"),
               HasSubstr("c.json: /metrics/http: \"0.0.0.0:9873\" would offer"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},
