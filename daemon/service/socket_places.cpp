@@ -55,7 +55,7 @@ void check_socket_places(const Config& config) {
   const std::vector<Socket> sockets = {
       {"/publish/endpoint", config.publish.endpoint},
       {"/publish/local_endpoint", config.publish.local_endpoint},
-      {"/control/endpoint", control_endpoint(config.control)},
+      {"/control/endpoint", control::endpoint_of(config.control)},
       {"/metrics/http", http.empty() ? "" : std::string(tcp_mark) + http}};
   for (std::size_t i = 0; i < sockets.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {

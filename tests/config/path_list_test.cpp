@@ -54,7 +54,7 @@ TEST(WrittenFiles, AreNoneThatAreRead) {
   Config config;
   config.file = folder.write("c.json", "{}");
   config.source_driver = "simulator";
-  config.source = std::make_unique<SimulatorOptions>();
+  config.source = std::make_unique<simulator::Options>();
   config.pattern_file = folder.write("p.json", "{}");
   EXPECT_FALSE(written_file_fault(config));
   config.metrics.file = folder.path("m.prom");  // not there
