@@ -12,16 +12,15 @@ using Times = std::span<const std::int64_t>;
 constexpr std::size_t least_gaps = 8;
 constexpr std::size_t least_gaps_of_tail = 64;
 constexpr double one_period = 1.5;
-constexpr double short_gap = 32;    // periods; longer gaps are not from syncs dropped one by one
-constexpr double odds_nats = 20.7;  // 1e-9 a frame
+constexpr double odds_nats = 20.7;                // 1e-9 a frame
 constexpr std::int64_t least_run_ps = 2'000'000;  // tags may be out of order by half of that
+
+double log_odds(std::size_t gaps) { return odds_nats + std::log(static_cast<double>(gaps)); }
 
 // Statistics of the gaps between syncs.
 struct Gaps {
   std::size_t count = 0;
   std::size_t of_one_period = 0;
-  std::size_t short_ones = 0;
-  double sum_of_short_ps = 0;
 
   Gaps(Times syncs, double period_ps) {
     if (syncs.empty()) return;
@@ -29,21 +28,23 @@ struct Gaps {
     for (std::size_t i = 0; i < count; ++i) {
       const auto gap_ps = static_cast<double>(syncs[i + 1] - syncs[i]);
       of_one_period += gap_ps < one_period * period_ps ? 1 : 0;
-      short_ones += gap_ps < short_gap * period_ps ? 1 : 0;
-      sum_of_short_ps += gap_ps < short_gap * period_ps ? gap_ps : 0;
     }
   }
   [[nodiscard]] bool is_regular() const { return 2 * of_one_period > count; }
-  [[nodiscard]] double mean_ps() const {
-    return sum_of_short_ps / static_cast<double>(std::max<std::size_t>(short_ones, 1));
+
+  // The longest gap that syncs dropped one by one can explain. After a share q of the syncs the
+  // next is missing, so that one of `count` gaps is n periods long with a chance of
+  // count q^(n - 1). In 50 ms of [P]'s syncs that is 5 periods where a thousandth is missing, and
+  // 45 where half is.
+  [[nodiscard]] double longest_by_chance_periods() const {
+    const auto longer = static_cast<double>(std::max<std::size_t>(count - of_one_period, 1));
+    return 1 + log_odds(count) / std::log(static_cast<double>(count) / longer);
   }
 };
 
 std::int64_t run_ps(double length_ps) {
   return std::max<std::int64_t>(std::llround(length_ps), least_run_ps);
 }
-
-double log_odds(std::size_t gaps) { return odds_nats + std::log(static_cast<double>(gaps)); }
 
 // Design note: flickering light makes longer gaps than chance at an even rate would (in a recording
 // of a quTAG 250 us, 90 times the mean). So the long gaps themselves tell what is usual: the mean
@@ -170,7 +171,7 @@ std::size_t Silence::mark(Frame& frame, double period_ps) {
   const bool is_regular = gaps.count >= least_gaps ? gaps.is_regular() : regular_run_ps_ > 0;
   if (!is_regular) regular_run_ps_ = 0;
   if (is_regular && gaps.count >= least_gaps) {
-    regular_run_ps_ = run_ps(gaps.mean_ps() * log_odds(gaps.count));
+    regular_run_ps_ = run_ps(gaps.longest_by_chance_periods() * period_ps);
   }
   if (is_regular) return Search(frame, true, regular_run_ps_, 0).all();
   if (gaps.count < least_gaps_of_tail) return 0;

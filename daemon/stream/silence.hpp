@@ -14,10 +14,10 @@ namespace splid {
 // Two kinds of instruments are judged differently:
 //
 //  - Instruments that send every sync, which shows in that more than half of the gaps between syncs
-//    are one period long. A run is silence where two things hold. It is longer than the mean gap
-//    times the logarithm of the odds, which is far longer than syncs dropped one by one can
-//    explain. And syncs come right up to the run and right after it: where photons go on without
-//    syncs, only the sync's cable is off, and the time was seen.
+//    are one period long. A run is silence where two things hold. It is longer than syncs dropped
+//    one by one can explain, by as many as are missing in the frame: from 4 periods on. And syncs
+//    come right up to the run and right after it: where photons go on without syncs, only the
+//    sync's cable is off, and the time was seen.
 //  - Instruments that send only the syncs beside photons. A run is silence where two things hold.
 //    It is longer than the distribution of the gaps' own lengths explains. And on either side, in
 //    as much time as the run lasts, there are so many tags that chance would not leave out as many

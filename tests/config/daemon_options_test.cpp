@@ -134,7 +134,7 @@ TEST(MetricsOptions, ServeThisMachineOnly) {
   EXPECT_THAT(fault_of_http("9873"), HasSubstr("/http: \"9873\" has no port"));
   EXPECT_THAT(fault_of_http("127.0.0.1:0"), HasSubstr("port from 1 to 65535"));
   EXPECT_THAT(fault_of_http("127.0.0.1:80,0.0.0.0:9873"), HasSubstr("would offer"));
-  EXPECT_THAT(fault_of_http("http://127.0.0.1:9873"), HasSubstr("would offer"));
+  EXPECT_THAT(fault_of_http("http://127.0.0.1:9873"), HasSubstr("is a URL; write the address"));
 }
 
 TEST(PublishOptions, AnIpcPathHasToFitASocketAddress) {

@@ -104,6 +104,28 @@ TEST(Silence, ThatComesAndGoesIsFoundEachTime) {
   }
 }
 
+// 11 periods in each 28, and 8 in each 265: chance makes no gap as long of so many syncs dropped
+// one by one.
+TEST(Silence, OfSomePeriodsIsFoundToo) {
+  FrameCapacity room_for_losses = room_enough;
+  room_for_losses.losses = 1024;
+  struct Case {
+    std::int64_t silent_ps, turn_ps;
+  };
+  for (const Case& run : {Case{42'000'000, 105'000'000}, Case{30'000'000, ms}}) {
+    SCOPED_TRACE(run.silent_ps);
+    std::vector<Tag> tags = faint_stream().make();
+    std::erase_if(tags, [&](const Tag& tag) { return tag.time_ps % run.turn_ps < run.silent_ps; });
+    const Framed r = framed(tags, 1 << 14, room_for_losses, frames_of_50_ms);
+    expect_sums_close(r, events_in(tags));
+    // A run reaches from the sync before it to the sync after it.
+    const double silent = (double(run.silent_ps) + pattern_ps) / double(run.turn_ps);
+    for (std::size_t i = 1; i + 1 < r.frames.size(); ++i) {
+      EXPECT_NEAR(r.frames[i].seen_fraction, 1 - silent, 0.02) << i;
+    }
+  }
+}
+
 TEST(Silence, SyncsDroppedOneByOneAreNone) {
   for (const double dropped : {0.01, 0.3, 0.6}) {
     TagStream stream = faint_stream();
