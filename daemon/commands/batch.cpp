@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +13,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/batch/batch_folder.hpp"
@@ -63,7 +63,7 @@ class BatchProgress {
     const std::int64_t now_ns = host_clock().steady_ns();
     if (terminal_ || now_ns < next_log_ns_) return;
     next_log_ns_ = now_ns + log_interval_ns;
-    spdlog::info("{}", text());
+    log_info(text());
   }
   // The part is measured, in this run or in one before.
   void finish(std::uint64_t bytes, bool in_this_run) {
@@ -120,13 +120,12 @@ class BatchRun {
     }
     progress_.clear();
     if (shard_.count > 1) {
-      spdlog::info("shard {} of {} is measured; splid merge {} makes the tables once all are",
-                   shard_.index, shard_.count, folder_.path());
+      log_info("shard {} of {} is measured; splid merge {} makes the tables once all are",
+               shard_.index, shard_.count, folder_.path());
     } else {
       batch::merge_folder(folder_);
-      spdlog::info("{} of {} recordings are measured; {} has a line for each",
-                   recordings_.size() - failures_.size(), recordings_.size(),
-                   folder_.summary_file());
+      log_info("{} of {} recordings are measured; {} has a line for each",
+               recordings_.size() - failures_.size(), recordings_.size(), folder_.summary_file());
     }
     return say_failures();
   }
@@ -170,21 +169,21 @@ class BatchRun {
     if (!why.starts_with(recording.file)) why = recording.file + ": " + why;
     folder_.write(recording, batch::failure_of_recording, {{"why", why}});
     progress_.clear();
-    spdlog::warn("{}; going on with the next recording", why);
+    log_warning("{}; going on with the next recording", why);
     failures_.push_back(std::move(why));
   }
 
   int say_stopped() {
     progress_.clear();
-    spdlog::warn("stopped: {} of {} recordings are measured; the same command goes on from here",
-                 measured_, recordings_.size());
+    log_warning("stopped: {} of {} recordings are measured; the same command goes on from here",
+                measured_, recordings_.size());
     return stopped_exit_code;
   }
 
   int say_failures() const {
     if (failures_.empty()) return 0;
-    spdlog::error("{} of {} recordings cannot be measured:", failures_.size(), recordings_.size());
-    for (const std::string& failure : failures_) spdlog::error("{}", failure);
+    log_error("{} of {} recordings cannot be measured:", failures_.size(), recordings_.size());
+    for (const std::string& failure : failures_) log_error(failure);
     return static_cast<int>(Fault::data);
   }
 
@@ -214,12 +213,12 @@ int merge(const std::string& folder) {
     if (outcome.state == batch::State::done) {
       ++done;
     } else {
-      spdlog::error("{}: {}", outcome.state == batch::State::failed ? "failed" : "unfinished",
-                    outcome.why);
+      log_error("{}: {}", outcome.state == batch::State::failed ? "failed" : "unfinished",
+                outcome.why);
     }
   }
-  spdlog::info("{} of {} recordings have their tables; {} has a line for each", done,
-               outcomes.size(), batch::Folder(folder).summary_file());
+  log_info("{} of {} recordings have their tables; {} has a line for each", done, outcomes.size(),
+           batch::Folder(folder).summary_file());
   return done == outcomes.size() ? 0 : static_cast<int>(Fault::data);
 }
 

@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -9,6 +8,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
@@ -65,7 +65,7 @@ void write_pictures(const CalibrateCommand& options,
                     const calibration::PatternCalibration& calibrated, double sigma_ps) {
   if (options.csv.empty()) return;
   write_file(options.csv, calibration::photon_density_csv(calibrated));
-  spdlog::info("the photons of the pulses are in {}", options.csv);
+  log_info("the photons of the pulses are in {}", options.csv);
   if (options.plot.empty()) return;
   draw_plot({"calibration", options.output, options.csv, number_text(sigma_ps), options.plot});
 }

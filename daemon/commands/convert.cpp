@@ -1,10 +1,10 @@
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/recording/convert_recording.hpp"
@@ -34,11 +34,11 @@ int convert(const ConvertCommand& options) {
   const recording::ConvertSummary summary = recording::convert(
       options.recording, options.output, options.force, host_clock(), signals.token());
   if (summary.stopped) {
-    spdlog::warn("stopped; {} was not written", options.output);
+    log_warning("stopped; {} was not written", options.output);
     return stopped_exit_code;
   }
-  spdlog::info("{} records in {}, {} mode, {} tags lost", grouped(summary.records), options.output,
-               summary.is_t3 ? "T3" : "T2", grouped(summary.lost_tags));
+  log_info("{} records in {}, {} mode, {} tags lost", grouped(summary.records), options.output,
+           summary.is_t3 ? "T3" : "T2", grouped(summary.lost_tags));
   return 0;
 }
 

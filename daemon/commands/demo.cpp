@@ -1,5 +1,4 @@
 #include <pthread.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <exception>
@@ -11,6 +10,7 @@
 
 #include "config/config.hpp"
 #include "config/pattern_file.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/service/session.hpp"
 #include "daemon/service/start_check.hpp"
@@ -82,9 +82,9 @@ class ViewThread {
   // The address is said when there is something to see.
   void hear(view::Viewing::State state, const std::string& words) const {
     if (state == view::Viewing::State::connected) {
-      spdlog::info("open {} in a browser; Ctrl-C ends the demonstration", viewing_.url());
+      log_info("open {} in a browser; Ctrl-C ends the demonstration", viewing_.url());
     } else if (state != view::Viewing::State::pending) {
-      spdlog::warn("{}", words);
+      log_warning(words);
     }
   }
 
@@ -98,7 +98,7 @@ int demo(const DemoCommand& options) {
   const Config config = demo_config(options.endpoint);
   check_start(config);
   if (const std::string warning = view::who_can_read(options.http); !warning.empty()) {
-    spdlog::warn("{}", warning);
+    log_warning(warning);
   }
   ViewThread view(config.publish.endpoint, options.http, signals);
   DeviceMonitor device;

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <fmt/ranges.h>
-#include <spdlog/spdlog.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 #include <system_error>
 
 #include "daemon/base/file_descriptor.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/start_process.hpp"
 
 namespace splid {
@@ -84,10 +84,10 @@ void draw_plot(const std::vector<std::string>& arguments) {
   for (const char* python : {"python3", "/usr/bin/python3"}) {
     failed = run_python(python, arguments);
     if (failed) continue;
-    spdlog::info("the plot is in {}", picture);
+    log_info("the plot is in {}", picture);
     return;
   }
-  spdlog::warn(
+  log_warning(
       "{} is not drawn: {}. With python3-splid and python3-matplotlib installed, this draws it: "
       "python3 -m splid.plots {}",
       picture, *failed, fmt::join(arguments, " "));

@@ -1,4 +1,3 @@
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -7,6 +6,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/output_check.hpp"
@@ -51,14 +51,14 @@ int record(const RecordCommand& options) {
   const Config config = load_config_aloud(options.config);
   check_output(config, options.output);
   const std::unique_ptr<TagSource> source = open_source(config);
-  spdlog::info("source {}; recording into {}", source->info().name, options.output);
+  log_info("source {}; recording into {}", source->info().name, options.output);
   const std::unique_ptr<MeasuredCopy> frames = keep_frames(config, source->info(), options);
   recording::Limit limit;
   if (frames) limit.see = [&frames](std::span<const Tag> tags) { frames->take(tags); };
   const recording::RecordSummary summary = recording::record_source(
       config, *source, options.output, options.force, host_clock(), signals.token(), limit);
-  spdlog::info("{}", in_words(summary, options.output));
-  if (frames) spdlog::info("{}", frames->finish({}));
+  log_info(in_words(summary, options.output));
+  if (frames) log_info(frames->finish({}));
   return 0;
 }
 

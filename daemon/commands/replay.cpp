@@ -1,4 +1,3 @@
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -7,6 +6,7 @@
 
 #include "config/channel_name.hpp"
 #include "config/config.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
@@ -77,8 +77,8 @@ void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, c
                            const std::string& name) {
   const auto channel = parse_channel(name);
   if (!channel || occurs(info, *channel)) return;
-  spdlog::warn("{} {} never occurs{}; {} has {}", key, name,
-               info.whole ? "" : " in its first 4 million tags", file, channels_in_words(info));
+  log_warning("{} {} never occurs{}; {} has {}", key, name,
+              info.whole ? "" : " in its first 4 million tags", file, channels_in_words(info));
 }
 
 // Warns of configured channels that do not occur in the recording and of another pattern. It does
@@ -91,10 +91,10 @@ void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
   for (const std::string& doubt :
        doubts_of_t3(info, pattern_period_ps(config.pattern), config.pulse.sigma_ps)) {
-    spdlog::warn("{}: {}", file, doubt);
+    log_warning("{}: {}", file, doubt);
   }
   const std::string other = recording::other_pattern_than_recorded(config, info.header, file);
-  if (!other.empty()) spdlog::warn("{}", other);
+  if (!other.empty()) log_warning(other);
 }
 
 // Null where no table is asked for.
@@ -105,7 +105,7 @@ std::unique_ptr<recording::FrameLog> open_table(const Config& config,
   OutputCheck outputs(config);
   outputs.add_input("the recording", options.recording);
   outputs.check("--output", options.output);
-  const auto say = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  const auto say = [](const std::string& sentence) { log_warning(sentence); };
   return std::make_unique<recording::FrameLog>(
       options.output, recording::table_facts(config, options.recording), options.force, say);
 }
@@ -114,7 +114,7 @@ std::unique_ptr<recording::FrameLog> open_table(const Config& config,
 void finish(recording::FrameLog& frames, const std::stop_token& stop) {
   frames.finish(stop);
   if (const std::string fault = frames.fault(); !fault.empty()) throw Error(Fault::device, fault);
-  spdlog::info("{}", frames.summary());
+  log_info(frames.summary());
 }
 
 int replay(const ReplayCommand& options) {

@@ -1,4 +1,3 @@
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -6,6 +5,7 @@
 #include <string>
 
 #include "config/config.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
@@ -60,7 +60,7 @@ int simulate(const SimulateCommand& options) {
   const std::unique_ptr<TagSource> source = open_source(config);
   const recording::RecordSummary summary = recording::record_source(
       config, *source, options.output, options.force, host_clock(), signals.token());
-  spdlog::info("{}; the truth is in {}", in_words(summary, options.output), scene.truth);
+  log_info("{}; the truth is in {}", in_words(summary, options.output), scene.truth);
   return 0;
 }
 

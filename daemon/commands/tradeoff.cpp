@@ -1,7 +1,6 @@
 #include "daemon/study/tradeoff/tradeoff.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "config/read_file.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/batch/batch_list.hpp"
@@ -125,11 +125,11 @@ class TradeoffRun {
     tradeoff::Events events;
     events.warn = [this](const std::string& sentence) {
       progress_.clear();
-      spdlog::warn("{}", sentence);
+      log_warning(sentence);
     };
     events.reckoned = [this](std::size_t rows, double seconds) {
       progress_.clear();
-      spdlog::info("{} settings to measure: about {} s", rows, std::ceil(seconds));
+      log_info("{} settings to measure: about {} s", rows, std::ceil(seconds));
     };
     events.progress = [this](const std::string& doing, double done_s,
                              std::optional<double> left_s) {
@@ -188,9 +188,9 @@ bool knows_an_error(const tradeoff::Report& report) {
 
 void write_files(const TradeoffCommand& options, const tradeoff::Report& report) {
   write_file(options.csv, tradeoff::to_csv(report));
-  spdlog::info("the table is in {}", options.csv);
+  log_info("the table is in {}", options.csv);
   if (!knows_an_error(report)) {
-    spdlog::warn("{} is not drawn: no error is known of any setting", options.plot);
+    log_warning("{} is not drawn: no error is known of any setting", options.plot);
     return;
   }
   draw_plot({"tradeoff", options.csv, options.plot});
@@ -219,10 +219,10 @@ std::vector<tradeoff::Row> rows_of_shares(const TradeoffCommand& options,
 // What a share has measured goes into a table of its own, and everything else waits for the merge.
 int finish_share(const TradeoffCommand& options, const tradeoff::Report& report,
                  const batch::Shard& shard) {
-  if (report.rows.empty()) spdlog::info("no frame length is left for share {}", options.shard);
+  if (report.rows.empty()) log_info("no frame length is left for share {}", options.shard);
   write_file(options.csv, tradeoff::to_csv(report));
-  spdlog::info("the share's table is in {}; the same command with --merge {} puts all together",
-               options.csv, shard.count);
+  log_info("the share's table is in {}; the same command with --merge {} puts all together",
+           options.csv, shard.count);
   return 0;
 }
 
@@ -252,7 +252,7 @@ int run_tradeoff(TradeoffCommand options) {
   if (!options.recording.empty()) recording::warn_of_other_pattern(config, options.recording);
   tradeoff::FrameOrigin origin = tradeoff::find_origin(config, options.recording);
   if (origin.scene && options.seed) origin.scene->seed = *options.seed;
-  spdlog::info("frames of {}; {}", origin.name, tradeoff::title_of(config, origin));
+  log_info("frames of {}; {}", origin.name, tradeoff::title_of(config, origin));
   TradeoffRun run(options, config, origin);
   if (options.merge > 0) {
     return finish(options, run.merge(signals, rows_of_shares(options, run.report())));
@@ -262,7 +262,7 @@ int run_tradeoff(TradeoffCommand options) {
   if (report.rows.empty() && is_stopped) {
     throw Error(Fault::usage, "stopped before anything was measured");
   }
-  if (is_stopped) spdlog::warn("stopped: this is what was measured so far");
+  if (is_stopped) log_warning("stopped: this is what was measured so far");
   if (options.shard.empty()) return finish(options, report);
   // The table of a share that was stopped would look as if it were whole.
   return is_stopped ? stopped_exit_code : finish_share(options, report, shard);

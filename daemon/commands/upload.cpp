@@ -1,7 +1,6 @@
 #include "drivers/awg/upload.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -10,6 +9,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
@@ -34,7 +34,7 @@ struct UploadCommand {
 void keep(const Pattern& played, const std::string& output) {
   if (output.empty()) return;
   write_file(output, to_json_file(played));
-  spdlog::info("{}: the pattern as it is played: {}", output, describe_pattern(played));
+  log_info("{}: the pattern as it is played: {}", output, describe_pattern(played));
 }
 
 awg::Uploaded upload_shown(const Config& config, const std::stop_token& stop) {
@@ -51,8 +51,8 @@ int run_upload(const UploadCommand& options) {
   const StopSignals signals;
   const Config config = load_config_aloud(options.config);
   if (options.stop) {
-    spdlog::info("{}: plays nothing, its output is off; its error queue is empty",
-                 awg::switch_off(config.awg, signals.token()));
+    log_info("{}: plays nothing, its output is off; its error queue is empty",
+             awg::switch_off(config.awg, signals.token()));
     return 0;
   }
   if (!options.output.empty()) check_may_write(options.output, options.force);
@@ -61,14 +61,14 @@ int run_upload(const UploadCommand& options) {
   outputs.check("--output", options.output);
   const awg::Model& model = awg::models()[config.awg.model];
   const awg::WaveformPlan plan = awg::plan_waveform(config.pattern, model, config.awg);
-  spdlog::info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),
-               model.name, in_words(plan));
+  log_info("pattern {} ({}) for {}: {}", config.pattern_file, describe_pattern(config.pattern),
+           model.name, in_words(plan));
   if (options.dry_run) {
     keep(awg::played_pattern(config.pattern, plan, plan.rate_hz), options.output);
     return 0;
   }
   const awg::Uploaded uploaded = upload_shown(config, signals.token());
-  spdlog::info("{}", in_words(uploaded));
+  log_info(in_words(uploaded));
   keep(uploaded.played, options.output);
   return 0;
 }

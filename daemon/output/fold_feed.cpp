@@ -1,10 +1,10 @@
 #include "daemon/output/fold_feed.hpp"
 
 #include <pthread.h>
-#include <spdlog/spdlog.h>
 
 #include <utility>
 
+#include "daemon/base/log.hpp"
 #include "estimator/fit/frame_fold.hpp"
 #include "protocol/error.hpp"
 
@@ -64,7 +64,7 @@ void FoldFeed::make_pictures() {
     pictures_ = std::make_unique<FrameFold>(options_.pattern, options_.pulse, options_.reference);
   } catch (const Error& error) {
     // Nor is there an estimator with these options, so that a stream does not begin with them.
-    spdlog::warn("no pictures of the photons: {}", error.what());
+    log_warning("no pictures of the photons: {}", error.what());
   }
 }
 

@@ -1,10 +1,9 @@
 #include "daemon/output/output.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
 #include <utility>
 
+#include "daemon/base/log.hpp"
 #include "daemon/stream/open_source.hpp"
 
 namespace splid {
@@ -103,7 +102,7 @@ void Output::tell_observer(const FrameMessage& message, const std::string& json)
 void Output::look_around(Stream& stream) {
   if (sync_fault_.empty() && stream.diagnosis() != nullptr) {
     sync_fault_ = in_words(*stream.diagnosis());
-    spdlog::warn("{}", sync_fault_);
+    log_warning(sync_fault_);
   }
   take_reloaded();
   const StreamHealth now = health(stream);

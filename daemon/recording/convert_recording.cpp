@@ -1,7 +1,6 @@
 #include "daemon/recording/convert_recording.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::size_t converted_at_once = 65'536;
 
-void warn_of(const std::string& text) { spdlog::warn("{}", text); }
+void warn_of(const std::string& text) { log_warning(text); }
 
 PtuFacts kept_facts(const RecordingHeader& header) {
   PtuFacts facts;

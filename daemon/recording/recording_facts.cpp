@@ -1,8 +1,8 @@
 #include "daemon/recording/recording_facts.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "estimator/model/pattern_match.hpp"
@@ -54,7 +54,7 @@ std::string other_pattern_than_recorded(const Config& config, const RecordingHea
 void warn_of_other_pattern(const Config& config, const std::string& file) {
   const std::string sentence =
       other_pattern_than_recorded(config, scan_recording(file, 1).header, file);
-  if (!sentence.empty()) spdlog::warn("{}", sentence);
+  if (!sentence.empty()) log_warning(sentence);
 }
 
 }  // namespace splid::recording

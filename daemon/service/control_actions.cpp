@@ -1,7 +1,6 @@
 #include "daemon/service/control_actions.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <cerrno>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/recording/record_source.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -85,7 +85,7 @@ control::Reply ControlActions::status(const std::string& doing) {
 
 control::Reply ControlActions::perform(const control::Request& request,
                                        const std::stop_token& stop) {
-  spdlog::info("control: {}", to_string(request.command));
+  log_info("control: {}", to_string(request.command));
   show_progress("");
   switch (request.command) {
     case control::Command::start:

@@ -1,7 +1,6 @@
 #include "daemon/service/measured_copy.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <bit>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/output/output.hpp"
 #include "daemon/output/publisher.hpp"
@@ -56,7 +56,7 @@ MeasuredCopy::MeasuredCopy(const Config& config, const SourceInfo& source,
       dropping_(ring_, {}),
       stream_(stream_options(config), std::make_unique<RingSource>(ring_, source), host_clock()),
       frames_(recording::table_facts(config, recording),
-              [](const std::string& sentence) { spdlog::warn("{}", sentence); }),
+              [](const std::string& sentence) { log_warning(sentence); }),
       thread_([this, &config] { publish(config); }) {}
 
 MeasuredCopy::~MeasuredCopy() {

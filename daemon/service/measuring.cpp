@@ -1,12 +1,11 @@
 #include "daemon/service/measuring.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
 #include <exception>
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/service/session_report.hpp"
 #include "daemon/stream/open_source.hpp"
 #include "protocol/error.hpp"
@@ -77,7 +76,7 @@ StreamSummary Measuring::measure(const std::stop_token& stop) {
   }
   if (!summary.paused) output_.stop(sentence_of(summary.fault));
   const double took_s = static_cast<double>(host_clock().steady_ns() - begin_ns) / 1e9;
-  spdlog::info("{}; took {:.3g} s", in_words(summary), took_s);
+  log_info("{}; took {:.3g} s", in_words(summary), took_s);
   const std::scoped_lock recording_lock(recording_mutex_);
   finish_recording();
   const std::scoped_lock lock(mutex_);
@@ -88,7 +87,7 @@ StreamSummary Measuring::measure(const std::stop_token& stop) {
 // Returns false where the daemon is to end before it measures again.
 bool Measuring::wait_until_wanted(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  spdlog::info("the source is closed: {}", reason_);
+  log_info("the source is closed: {}", reason_);
   while (!stop.stop_requested()) {
     const std::string reason = reason_;
     const bool wanted = wanted_;
@@ -109,7 +108,7 @@ bool Measuring::resume() {
   try {
     (void)device_.take_reports();  // of the source that was closed
     prepare(open_source(config_, device_.hears()));
-    spdlog::info("measuring again from {}", stream_->info().name);
+    log_info("measuring again from {}", stream_->info().name);
     return true;
   } catch (const Error& error) {
     give_up(error.fault(), error.what());
@@ -209,7 +208,7 @@ bool Measuring::measures() const {
 void Measuring::record(Stream& stream) {
   auto made = std::make_unique<recording::Tap>(config_, stream.info(), host_clock(),
                                                [this](const std::string& sentence) {
-                                                 spdlog::warn("recording: {}", sentence);
+                                                 log_warning("recording: {}", sentence);
                                                  device_.notice("recording: " + sentence);
                                                });
   output_.record(made.get());
@@ -223,7 +222,7 @@ void Measuring::record(Stream& stream) {
 void Measuring::finish_recording() {
   if (!recording_) return;
   output_.record(nullptr);
-  spdlog::info("{}", recording_->summary());
+  log_info(recording_->summary());
   const std::scoped_lock lock(mutex_);
   recording_file_ = recording_->file();
   recording_.reset();

@@ -1,12 +1,11 @@
 #include "daemon/service/open_publisher.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "daemon/base/log.hpp"
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/status_json.hpp"
@@ -77,8 +76,8 @@ std::unique_ptr<Publisher> open_publisher(const Config& config, const SessionOpt
     return std::make_unique<Publisher>(config.publish.endpoint, options.queue_messages, access);
   } catch (const sockets::EndpointTaken& error) {
     if (options.may_only_print) {
-      spdlog::warn("{}; frames are {} and not published", taken(error),
-                   options.json ? "printed" : "written");
+      log_warning("{}; frames are {} and not published", taken(error),
+                  options.json ? "printed" : "written");
       return unbound();
     }
     throw Error(Fault::device, taken(error) +

@@ -1,12 +1,11 @@
 #include "daemon/service/reloader.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <exception>
 #include <new>
 #include <utility>
 #include <vector>
 
+#include "daemon/base/log.hpp"
 #include "daemon/service/reload.hpp"
 
 namespace splid {
@@ -52,7 +51,7 @@ void Reloader::reload() {
     if (!besides.empty()) what += (what.empty() ? "" : "; ") + besides;
     std::string sentence =
         "reloaded " + original_.file + ": " + (what.empty() ? "nothing new" : what);
-    spdlog::info("{}", sentence);
+    log_info(sentence);
     // The earlier refusal ends before the notice is given, since a status may go out between the
     // two.
     refuse(since_start.restart.empty() ? "" : "takes a restart: " + joined(since_start.restart));
@@ -67,7 +66,7 @@ void Reloader::reload() {
 
 // Tells which part of the file is not in use, and why; an empty sentence says that all of it is.
 void Reloader::refuse(const std::string& sentence) {
-  if (!sentence.empty()) spdlog::warn("{}", sentence);
+  if (!sentence.empty()) log_warning(sentence);
   device_.set_configuration_fault(sentence);
 }
 

@@ -1,7 +1,5 @@
 #include "daemon/service/session.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -10,6 +8,7 @@
 
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/output/publisher.hpp"
@@ -34,7 +33,7 @@ void wait_for_subscriber(Publisher& publisher, double seconds, const std::stop_t
   for (double left_s = seconds; left_s > 0 && !stop.stop_requested(); left_s -= slice_s) {
     if (publisher.wait_for_subscriber(std::chrono::milliseconds{100})) return;
   }
-  if (!stop.stop_requested()) spdlog::warn("nobody subscribed within {} s; going on", seconds);
+  if (!stop.stop_requested()) log_warning("nobody subscribed within {} s; going on", seconds);
 }
 
 std::string where(const Publisher& publisher, const security::Authenticator* authenticator) {
@@ -53,12 +52,12 @@ std::unique_ptr<Metrics> open_metrics(const Config& config, const TagSource& sou
   auto metrics = std::make_unique<Metrics>(
       config.metrics, status_options(config), source.counters(), host_clock(),
       [&device](const std::string& sentence) {
-        spdlog::warn("{}", sentence);
+        log_warning(sentence);
         device.notice(sentence);
       },
       &refusals);
   metrics->count_dropped([&publisher] { return publisher.dropped(); });
-  if (!metrics->url().empty()) spdlog::info("metrics at {}", metrics->url());
+  if (!metrics->url().empty()) log_info("metrics at {}", metrics->url());
   return metrics;
 }
 
@@ -94,11 +93,11 @@ std::unique_ptr<control::Server> open_control(const Config& config, ControlActio
   try {
     auto server = std::make_unique<control::Server>(
         endpoint, std::move(handlers), is_protected ? authenticator : nullptr, refusals);
-    spdlog::info("control at {}", server->endpoint());
+    log_info("control at {}", server->endpoint());
     return server;
   } catch (const Error& error) {
     if (config.control.endpoint == endpoint) throw;
-    spdlog::warn("no control: {}", error.what());
+    log_warning("no control: {}", error.what());
     return nullptr;
   }
 }
@@ -111,14 +110,14 @@ void keep(const FrameMessage& message, recording::FrameLog& frames) {
 // Sums of what is too frequent for a line in the log each time.
 void say_who_came(const security::Refusals& refusals, const Publisher& publisher) {
   if (refusals.kept_out() > 0) {
-    spdlog::info("{} connections refused", grouped(refusals.kept_out()));
+    log_info("{} connections refused", grouped(refusals.kept_out()));
   }
   if (refusals.let_go() > 0) {
-    spdlog::info("{} connections let go that were too many or sent too much",
-                 grouped(refusals.let_go()));
+    log_info("{} connections let go that were too many or sent too much",
+             grouped(refusals.let_go()));
   }
   if (publisher.dropped() > 0) {
-    spdlog::warn("{} messages were not sent in time to anybody", grouped(publisher.dropped()));
+    log_warning("{} messages were not sent in time to anybody", grouped(publisher.dropped()));
   }
 }
 
@@ -126,7 +125,7 @@ void say_who_came(const security::Refusals& refusals, const Publisher& publisher
 
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop) {
-  const auto warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  const auto warn = [](const std::string& sentence) { log_warning(sentence); };
   security::Refusals refusals(warn, host_clock());
   const auto authenticator = security::open_authenticator(config.security, warn, refusals);
   const std::unique_ptr<Publisher> opened =
@@ -155,12 +154,12 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   ControlActions actions(config, measuring, publisher);
   const auto control =
       options.is_service ? open_control(config, actions, authenticator.get(), refusals) : nullptr;
-  spdlog::info("source {}; pattern {} ({}); {}", source->info().name, config.pattern_file,
-               describe_pattern(config.pattern), where(publisher, authenticator.get()));
+  log_info("source {}; pattern {} ({}); {}", source->info().name, config.pattern_file,
+           describe_pattern(config.pattern), where(publisher, authenticator.get()));
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const StreamSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
-  if (encoder.compared() > 0) spdlog::info("{}", encoder.summary());
+  if (encoder.compared() > 0) log_info(encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);
   if (!summary.paused) {

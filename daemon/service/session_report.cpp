@@ -1,10 +1,10 @@
 #include "daemon/service/session_report.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <cstddef>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "protocol/error.hpp"
@@ -46,7 +46,7 @@ void check_locked(const StreamSummary& summary) {
 
 void check_cost(const StreamSummary& summary, double threads) {
   if (!(summary.computed_ms > summary.lasted_ms * threads)) return;
-  spdlog::warn(
+  log_warning(
       "frames took {:.3g} times as long to compute as they last, on {} threads: an instrument that "
       "is read live would not be kept up with; lower estimator.effort or scene.max_speed_mps, or "
       "raise pipeline.estimation_threads",
@@ -62,7 +62,7 @@ void check_pattern(const StreamSummary& summary) {
   if (summary.contradicted_frames > by_far * summary.valid_frames) {
     throw Error(Fault::data, sentence);
   }
-  spdlog::warn("{}", sentence);
+  log_warning(sentence);
 }
 
 }  // namespace splid

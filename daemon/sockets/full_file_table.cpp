@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -13,6 +12,8 @@
 #include <chrono>
 #include <mutex>
 #include <thread>
+
+#include "daemon/base/log.hpp"
 
 namespace splid::sockets {
 namespace {
@@ -71,7 +72,7 @@ class Door {
     }
     rlimit limit{};
     ::getrlimit(RLIMIT_NOFILE, &limit);
-    spdlog::warn(
+    log_warning(
         "no file can be opened any more (this process may have {}): {} connections were closed "
         "without an answer so far; see who connects, or raise LimitNOFILE",
         limit.rlim_cur, count_.load());

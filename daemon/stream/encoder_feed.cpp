@@ -1,13 +1,12 @@
 #include "daemon/stream/encoder_feed.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <chrono>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "daemon/base/log.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -59,14 +58,14 @@ void EncoderFeed::take_counts() {
     }
   } catch (const Error& error) {
     failed_ = true;
-    spdlog::warn("no reference: {}", error.what());
+    log_warning("no reference: {}", error.what());
   }
 }
 
 void EncoderFeed::say_fault() {
   std::string fault = join_.fault();
   if (fault == said_) return;
-  if (!fault.empty()) spdlog::warn("no reference: {}", fault);
+  if (!fault.empty()) log_warning("no reference: {}", fault);
   said_ = std::move(fault);
 }
 

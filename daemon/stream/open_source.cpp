@@ -1,14 +1,14 @@
 #include "daemon/stream/open_source.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <string>
 #include <utility>
+
+#include "daemon/base/log.hpp"
 
 namespace splid {
 namespace {
 
-void warn(const std::string& sentence) { spdlog::warn("{}", sentence); }
+void warn(const std::string& sentence) { log_warning(sentence); }
 
 }  // namespace
 
@@ -19,7 +19,7 @@ std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear) {
   context.report = [hear = std::move(hear),
                     cautioned = std::string()](const DeviceReport& report) mutable {
     // With the state `connected` too the reason tells of what went wrong: tags that were lost, say.
-    if (!report.reason.empty()) spdlog::warn("{}: {}", to_string(report.state), report.reason);
+    if (!report.reason.empty()) log_warning("{}: {}", to_string(report.state), report.reason);
     if (!report.caution.empty() && report.caution != cautioned) warn(report.caution);
     cautioned = report.caution;
     if (hear) hear(report);

@@ -1,10 +1,10 @@
 #include "daemon/stream/sync_diagnosis.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <cmath>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "protocol/error.hpp"
 
@@ -54,7 +54,7 @@ void check_locked(const LockCounts& counts, const SyncDiagnosis* diagnosis) {
                                  " syncs, but they do not come at the pattern's period; give "
                                  "pattern.file the pattern that was played");
   }
-  spdlog::warn("no frame could lock: {} syncs in {} frames; look at channels.sync", counts.syncs,
+  log_warning("no frame could lock: {} syncs in {} frames; look at channels.sync", counts.syncs,
                counts.frames);
 }
 

@@ -1,7 +1,5 @@
 #include "daemon/study/replay_frames.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/base/log.hpp"
 #include "daemon/stream/encoder_feed.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -29,7 +28,7 @@ bool holds_counts(const std::string& file) {
   try {
     return open_encoder_file(file) != nullptr;
   } catch (const Error& error) {
-    spdlog::warn("no reference: {}", error.what());
+    log_warning("no reference: {}", error.what());
     return false;
   }
 }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <microhttpd.h>
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -10,6 +9,7 @@
 #include <array>
 #include <utility>
 
+#include "daemon/base/log.hpp"
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/view/page_asset.hpp"
 #include "daemon/view/request_check.hpp"
@@ -208,7 +208,7 @@ void WebServer::run() {
 
 int WebServer::refuse(MHD_Connection* connection, unsigned code, const std::string& why) {
   // The first of many is enough in the log; the page shows the count.
-  if (refused_++ == 0) spdlog::warn("refused a request for the page: {}", why);
+  if (refused_++ == 0) log_warning("refused a request for the page: {}", why);
   const std::string text = why + "\n";
   MHD_Response* response = MHD_create_response_from_buffer(
       text.size(), const_cast<char*>(text.data()), MHD_RESPMEM_MUST_COPY);

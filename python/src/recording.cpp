@@ -1,8 +1,8 @@
 #include <pybind11/stl.h>
-#include <spdlog/spdlog.h>
 
 #include <variant>
 
+#include "daemon/base/log.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
 #include "protocol/recording_format.hpp"
@@ -115,7 +115,7 @@ void bind_recording(py::module_& module) {
   module.def("scan", &scan, py::arg("file"), py::arg("max_tags"));
   py::class_<RecordingReader>(module, "Reader")
       .def(py::init([](const std::string& file, double period_ps) {
-             const auto warn = [](const std::string& text) { spdlog::warn("{}", text); };
+             const auto warn = [](const std::string& text) { log_warning(text); };
              return std::make_unique<RecordingReader>(file, warn, period_ps);
            }),
            py::arg("file"), py::arg("period_ps"))

@@ -10,6 +10,7 @@
 
 #include "config/pattern_file.hpp"
 #include "config/read_file.hpp"
+#include "daemon/base/log.hpp"
 #include "python/src/bindings.hpp"
 
 namespace splid::python {
@@ -76,7 +77,7 @@ void bind_config(py::module_& module) {
 
 Config ConfigText::read() const {
   Config config = config_from_json(text, file, read_file, shipped_patterns);
-  if (!config.pattern_note.empty()) spdlog::warn("{}", config.pattern_note);
+  if (!config.pattern_note.empty()) log_warning(config.pattern_note);
   return config;
 }
 

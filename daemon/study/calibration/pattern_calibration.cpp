@@ -1,13 +1,13 @@
 #include "daemon/study/calibration/pattern_calibration.hpp"
 
 #include <fmt/core.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/channel_map.hpp"
 #include "daemon/stream/frame.hpp"
@@ -304,7 +304,7 @@ PatternCalibration calibrate_recording(const Config& config, const std::string& 
                                        const std::stop_token& stop) {
   SourceContext context;
   context.pattern = &config.pattern;
-  context.warn = [](const std::string& sentence) { spdlog::warn("{}", sentence); };
+  context.warn = [](const std::string& sentence) { log_warning(sentence); };
   ReplayOptions replay;
   replay.recording = file;
   if (replay.open(context)->info().syncs_are_counted) {
