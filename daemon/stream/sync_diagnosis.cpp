@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "daemon/base/log.hpp"
@@ -20,12 +21,15 @@ std::string relation(double pattern_ps, double sync_ps) {
   constexpr double whole_enough = 1e-3;
   const double times = pattern_ps > sync_ps ? pattern_ps / sync_ps : sync_ps / pattern_ps;
   const double whole = std::round(times);
-  if (whole >= 2 && std::abs(times / whole - 1) < whole_enough) {
+  if (whole >= 2 && std::abs(times - whole) < std::min(0.1, whole * whole_enough)) {
     return fmt::format("{} {:g} of them",
                        pattern_ps > sync_ps ? "the pattern takes" : "one sync takes", whole);
   }
-  return fmt::format("{:.6g} ns or {:.4g} ppm off", (sync_ps - pattern_ps) * 1e-3,
-                     (sync_ps / pattern_ps - 1) * 1e6);
+  const std::string off = fmt::format("{:.9g} ns", (sync_ps - pattern_ps) * 1e-3);
+  const double off_ppm = (sync_ps / pattern_ps - 1) * 1e6;
+  // No oscillator is off by a hundredth: such a period is another's.
+  if (std::abs(off_ppm) > 1e4) return off + " off";
+  return fmt::format("{} or {:.4g} ppm off", off, off_ppm);
 }
 
 }  // namespace
@@ -55,7 +59,7 @@ void check_locked(const LockCounts& counts, const SyncDiagnosis* diagnosis) {
                                  "pattern.file the pattern that was played");
   }
   log_warning("no frame could lock: {} syncs in {} frames; look at channels.sync", counts.syncs,
-               counts.frames);
+              counts.frames);
 }
 
 }  // namespace splid
