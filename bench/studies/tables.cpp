@@ -274,10 +274,10 @@ std::string joined(const std::set<std::string>& texts) {
 
 // A line for each machine, as times do not compare between machines.
 std::string provenance(const Results& results) {
-  struct Run {
+  struct MachineRun {
     std::set<std::string> dates, estimators;
   };
-  std::map<std::string, Run> runs;
+  std::map<std::string, MachineRun> runs;
   for (const auto& [name, result] : results) {
     runs[result.machine].dates.insert(result.date);
     runs[result.machine].estimators.insert(std::string("`") + to_string(result.job.estimator) +

@@ -96,15 +96,15 @@ TEST_F(RecordingReport, StepsBackAreSaidWhateverTheirSize) {
 
 TEST_F(RecordingReport, SaysWhatToDoNext) {
   const auto report = [&](std::initializer_list<std::uint32_t> records) {
-    return report_recording(
+    return recording::report_of(
         folder.write("c.ptu", test::recording(test::counted(records.size()), records)));
   };
   EXPECT_THAT(report({}), HasSubstr("next           nothing was detected"));
   EXPECT_THAT(report({photon_record(1, 10)}), HasSubstr("next           no sync records"));
   SyncStream stream;
-  EXPECT_THAT(report_recording(recording_of(stream, -1, "")),
+  EXPECT_THAT(recording::report_of(recording_of(stream, -1, "")),
               HasSubstr("next           splid replay measures it"));
-  EXPECT_THAT(report_recording(recording_of(stream, 5, R"({"channels":{"sync":5}})")),
+  EXPECT_THAT(recording::report_of(recording_of(stream, 5, R"({"channels":{"sync":5}})")),
               HasSubstr("next           splid replay measures it"));
 }
 
