@@ -28,8 +28,10 @@ constexpr double most_behind = 0.02;
 // the pulse's flank is beside its model.
 constexpr double flank_widths = 8;
 constexpr double least_in_flank = 0.2;
-// It is a target where that explains the photons by so much better than another shape does.
-constexpr double nats_for_flank = 3;
+// It is a target where that explains the photons by so much better than another shape does. With 3
+// nats tails of 0.2 to 0.5 ns with an eighth of the light would be claimed twice as often as with
+// 5, and with 5 a twentieth 3 widths away would be found in 66 % of the frames instead of 84 %.
+constexpr double nats_for_flank = 4;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;

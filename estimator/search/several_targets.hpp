@@ -42,7 +42,7 @@ struct FoundTarget {
 //    by two standard deviations, and then ends. A tail only falls.
 //    A target of less than a fifth of the bright one's signal that is within 8 widths of it is
 //    claimed where it explains the light there better than a bright pulse of any other shape does,
-//    by three nats (FlankCheck). Its light cannot be seen to fall and rise beside so much other.
+//    by four nats (FlankCheck). Its light cannot be seen to fall and rise beside so much other.
 // What is not claimed stays in the joint fit while further targets are looked for, so that neither
 // it nor its shoulders are taken for them, and is left out of the fit whose values are published.
 //
