@@ -33,21 +33,24 @@ class Bound:
     background_per_s: float
 
 
-def bound(pattern: Pattern, *, signal_per_pulse: float, background_per_s: float,
-          length_ms: float = 50, seen_fraction: float = 1, sigma_ps: Optional[float] = 100,
-          delay_ns: float = 1898, velocity_mps: float = 0, moving: bool = True,
-          accelerating: bool = False) -> Bound:
+def bound(pattern: "Union[Pattern, os.PathLike[str], str]", *, signal_per_pulse: float,
+          background_per_s: float, length_ms: float = 50, seen_fraction: float = 1,
+          sigma_ps: Optional[float] = 100, delay_ns: float = 1898, velocity_mps: float = 0,
+          moving: bool = True, accelerating: bool = False) -> Bound:
     """The bound of Cramer and Rao of one frame. Source: [P] Eq. 12 and 13, for any pattern and
     shape.
 
-    signal_per_pulse: S > 0, detections of a pulse of amplitude 1. background_per_s: b >= 0.
-    length_ms: of the frame. seen_fraction: the share of it that was seen. sigma_ps: of a gaussian
-    pulse; None: the shape of a calibrated pattern. moving: False for a velocity that is known to be
-    zero. accelerating: True for an unknown acceleration near zero. To 1e-6 relative for gaussian
-    pulses.
+    pattern: a Pattern, or the path of its file. signal_per_pulse: S > 0, detections of a pulse of
+    amplitude 1. background_per_s: b >= 0. length_ms: of the frame. seen_fraction: the share of it
+    that was seen. sigma_ps: of a gaussian pulse; None: the shape of a calibrated pattern. moving:
+    False for a velocity that is known to be zero. accelerating: True for an unknown acceleration
+    near zero. To 1e-6 relative for gaussian pulses.
 
-    Errors: UsageError for values out of bounds, and for a pattern without a shape.
+    Errors: UsageError for values out of bounds, and for a pattern without a shape; those of
+    Pattern.read().
     """
+    if not isinstance(pattern, Pattern):
+        pattern = Pattern.read(pattern)
     scene = _splid.BoundScene(
         length_ms=length_ms, seen_fraction=seen_fraction, delay_ns=delay_ns,
         velocity_mps=velocity_mps, signal_per_pulse=signal_per_pulse,

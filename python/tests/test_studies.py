@@ -59,6 +59,16 @@ def test_a_bound_of_nothing_is_refused():
         splid.bound(pattern, signal_per_pulse=1, background_per_s=0, sigma_ps=None)
 
 
+def test_a_bound_takes_a_pattern_by_its_path(tmp_path):
+    pattern = splid.Pattern.periodic()
+    path = tmp_path / "p.json"
+    pattern.write(path)
+    light = {"signal_per_pulse": 1e-2, "background_per_s": 1e3}
+    assert splid.bound(path, **light) == splid.bound(pattern, **light)
+    with pytest.raises(splid.SplidError, match="none.json"):
+        splid.bound("none.json", **light)
+
+
 def test_a_calibration_is_that_of_the_program(scene, program, tmp_path):
     scene["source"]["target"] |= {"motion": "linear", "velocity_mps": 0}
     scene["source"]["signal_per_pulse"] = 0.05
