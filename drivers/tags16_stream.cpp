@@ -42,8 +42,13 @@ std::string describe_damage(const Tags16Counts& before, const Tags16Counts& now)
 std::string Tags16News::since_last(const Tags16Counts& counts, Time now) {
   if (now < next_look_) return {};
   next_look_ = now + between_looks;
-  const Tags16Counts told = std::exchange(told_, counts);
-  if (told.blocks == 0) return {};
+  Tags16Counts told = std::exchange(told_, counts);
+  if (told.blocks == 0) {
+    // What was cut off or skipped may be the block in whose middle the stream began. Numbers are
+    // missing only after a first block.
+    told = counts;
+    told.lost_blocks = 0;
+  }
   std::string news = describe_damage(told, counts);
   if (!news.empty()) next_look_ = now + between_news;
   return news;

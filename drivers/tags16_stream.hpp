@@ -23,8 +23,8 @@ class Tags16News {
 
   // What went wrong since this was last told; empty where nothing did. Call it often. Damage is
   // told within 40 ms, so that what belongs together is in one sentence, and once a second at most.
-  // A stream may begin in the middle of a block: the bytes before its first whole block are no
-  // damage.
+  // A stream may begin in the middle of a block: bytes that were skipped by the time of the first
+  // look are no damage.
   std::string since_last(const Tags16Counts& counts, Time now);
 
  private:

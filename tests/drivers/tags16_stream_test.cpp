@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <map>
 #include <string>
 #include <vector>
@@ -47,6 +48,23 @@ TEST(Tags16Stream, CountersGoOnFromStreamToStream) {
   EXPECT_EQ(values(counters)["splid_tags16_blocks_total"], 3U);
   EXPECT_EQ(values(counters)["splid_tags16_bytes_total"], 3 * (bytes.size() + garbage.size()));
   EXPECT_EQ(values(counters)["splid_tags16_bytes_skipped_total"], 3 * garbage.size());
+}
+
+// The first look may come late, on a busy machine.
+TEST(Tags16News, BlocksThatAreMissingBeforeTheFirstLookAreTold) {
+  Tags16News news;
+  Tags16Counts counts;
+  counts.blocks = 3;
+  counts.lost_blocks = 5;
+  counts.skipped_bytes = 100;  // of the block in whose middle the stream began
+  Tags16News::Time now{};
+  now += std::chrono::hours(1);
+  EXPECT_EQ(news.since_last(counts, now), "tags were lost: 5 blocks missing by their numbers");
+  now += std::chrono::seconds(2);
+  EXPECT_EQ(news.since_last(counts, now), "");
+  counts.skipped_bytes = 107;
+  now += std::chrono::seconds(2);
+  EXPECT_EQ(news.since_last(counts, now), "tags were lost: 7 bytes that belong to no block");
 }
 
 }  // namespace
