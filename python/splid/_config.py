@@ -52,7 +52,8 @@ class Config:
 
     def to_dict(self) -> dict[str, Any]:
         """All keys that are in effect, defaults included."""
-        return json.loads(self._bound.json())
+        keys: dict[str, Any] = json.loads(self._bound.json())
+        return keys
 
     def __repr__(self) -> str:
         return f"splid.Config({self.file!r})"

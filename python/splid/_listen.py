@@ -92,7 +92,7 @@ def _key(given: str, name: str, asked_by: str) -> bytes:
     try:
         with open(given, encoding="utf-8") as file:
             line = re.compile(rf'^\s*{name}\s*=\s*["\']?(.*?)["\']?\s*$', re.MULTILINE)
-            lines = line.findall(file.read())
+            lines: list[str] = line.findall(file.read())
     except OSError as error:
         raise _splid.UsageError(
             f"{asked_by}: {given}: cannot be read: {error.strerror}") from error

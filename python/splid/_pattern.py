@@ -125,14 +125,16 @@ class Pattern:
         """The pulse times of the only segment, shape (pulses,). Errors: ValueError for a pattern of
         several.
         """
-        return self._only_segment()["pulse_times_ps"]
+        pulse_times_ps: npt.NDArray[np.float64] = self._only_segment()["pulse_times_ps"]
+        return pulse_times_ps
 
     @property
     def amplitudes(self) -> npt.NDArray[np.float64]:
         """The relative amplitudes of these pulses. Errors: ValueError for a pattern of several
         segments.
         """
-        return self._only_segment()["amplitudes"]
+        amplitudes: npt.NDArray[np.float64] = self._only_segment()["amplitudes"]
+        return amplitudes
 
     @property
     def pulse(self) -> Optional[dict[str, Any]]:

@@ -52,27 +52,32 @@ class Recording:
     @property
     def is_t3(self) -> bool:
         """Whether times are counted from the last sync, in T3 mode."""
-        return self._facts["is_t3"]
+        is_t3: bool = self._facts["is_t3"]
+        return is_t3
 
     @property
     def format(self) -> str:
         """What the file is, in words: "a PTU recording"."""
-        return self._facts["format"]
+        format: str = self._facts["format"]
+        return format
 
     @property
     def record_type(self) -> Optional[int]:
         """The header's TTResultFormat_TTTRRecType; None of formats that are not PicoQuant's."""
-        return self._facts["record_type"]
+        record_type: Optional[int] = self._facts["record_type"]
+        return record_type
 
     @property
     def resolution_s(self) -> float:
         """Seconds a time unit of the records; of T3, a unit of the time since the last sync."""
-        return self._facts["resolution_s"]
+        resolution_s: float = self._facts["resolution_s"]
+        return resolution_s
 
     @property
     def created_unix_s(self) -> Optional[float]:
         """UTC at time 0 of the records; None where the header does not say."""
-        return self._facts["created_unix_s"]
+        created_unix_s: Optional[float] = self._facts["created_unix_s"]
+        return created_unix_s
 
     @property
     def start_unix_s(self) -> Optional[float]:
@@ -98,7 +103,8 @@ class Recording:
         """The configuration in effect while splid recorded; None in recordings of other programs.
         """
         text = self._facts["config_json"]
-        return json.loads(text) if text else None
+        config: Optional[dict[str, Any]] = json.loads(text) if text else None
+        return config
 
     def scan(self, max_tags: int = 0) -> dict[str, Any]:
         """Counts what the recording holds, up to its end or, after max_tags tags, up to about

@@ -17,7 +17,7 @@ import math
 import os
 import pathlib
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -400,14 +400,14 @@ def main(arguments: list[str]) -> int:
     Exit codes: those of the program, 0 done, 2 usage, 3 for a picture that cannot be written, 4
     data.
     """
-    makes = {("run", 4): lambda: _run_of(arguments[1], arguments[2]),
-             ("tradeoff", 3): lambda: tradeoff(arguments[1]),
-             ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
-             ("calibration", 4): lambda: calibration(Pattern.read(arguments[1]),
-                                                     photons=arguments[2]),
-             ("calibration", 5): lambda: calibration(Pattern.read(arguments[1]),
-                                                     float(arguments[3]), arguments[2]),
-             ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
+    makes: dict[tuple[str, int], Callable[[], Figure]] = {
+        ("run", 4): lambda: _run_of(arguments[1], arguments[2]),
+        ("tradeoff", 3): lambda: tradeoff(arguments[1]),
+        ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
+        ("calibration", 4): lambda: calibration(Pattern.read(arguments[1]), photons=arguments[2]),
+        ("calibration", 5): lambda: calibration(Pattern.read(arguments[1]), float(arguments[3]),
+                                                arguments[2]),
+        ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
     make = makes.get((arguments[0] if arguments else "", len(arguments)))
     if make is None:
         print("usage: python3 -m splid.plots run RECORDING.ptu CONFIG.json PICTURE\n"
