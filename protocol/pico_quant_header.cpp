@@ -1,6 +1,8 @@
 #include "protocol/pico_quant_header.hpp"
 
+#include <array>
 #include <bit>
+#include <charconv>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -63,8 +65,15 @@ class Fields {
     return little_endian_32(bytes_.data() + at) |
            static_cast<std::uint64_t>(little_endian_32(bytes_.data() + at + 4)) << 32U;
   }
+  // The shortest decimal number that the 32 bits stand for: 0.004 ns was written, which is
+  // 0.0040000002 where the bits are only widened.
   [[nodiscard]] double real_32(std::size_t at) const {
-    return std::bit_cast<float>(little_endian_32(bytes_.data() + at));
+    std::array<char, 32> digits{};
+    const auto narrow = std::bit_cast<float>(little_endian_32(bytes_.data() + at));
+    const char* end = std::to_chars(digits.data(), digits.data() + digits.size(), narrow).ptr;
+    double value = 0;
+    std::from_chars(digits.data(), end, value);
+    return value;
   }
   [[nodiscard]] double real_64(std::size_t at) const {
     return std::bit_cast<double>(integer_64(at));
