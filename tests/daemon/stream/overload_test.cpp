@@ -12,8 +12,8 @@
 #include "tests/support/watched_daemon.hpp"
 
 // The built program with more to do than its processor can: a live scene without a target, whose
-// search takes the longer the faster a target may be. How fast is chosen by the time that frames
-// take here, and taken back by a reload.
+// search takes the longer the more a path may bend. How much is chosen by the time that frames take
+// here, and taken back by a reload.
 
 #ifndef SPLID_SANITIZED  // every frame takes too long there
 
@@ -23,7 +23,6 @@ namespace {
 using test::WatchedDaemon;
 
 constexpr double usual_mps = 150;
-constexpr double fastest_mps = 30'000;  // that a configuration may say
 
 class Overload : public ::testing::Test {
  protected:
@@ -109,15 +108,15 @@ TEST_F(Overload, WhatTheRingCannotHoldIsACountedLoss) {
   daemon->start_counting();
   auto begin = WatchedDaemon::Clock::now();
   bool is_lost = false;
-  for (double mps = 7500; !is_lost && mps <= fastest_mps; mps *= 2) {
+  for (double mps2 = 100; !is_lost && mps2 < 9e4; mps2 *= 2) {
     begin = WatchedDaemon::Clock::now();
-    reload("fast", mps);
+    reload("fast", usual_mps, mps2);
     for (int i = 0; i < 30 && !is_lost; ++i) {
       ASSERT_TRUE(daemon->await_frame([](const FrameMessage&) { return true; }));
       is_lost = daemon->last_frame->lost_tags.value_or(0) > 1000;
     }
   }
-  if (!is_lost) GTEST_SKIP() << "this machine estimates half a million photons in time";
+  ASSERT_TRUE(is_lost);
   const double said_ms = WatchedDaemon::ms_since(begin);
   const std::string shown = "a frame: " + std::string(to_string(daemon->last_frame->status));
   begin = WatchedDaemon::Clock::now();
