@@ -12,6 +12,7 @@
 #include "config/sections.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/pattern_json.hpp"
 
 namespace splid {
@@ -164,7 +165,7 @@ std::string config_to_json(const Config& config) {
   OptionWriter writer(document);
   // describe() takes options that may be changed, since readers change them. A writer does not.
   describe_sections(const_cast<Config&>(config), writer);
-  return document.dump(-1, ' ', false, json::error_handler_t::replace);
+  return json_text(document);
 }
 
 }  // namespace splid

@@ -3,6 +3,7 @@
 #include "config/config.hpp"
 #include "config/schema.hpp"
 #include "config/sections.hpp"
+#include "protocol/json_value.hpp"
 
 namespace splid {
 namespace {
@@ -44,7 +45,7 @@ std::string config_schema() {
   for (const std::string& driver : source_names()) source["oneOf"].push_back(driver_schema(driver));
   Config defaults;
   describe_common_sections(defaults, writer);
-  return schema.dump(2) + "\n";
+  return indented_json_text(schema) + "\n";
 }
 
 }  // namespace splid

@@ -9,6 +9,7 @@
 #include "config/hidden_keys.hpp"
 #include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 
 namespace splid {
 namespace {
@@ -94,7 +95,7 @@ nlohmann::json parse_json_text(const std::string& text, const std::string& file)
   DuplicateKeys duplicates;
   json value;
   try {
-    value = json::parse(text, [&](int depth, json::parse_event_t event, const json& parsed) {
+    value = json_value(text, [&](int depth, json::parse_event_t event, const json& parsed) {
       if (depth > max_depth) throw Error(Fault::usage, file + ": is nested too deeply");
       duplicates.see(event, parsed);
       return true;

@@ -10,6 +10,7 @@
 #include "config/hidden_keys.hpp"
 #include "config/json_text.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/nearest_name.hpp"
 
 namespace splid {
@@ -34,7 +35,7 @@ bool is_whole(const json& value) {
   return std::abs(number) <= max_exact && std::trunc(number) == number;
 }
 
-std::string number_text(double value) { return plain_number(value).dump(); }
+std::string number_text(double value) { return json_text(plain_number(value)); }
 
 }  // namespace
 
@@ -217,7 +218,7 @@ double OptionReader::read_number(const json& value, const std::string& pointer,
 }
 
 std::string OptionReader::read_channel(const json& value, const std::string& pointer) const {
-  std::string name = value.is_string() ? value.get<std::string>() : value.dump();
+  std::string name = value.is_string() ? value.get<std::string>() : json_text(value);
   if (!parse_channel(name) || !(value.is_string() || value.is_number_integer())) {
     fail(pointer, shown(value) +
                       " is no channel; it is \"sync\", \"marker:1\" to \"marker:15\", or an input, "

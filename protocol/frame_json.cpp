@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/text.hpp"
 
@@ -289,7 +290,7 @@ std::string to_json(const FrameMessage& message) {
 }
 
 FrameMessage frame_from_json(const std::string& json) {
-  const auto parsed = nlohmann::json::parse(json, nullptr, false);
+  const auto parsed = json_value_if_any(json);
   if (parsed.is_discarded()) throw Error(Fault::data, "frame message: not JSON");
   const Members members(parsed, "");
   check_schema(members);

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "protocol/json_value.hpp"
+
 namespace splid {
 
 std::string number_text(double value) {
@@ -18,9 +20,7 @@ std::string number_text(double value) {
   return {digits.data(), end};
 }
 
-std::string json_string(std::string_view text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string json_string(std::string_view text) { return json_text(nlohmann::json(text)); }
 
 std::string json_numbers(std::span<const double> values) {
   std::string json = "[";

@@ -12,6 +12,7 @@
 #include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/nearest_name.hpp"
 
@@ -101,7 +102,7 @@ class Object {
 
   // A value as an error's sentence shows it: the start of its JSON, on one line.
   static std::string shown(const json& value) {
-    std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+    std::string text = json_text(value);
     if (text.size() > 60) text = text.substr(0, 57) + "...";
     return text;
   }
@@ -131,7 +132,7 @@ json parse(const std::string& text, const std::string& file) {
     return true;
   };
   try {
-    return json::parse(text, check_depth);
+    return json_value(text, check_depth);
   } catch (const json::parse_error& error) {
     // The library's sentence names line and column after a code that people need not see.
     const std::string_view what = error.what();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 
 namespace splid {
 namespace {
@@ -27,14 +28,14 @@ const json& member(const json& object, std::string_view key) {
 
 double number(const json& object, const std::string& key) {
   const json& value = member(object, key);
-  if (!value.is_number()) throw bad_member(key, "is " + value.dump() + "; must be a number");
+  if (!value.is_number()) throw bad_member(key, "is " + json_text(value) + "; must be a number");
   return value.get<double>();
 }
 
 std::int64_t whole_number(const json& object, const std::string& key) {
   const json& value = member(object, key);
   if (!value.is_number_integer()) {
-    throw bad_member(key, "is " + value.dump() + "; must be a whole number");
+    throw bad_member(key, "is " + json_text(value) + "; must be a whole number");
   }
   return value.get<std::int64_t>();
 }
@@ -48,7 +49,7 @@ std::int64_t whole_number_text(const json& object, const std::string& key) {
     const auto [stopped, failure] = std::from_chars(text.data(), end, whole);
     if (failure == std::errc() && stopped == end) return whole;
   }
-  throw bad_member(key, "is " + value.dump() + "; must be a string that holds a whole number");
+  throw bad_member(key, "is " + json_text(value) + "; must be a string that holds a whole number");
 }
 
 std::vector<double> numbers(const json& object, const std::string& key) {
@@ -59,7 +60,7 @@ std::vector<double> numbers(const json& object, const std::string& key) {
   for (const json& value : values) {
     if (!value.is_number()) {
       throw bad_member(key + "/" + std::to_string(result.size()),
-                       "is " + value.dump() + "; must be a number");
+                       "is " + json_text(value) + "; must be a number");
     }
     result.push_back(value.get<double>());
   }
@@ -74,7 +75,7 @@ json parse(const std::string& text) {
     return true;
   };
   try {
-    json object = json::parse(text, check_depth);
+    json object = json_value(text, check_depth);
     if (object.is_object()) return object;
   } catch (const json::parse_error& error) {
     throw Error(Fault::data, "truth: no JSON at byte " + std::to_string(error.byte) +
@@ -89,11 +90,11 @@ json parse(const std::string& text) {
 void check_schema(const json& object) {
   const json& schema = member(object, "schema");
   if (schema != "splid.truth") {
-    throw bad_member("schema", "is " + schema.dump() + "; must be \"splid.truth\"");
+    throw bad_member("schema", "is " + json_text(schema) + "; must be \"splid.truth\"");
   }
   const json& version = member(object, "v");
   if (!version.is_array() || version.empty() || version[0] != 1) {
-    throw bad_member("v", "is " + version.dump() + "; this program reads [1,0]");
+    throw bad_member("v", "is " + json_text(version) + "; this program reads [1,0]");
   }
 }
 
@@ -147,7 +148,7 @@ std::string to_json(const SceneTruth& truth) {
                                       {"distance_m", target.distance_m},
                                       {"velocity_mps", target.velocity_mps}});
   }
-  return object.dump();
+  return json_text(object);
 }
 
 SceneTruth truth_from_json(const std::string& text) {

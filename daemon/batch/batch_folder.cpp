@@ -16,6 +16,7 @@
 #include "daemon/base/write_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 
 namespace splid::batch {
@@ -56,7 +57,7 @@ void make_folder(const std::string& folder) {
 json read_manifest(const std::string& folder) {
   const auto text = text_of(place_of_manifest(folder));
   if (!text) return nullptr;
-  json manifest = json::parse(*text, nullptr, false);
+  json manifest = json_value_if_any(*text);
   const bool is_one = manifest.is_object() && manifest.contains("measured_by") &&
                       manifest.contains("recordings") && manifest["recordings"].is_array();
   if (is_one) return manifest;
@@ -94,9 +95,9 @@ std::string difference(const json& before, const json& now) {
 }
 
 void check_same(const std::string& folder, const json& before, const std::string& now) {
-  if (before.dump() == json::parse(now).dump()) return;
+  if (json_text(before) == json_text(json_value(now))) return;
   throw Error(Fault::usage, "--output " + folder + ": its frames were measured " +
-                                difference(before, json::parse(now)) +
+                                difference(before, json_value(now)) +
                                 "; give another folder, or remove this one");
 }
 
@@ -105,7 +106,7 @@ std::optional<SliceHead> read_slice_head(const std::string& file, const std::str
   std::ifstream in(file, std::ios::binary);
   std::string line;
   if (!std::getline(in, line)) return std::nullopt;
-  const json head = json::parse(line, nullptr, false);
+  const json head = json_value_if_any(line);
   if (!head.is_object() || head.value("key", "") != key) return std::nullopt;
   const SliceHead found{head.value("slice", std::uint64_t{0}),
                         head.value("rows", std::uint64_t{0})};
@@ -136,7 +137,7 @@ void Folder::begin(const Facts& facts, const std::vector<Recording>& recordings)
   JsonWriter manifest;
   manifest.text("schema", "splid.batch").raw("v", "[1,0]");
   manifest.raw("measured_by", measured_by);
-  manifest.raw("recordings", list.dump(-1, ' ', false, json::error_handler_t::replace));
+  manifest.raw("recordings", json_text(list));
   write_file(place_of_manifest(folder_), manifest.finish() + "\n");
 }
 
@@ -173,7 +174,7 @@ std::optional<Folder::Members> Folder::read(const Recording& recording, const st
                                             const std::string& key) const {
   const auto text = text_of(folder_of(recording) + "/" + file);
   if (!text) return std::nullopt;
-  const json found = json::parse(*text, nullptr, false);
+  const json found = json_value_if_any(*text);
   if (!found.is_object()) return std::nullopt;
   Members members;
   for (const auto& [name, value] : found.items()) {

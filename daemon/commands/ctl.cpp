@@ -22,6 +22,7 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/study/calibration/calibration_report.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/pattern_json.hpp"
 
 namespace splid {
@@ -67,7 +68,7 @@ std::optional<security::CurveClient> keys_of(const CtlCommand& options) {
 
 // The text of a member of the reply; empty where the reply has no such member.
 std::string text_of(const control::Reply& reply, const char* name) {
-  const auto value = nlohmann::json::parse(reply.find(name), nullptr, false);
+  const auto value = json_value_if_any(reply.find(name));
   return value.is_string() ? value.get<std::string>() : "";
 }
 
@@ -88,7 +89,7 @@ std::string count_of(const nlohmann::json& status, const char* key) {
 }
 
 void print_status(const control::Reply& reply) {
-  const auto status = nlohmann::json::parse(reply.find("status"), nullptr, false);
+  const auto status = json_value_if_any(reply.find("status"));
   if (!status.is_object()) throw Error(Fault::data, "the daemon has no status yet; ask again");
   const std::string reason = status.value("reason", "");
   std::printf("state      %s%s%s\n", status.value("state", "").c_str(), reason.empty() ? "" : ": ",

@@ -24,6 +24,7 @@
 #include "protocol/error.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -144,7 +145,7 @@ class Listening {
   }
 
   static bool is_stopping(const std::string& json) {
-    const auto status = nlohmann::json::parse(json, nullptr, false);
+    const auto status = json_value_if_any(json);
     return status.is_object() && status.contains("state") &&
            status["state"] == to_string(DaemonState::stopping);
   }

@@ -7,6 +7,7 @@
 
 #include "config/read_file.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 
 namespace splid {
 namespace {
@@ -41,7 +42,7 @@ void check_is_pattern_or_new(const std::string& file) {
   std::error_code absent;
   if (!std::filesystem::is_regular_file(file, absent)) return;
   if (std::filesystem::file_size(file, absent) == 0) return;
-  const auto json = nlohmann::json::parse(read_start(file, largest_pattern_bytes), nullptr, false);
+  const auto json = json_value_if_any(read_start(file, largest_pattern_bytes));
   const bool is_pattern = json.is_object() && json.contains("schema") &&
                           json["schema"].is_string() && json["schema"] == "splid.pattern";
   if (is_pattern) return;

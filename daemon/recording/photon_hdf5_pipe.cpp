@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/recording/photon_hdf5_file.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 
 namespace splid::recording {
@@ -109,7 +110,7 @@ std::string photon_hdf5_header_json(const RecordingHeader& header) {
 }
 
 RecordingHeader photon_hdf5_header_from_json(std::string_view json) {
-  const auto parsed = nlohmann::json::parse(json);
+  const auto parsed = json_value(json);
   RecordingHeader header;
   header.is_t3 = parsed.at("is_t3").get<bool>();
   header.resolution_s = parsed.at("resolution_s").get<double>();

@@ -19,6 +19,7 @@
 #include "drivers/replay/recording_reader.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/sync/sync_survey.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/recording_format.hpp"
 
 namespace splid::recording {
@@ -32,11 +33,11 @@ struct SyncChannel {
 };
 
 SyncChannel sync_channel(const RecordingHeader& header) {
-  const auto config = nlohmann::json::parse(header.config_json, nullptr, false);
+  const auto config = json_value_if_any(header.config_json);
   const nlohmann::json::json_pointer place("/channels/sync");
   if (config.is_discarded() || !config.contains(place)) return {};
   const nlohmann::json& name = config[place];
-  const std::string text = name.is_string() ? name.get<std::string>() : name.dump();
+  const std::string text = name.is_string() ? name.get<std::string>() : json_text(name);
   const auto channel = parse_channel(text);
   if (!channel || channel->kind == TagKind::sync) return {};
   const std::string what = channel->kind == TagKind::photon ? "input " : "";

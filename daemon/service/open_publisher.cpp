@@ -8,6 +8,7 @@
 #include "daemon/base/log.hpp"
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/sockets/subscriber.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -18,7 +19,7 @@ namespace {
 constexpr std::chrono::seconds patience{3};
 
 std::string text_in(const std::string& json, const char* member) {
-  const auto message = nlohmann::json::parse(json, nullptr, false);
+  const auto message = json_value_if_any(json);
   if (!message.is_object() || !message.contains(member) || !message[member].is_string()) return {};
   return message[member].get<std::string>();
 }

@@ -6,6 +6,8 @@
 #include <set>
 #include <string_view>
 
+#include "protocol/json_value.hpp"
+
 namespace splid {
 namespace {
 
@@ -32,8 +34,8 @@ bool is_live(std::string_view pointer, const Config& after, const Config& starte
 }  // namespace
 
 ConfigChanges changes_between(const Config& before, const Config& after, const Config& started) {
-  const auto patch = nlohmann::json::diff(nlohmann::json::parse(config_to_json(before)),
-                                          nlohmann::json::parse(config_to_json(after)));
+  const auto patch =
+      nlohmann::json::diff(json_value(config_to_json(before)), json_value(config_to_json(after)));
   std::set<std::string> pointers;
   for (const auto& step : patch) pointers.insert(step["path"].get<std::string>());
   // The file may hold other pulses under the same name.

@@ -8,6 +8,7 @@
 
 #include "protocol/error.hpp"
 #include "protocol/fold_json.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid::view {
@@ -46,7 +47,7 @@ void LiveView::take(const std::string& topic, const std::string& json) {
   } else if (topic == topic_frame) {
     take_frame(json);
   } else if (topic == topic_status || topic == topic_version || topic == topic_fold) {
-    const auto message = nlohmann::json::parse(json, nullptr, false);
+    const auto message = json_value_if_any(json);
     if (!message.is_object()) {
       ++unread_;
       return;
@@ -101,7 +102,7 @@ std::string LiveView::page_json() const {
                             {"viewers", web_.viewers},
                             {"refused", web_.refused},
                             {"unread_messages", unread_}};
-  return page.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return json_text(page);
 }
 
 std::string LiveView::bins_json(const History& history, const Cursor& cursor) const {

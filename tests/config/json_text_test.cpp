@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/error_text.hpp"
 
 namespace splid {
@@ -60,9 +61,9 @@ TEST(JsonText, ShowsLongValuesCut) {
 }
 
 TEST(JsonText, WholeNumbersPrintWithoutAPoint) {
-  EXPECT_EQ(plain_number(50).dump(), "50");
-  EXPECT_EQ(plain_number(-0.5).dump(), "-0.5");
-  EXPECT_EQ(plain_number(1e300).dump(), "1e+300");
+  EXPECT_EQ(json_text(plain_number(50)), "50");
+  EXPECT_EQ(json_text(plain_number(-0.5)), "-0.5");
+  EXPECT_EQ(json_text(plain_number(1e300)), "1e+300");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/every_option.hpp"
 
@@ -15,7 +16,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 EveryOption read(const std::string& text) {
-  const auto json = nlohmann::json::parse(text);
+  const auto json = json_value(text);
   OptionReader reader(json, "folder/a.json", "/source");
   EveryOption options;
   options.describe(reader);
@@ -91,7 +92,7 @@ TEST(OptionReader, AWholeNumberMayBeWrittenWithAnExponent) {
 }
 
 TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
-  const auto json = nlohmann::json::parse(R"({"a": 9223372036854775807, "b": 9007199254740993,
+  const auto json = json_value(R"({"a": 9223372036854775807, "b": 9007199254740993,
       "c": 9007199254740994.0})");
   OptionReader reader(json, "a.json", "");
   std::int64_t value = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/option_reader.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/every_option.hpp"
 
 namespace splid {
@@ -14,11 +15,11 @@ std::string written(EveryOption options) {
   nlohmann::ordered_json object = nlohmann::ordered_json::object();
   OptionWriter writer(object);
   options.describe(writer);
-  return object.dump();
+  return json_text(object);
 }
 
 EveryOption read_back(const std::string& text) {
-  const auto json = nlohmann::json::parse(text);
+  const auto json = json_value(text);
   OptionReader reader(json, "a.json", "");
   EveryOption options;
   options.describe(reader);

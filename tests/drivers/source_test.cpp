@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <regex>
 #include <set>
+
+#include "tests/support/matches.hpp"
 
 namespace splid {
 namespace {
@@ -32,11 +33,10 @@ std::set<std::string> registered_ids() {
 std::set<std::string> ids_in(const std::string& file, const std::string& line_of_id) {
   std::ifstream lines(SPLID_SOURCE_DIR "/systemd/" + file);
   std::set<std::string> ids;
-  const std::regex pattern(line_of_id);
   for (std::string line; std::getline(lines, line);) {
-    std::smatch found;
-    if (line.starts_with('#') || !std::regex_search(line, found, pattern)) continue;
-    std::string id = found.str(1) + ':' + found.str(2);
+    const auto found = test::first_match(line, line_of_id);
+    if (line.starts_with('#') || found.empty()) continue;
+    std::string id = found[1] + ':' + found[2];
     std::transform(id.begin(), id.end(), id.begin(),
                    [](unsigned char c) { return std::tolower(c); });
     ids.insert(id);

@@ -6,6 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "protocol/json_value.hpp"
+
 namespace splid {
 namespace {
 
@@ -66,7 +68,7 @@ TEST(FoldJson, WholePicturesAreSmall) {
                                        -12345.6789);
   const std::string json = to_json(message);
   EXPECT_LT(json.size(), 60'000u);
-  const auto read = nlohmann::json::parse(json);
+  const auto read = json_value(json);
   EXPECT_DOUBLE_EQ(read["stack"]["expected"][199].get<double>(), 1.235e-5);
   EXPECT_EQ(read["plane"]["gain_nats"][4095].get<double>(), -12345.68);
 }

@@ -15,6 +15,7 @@
 
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -175,7 +176,7 @@ TEST(Messages, EveryMemberIsExplainedInTheManual) {
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   for (const std::string& json : {to_json(typical()), to_json(with_targets()),
                                   to_json(StatusMessage{}), to_json(VersionMessage{})}) {
-    expect_explained(nlohmann::json::parse(json), page);
+    expect_explained(json_value(json), page);
   }
 }
 
@@ -187,14 +188,14 @@ void flatten(const nlohmann::json& members, const std::string& before,
     if (value.is_object()) {
       flatten(value, before + name + "_", all);
     } else {
-      all[before + name] = value.is_string() ? value.get<std::string>() : value.dump();
+      all[before + name] = value.is_string() ? value.get<std::string>() : json_text(value);
     }
   }
 }
 
 TEST(FrameMessage, EveryMemberIsAColumnOfATable) {
   std::map<std::string, std::string> members;
-  flatten(nlohmann::json::parse(typical_json), "", members);
+  flatten(json_value(typical_json), "", members);
   std::istringstream head(frame_csv_head());
   std::istringstream row(frame_csv_row(typical()));
   std::string value;

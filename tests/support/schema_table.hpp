@@ -7,6 +7,8 @@
 #include <string_view>
 #include <utility>
 
+#include "protocol/json_value.hpp"
+
 namespace splid::test {
 
 // Writes a configuration's JSON schema as Markdown: a heading and a table for each section, a row
@@ -64,14 +66,14 @@ class SchemaTable {
     bool is_required = false;
     for (const Json& name : object["required"]) is_required = is_required || name == key;
     std::string preset = is_required ? "required" : "none";
-    if (!is_required && member.contains("default")) preset = code(member["default"].dump());
+    if (!is_required && member.contains("default")) preset = code(json_text(member["default"]));
     if (member.contains("properties")) preset = "";
     text_ += "| " + code(path) + " | " + preset + " | " + allowed(member) + " | " + unit(key) +
              " | " + member.value("description", "") + " |\n";
   }
 
   static std::string allowed(const Json& member) {
-    if (member.contains("const")) return code(member["const"].dump());
+    if (member.contains("const")) return code(json_text(member["const"]));
     if (member.contains("enum")) return listed(member["enum"]);
     if (member.contains("prefixItems")) return "`[1,N]`";
     if (member.contains("anyOf")) {
@@ -82,8 +84,8 @@ class SchemaTable {
       return member["items"].contains("properties") ? "array of objects"
                                                     : "array of " + allowed(member["items"]);
     }
-    const std::string least = member.contains("minimum") ? member["minimum"].dump() : "";
-    const std::string most = member.contains("maximum") ? member["maximum"].dump() : "";
+    const std::string least = member.contains("minimum") ? json_text(member["minimum"]) : "";
+    const std::string most = member.contains("maximum") ? json_text(member["maximum"]) : "";
     if (!least.empty() && !most.empty()) {
       return least + " to " + most + (type == "integer" ? ", whole" : "");
     }
@@ -119,7 +121,7 @@ class SchemaTable {
 
   static std::string listed(const Json& names) {
     std::string list;
-    for (const Json& name : names) list += (list.empty() ? "" : ", ") + code(name.dump());
+    for (const Json& name : names) list += (list.empty() ? "" : ", ") + code(json_text(name));
     return list;
   }
 

@@ -7,6 +7,7 @@
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 
 namespace splid::control {
@@ -90,7 +91,7 @@ std::string to_json(const Request& request) {
   CalibrateRequest calibrate =
       request.calibrate;  // a copy, since describe() takes a mutable object
   if (request.command == Command::calibrate) calibrate.describe(writer);
-  return document.dump();
+  return json_text(document);
 }
 
 std::string Reply::find(const std::string& name) const {
@@ -112,7 +113,7 @@ std::string to_json(const Reply& reply) {
 }
 
 Reply reply_from_json(const std::string& text) {
-  const auto json = nlohmann::ordered_json::parse(text, nullptr, false);
+  const auto json = ordered_json_value_if_any(text);
   const auto text_of = [&json](const char* key) {
     const auto found = json.find(key);
     return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
@@ -131,7 +132,7 @@ Reply reply_from_json(const std::string& text) {
     const std::string& name = key;
     const bool is_common = std::any_of(common.begin(), common.end(),
                                        [&name](const char* each) { return name == each; });
-    if (!is_common) reply.more.emplace_back(name, value.dump());
+    if (!is_common) reply.more.emplace_back(name, json_text(value));
   }
   return reply;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/option_writer.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 
 namespace splid::tradeoff {
@@ -107,7 +108,7 @@ std::optional<std::size_t> find_within_budget(std::span<const Row> rows, double 
 
 std::string configuration_lines(const Setting& setting) {
   return "\"frame\": {\"length_ms\": " + number_text(setting.length_ms) +
-         "},\n\"estimator\": " + json_of(setting.estimator).dump();
+         "},\n\"estimator\": " + json_text(json_of(setting.estimator));
 }
 
 }  // namespace splid::tradeoff

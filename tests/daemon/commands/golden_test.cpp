@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 
@@ -71,7 +72,7 @@ TEST_P(Golden, FramesAreTheSameAtAnySpeedAndAsTheyWere) {
   int count = 0;
   for (std::string line, wanted; std::getline(expected, wanted); ++count) {
     ASSERT_TRUE(std::getline(found, line)) << count;
-    expect_same(json::parse(line), json::parse(wanted), "frame " + std::to_string(count));
+    expect_same(json_value(line), json_value(wanted), "frame " + std::to_string(count));
   }
   EXPECT_EQ(found.peek(), std::istringstream::traits_type::eof());
   EXPECT_GE(count, 6);

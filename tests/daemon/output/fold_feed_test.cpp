@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "daemon/sockets/subscriber.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/measured_stream.hpp"
@@ -57,7 +58,7 @@ class Folds : public ::testing::Test {
     std::optional<nlohmann::json> fold;
     comes_to_be([&] {
       const auto message = subscriber.receive(milliseconds{5});
-      if (message && message->topic == "fold") fold = nlohmann::json::parse(message->json);
+      if (message && message->topic == "fold") fold = json_value(message->json);
       return fold.has_value();
     });
     return fold;
@@ -98,7 +99,7 @@ TEST_F(Folds, ComeOnceASecondAtMost) {
     ASSERT_TRUE(comes_to_be([&] {
       feed.frame_published(unit, message);
       const auto heard = subscriber.receive(milliseconds{20});
-      if (heard && heard->topic == "fold") fold = nlohmann::json::parse(heard->json);
+      if (heard && heard->topic == "fold") fold = json_value(heard->json);
       return fold.has_value();
     }));
     EXPECT_EQ((*fold)["sequence"], message.sequence);
@@ -166,7 +167,7 @@ TEST_F(Folds, ChangeNoByteOfAFrameAndAreThoseOfAFrame) {
       EXPECT_TRUE(fold);
       if (!fold) return lines;
       folds = true;
-      const auto frame = nlohmann::json::parse(frames.at((*fold)["sequence"]));
+      const auto frame = json_value(frames.at((*fold)["sequence"]));
       for (const char* member : {"timestamp", "status", "photons"}) {
         EXPECT_EQ((*fold)[member], frame[member]) << member;
       }

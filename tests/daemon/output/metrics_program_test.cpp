@@ -6,7 +6,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -14,9 +13,11 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "drivers/bridge/bridge.hpp"
 #include "drivers/source.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
+#include "tests/support/matches.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
@@ -51,12 +52,11 @@ class MetricsProgram : public ::testing::Test {
 
   // Where the program said that it listens; 0: it did not.
   static int port_of(const Program& program) {
-    std::smatch found;
-    const std::regex said("metrics at http://127\\.0\\.0\\.1:([0-9]+)/metrics");
     if (!eventually([&] { return program.err().find("/metrics\n") != std::string::npos; }))
       return 0;
-    const std::string err = program.err();
-    return std::regex_search(err, found, said) ? std::stoi(found[1]) : 0;
+    const auto found =
+        test::first_match(program.err(), "metrics at http://127\\.0\\.0\\.1:([0-9]+)/metrics");
+    return found.empty() ? 0 : std::stoi(found[1]);
   }
 
   static MetricsText scrape(int port) {
@@ -131,7 +131,7 @@ TEST_F(MetricsProgram, WhateverComesInFramesGoOn) {
                                   : "GET /metr");
     const auto message = frames.receive(test::patience);
     ASSERT_TRUE(message) << program.err();
-    const json frame = json::parse(message->json);
+    const json frame = json_value(message->json);
     EXPECT_EQ(frame["sequence"], last.value_or(frame["sequence"].get<std::int64_t>() - 1) + 1);
     last = frame["sequence"].get<std::int64_t>();
     ++heard;
@@ -169,12 +169,8 @@ std::set<std::string> driver_counters() {
 }
 
 std::set<std::string> metrics_named_in(const std::string& text) {
-  std::set<std::string> names;
-  const std::regex name("(splid|process)_[a-z0-9_]+");
-  for (std::sregex_iterator at(text.begin(), text.end(), name), end; at != end; ++at) {
-    names.insert(at->str());
-  }
-  return names;
+  const auto names = test::all_matches(text, "(splid|process)_[a-z0-9_]+");
+  return {names.begin(), names.end()};
 }
 
 TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
@@ -185,8 +181,8 @@ TEST_F(MetricsProgram, TheDashboardAndTheManualNameWhatThereIs) {
   std::set<std::string> known = driver_counters();
   known.merge(text.names);
   const std::string dashboard = file_text(SPLID_SOURCE_DIR "/docs/reference/grafana-splid.json");
-  ASSERT_TRUE(json::accept(dashboard));
-  const json whole = json::parse(dashboard);
+  ASSERT_FALSE(json_value_if_any(dashboard).is_discarded());
+  const json whole = json_value(dashboard);
   ASSERT_GE(whole["panels"].size(), 7U);
   for (const json& panel : whole["panels"]) {
     EXPECT_FALSE(panel["targets"].empty()) << panel["title"];

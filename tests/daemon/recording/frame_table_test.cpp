@@ -12,6 +12,7 @@
 
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/python_program.hpp"
 #include "tests/support/small_disk.hpp"
@@ -64,7 +65,7 @@ TEST(FrameTable, H5pyReadsWhatWasFlushedAtAnyMoment) {
   copies.insert(copies.begin(), "rows");
   EXPECT_EQ(python_reads(copies), "0\n0\n0\n1\n1000\n");
   const std::string frames = python_reads({"frames", file});
-  const auto last = json::parse(frames.substr(frames.rfind('\n', frames.size() - 2) + 1));
+  const auto last = json_value(frames.substr(frames.rfind('\n', frames.size() - 2) + 1));
   EXPECT_EQ(last["sequence"], 999);
   EXPECT_EQ(last["distance_m"], 0.1 * 999);
   EXPECT_EQ(last["status"], "ok");
@@ -77,10 +78,10 @@ TEST(FrameTable, HoldsItsFacts) {
   const std::string large = "\"" + std::string(300'000, 'x') + "\"";  // an attribute holds 64 KiB
   FrameTable table(
       file, {table_facts.program, large, table_facts.pattern_json, table_facts.recording}, false);
-  auto read = json::parse(python_reads({"facts", file}));
+  auto read = json_value(python_reads({"facts", file}));
   EXPECT_EQ(read["recording_sha256"], "");
   table.write_checksum(std::string(64, 'e'));
-  read = json::parse(python_reads({"facts", file}));
+  read = json_value(python_reads({"facts", file}));
   EXPECT_EQ(read["recording_sha256"], std::string(64, 'e'));
   EXPECT_EQ(read["program"], "splid 1.2.3");
   EXPECT_EQ(read["recording"], "my.ptu");
@@ -144,7 +145,7 @@ TEST(FrameTable, TextHasItsFactsBesideIt) {
   table.flush();
   EXPECT_EQ(file_text(file), frame_csv_head() + frame_csv_row(frame(7)));
   table.write_checksum("abc");
-  const auto beside = json::parse(file_text(facts_file_of(file)));
+  const auto beside = json_value(file_text(facts_file_of(file)));
   EXPECT_EQ(beside["recording_sha256"], "abc");
   EXPECT_EQ(beside["configuration"]["a"], 1);
 }

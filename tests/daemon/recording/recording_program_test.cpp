@@ -14,6 +14,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 #include "tests/support/fault_record.hpp"
 #include "tests/support/light_scene.hpp"
@@ -107,7 +108,7 @@ TEST_F(RecordingProgram, TheStatusNamesTheFileThatIsBeingWritten) {
   sockets::Subscriber subscriber(endpoint, {topic_status});
   std::set<std::string> named;
   EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
-    const auto status = nlohmann::json::parse(message.json);
+    const auto status = json_value(message.json);
     if (status.contains("recording") && status["recording"]["state"] == "writing") {
       named.insert(status["recording"]["file"].get<std::string>());
       EXPECT_GT(status["recording"]["bytes"], 0);
@@ -120,7 +121,7 @@ TEST_F(RecordingProgram, TheStatusNamesTheFileThatIsBeingWritten) {
   }));
   EXPECT_EQ(run_program({"ctl", "--endpoint", control, "record", "start"}).exit_code, 0);
   EXPECT_TRUE(hear(subscriber, [&](const Message& message) {
-    const auto status = nlohmann::json::parse(message.json);
+    const auto status = json_value(message.json);
     return status.contains("recording") && status["recording"]["state"] == "writing" &&
            named.insert(status["recording"]["file"].get<std::string>()).second;
   }));

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
@@ -106,8 +107,8 @@ TEST_F(TablesProgram, EachValueOfAReplayIsThatOfItsJson) {
   const std::vector<std::string> rows = table_lines(read_table("frames", {table}));
   ASSERT_EQ(rows.size(), messages.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto members = members_of(json::parse(messages[i]));
-    const json row = json::parse(rows[i]);
+    const auto members = members_of(json_value(messages[i]));
+    const json row = json_value(rows[i]);
     for (const auto& [name, value] : row.items()) expect_same_value(name, value, members);
     for (const auto& [name, value] : members) EXPECT_TRUE(row.contains(name)) << name;
   }
@@ -141,7 +142,7 @@ TEST_F(TablesProgram, TextHasTheDigitsOfTheJson) {
 
 TEST_F(TablesProgram, FactsStandBesideTheFrames) {
   ASSERT_EQ(replay({"--output", folder.path("a.h5")}).exit_code, 0);
-  const json facts = json::parse(read_table("facts", {folder.path("a.h5")}));
+  const json facts = json_value(read_table("facts", {folder.path("a.h5")}));
   const std::string summed =
       Program({golden + ".ptu"}, "/usr/bin/sha256sum").wait().out.substr(0, 64);
   EXPECT_EQ(facts["recording_sha256"], summed);
@@ -223,7 +224,7 @@ TEST_F(TablesProgram, ARecordingsFramesAreThoseOfItsReplay) {
     };
     EXPECT_EQ(repeatable(recorded[i]), repeatable(replayed[i]));
   }
-  const json facts = json::parse(read_table("facts", {table}));
+  const json facts = json_value(read_table("facts", {table}));
   EXPECT_EQ(facts["recording_sha256"],
             Program({recording}, "/usr/bin/sha256sum").wait().out.substr(0, 64));
   // Neither the recording nor its table is replaced unasked.

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
-#include <regex>
 #include <string>
 
 #include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
+#include "tests/support/matches.hpp"
 #include "tests/support/metrics_text.hpp"
 #include "tests/support/program.hpp"
 
@@ -68,11 +68,10 @@ class SecurityProgram : public testing::Test {
 
   // Where the program says that it publishes, seen from this machine.
   static std::string endpoint_of(const Program& program, const std::string& words) {
-    std::smatch found;
-    const std::regex said(words + "tcp://[0-9.]+:([0-9]+)");
     std::string err;
     eventually([&] { return (err = program.err()).find("publishing at") != err.npos; });
-    return std::regex_search(err, found, said) ? "tcp://127.0.0.1:" + found[1].str() : err;
+    const auto found = test::first_match(err, words + "tcp://[0-9.]+:([0-9]+)");
+    return found.empty() ? err : "tcp://127.0.0.1:" + found[1];
   }
 
   std::vector<std::string> listening(const std::string& endpoint, const std::string& key,

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <regex>
 #include <string>
 
 #include "daemon/output/liveness.hpp"
@@ -11,6 +10,7 @@
 #include "drivers/usb/tdc2_instrument.hpp"
 #include "drivers/usb/usb_session.hpp"
 #include "drivers/usb/usb_source.hpp"
+#include "tests/support/matches.hpp"
 #include "tests/support/program.hpp"
 
 // The watchdog ends what hangs, and nothing that only tries again.
@@ -23,9 +23,8 @@ using std::chrono::milliseconds;
 // Of the unit file, in seconds.
 double unit_seconds(const std::string& key) {
   const std::string unit = test::file_text(SPLID_SOURCE_DIR "/systemd/splid.service");
-  std::smatch found;
-  const std::regex line("(?:^|\n)" + key + "=([0-9.]+)(?:\n|$)");
-  EXPECT_TRUE(std::regex_search(unit, found, line)) << key;
+  const auto found = test::first_match(unit, "(?:^|\n)" + key + "=([0-9.]+)(?:\n|$)");
+  EXPECT_FALSE(found.empty()) << key;
   return found.empty() ? 0 : std::stod(found[1]);
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "daemon/sockets/subscriber.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/python_program.hpp"
 
@@ -33,7 +34,7 @@ class BridgeProgram : public ::testing::Test {
     while (steady_clock::now() < deadline) {
       const auto message = frames.receive(std::chrono::milliseconds{200});
       if (!message) continue;
-      json found = json::parse(message->json);
+      json found = json_value(message->json);
       if (wanted(found)) return found;
     }
     return std::nullopt;

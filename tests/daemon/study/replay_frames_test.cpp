@@ -15,6 +15,7 @@
 #include "daemon/stream/open_source.hpp"
 #include "drivers/replay/replay.hpp"
 #include "protocol/error.hpp"
+#include "protocol/json_value.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
@@ -45,7 +46,7 @@ TEST(ReplayFrames, AreThoseThatAReplayPublished) {
   std::size_t count = 0;
   for (std::string line; std::getline(lines, line); ++count) {
     ASSERT_LT(count, frames.size());
-    const nlohmann::json expected = nlohmann::json::parse(line);
+    const nlohmann::json expected = json_value(line);
     EXPECT_EQ(frames[count].sequence, expected["sequence"].get<std::uint64_t>());
     EXPECT_EQ(std::to_string(frames[count].start_ps), expected["start_ps"].get<std::string>());
     EXPECT_EQ(std::string(to_string(frames[count].status)), expected["status"].get<std::string>());

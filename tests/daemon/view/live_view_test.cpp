@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
 #include "tests/support/sanitized.hpp"
 
@@ -39,7 +40,7 @@ json data_of(const std::string& events, const std::string& name) {
   const auto at = events.rfind(head);
   if (at == std::string::npos) return nullptr;
   const auto begin = at + head.size();
-  return json::parse(events.substr(begin, events.find('\n', begin) - begin));
+  return json_value(events.substr(begin, events.find('\n', begin) - begin));
 }
 
 TEST(ViewHistory, ABinKeepsMeanAndReachWithTheDeviation) {
@@ -47,7 +48,7 @@ TEST(ViewHistory, ABinKeepsMeanAndReachWithTheDeviation) {
   history.add(frame_at(100.1, 10), 0.5);
   history.add(frame_at(100.2, 12), 0.5);
   history.add(frame_at(101.0, 20, FrameStatus::no_target), 0.25);
-  const json rows = json::parse(history.rows_after(0));
+  const json rows = json_value(history.rows_after(0));
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0][0], 100);
   EXPECT_EQ(rows[0][1], 2);

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/light_scene.hpp"
 #include "tests/support/local_connection.hpp"
@@ -161,7 +162,7 @@ TEST_F(ViewProgram, ShowsTheMessagesAsTheyWerePublished) {
     return frame.ends_with('}') && listener.out().find(frame) != std::string::npos;
   })) << frame;
   EXPECT_THAT(events_until(viewer, "event: status"), HasSubstr("event: status"));
-  EXPECT_EQ(nlohmann::json::parse(frame)["schema"], "splid.frame");
+  EXPECT_EQ(json_value(frame)["schema"], "splid.frame");
   end_view();
 }
 
@@ -254,7 +255,7 @@ TEST_F(ViewProgram, LivesThroughNonsenseHugeHeadersAndFiveHundredConnections) {
   std::istringstream heard(listener.wait().out);
   std::optional<std::uint64_t> last;
   for (std::string line; std::getline(heard, line);) {
-    const auto sequence = nlohmann::json::parse(line)["sequence"].get<std::uint64_t>();
+    const auto sequence = json_value(line)["sequence"].get<std::uint64_t>();
     if (last) {
       EXPECT_EQ(sequence, *last + 1);
     }

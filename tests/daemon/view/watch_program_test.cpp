@@ -1,12 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "tests/support/light_scene.hpp"
+#include "tests/support/matches.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/terminal_program.hpp"
 
@@ -38,7 +38,7 @@ std::vector<std::string> picture(const std::string& written) {
   const auto begin = written.rfind(home, end - 1);
   if (begin == std::string::npos) return {};
   const std::string text = written.substr(begin, end - begin);
-  std::istringstream in(std::regex_replace(text, std::regex("\033\\[[0-9;?]*[A-Za-z]|\r"), ""));
+  std::istringstream in(test::without_matches(text, "\033\\[[0-9;?]*[A-Za-z]|\r"));
   std::vector<std::string> lines;
   for (std::string line; std::getline(in, line);) lines.push_back(line);
   return lines;

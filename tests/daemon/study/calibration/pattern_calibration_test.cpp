@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "protocol/pattern_json.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/frame_maker.hpp"
+#include "tests/support/matches.hpp"
 #include "tests/support/program.hpp"
 
 namespace splid::calibration {
@@ -198,8 +198,9 @@ TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
   scene.target.velocity_mps = 0.003;  // 20 ps in all
   const std::string slow = refusal_of(scene);
   EXPECT_THAT(slow, AllOf(HasSubstr("the target moves, v = "), HasSubstr("5 ps are allowed")));
-  std::smatch figures;
-  ASSERT_TRUE(std::regex_search(slow, figures, std::regex("v = (\\S+) \\+- (\\S+) mm/s"))) << slow;
+  const std::string velocity = "v = (\\S+) \\+- (\\S+) mm/s";
+  auto figures = test::first_match(slow, velocity);
+  ASSERT_FALSE(figures.empty()) << slow;
   EXPECT_NEAR(std::stod(figures[1]), 3, 4 * std::stod(figures[2]));
   EXPECT_LT(std::stod(figures[2]), 0.15);
   Plan lenient;
@@ -208,7 +209,8 @@ TEST(PatternCalibration, MotionIsRefusedWithItsVelocity) {
 
   scene.target.velocity_mps = -0.5;
   const std::string fast = refusal_of(scene);
-  ASSERT_TRUE(std::regex_search(fast, figures, std::regex("v = (\\S+) \\+- (\\S+) mm/s"))) << fast;
+  figures = test::first_match(fast, velocity);
+  ASSERT_FALSE(figures.empty()) << fast;
   EXPECT_NEAR(std::stod(figures[1]), -500, 25);
 
   scene.target.motion = simulator::MotionKind::sinusoid;
@@ -224,10 +226,9 @@ TEST(PatternCalibration, TooFewPhotonsAreRefusedWithHowManyItNeeds) {
   scene.detection.signal_per_pulse = 0.004;
   scene.seconds = 0.25;
   const std::string refused = refusal_of(scene);
-  std::smatch figures;
-  ASSERT_TRUE(std::regex_search(
-      refused, figures, std::regex("it needs ([0-9,]+) more signal photons, (\\S+) s more")))
-      << refused;
+  const auto figures =
+      test::first_match(refused, "it needs ([0-9,]+) more signal photons, (\\S+) s more");
+  ASSERT_FALSE(figures.empty()) << refused;
   const double more_s = std::stod(figures[2]);
   EXPECT_GT(more_s, 0.1);
   scene.seconds += 0.6 * more_s;

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "protocol/json_value.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
 
@@ -297,7 +298,7 @@ TEST_F(TradeoffProgram, PrintsARowALineAsJson) {
   std::istringstream lines(result.out);
   std::size_t rows = 0;
   for (std::string line; std::getline(lines, line); ++rows) {
-    const auto row = nlohmann::json::parse(line);
+    const auto row = json_value(line);
     EXPECT_EQ(row.at("schema"), "splid.tradeoff");
     EXPECT_EQ(row.at("frames"), 12);
     EXPECT_GT(row.at("compute_ms_p50"), 0);
@@ -309,7 +310,7 @@ TEST_F(TradeoffProgram, PrintsARowALineAsJson) {
 TEST_F(TradeoffProgram, ASeedGivesItsOwnFramesAgain) {
   const auto photons = [&](const char* seed) {
     const std::string out = run({"--json", "--seed", seed}).out;
-    return nlohmann::json::parse(out.substr(0, out.find('\n'))).at("photons").get<double>();
+    return json_value(out.substr(0, out.find('\n'))).at("photons").get<double>();
   };
   EXPECT_EQ(photons("7"), photons("7"));
   EXPECT_NE(photons("7"), photons("8"));
