@@ -1,11 +1,11 @@
 #include "estimator/fit/bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "estimator/fit/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -177,11 +177,11 @@ Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const Bo
   if (!scene.width_unknown) know(width_index);
   if (!(at.background_per_ns > 0)) know(background_index);
   const double infinite = std::numeric_limits<double>::infinity();
-  const Eigen::LLT<Matrix6d> cholesky(scaled);
-  if (cholesky.info() != Eigen::Success) {
+  const auto inverse = inverse_of_positive(scaled);
+  if (!inverse) {
     return {infinite, infinite, infinite, infinite, infinite, infinite, infinite};
   }
-  Matrix6d C = unit.asDiagonal() * cholesky.solve(Matrix6d::Identity()) * unit.asDiagonal();
+  Matrix6d C = unit.asDiagonal() * *inverse * unit.asDiagonal();
   if (!scene.moving) C(travel_index, travel_index) = 0;
   if (!scene.accelerating) C(bend_index, bend_index) = 0;
 

@@ -1,10 +1,10 @@
 #include "estimator/fit/joint_bound.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "estimator/fit/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -53,11 +53,11 @@ struct Light {
 };
 
 // The information of a ns of a comb at the place s in the frame, from -1/2 to 1/2.
-JointMatrix information_per_ns(const Light& light, double s, const JointParameters& at,
+SmallMatrix information_per_ns(const Light& light, double s, const JointParameters& at,
                                double dilation) {
   const auto size = static_cast<Eigen::Index>(at.size());
-  JointMatrix J = JointMatrix::Zero(size, size);
-  JointVector by(size);
+  SmallMatrix J = SmallMatrix::Zero(size, size);
+  SmallVector by(size);
   for (std::size_t n = 0; n < light.steps; ++n) {
     double lambda = at.background_per_ns;
     by.setZero();
@@ -76,10 +76,10 @@ JointMatrix information_per_ns(const Light& light, double s, const JointParamete
 
 }  // namespace
 
-JointMatrix joint_information(const PulseShape& shape, const PulseTrain& train,
+SmallMatrix joint_information(const PulseShape& shape, const PulseTrain& train,
                               const Exposure& exposure, const JointParameters& at) {
   const auto size = static_cast<Eigen::Index>(at.size());
-  JointMatrix J = JointMatrix::Zero(size, size);
+  SmallMatrix J = SmallMatrix::Zero(size, size);
   for (const PulseTrain::Stretch& stretch : train.stretches) {
     const Comb& comb = stretch.comb;
     const double share = (stretch.end_ns - stretch.begin_ns) / train.period_ns;
@@ -106,7 +106,7 @@ std::vector<Bound> joint_bound(const Pattern& pattern, const PulseShape& shape,
   exposure.length_ns = frame.length_ns;
   JointParameters at;
   at.background_per_ns = frame.background_per_ns;
-  JointVector units(static_cast<Eigen::Index>(3 * scenes.size() + 1));
+  SmallVector units(static_cast<Eigen::Index>(3 * scenes.size() + 1));
   for (const BoundScene& scene : scenes) {
     const double beta = scene.velocity_mps / speed_of_light_mps;
     units.segment<3>(static_cast<Eigen::Index>(3 * at.count)) << shape.width_ns(), shape.width_ns(),
@@ -115,7 +115,7 @@ std::vector<Bound> joint_bound(const Pattern& pattern, const PulseShape& shape,
             scene.signal_per_pulse});
   }
   units[units.size() - 1] = std::max(at.background_per_ns, 1 / frame.seen_ns);
-  JointMatrix J =
+  SmallMatrix J =
       units.asDiagonal() * joint_information(shape, train, exposure, at) * units.asDiagonal();
   const auto know = [&](Eigen::Index i) {
     J.row(i).setZero();
@@ -126,15 +126,13 @@ std::vector<Bound> joint_bound(const Pattern& pattern, const PulseShape& shape,
   for (std::size_t k = 0; k < at.count; ++k) {
     if (!frame.moving) know(static_cast<Eigen::Index>(3 * k + 1));
   }
-  const Eigen::LLT<JointMatrix> cholesky(J);
+  const auto inverse = inverse_of_positive(J);
   const double infinite = std::numeric_limits<double>::infinity();
-  if (cholesky.info() != Eigen::Success) {
+  if (!inverse) {
     const Bound none = {infinite, infinite, infinite, infinite, infinite, infinite};
     return std::vector<Bound>(scenes.size(), none);
   }
-  const JointMatrix C = units.asDiagonal() *
-                        cholesky.solve(JointMatrix::Identity(J.rows(), J.cols())) *
-                        units.asDiagonal();
+  const SmallMatrix C = units.asDiagonal() * *inverse * units.asDiagonal();
   std::vector<Bound> bounds(scenes.size());
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     // tau = D (1 + beta); d beta / d travel = 2 / ((2 - g)^2 t_a), with g = 2 beta / (1 + beta).

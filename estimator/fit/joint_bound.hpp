@@ -14,7 +14,7 @@ namespace splid {
 //
 // Accuracy: 1e-4 relative for gaussian pulses. Threads: any. Errors: none. Allocates and integrates
 // over the whole period at 64 times of the frame: it is for studies.
-JointMatrix joint_information(const PulseShape& shape, const PulseTrain& train,
+SmallMatrix joint_information(const PulseShape& shape, const PulseTrain& train,
                               const Exposure& exposure, const JointParameters& at);
 
 // The smallest standard deviations that an unbiased estimate of several targets can have, one bound

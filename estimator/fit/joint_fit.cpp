@@ -1,8 +1,9 @@
 #include "estimator/fit/joint_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
 namespace {
@@ -14,7 +15,7 @@ constexpr double joint_margin_widths = 4;
 // above 0.
 constexpr double least_kept = 0.1;
 
-JointParameters stepped(const JointParameters& from, const JointVector& step) {
+JointParameters stepped(const JointParameters& from, const SmallVector& step) {
   JointParameters to = from;
   for (std::size_t k = 0; k < from.count; ++k) {
     const auto d = static_cast<Eigen::Index>(3 * k);
@@ -31,8 +32,8 @@ JointParameters stepped(const JointParameters& from, const JointVector& step) {
 
 // The information in `units`, with a 1 in place of each parameter that is fixed.
 template <class Fixed>
-JointMatrix information(const JointMatrix& hessian, const JointVector& units, const Fixed& fixed) {
-  JointMatrix J = -(units.asDiagonal() * hessian * units.asDiagonal());
+SmallMatrix information(const SmallMatrix& hessian, const SmallVector& units, const Fixed& fixed) {
+  SmallMatrix J = -(units.asDiagonal() * hessian * units.asDiagonal());
   for (Eigen::Index i = 0; i < J.rows(); ++i) {
     if (!fixed.at(static_cast<std::size_t>(i))) continue;
     J.row(i).setZero();
@@ -50,8 +51,8 @@ JointFit::JointFit(const PulseShape& shape, const PulseTrain& train, std::size_t
 
 // In these units the information is well conditioned. Where no photon speaks for a background, the
 // likelihood falls as exp(-b t), so that the unit of b is then 1 / t.
-JointVector JointFit::units_of(const JointParameters& at, const Exposure& exposure) const {
-  JointVector units(static_cast<Eigen::Index>(at.size()));
+SmallVector JointFit::units_of(const JointParameters& at, const Exposure& exposure) const {
+  SmallVector units(static_cast<Eigen::Index>(at.size()));
   for (std::size_t k = 0; k < at.count; ++k) {
     const double S = at.targets.at(k).signal_per_pulse;
     units.segment<3>(static_cast<Eigen::Index>(3 * k)) << width_ns_, width_ns_, S > 0 ? S : 1;
@@ -93,20 +94,20 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
   best.stop = Stop::rounds_spent;
   JointPoint next;
   for (int round = 0; round < most_rounds; ++round) {
-    const JointVector units = units_of(best.at, exposure);
-    JointMatrix J = information(point_.hessian, units, fixed);
-    JointVector slope = units.asDiagonal() * point_.gradient;
+    const SmallVector units = units_of(best.at, exposure);
+    SmallMatrix J = information(point_.hessian, units, fixed);
+    SmallVector slope = units.asDiagonal() * point_.gradient;
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
       if (fixed.at(static_cast<std::size_t>(i))) slope[i] = 0;
       J(i, i) += damping * std::max(std::abs(J(i, i)), 1.0);
     }
-    const Eigen::LLT<JointMatrix> hill(J);
-    if (hill.info() != Eigen::Success) {
+    const auto uphill = solution_of_positive(J, slope);
+    if (!uphill) {
       damping = std::max(10 * damping, first_damping);
       if (damping > most_damping) break;
       continue;
     }
-    JointVector step = hill.solve(slope);
+    SmallVector step = *uphill;
     const double longest = step.cwiseAbs().maxCoeff();
     if (longest > 1) step /= longest;
     // What is left to gain on this hill. A last step that short ends a tenth of its length from the
@@ -140,15 +141,13 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
 }
 
 void JointFit::add_covariance(const Exposure& exposure, const Fixed& fixed, JointMaximum& maximum) {
-  const JointVector units = units_of(maximum.at, exposure);
+  const SmallVector units = units_of(maximum.at, exposure);
   Fixed known = fixed;
   const std::size_t b = maximum.at.size() - 1;
   known.at(b) = maximum.at.background_per_ns * exposure.seen_ns < 1e-6;
-  const Eigen::LLT<JointMatrix> cholesky(information(point_.hessian, units, known));
-  if (cholesky.info() != Eigen::Success) return;
-  const auto size = static_cast<Eigen::Index>(maximum.at.size());
-  maximum.covariance =
-      units.asDiagonal() * cholesky.solve(JointMatrix::Identity(size, size)) * units.asDiagonal();
+  const auto inverse = inverse_of_positive(information(point_.hessian, units, known));
+  if (!inverse) return;
+  maximum.covariance = units.asDiagonal() * *inverse * units.asDiagonal();
   for (std::size_t i = 0; i < b; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     if (fixed.at(i)) maximum.covariance(k, k) = 0;

@@ -11,7 +11,7 @@ namespace splid {
 struct JointMaximum {
   JointParameters at;
   double gain_nats = 0;         // log-likelihood over that of no target
-  JointMatrix covariance;       // in the order of JointParameters; no travel: rows of zeros
+  SmallMatrix covariance;       // in the order of JointParameters; no travel: rows of zeros
   bool has_covariance = false;  // false where the likelihood does not fall off in all directions
   Stop stop = Stop::not_run;
 };
@@ -43,10 +43,10 @@ class JointFit {
   JointLikelihood& likelihood() { return likelihood_; }
 
  private:
-  using Fixed = std::array<bool, most_joint>;
+  using Fixed = std::array<bool, most_small_rows>;
   void climb_within(const Exposure& exposure, const Fixed& fixed, JointMaximum& best);
   void add_covariance(const Exposure& exposure, const Fixed& fixed, JointMaximum& maximum);
-  [[nodiscard]] JointVector units_of(const JointParameters& at, const Exposure& exposure) const;
+  [[nodiscard]] SmallVector units_of(const JointParameters& at, const Exposure& exposure) const;
 
   double width_ns_;
   JointLikelihood likelihood_;

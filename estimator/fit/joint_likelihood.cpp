@@ -1,9 +1,10 @@
 #include "estimator/fit/joint_likelihood.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
 namespace {
@@ -232,8 +233,8 @@ void JointLikelihood::add(std::span<const Share> shares, const JointParameters& 
 }
 
 void JointLikelihood::add(const Sums& sums, std::size_t targets, JointPoint& point) {
-  JointVector& g = point.gradient;
-  JointMatrix& H = point.hessian;
+  SmallVector& g = point.gradient;
+  SmallMatrix& H = point.hessian;
   const Eigen::Index b = g.size() - 1;
   g[b] += sums.background;
   H(b, b) -= sums.background_squares;
@@ -393,7 +394,7 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
     }
     best = value;
     const RateVector slope = sums.gradient - scales;
-    const RateVector step = sums.information.ldlt().solve(slope);
+    const RateVector step = solution_of_semidefinite(sums.information, slope);
     const double to_gain = slope.dot(step) / 2;
     if (!(to_gain > settled_nats)) return best + std::max(to_gain, 0.0);
     from = rates;

@@ -9,6 +9,7 @@
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/fit/log_sum.hpp"
+#include "estimator/fit/small_matrix.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -33,16 +34,10 @@ struct JointParameters {
   void add(const TargetParameters& target) { targets.at(count++) = target; }
 };
 
-constexpr int most_joint = 3 * static_cast<int>(most_targets) + 1;
-// Vectors and matrices that live on the stack.
-using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_joint, 1>;
-using JointMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_joint, most_joint>;
-
 struct JointPoint {
   double value = 0;  // nats
-  JointVector gradient;
-  JointMatrix hessian;
+  SmallVector gradient;
+  SmallMatrix hessian;
 };
 
 // The log-likelihood of a frame with several targets,

@@ -1,8 +1,8 @@
 #include "estimator/fit/path_check.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "estimator/fit/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -103,9 +103,9 @@ void PathCheck::judge_light(double dark, PathVerdict& verdict) const {
 }
 
 void PathCheck::step_to_bend(PathVerdict& verdict) const {
-  const Eigen::LLT<Eigen::Matrix3d> cholesky(information_);
-  if (cholesky.info() != Eigen::Success) return;
-  const Eigen::Matrix3d covariance = cholesky.solve(Eigen::Matrix3d::Identity());
+  const auto inverse = inverse_of_positive(information_);
+  if (!inverse) return;
+  const Eigen::Matrix3d covariance = *inverse;
   const Eigen::Vector3d step = covariance * score_;
   const Eigen::Vector3d mid(1, 0, -1.0 / 12);  // the delay at mid-frame, by the three
   if (!covariance.allFinite() || !step.allFinite()) return;

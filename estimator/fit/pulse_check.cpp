@@ -1,9 +1,10 @@
 #include "estimator/fit/pulse_check.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
 namespace {
@@ -152,7 +153,7 @@ double PulseCheck::climb(Model& model, const Known& known, int parameters) const
       information(k, k) = 1;
       score[k] = 0;
     }
-    Eigen::Vector4d step = information.ldlt().solve(score);
+    Eigen::Vector4d step = solution_of_semidefinite(information, score);
     if (!step.allFinite()) return best;
     const double too_long = std::max(std::abs(step[by_shift]) / (shape_.width_ns() * model.ratio),
                                      std::abs(step[by_log_width]) / 0.3);
@@ -188,10 +189,13 @@ PulseVerdict PulseCheck::step_of_width(const Expected& expected, const Known& kn
     information += expected.by[j] * expected.by[j].transpose() / expected.count[j];
   }
   information(by_background, by_background) += 1 / std::pow(known.std_background(), 2);
-  const Eigen::LDLT<Eigen::Matrix3d> others(information.topLeftCorner<3, 3>());
   const Eigen::Vector3d cross = information.col(by_log_width).head<3>();
-  const double left = score[by_log_width] - cross.dot(others.solve(score.head<3>()));
-  const double variance = information(by_log_width, by_log_width) - cross.dot(others.solve(cross));
+  Eigen::Matrix<double, 3, 2> right;
+  right << score.head<3>(), cross;
+  const Eigen::Matrix<double, 3, 2> others =
+      solution_of_semidefinite(information.topLeftCorner<3, 3>(), right);
+  const double left = score[by_log_width] - cross.dot(others.col(0));
+  const double variance = information(by_log_width, by_log_width) - cross.dot(others.col(1));
   if (!(variance > 0)) return {};
   return {left / variance, 1 / std::sqrt(variance), {}};
 }

@@ -1,10 +1,11 @@
 #include "estimator/fit/refinement.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
 namespace {
@@ -68,9 +69,9 @@ double most_to_gain_nats(const Derivatives& d, bool moving) {
   constexpr double some_nats = 10;
   double gain = 0;
   if (moving) {
-    const Eigen::LLT<Eigen::Matrix2d> hill(d.curvature);
-    if (hill.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-    gain = d.slope.dot(hill.solve(d.slope)) / 2;
+    const auto step = solution_of_positive(d.curvature, d.slope);
+    if (!step) return std::numeric_limits<double>::infinity();
+    gain = d.slope.dot(*step) / 2;
   } else {
     if (!(d.curvature(0, 0) > 0)) return std::numeric_limits<double>::infinity();
     gain = d.slope[0] * d.slope[0] / d.curvature(0, 0) / 2;
@@ -212,10 +213,9 @@ void Refinement::add_covariance(const Exposure& exposure, bool moving, Fit& fit)
     information.col(background_index).setZero();
     information(background_index, background_index) = 1;
   }
-  const Eigen::LLT<Eigen::Matrix4d> cholesky(information);
-  if (cholesky.info() != Eigen::Success) return;
-  fit.covariance =
-      unit.asDiagonal() * cholesky.solve(Eigen::Matrix4d::Identity()) * unit.asDiagonal();
+  const auto inverse = inverse_of_positive(information);
+  if (!inverse) return;
+  fit.covariance = unit.asDiagonal() * *inverse * unit.asDiagonal();
   if (!moving) fit.covariance(travel_index, travel_index) = 0;
   fit.has_covariance = fit.covariance.allFinite();
 }

@@ -1,11 +1,11 @@
 #include "estimator/fit/width_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/fit/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
@@ -162,11 +162,9 @@ std::optional<FittedWidth> WidthFit::with_covariance(const Exposure& exposure, b
   };
   if (!moving) know(travel_index);
   if (p.background_per_ns * exposure.seen_ns < 1e-6) know(background_index);
-  const Eigen::LLT<Eigen::Matrix<double, 5, 5>> cholesky(information);
-  if (cholesky.info() != Eigen::Success) return std::nullopt;
-  const Eigen::Matrix<double, 5, 5> C = unit.asDiagonal() *
-                                        cholesky.solve(Eigen::Matrix<double, 5, 5>::Identity()) *
-                                        unit.asDiagonal();
+  const auto inverse = inverse_of_positive(information);
+  if (!inverse) return std::nullopt;
+  const Eigen::Matrix<double, 5, 5> C = unit.asDiagonal() * *inverse * unit.asDiagonal();
   const double uncertain = std::sqrt(C(log_width_index, log_width_index));
   if (!C.allFinite() || !(uncertain < most_uncertain)) return std::nullopt;
 

@@ -1,0 +1,24 @@
+#include "estimator/fit/small_matrix.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace splid {
+
+std::optional<SmallMatrix> inverse_of_positive(const SmallMatrix& matrix) {
+  const Eigen::LLT<SmallMatrix> cholesky(matrix);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  return cholesky.solve(SmallMatrix::Identity(matrix.rows(), matrix.cols()));
+}
+
+std::optional<SmallVector> solution_of_positive(const SmallMatrix& matrix,
+                                                const SmallVector& right) {
+  const Eigen::LLT<SmallMatrix> cholesky(matrix);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  return cholesky.solve(right);
+}
+
+SmallMatrix solution_of_semidefinite(const SmallMatrix& matrix, const SmallMatrix& right) {
+  return matrix.ldlt().solve(right);
+}
+
+}  // namespace splid
