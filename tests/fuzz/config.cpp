@@ -7,7 +7,7 @@
 // A configuration with a pattern beside it, no file being opened: refused in a sentence that names
 // the file, or read, and then the same after its effective form was read again.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(config) {
   using namespace splid;
   using namespace splid::test;
   static const std::string pattern = to_json(interleaved_pattern({180'000, 189'000}, 3'780'000));

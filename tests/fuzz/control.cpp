@@ -4,7 +4,7 @@
 // A control request, and the same text as a reply: each refused in a sentence, or read, and then
 // the same after it was written again.
 
-namespace splid::test {
+namespace splid::test::fuzz_control {
 namespace {
 
 void check_request(const std::string& text) {
@@ -25,11 +25,11 @@ void check_reply(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_control
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(control) {
   const std::string text = splid::test::as_text(data, size);
-  splid::test::check_request(text);
-  splid::test::check_reply(text);
+  splid::test::fuzz_control::check_request(text);
+  splid::test::fuzz_control::check_reply(text);
   return 0;
 }

@@ -7,7 +7,7 @@
 // Lines of an encoder's counts: refused, or read, and then the same after they were written again.
 // Then any batches and frames of markers in turn: a position, if there is one, is finite.
 
-namespace splid::test {
+namespace splid::test::fuzz_encoder {
 namespace {
 
 void check_lines(std::string_view text) {
@@ -75,10 +75,10 @@ void check_join(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_encoder
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check_lines(splid::test::as_text(data, size));
-  splid::test::check_join({data, size});
+SPLID_FUZZ_TARGET(encoder) {
+  splid::test::fuzz_encoder::check_lines(splid::test::as_text(data, size));
+  splid::test::fuzz_encoder::check_join({data, size});
   return 0;
 }

@@ -10,7 +10,7 @@
 // A frame of any photons, losses and syncs that the framer can make, at any time of 64 bits: the
 // estimate has a status, and its values are finite and within their ranges.
 
-namespace splid::test {
+namespace splid::test::fuzz_estimator {
 namespace {
 
 // Short, so that an estimate takes milliseconds with all the sanitizers' checks.
@@ -213,9 +213,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_estimator
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(estimator) {
+  splid::test::fuzz_estimator::check({data, size});
   return 0;
 }

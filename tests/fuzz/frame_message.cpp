@@ -3,7 +3,7 @@
 
 // A frame message: refused in a sentence, or read, and then the same after it was written again.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(frame_message) {
   using namespace splid;
   using namespace splid::test;
   FrameMessage message;

@@ -8,7 +8,7 @@
 // is in the frames, frames do not overlap but after the clock was set anew, and all that is in one
 // is within it.
 
-namespace splid::test {
+namespace splid::test::fuzz_framer {
 namespace {
 
 constexpr FrameCapacity small_room{64, 64, 16, 8};
@@ -117,9 +117,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_framer
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(framer) {
+  splid::test::fuzz_framer::check({data, size});
   return 0;
 }

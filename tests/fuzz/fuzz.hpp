@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,10 +20,28 @@
 // What all fuzz targets share: any bytes are an input, and what must hold of every input is said by
 // must(), which ends the process where it does not, as libFuzzer wants it.
 
-// libFuzzer's entry, and corpus_main's.
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+// SPLID_FUZZ_TARGET(NAME) { ... return 0; } tries one input: data, and its size in bytes. With
+// libFuzzer each target is a program; without, one program has all of them and is told which one to
+// run over its corpus.
+#ifdef SPLID_LIBFUZZER
+#define SPLID_FUZZ_TARGET(name) \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+#else
+#define SPLID_FUZZ_TARGET(name)                                                                 \
+  static int try_##name(const std::uint8_t* data, std::size_t size);                            \
+  static const bool has_##name = splid::test::fuzz_targets().emplace(#name, try_##name).second; \
+  static int try_##name(const std::uint8_t* data, std::size_t size)
+#endif
 
 namespace splid::test {
+
+using FuzzTarget = int (*)(const std::uint8_t* data, std::size_t size);
+
+// By name; each target puts itself in before main() begins.
+inline std::map<std::string, FuzzTarget>& fuzz_targets() {
+  static std::map<std::string, FuzzTarget> targets;
+  return targets;
+}
 
 inline void must(bool holds, const char* what) {
   if (holds) return;

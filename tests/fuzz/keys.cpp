@@ -8,7 +8,7 @@
 // A file of a public key, of a secret one, and an allow-list: each read, or refused with its name
 // in the sentence.
 
-namespace splid::test {
+namespace splid::test::fuzz_keys {
 namespace {
 
 void check_list(const std::string& text) {
@@ -37,9 +37,9 @@ void check(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_keys
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(splid::test::as_text(data, size));
+SPLID_FUZZ_TARGET(keys) {
+  splid::test::fuzz_keys::check(splid::test::as_text(data, size));
   return 0;
 }

@@ -6,7 +6,7 @@
 // The losses of a recording's header: refused, or read, and then the same after they were written
 // again; in less room they are joined, and none is forgotten.
 
-namespace splid::test {
+namespace splid::test::fuzz_losses {
 namespace {
 
 void check(const std::string& text) {
@@ -30,9 +30,9 @@ void check(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_losses
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(splid::test::as_text(data, size));
+SPLID_FUZZ_TARGET(losses) {
+  splid::test::fuzz_losses::check(splid::test::as_text(data, size));
   return 0;
 }

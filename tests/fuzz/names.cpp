@@ -10,7 +10,7 @@
 // Names that people write: channels, USB devices, addresses of sockets, endpoints, and misspelt
 // keys. Each is a value, or refused; a value is written as it was read.
 
-namespace splid::test {
+namespace splid::test::fuzz_names {
 namespace {
 
 void check_channel(const std::string& text) {
@@ -47,9 +47,9 @@ void check(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_names
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(splid::test::as_text(data, size));
+SPLID_FUZZ_TARGET(names) {
+  splid::test::fuzz_names::check(splid::test::as_text(data, size));
   return 0;
 }

@@ -5,7 +5,7 @@
 
 // A pattern file: refused in a sentence, or read, and then the same after it was written again.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(pattern) {
   using namespace splid;
   using namespace splid::test;
   Pattern pattern;

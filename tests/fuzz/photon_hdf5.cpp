@@ -9,7 +9,7 @@
 // taken, then records, decoded at one go and in pieces. Each record is a photon or unknown; pieces
 // make no difference.
 
-namespace splid::test {
+namespace splid::test::fuzz_photon_hdf5 {
 namespace {
 
 std::size_t photons_of(const std::vector<Tag>& tags) {
@@ -39,9 +39,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_photon_hdf5
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(photon_hdf5) {
+  splid::test::fuzz_photon_hdf5::check({data, size});
   return 0;
 }

@@ -9,7 +9,7 @@
 // A recording: its header, given whole and bit by bit, then its records, decoded at one go and in
 // pieces. Each record is a tag, an overflow or unknown; pieces make no difference.
 
-namespace splid::test {
+namespace splid::test::fuzz_ptu {
 namespace {
 
 // As readers of files do: more of it until the header is there.
@@ -89,9 +89,9 @@ void check(std::span<const std::byte> bytes) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_ptu
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(std::as_bytes(std::span(data, size)));
+SPLID_FUZZ_TARGET(ptu) {
+  splid::test::fuzz_ptu::check(std::as_bytes(std::span(data, size)));
   return 0;
 }

@@ -10,7 +10,7 @@
 // Tags into records and back: what was not rejected comes out again, sorted, and the count of
 // rejected and reported tags is that of the losses; the losses stand in the header as they were.
 
-namespace splid::test {
+namespace splid::test::fuzz_ptu_round_trip {
 namespace {
 
 // 20 s are 4,700 overflow records, so that a thousand such gaps do not take the time of the run.
@@ -102,9 +102,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_ptu_round_trip
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(ptu_round_trip) {
+  splid::test::fuzz_ptu_round_trip::check({data, size});
   return 0;
 }

@@ -7,7 +7,7 @@
 // A recording of another format than PTU, which the first byte chooses: its header, given whole and
 // bit by bit, then its records, decoded at one go and in pieces. Pieces make no difference.
 
-namespace splid::test {
+namespace splid::test::fuzz_recordings {
 namespace {
 
 constexpr std::string_view settings = "[SP_TAC_R,F,6.5536e-08] [SP_TAC_G,I,2]";
@@ -55,9 +55,9 @@ void check(std::span<const std::byte> bytes) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_recordings
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(std::as_bytes(std::span(data, size)));
+SPLID_FUZZ_TARGET(recordings) {
+  splid::test::fuzz_recordings::check(std::as_bytes(std::span(data, size)));
   return 0;
 }

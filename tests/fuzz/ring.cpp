@@ -6,7 +6,7 @@
 // is in the count of a loss, counts that the source itself gave go on, what comes out is what went
 // in, and no clock break is swallowed without another.
 
-namespace splid::test {
+namespace splid::test::fuzz_ring {
 namespace {
 
 struct Sums {
@@ -69,9 +69,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_ring
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(ring) {
+  splid::test::fuzz_ring::check({data, size});
   return 0;
 }

@@ -5,7 +5,7 @@
 
 // Any answer of an instrument: a value of the form that was asked for, or none.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(scpi) {
   using namespace splid;
   using namespace splid::test;
   const std::string line = as_text(data, size);

@@ -5,7 +5,7 @@
 // A stream of tags16 blocks, cut anywhere, with little room and with new connections between: all
 // bytes are used, the cuts make no difference, and every byte is of a block or skipped.
 
-namespace splid::test {
+namespace splid::test::fuzz_tags16 {
 namespace {
 
 struct Decoded {
@@ -70,9 +70,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_tags16
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(tags16) {
+  splid::test::fuzz_tags16::check({data, size});
   return 0;
 }

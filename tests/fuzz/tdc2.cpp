@@ -6,7 +6,7 @@
 // Records of a TDC2 with any horizon, cut anywhere: whole records are used, the cuts make no
 // difference, times stay within 1 ms of sorted but at clock breaks, and strays are told.
 
-namespace splid::test {
+namespace splid::test::fuzz_tdc2 {
 namespace {
 
 struct Decoded {
@@ -66,9 +66,9 @@ void check(FuzzInput input) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_tdc2
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check({data, size});
+SPLID_FUZZ_TARGET(tdc2) {
+  splid::test::fuzz_tdc2::check({data, size});
   return 0;
 }

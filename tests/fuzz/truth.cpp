@@ -4,7 +4,7 @@
 
 // A truth file: refused in a sentence, or read, and then the same after it was written again.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(truth) {
   using namespace splid;
   using namespace splid::test;
   SceneTruth truth;

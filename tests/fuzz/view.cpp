@@ -5,7 +5,7 @@
 // What the live page reads of strangers: the headers and the query of a request, and the messages
 // that it is sent. Up to the first line feed the input is a header, and after that a message.
 
-namespace splid::test {
+namespace splid::test::fuzz_view {
 namespace {
 
 void check_header(const std::string& text) {
@@ -49,9 +49,9 @@ void check(const std::string& text) {
 }
 
 }  // namespace
-}  // namespace splid::test
+}  // namespace splid::test::fuzz_view
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  splid::test::check(splid::test::as_text(data, size));
+SPLID_FUZZ_TARGET(view) {
+  splid::test::fuzz_view::check(splid::test::as_text(data, size));
   return 0;
 }

@@ -6,7 +6,7 @@
 // A request of ZAP in any number of parts, each with its length in a byte before it: refused, or
 // answered in six parts, and a key taken from none but CURVE's credentials of 32 bytes.
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+SPLID_FUZZ_TARGET(zap) {
   using namespace splid;
   using namespace splid::test;
   FuzzInput input(data, size);
