@@ -27,7 +27,7 @@ constexpr std::string_view unix_prefix = "unix:";
 constexpr std::string_view tcp_prefix = "tcp:";
 
 // How long a look at a socket may last, since the stop token is looked at in between.
-constexpr milliseconds slice{20};
+constexpr milliseconds connect_slice{20};
 
 bool is_port(std::string_view text) {
   unsigned port = 0;
@@ -114,8 +114,9 @@ bool ClientSocket::connect(const std::stop_token& stop) {
 }
 
 bool ClientSocket::wait_connected(const std::stop_token& stop) {
-  for (auto left = connect_patience; left > left.zero() && !stop.stop_requested(); left -= slice) {
-    if (!wait_for(descriptor_, POLLOUT, slice)) continue;
+  for (auto left = connect_patience; left > left.zero() && !stop.stop_requested();
+       left -= connect_slice) {
+    if (!wait_for(descriptor_, POLLOUT, connect_slice)) continue;
     int error = 0;
     socklen_t bytes = sizeof error;
     ::getsockopt(descriptor_, SOL_SOCKET, SO_ERROR, &error, &bytes);

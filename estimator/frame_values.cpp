@@ -9,7 +9,7 @@ namespace splid {
 namespace {
 
 // A delay on a circle: in [0, circle_ns).
-double wrapped(double delay_ns, double circle_ns) {
+double within_circle(double delay_ns, double circle_ns) {
   const double turned = delay_ns - circle_ns * std::floor(delay_ns / circle_ns);
   return turned < circle_ns ? turned : 0.0;
 }
@@ -47,13 +47,13 @@ void fill_values(Estimate& estimate, const Fit& fit, const FrameUnits& units, co
   const double beta = g / (2 - g);
   // Where delays repeat, the search may end at any copy of the delay, so the delay is folded before
   // it is turned into tau: a copy k circles on would otherwise come out k beta circles further.
-  const double delay_ns = wrapped(p.line.delay_ns, units.circle_ns);
+  const double delay_ns = within_circle(p.line.delay_ns, units.circle_ns);
   estimate.has_values = true;
   estimate.velocity_mps = beta * speed_of_light_mps;
   // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the clock that is right.
-  estimate.delay_ns = wrapped(delay_ns * (1 + beta), units.circle_ns) * units.scale;
+  estimate.delay_ns = within_circle(delay_ns * (1 + beta), units.circle_ns) * units.scale;
   estimate.delay_start_ns =
-      wrapped(delay_ns * (1 + beta) - beta * units.length_ns + bend_ns / 4, units.circle_ns) *
+      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + bend_ns / 4, units.circle_ns) *
       units.scale;
   estimate.signal_per_pulse = p.signal_per_pulse;
   estimate.background_per_ns = p.background_per_ns;

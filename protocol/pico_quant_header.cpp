@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t identity_at = 0, identity_bytes = 16;
 constexpr std::size_t version_at = 16, version_bytes = 6;
 constexpr std::size_t creator_at = 22, creator_bytes = 18;
-constexpr std::size_t time_at = 52, time_bytes = 18;
+constexpr std::size_t file_time_at = 52, file_time_bytes = 18;
 constexpr std::size_t comment_at = 72, comment_bytes = 256;
 constexpr std::size_t bits_at = 332;
 
@@ -131,7 +131,7 @@ void add_integer(RecordingHeader& header, const char* name, std::int64_t value, 
 void read_texts(const Fields& fields, RecordingHeader& header) {
   add_text(header, "HW_Type", fields.text(identity_at, identity_bytes), identity_at);
   add_text(header, "CreatorSW_Name", fields.text(creator_at, creator_bytes), creator_at);
-  add_text(header, "FileTime", fields.text(time_at, time_bytes), time_at);
+  add_text(header, "FileTime", fields.text(file_time_at, file_time_bytes), file_time_at);
   add_text(header, "File_Comment", fields.text(comment_at, comment_bytes), comment_at);
 }
 

@@ -15,7 +15,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t preamble_bytes = 16;  // magic and version
-constexpr std::size_t name_bytes = 32;
+constexpr std::size_t tag_name_bytes = 32;
 constexpr std::size_t entry_bytes = 48;  // name, index, type, 8 bytes of value or length
 
 // Design note: vendors' headers are 4 to 100 KB. In a header that is longer than this some length
@@ -109,7 +109,7 @@ class Entries {
   [[nodiscard]] PtuTag fixed_part() const {
     PtuTag tag;
     tag.offset = offset_;
-    tag.name = until_nul(characters(bytes_.subspan(offset_, name_bytes)));
+    tag.name = until_nul(characters(bytes_.subspan(offset_, tag_name_bytes)));
     tag.index = static_cast<std::int32_t>(little_endian(bytes_.subspan(offset_ + 32, 4)));
     tag.type = static_cast<PtuTagType>(little_endian(bytes_.subspan(offset_ + 36, 4)));
     if (tag.name.empty()) fail(offset_, "a tag without a name; the file is damaged");

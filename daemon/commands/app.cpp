@@ -42,7 +42,7 @@ void set_up_log() {
 }
 
 // CLI11's error, reworded like the other errors of this program.
-std::string in_words(const CLI::ParseError& error) {
+std::string parse_error_in_words(const CLI::ParseError& error) {
   std::string what = error.what();
   constexpr std::string_view unread = "Could not convert: ";
   if (what.starts_with(unread)) {
@@ -185,7 +185,8 @@ int parse_and_run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return flushed(app.exit(error));  // --help or --version
-    throw Error(Fault::usage, in_words(error) + " (" + given_command(app) + " --help lists all)");
+    throw Error(Fault::usage,
+                parse_error_in_words(error) + " (" + given_command(app) + " --help lists all)");
   }
   if (!action) {
     std::fputs(app.help().c_str(), stderr);

@@ -27,7 +27,7 @@ bool write_all(int file, std::string_view text) {
 }
 
 // errno of what failed; 0: nothing.
-int write_file(const std::string& path, const std::string& text) {
+int write_and_sync(const std::string& path, const std::string& text) {
   const int how = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW;
   const int file = ::open(path.c_str(), how, readable_by_all);
   if (file < 0) return errno;
@@ -43,7 +43,7 @@ MetricsFile::MetricsFile(std::string path, std::function<void(const std::string&
     : path_(std::move(path)), temporary_(path_ + ".tmp"), notice_(std::move(notice)) {}
 
 void MetricsFile::write(const std::string& text) {
-  int fault = write_file(temporary_, text);
+  int fault = write_and_sync(temporary_, text);
   if (fault == 0 && std::rename(temporary_.c_str(), path_.c_str()) != 0) fault = errno;
   if (fault != 0) ::unlink(temporary_.c_str());
   const bool failed_before = std::exchange(failing_, fault != 0);

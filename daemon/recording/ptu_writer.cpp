@@ -26,7 +26,7 @@ constexpr std::size_t block_tags = block_bytes / 4;
 // the first tag.
 constexpr std::int64_t lead_ps = 1'000'000;
 
-constexpr std::int64_t ps_per_ms = 1'000'000'000;
+constexpr std::int64_t whole_ps_per_ms = 1'000'000'000;
 
 }  // namespace
 
@@ -124,7 +124,8 @@ void PtuWriter::close() {
   write_pending();
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
   if (begun_) {
-    facts_.acquisition_ms = saturated_difference(encoder_.now_ps(), facts_.origin_ps) / ps_per_ms;
+    facts_.acquisition_ms =
+        saturated_difference(encoder_.now_ps(), facts_.origin_ps) / whole_ps_per_ms;
   }
   write_header();
   if (::close(std::exchange(descriptor_, -1)) != 0) {

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
 namespace {
 
-constexpr double ps_a_ms = 1e9;
 constexpr std::size_t more_syncs = 1024;  // room for stray and doubled syncs of short frames
 
 double tagger_period_ps(const Pattern& pattern) {
@@ -24,7 +24,7 @@ std::size_t syncs_of_frame(double length_ms, const Pattern& pattern) {
 }  // namespace
 
 double periods_per_frame(double length_ms, double period_ps) {
-  return std::max(1.0, std::round(length_ms * ps_a_ms / period_ps));
+  return std::max(1.0, std::round(length_ms * ps_per_ms / period_ps));
 }
 
 FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift) {
@@ -43,7 +43,7 @@ void check_frame_fits(double length_ms, const Pattern& pattern, std::size_t ring
   const std::size_t syncs = syncs_of_frame(length_ms, pattern);
   if (syncs <= ring_capacity) return;
   const double longest_ms =
-      std::floor(static_cast<double>(ring_capacity) * tagger_period_ps(pattern) / ps_a_ms * 1e3) /
+      std::floor(static_cast<double>(ring_capacity) * tagger_period_ps(pattern) / ps_per_ms * 1e3) /
       1e3;
   throw Error(
       Fault::usage,

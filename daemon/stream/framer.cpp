@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/model/units.hpp"
 #include "estimator/sync/period_from_gaps.hpp"
 #include "protocol/saturated.hpp"
 
 namespace splid {
 namespace {
 
-constexpr double ps_per_ms = 1e9;
 constexpr std::int64_t second_ps = 1'000'000'000'000;
 constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;

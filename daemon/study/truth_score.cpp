@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/base/text.hpp"
+#include "estimator/model/units.hpp"
 
 namespace splid {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 // Design note: noise exceeds ten sigma once in 1e23 frames. The nearest wrong peak of a pattern
 // whose pulses are 9 ns apart is 1.3 m away, which is thousands of sigma.
 constexpr double wrong_peak_sigmas = 10;
-
-constexpr double ps_per_ms = 1e9;
 
 bool is_beyond(double error, const std::optional<double>& sigma) {
   return sigma && std::abs(error) > wrong_peak_sigmas * *sigma;

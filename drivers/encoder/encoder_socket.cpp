@@ -18,9 +18,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds slice{20};
+constexpr milliseconds read_slice{20};
 constexpr int slices_between_attempts = 25;
-constexpr std::size_t buffer_bytes = 1 << 16;
+constexpr std::size_t encoder_buffer_bytes = 1 << 16;
 constexpr std::size_t longest_line_bytes = 1 << 20;
 
 // The most batches that may wait to be taken: an hour of 100 a second.
@@ -46,13 +46,13 @@ class EncoderSocket final : public EncoderSource {
  private:
   void run(const std::stop_token& stop) {
     pthread_setname_np(pthread_self(), "encoder");
-    std::vector<std::byte> buffer(buffer_bytes);
+    std::vector<std::byte> buffer(encoder_buffer_bytes);
     while (!stop.stop_requested()) {
       if (!socket_.is_open()) {
         connect(stop);
         continue;
       }
-      const std::size_t bytes = socket_.read(buffer, slice);
+      const std::size_t bytes = socket_.read(buffer, read_slice);
       text_.append(reinterpret_cast<const char*>(buffer.data()), bytes);
       take_lines();
       if (!socket_.is_open()) warn_once("encoder: " + socket_.failure());
@@ -67,7 +67,7 @@ class EncoderSocket final : public EncoderSource {
     }
     if (!stop.stop_requested()) warn_once("encoder: " + socket_.failure());
     for (int i = 0; i < slices_between_attempts && !stop.stop_requested(); ++i) {
-      std::this_thread::sleep_for(slice);
+      std::this_thread::sleep_for(read_slice);
     }
   }
 

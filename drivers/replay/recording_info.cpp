@@ -13,7 +13,7 @@
 namespace splid {
 namespace {
 
-constexpr std::size_t block_tags = 65'536;
+constexpr std::size_t look_tags = 65'536;
 constexpr std::int64_t sorted_within_ps = 1'000'000;
 
 // A header's period comes of a rate in whole hertz: for 264,550 Hz to 2e-6.
@@ -57,7 +57,7 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags, co
   RecordingInfo info;
   RecordingReader reader(file, [&info](const std::string& text) { info.warnings.push_back(text); });
   info.header = reader.header();
-  std::vector<Tag> block(block_tags);
+  std::vector<Tag> block(look_tags);
   std::uint64_t scanned = 0;
   std::optional<std::int64_t> before_ps;
   while (max_tags == 0 || scanned < max_tags) {

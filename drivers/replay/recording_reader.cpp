@@ -17,7 +17,7 @@
 namespace splid {
 namespace {
 
-constexpr std::size_t buffer_bytes = 1 << 20;
+constexpr std::size_t reader_buffer_bytes = 1 << 20;
 
 // The first bytes of a file that is no recording, enough to tell what it is.
 constexpr std::size_t kind_bytes = 4096;
@@ -32,7 +32,10 @@ constexpr std::size_t max_header_bytes = 64 << 20;
 }  // namespace
 
 RecordingReader::RecordingReader(std::string file, Warn warn, double period_ps)
-    : file_(std::move(file)), warn_(std::move(warn)), period_ps_(period_ps), buffer_(buffer_bytes) {
+    : file_(std::move(file)),
+      warn_(std::move(warn)),
+      period_ps_(period_ps),
+      buffer_(reader_buffer_bytes) {
   descriptor_ = ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) {
     throw Error(Fault::data, file_ + ": cannot open the recording: " + std::strerror(errno) +

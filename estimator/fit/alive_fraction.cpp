@@ -6,8 +6,8 @@
 namespace splid {
 namespace {
 
-constexpr double cells_a_width = 8;
-constexpr double most_periods = 2000;
+constexpr double shape_cells_a_width = 8;
+constexpr double most_alive_periods = 2000;
 // A longer dead time averages over so many periods that its phase does not matter.
 constexpr double most_cells_dead = 1 << 22;
 constexpr double alive_settled = 1e-7;
@@ -16,7 +16,8 @@ constexpr double alive_settled = 1e-7;
 
 AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb, double dilation, double S,
                              double b, const BlindDetector& detector) {
-  const double cells = std::ceil(comb.period_ns * dilation * cells_a_width / shape.width_ns());
+  const double cells =
+      std::ceil(comb.period_ns * dilation * shape_cells_a_width / shape.width_ns());
   cells_per_ns_ = cells / comb.period_ns;
   alive_.assign(static_cast<std::size_t>(cells), 1.0);
   const double cells_dead = detector.dead_time_ns / dilation * cells_per_ns_;
@@ -65,7 +66,7 @@ void AliveFraction::settle(const std::vector<double>& chances, double cells_dead
   std::size_t now = 0;
   double alive = 1;
   const double dead_periods = cells_dead / static_cast<double>(cells);
-  const auto most = static_cast<std::size_t>(most_periods + 50 * dead_periods);
+  const auto most = static_cast<std::size_t>(most_alive_periods + 50 * dead_periods);
   for (std::size_t period = 0; period < most; ++period) {
     double change = 0;
     double sum = 0;

@@ -2,9 +2,11 @@
 
 namespace splid {
 
-// Constants that turn the units of protocol/ (ps) into those of the estimator (ns, m/s).
+// Constants that turn the units of protocol/ (ps) into those of the estimator (ns, m/s) and of
+// frames (ms).
 inline constexpr double speed_of_light_mps = 299'792'458.0;
 inline constexpr double ns_per_ps = 1e-3;
+inline constexpr double ps_per_ms = 1e9;
 
 // g t_a: how far the delay travels over a frame of this length, for a target at this speed.
 constexpr double travel_ns_at(double velocity_mps, double length_ns) {

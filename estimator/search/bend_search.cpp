@@ -21,7 +21,7 @@ constexpr double half_step_bins = 2;
 constexpr double zoom_step_widths = 8;
 constexpr int most_zooms = 6;
 
-constexpr std::size_t most_cells = 16;
+constexpr std::size_t most_best_cells = 16;
 
 // Of the signal of a cell that a zoom must keep. A box of four widths holds 95 % of a pulse, so
 // that a zoom that has found the path has more than the cell.
@@ -55,7 +55,7 @@ BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double wid
       straight_(train, max_photons),
       straight_blind_(std::move(straight_blind)),
       sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
-  best_.reserve(most_cells + 1);
+  best_.reserve(most_best_cells + 1);
 }
 
 double BendSearch::max_bend_ns(double length_ns) const {
@@ -152,7 +152,7 @@ void BendSearch::keep(const Cell& cell) {
   const auto place = std::find_if(best_.begin(), best_.end(),
                                   [&](const Cell& other) { return other.count < cell.count; });
   best_.insert(place, cell);
-  if (best_.size() > most_cells) best_.pop_back();
+  if (best_.size() > most_best_cells) best_.pop_back();
 }
 
 BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t level,

@@ -19,7 +19,7 @@ constexpr std::size_t most_syncs = 16'384;
 
 // A clock that was set anew, or a pause, ends a batch.
 constexpr std::int64_t unsorted_within_ps = 1'000'000;
-constexpr std::int64_t longest_gap_ps = 10'000'000'000'000;
+constexpr std::int64_t longest_survey_gap_ps = 10'000'000'000'000;
 
 // A sync that comes sooner after another than this part of a long gap is a double of it. A long gap
 // is one that nine of ten gaps are shorter than.
@@ -70,7 +70,7 @@ void SyncSurvey::take(std::int64_t sync_ps) {
     const std::int64_t step_ps = saturated_difference(sync_ps, batch_ps_.back());
     const std::int64_t length_ps = saturated_difference(sync_ps, batch_ps_.front());
     const bool is_long = length_ps >= batch_length_ps && batch_ps_.size() >= least_stretch_syncs;
-    const bool is_apart = step_ps < -unsorted_within_ps || step_ps > longest_gap_ps;
+    const bool is_apart = step_ps < -unsorted_within_ps || step_ps > longest_survey_gap_ps;
     if (is_long || is_apart || batch_ps_.size() == most_syncs) end_batch();
   }
   batch_ps_.push_back(sync_ps);

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double light_m_per_ns = 0.299792458;
 
-struct Scene {
+struct ExtremeScene {
   test::FrameMaker made;
   SceneOptions options;
   PulseOptions pulse;
@@ -38,11 +38,11 @@ struct Scene {
 
 struct Extreme {
   const char* name;
-  std::function<void(Scene&)> set;
+  std::function<void(ExtremeScene&)> set;
 };
 
-Scene long_scene() {
-  Scene scene;
+ExtremeScene long_scene() {
+  ExtremeScene scene;
   scene.made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   scene.made.velocity_mps = 12.5;
   return scene;
@@ -57,7 +57,7 @@ std::int64_t chirped(std::int64_t t_ps, const test::FrameMaker::Frame& frame, do
 }
 
 // The frame's syncs as an instrument would send them, through the sync clock.
-SyncFit fit_syncs(const test::FrameMaker::Frame& frame, double period_ps, const Scene& scene,
+SyncFit fit_syncs(const test::FrameMaker::Frame& frame, double period_ps, const ExtremeScene& scene,
                   std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> jitter(0, 1);
@@ -75,24 +75,24 @@ SyncFit fit_syncs(const test::FrameMaker::Frame& frame, double period_ps, const 
   return clock.fit(syncs, frame.start_ps, frame.end_ps);
 }
 
-void at_pulse_width(Scene& scene, double sigma_ns) {
+void at_pulse_width(ExtremeScene& scene, double sigma_ns) {
   scene.made.sigma_ns = sigma_ns;
   scene.pulse.sigma_ps = sigma_ns * 1e3;
 }
 
-void at_speed(Scene& scene, double velocity_mps) {
+void at_speed(ExtremeScene& scene, double velocity_mps) {
   scene.made.velocity_mps = velocity_mps;
   scene.options.max_speed_mps = std::max(150.0, std::abs(velocity_mps));
 }
 
-void with_acceleration(Scene& scene, double acceleration_mps2) {
+void with_acceleration(ExtremeScene& scene, double acceleration_mps2) {
   scene.made.acceleration_mps2 = acceleration_mps2;
   scene.options.motion = Motion::accelerating;
   scene.options.max_acceleration_mps2 = std::abs(acceleration_mps2);
 }
 
 // Light in frames of 1 ms, and a detector that is blind after each detection.
-void with_dead_time(Scene& scene, double dead_time_ns, double S, double in_a_dead_time) {
+void with_dead_time(ExtremeScene& scene, double dead_time_ns, double S, double in_a_dead_time) {
   scene.made.dead_time_ns = scene.detector.dead_time_ns = dead_time_ns;
   scene.made.length_ms = 1;
   scene.made.signal_per_pulse = S;
@@ -100,7 +100,7 @@ void with_dead_time(Scene& scene, double dead_time_ns, double S, double in_a_dea
 }
 
 // A further target with this share of the signal.
-void add_target(Scene& scene, double further_m, double faster_mps, double share) {
+void add_target(ExtremeScene& scene, double further_m, double faster_mps, double share) {
   test::FrameMaker other = scene.made;
   other.distance_m += further_m;
   other.velocity_mps += faster_mps;
@@ -110,236 +110,242 @@ void add_target(Scene& scene, double further_m, double faster_mps, double share)
 }
 
 // A pulse that is so many times as wide as the configured one, whose width is fitted.
-void with_fitted_width(Scene& scene, double ratio) {
+void with_fitted_width(ExtremeScene& scene, double ratio) {
   scene.made.sigma_ns = ratio * scene.pulse.sigma_ps * 1e-3;
   scene.pulse.width = PulseWidth::fitted;
 }
 
-void without_target(Scene& scene) {
+void without_target(ExtremeScene& scene) {
   scene.made.signal_per_pulse = 0;
   scene.measured = 0;
 }
 
-void of_length(Scene& scene, double length_ms, int frames) {
+void of_length(ExtremeScene& scene, double length_ms, int frames) {
   scene.made.length_ms = length_ms;
   scene.frames = scene.measured = frames;
 }
 
 const std::vector<Extreme> extremes = {
-    {"b = 0", [](Scene& s) { s.made.background_per_ns = 0; }},
-    {"b = 1e-6 /ns", [](Scene& s) { s.made.background_per_ns = 1e-6; }},
+    {"b = 0", [](ExtremeScene& s) { s.made.background_per_ns = 0; }},
+    {"b = 1e-6 /ns", [](ExtremeScene& s) { s.made.background_per_ns = 1e-6; }},
     {"b = 1e-2 /ns, S = 5e-3",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.background_per_ns = 1e-2;
        s.made.signal_per_pulse = 5e-3;
        s.frames = s.measured = 8;
      }},
     {"b = 1e-1 /ns, S = 2e-2",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.background_per_ns = 1e-1;
        s.made.signal_per_pulse = 2e-2;
        s.frames = s.measured = 2;
      }},
     {"b = 1e-1 /ns, no target",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.background_per_ns = 1e-1;
        s.frames = 1;
        without_target(s);
      }},
-    {"S = 0", [](Scene& s) { without_target(s); }},
+    {"S = 0", [](ExtremeScene& s) { without_target(s); }},
     {"S = 0, b = 0",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.background_per_ns = 0;
        without_target(s);
      }},
     {"S = 1e-5 (5 photons a frame)",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.signal_per_pulse = 1e-5;
        s.measured = 0;
      }},
-    {"S = 0.1", [](Scene& s) { s.made.signal_per_pulse = 0.1; }},
+    {"S = 0.1", [](ExtremeScene& s) { s.made.signal_per_pulse = 0.1; }},
     {"S = 10 (5,300,000 photons a frame)",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.signal_per_pulse = 10;
        s.frames = s.measured = 1;
      }},
     {"10,000,000 photons, S = 10, b = 0.1 /ns",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.signal_per_pulse = 10;
        s.made.background_per_ns = 0.1;
        s.frames = s.measured = 1;
      }},
-    {"sigma = 1 ps", [](Scene& s) { at_pulse_width(s, 1e-3); }},
-    {"sigma = 10 ps", [](Scene& s) { at_pulse_width(s, 1e-2); }},
-    {"sigma = 1 ns", [](Scene& s) { at_pulse_width(s, 1); }},
+    {"sigma = 1 ps", [](ExtremeScene& s) { at_pulse_width(s, 1e-3); }},
+    {"sigma = 10 ps", [](ExtremeScene& s) { at_pulse_width(s, 1e-2); }},
+    {"sigma = 1 ns", [](ExtremeScene& s) { at_pulse_width(s, 1); }},
     {"sigma = 5 ns, S = 1e-2",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_pulse_width(s, 5);
        s.made.signal_per_pulse = 1e-2;
      }},
     {"sigma = 9 ns, the closest pulses' spacing, S = 2e-2",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_pulse_width(s, 9);
        s.made.signal_per_pulse = 2e-2;
      }},
-    {"v = 0", [](Scene& s) { at_speed(s, 0); }},
-    {"v = 1e-6 m/s", [](Scene& s) { at_speed(s, 1e-6); }},
-    {"v = -1e-6 m/s", [](Scene& s) { at_speed(s, -1e-6); }},
-    {"v = 150 m/s, the limit", [](Scene& s) { at_speed(s, 150); }},
-    {"v = -150 m/s, the limit", [](Scene& s) { at_speed(s, -150); }},
+    {"v = 0", [](ExtremeScene& s) { at_speed(s, 0); }},
+    {"v = 1e-6 m/s", [](ExtremeScene& s) { at_speed(s, 1e-6); }},
+    {"v = -1e-6 m/s", [](ExtremeScene& s) { at_speed(s, -1e-6); }},
+    {"v = 150 m/s, the limit", [](ExtremeScene& s) { at_speed(s, 150); }},
+    {"v = -150 m/s, the limit", [](ExtremeScene& s) { at_speed(s, -150); }},
     {"v = 3,000 m/s",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_speed(s, 3000);
        s.frames = s.measured = 6;
      }},
     {"v = -3,000 m/s",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_speed(s, -3000);
        s.frames = s.measured = 6;
      }},
     {"v = 30,000 m/s, 5 ms",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_speed(s, 30000);
        of_length(s, 5, 6);
        s.made.signal_per_pulse = 1e-2;
      }},
     {"v = -30,000 m/s, 5 ms",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_speed(s, -30000);
        of_length(s, 5, 6);
        s.made.signal_per_pulse = 1e-2;
      }},
     {"v = 400 m/s, beyond the limit",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.velocity_mps = 400;
        s.measured = 0;
      }},
-    {"a = 100 m/s^2, accelerating", [](Scene& s) { with_acceleration(s, 100); }},
+    {"a = 100 m/s^2, accelerating", [](ExtremeScene& s) { with_acceleration(s, 100); }},
     {"a = -100 m/s^2, accelerating, 200 ms",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_acceleration(s, -100);
        of_length(s, 200, 6);
      }},
     {"a = 1e5 m/s^2, auto, 5 ms, S = 1e-2",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_acceleration(s, 1e5);
        s.options.motion = Motion::automatic;
        s.made.signal_per_pulse = 1e-2;
        of_length(s, 5, 6);
      }},
-    {"delay 0", [](Scene& s) { s.made.distance_m = 0; }},
-    {"delay of a pattern period", [](Scene& s) { s.made.distance_m = 3780 * light_m_per_ns / 2; }},
+    {"delay 0", [](ExtremeScene& s) { s.made.distance_m = 0; }},
+    {"delay of a pattern period",
+     [](ExtremeScene& s) { s.made.distance_m = 3780 * light_m_per_ns / 2; }},
     {"delay crossing 0 at -150 m/s",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.distance_m = 0.01;
        at_speed(s, -150);
      }},
     {"t_a = 100 us, S = 0.03",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        of_length(s, 0.1, 20);
        s.made.signal_per_pulse = 0.03;
      }},
-    {"t_a = 1 s", [](Scene& s) { of_length(s, 1000, 3); }},
+    {"t_a = 1 s", [](ExtremeScene& s) { of_length(s, 1000, 3); }},
     {"t_a = 10 s, b = 1e-5 /ns",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        of_length(s, 10000, 1);
        s.made.background_per_ns = 1e-5;
        s.made.signal_per_pulse = 1e-4;
      }},
     {"t_r = 12 ns, one pulse, sigma = 50 ps",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.pattern = test::periodic_pattern(12000);
        at_pulse_width(s, 0.05);
        s.frames = s.measured = 5;
      }},
     {"t_r = 1 ms, 4 pulses, S = 1",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.pattern = test::random_pattern(1e9, 4, 1e7, 3);
        s.made.signal_per_pulse = 1;
        s.frames = s.measured = 5;
      }},
     {"amplitudes over 1:100",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        auto& amplitudes = s.made.pattern.segments.front().amplitudes;
        for (std::size_t p = 0; p < amplitudes.size(); ++p) {
          amplitudes[p] = std::pow(100.0, static_cast<double>(p) / 39.0 - 0.5);
        }
      }},
-    {"device clock at 3.4e17 ps", [](Scene& s) { s.made.start_ps = 340'000'000'000'000'000; }},
-    {"device clock at 9e18 ps", [](Scene& s) { s.made.start_ps = 9'000'000'000'000'000'000; }},
-    {"device clock at -9e18 ps", [](Scene& s) { s.made.start_ps = -9'000'000'000'000'000'000; }},
-    {"clock drift 1 ppm", [](Scene& s) { s.made.drift_ppm = 1; }},
-    {"clock drift 100 ppm", [](Scene& s) { s.made.drift_ppm = 100; }},
-    {"clock drift -100 ppm", [](Scene& s) { s.made.drift_ppm = -100; }},
+    {"device clock at 3.4e17 ps",
+     [](ExtremeScene& s) { s.made.start_ps = 340'000'000'000'000'000; }},
+    {"device clock at 9e18 ps",
+     [](ExtremeScene& s) { s.made.start_ps = 9'000'000'000'000'000'000; }},
+    {"device clock at -9e18 ps",
+     [](ExtremeScene& s) { s.made.start_ps = -9'000'000'000'000'000'000; }},
+    {"clock drift 1 ppm", [](ExtremeScene& s) { s.made.drift_ppm = 1; }},
+    {"clock drift 100 ppm", [](ExtremeScene& s) { s.made.drift_ppm = 100; }},
+    {"clock drift -100 ppm", [](ExtremeScene& s) { s.made.drift_ppm = -100; }},
     {"clock drift of 1 ppm/s, sync jitter 10 ps",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.chirp_ppm_per_s = 1;
        s.sync_jitter_ps = 10;
      }},
-    {"sync jitter 10 ps", [](Scene& s) { s.sync_jitter_ps = 10; }},
-    {"sync jitter 500 ps", [](Scene& s) { s.sync_jitter_ps = 500; }},
+    {"sync jitter 10 ps", [](ExtremeScene& s) { s.sync_jitter_ps = 10; }},
+    {"sync jitter 500 ps", [](ExtremeScene& s) { s.sync_jitter_ps = 500; }},
     {"30 % of syncs missing, jitter 100 ps",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.syncs_missing = 0.3;
        s.sync_jitter_ps = 100;
      }},
     {"rates in turn, 180 and 189 ns, -150 m/s",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2e9);
        s.made.signal_per_pulse = 3e-3;
        at_speed(s, -150);
      }},
     {"rates in turn, three of them",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.pattern = test::mrr_pattern({180000, 189000, 210000}, 3780000, 3e9);
        s.made.signal_per_pulse = 3e-3;
      }},
     {"interleaved, three rates",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.made.pattern = test::interleaved_pattern({180000, 189000, 210000}, 3780000);
      }},
-    {"dead time 1 ps", [](Scene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e-3; }},
+    {"dead time 1 ps",
+     [](ExtremeScene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e-3; }},
     {"dead time 50 ns, S = 3, 3 of background in it, 1 ms",
-     [](Scene& s) { with_dead_time(s, 50, 3, 3); }},
+     [](ExtremeScene& s) { with_dead_time(s, 50, 3, 3); }},
     {"dead time 50 ns, S = 3, two inputs, 1 ms",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_dead_time(s, 50, 3, 0.1);
        s.made.inputs = 2;
      }},
     {"dead time 10 us, longer than the pattern's period",
-     [](Scene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e4; }},
+     [](ExtremeScene& s) { s.made.dead_time_ns = s.detector.dead_time_ns = 1e4; }},
     {"dead time 50 ns, no target, 3 of background in it, 1 ms",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_dead_time(s, 50, 0, 3);
        without_target(s);
      }},
     {"two targets, 1:1/2, 3 widths apart",
-     [](Scene& s) { add_target(s, 3 * 0.1 * light_m_per_ns / 2, 0, 0.5); }},
-    {"two targets at one place, 1:1/2, 5 m/s apart", [](Scene& s) { add_target(s, 0, 5, 0.5); }},
+     [](ExtremeScene& s) { add_target(s, 3 * 0.1 * light_m_per_ns / 2, 0, 0.5); }},
+    {"two targets at one place, 1:1/2, 5 m/s apart",
+     [](ExtremeScene& s) { add_target(s, 0, 5, 0.5); }},
     {"two targets, 1:1/2, at -150 and 150 m/s",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        at_speed(s, -150);
        add_target(s, 1, 300, 0.5);
      }},
-    {"two targets, 1:1/1000", [](Scene& s) { add_target(s, 30, 0, 1e-3); }},
+    {"two targets, 1:1/1000", [](ExtremeScene& s) { add_target(s, 30, 0, 1e-3); }},
     {"four targets, 1:1/2:1/2:1/2",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        for (const double further_m : {1, 10, 100}) add_target(s, further_m, 0, 0.5);
      }},
     {"no target, four asked for",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        s.options.targets = 4;
        without_target(s);
      }},
-    {"width fitted, 0.3 times as configured", [](Scene& s) { with_fitted_width(s, 0.3); }},
-    {"width fitted, 3.8 times as configured", [](Scene& s) { with_fitted_width(s, 3.8); }},
+    {"width fitted, 0.3 times as configured", [](ExtremeScene& s) { with_fitted_width(s, 0.3); }},
+    {"width fitted, 3.8 times as configured", [](ExtremeScene& s) { with_fitted_width(s, 3.8); }},
     {"width fitted, S = 0.1",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_fitted_width(s, 1);
        s.made.signal_per_pulse = 0.1;
      }},
     {"width fitted, no target",
-     [](Scene& s) {
+     [](ExtremeScene& s) {
        with_fitted_width(s, 1);
        without_target(s);
      }},
@@ -354,7 +360,7 @@ void expect_finite(const Estimate& e) {
   }
 }
 
-struct Sums {
+struct ExtremeSums {
   int ok = 0;
   double delay = 0, velocity = 0, worst = 0;
 
@@ -367,7 +373,7 @@ struct Sums {
   [[nodiscard]] double rms(double sum) const { return ok > 0 ? std::sqrt(sum / ok) : 0; }
 };
 
-void write_row(const Extreme& extreme, const Scene& scene, const Sums& sums) {
+void write_row(const Extreme& extreme, const ExtremeScene& scene, const ExtremeSums& sums) {
   const char* file = std::getenv("SPLID_EXTREMES");
   if (file == nullptr) return;
   std::array<char, 256> row{};
@@ -384,11 +390,11 @@ void write_row(const Extreme& extreme, const Scene& scene, const Sums& sums) {
 class Extremes : public testing::TestWithParam<Extreme> {};
 
 TEST_P(Extremes, RightWithinItsDeviationOrSaysWhyNot) {
-  Scene scene = long_scene();
+  ExtremeScene scene = long_scene();
   GetParam().set(scene);
   const double period_ps = pattern_period_ps(scene.made.pattern);
   const double circle_ns = scene.made.pattern.unambiguous_delay_ps * 1e-3;
-  Sums sums;
+  ExtremeSums sums;
   std::optional<FrameEstimator> estimator;
   for (int n = 0; n < scene.frames; ++n) {
     const auto seed = static_cast<std::uint64_t>(n + 1);
@@ -437,7 +443,7 @@ INSTANTIATE_TEST_SUITE_P(All, Extremes, testing::ValuesIn(extremes),
                          });
 
 TEST(ExtremeFrames, NoneOneAndTwoPhotons) {
-  const Scene scene = long_scene();
+  const ExtremeScene scene = long_scene();
   for (const std::size_t photons : {0, 1, 2}) {
     auto frame = scene.made.make(1);
     frame.photons_ps.resize(photons);
@@ -450,7 +456,7 @@ TEST(ExtremeFrames, NoneOneAndTwoPhotons) {
 }
 
 TEST(ExtremeFrames, AllPhotonsAtOneTime) {
-  const Scene scene = long_scene();
+  const ExtremeScene scene = long_scene();
   for (const std::size_t photons : {3, 1000, 300000}) {
     auto frame = scene.made.make(1);
     frame.photons_ps.assign(photons, frame.start_ps + 12345678901);
@@ -460,7 +466,7 @@ TEST(ExtremeFrames, AllPhotonsAtOneTime) {
 }
 
 TEST(ExtremeFrames, PhotonsOutOfOrderChangeNothing) {
-  const Scene scene = long_scene();
+  const ExtremeScene scene = long_scene();
   auto frame = scene.made.make(7);
   FrameEstimator estimator(scene.made.pattern, {}, {}, {}, 50, frame.photons_ps.size());
   const Estimate sorted = estimator.estimate(frame.view());

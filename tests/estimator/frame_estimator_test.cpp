@@ -12,7 +12,7 @@
 namespace splid {
 namespace {
 
-constexpr double c_m_per_ns = 0.299792458;
+constexpr double estimator_c_m_per_ns = 0.299792458;
 
 test::FrameMaker paper_scene() {
   test::FrameMaker made;
@@ -29,7 +29,7 @@ FrameEstimator estimator_for(const test::FrameMaker& made, const SceneOptions& s
 
 double delay_error(const Estimate& estimate, const test::FrameMaker& made) {
   const double period = made.pattern.segments.front().period_ps * 1e-3;
-  return std::remainder(estimate.delay_ns - 2 * made.distance_m / c_m_per_ns, period);
+  return std::remainder(estimate.delay_ns - 2 * made.distance_m / estimator_c_m_per_ns, period);
 }
 
 void expect_all_finite(const Estimate& e) {
@@ -65,7 +65,7 @@ TEST(FrameEstimator, DelaysAreInTheClockThatIsTakenToBeRight) {
         velocity_variance += std::pow(estimate.std_velocity_mps / frames, 2);
       }
       const bool trusts_the_wrong = tagger_is_off == (reference == ClockReference::tagger);
-      const double way_ns = 2 * made.distance_m / c_m_per_ns;
+      const double way_ns = 2 * made.distance_m / estimator_c_m_per_ns;
       const double wrong_ns = tagger_is_off ? 1e-4 * way_ns : -1e-4 * way_ns;
       EXPECT_NEAR(off_ns, trusts_the_wrong ? wrong_ns : 0, 4 * std::sqrt(variance));
       EXPECT_NEAR(off_mps, 0, 4 * std::sqrt(velocity_variance));
@@ -129,7 +129,8 @@ TEST(FrameEstimator, MeasuresMovingTargetsWithRatesInTurn) {
       made.distance_m = 5 + 5.6 * n;  // over the circle of 566.6 m
       const auto frame = made.make(static_cast<std::uint64_t>(1000 + n));
       const Estimate e = estimator.estimate(frame.view());
-      const double error = std::remainder(e.delay_ns - 2 * made.distance_m / c_m_per_ns, 3780);
+      const double error =
+          std::remainder(e.delay_ns - 2 * made.distance_m / estimator_c_m_per_ns, 3780);
       ASSERT_EQ(e.status, FrameStatus::ok) << n;
       ASSERT_LT(std::abs(error), 6 * e.std_delay_ns) << n << " of " << pattern_period_ps(pattern);
       delay += std::pow(error / e.std_delay_ns, 2);
@@ -229,8 +230,8 @@ TEST(FrameEstimator, GivesTheDelayAtTheFramesStartToo) {
   const Estimate e = estimator_for(made).estimate(frame.view());
   const double half_ns = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-3;
   // tau = 2 z / c: half a frame earlier the target was v t_a / 2 nearer.
-  EXPECT_NEAR(e.delay_ns - e.delay_start_ns, 2 * e.velocity_mps * half_ns * 1e-9 / c_m_per_ns,
-              1e-9);
+  EXPECT_NEAR(e.delay_ns - e.delay_start_ns,
+              2 * e.velocity_mps * half_ns * 1e-9 / estimator_c_m_per_ns, 1e-9);
 }
 
 TEST(FrameEstimator, TheSameFrameGivesTheSameBits) {
@@ -275,7 +276,7 @@ TEST(FrameEstimator, FollowsADriftingClock) {
 TEST(FrameEstimator, FindsATargetAtTheEndsOfTheRange) {
   for (const double delay_ns : {0.0, 0.05, 3779.97, 1890.0}) {
     test::FrameMaker made = paper_scene();
-    made.distance_m = delay_ns * c_m_per_ns / 2;
+    made.distance_m = delay_ns * estimator_c_m_per_ns / 2;
     const Estimate e = estimator_for(made).estimate(made.make(6).view());
     ASSERT_EQ(e.status, FrameStatus::ok);
     EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns) << delay_ns;

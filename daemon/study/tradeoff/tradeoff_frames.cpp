@@ -23,7 +23,6 @@
 namespace splid::tradeoff {
 namespace {
 
-constexpr double ps_per_ms = 1e9;
 constexpr double ms_per_s = 1e3;
 constexpr std::size_t max_photons = (std::size_t{256} << 20) / sizeof(std::int64_t);
 

@@ -25,8 +25,8 @@ using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr std::int64_t second_ps = 1'000'000'000'000;
-constexpr std::int64_t writer_epoch_ps = 340'000 * second_ps;
+constexpr std::int64_t stream_second_ps = 1'000'000'000'000;
+constexpr std::int64_t writer_epoch_ps = 340'000 * stream_second_ps;
 
 // Photons and syncs, 1 us apart.
 std::vector<Tag> steady_tags(std::int64_t begin_ps, std::int64_t count) {
@@ -79,7 +79,7 @@ class RotatingWriterTest : public ::testing::Test {
 
 TEST_F(RotatingWriterTest, AClockNearItsRangesEndIsRecordedToo) {
   config.record.max_file_s = 1e6;
-  const std::vector<Tag> tags = steady_tags(9'200'000 * second_ps, 1000);
+  const std::vector<Tag> tags = steady_tags(9'200'000 * stream_second_ps, 1000);
   RotatingWriter recorder = recorder_in(folder.path("r"));
   recorder.take(tags);
   recorder.close();
@@ -136,23 +136,23 @@ TEST_F(RotatingWriterTest, FilesEndAtTheirSizeAndTheOldestMakeRoom) {
 TEST_F(RotatingWriterTest, AClockSetAnewAndAnOpenLossGoOnInTheNextFile) {
   config.record.max_file_s = 1;
   RotatingWriter recorder = recorder_in(folder.path("r"));
-  const std::vector<Tag> before = steady_tags(5 * second_ps, 10);
+  const std::vector<Tag> before = steady_tags(5 * stream_second_ps, 10);
   const std::vector<Tag> after = steady_tags(7, 10);
   recorder.take(before);
   recorder.take(std::vector<Tag>{{0, 0, TagKind::clock_break, {}}});
   recorder.take(after);
-  recorder.take(std::vector<Tag>{{second_ps / 2, 0, TagKind::loss_begin, {}},
-                                 heartbeat_tag(2 * second_ps),
-                                 {2 * second_ps + 10, 5, TagKind::loss_end, {}}});
+  recorder.take(std::vector<Tag>{{stream_second_ps / 2, 0, TagKind::loss_begin, {}},
+                                 heartbeat_tag(2 * stream_second_ps),
+                                 {2 * stream_second_ps + 10, 5, TagKind::loss_end, {}}});
   recorder.close();
   const std::vector<std::string> files = recordings_in(folder.path("r"));
   ASSERT_EQ(files.size(), 3u);
   EXPECT_THAT(read_back(files[0]), ElementsAreArray(before));
   EXPECT_THAT(read_back(files[1]), ElementsAreArray(after));
   EXPECT_THAT(scan_recording(files[1]).header.losses,
-              ElementsAre(Loss{7, 7, -1}, Loss{second_ps / 2, second_ps / 2, -1}));
+              ElementsAre(Loss{7, 7, -1}, Loss{stream_second_ps / 2, stream_second_ps / 2, -1}));
   EXPECT_THAT(scan_recording(files[2]).header.losses,
-              ElementsAre(Loss{2 * second_ps, 2 * second_ps + 10, 5}));
+              ElementsAre(Loss{2 * stream_second_ps, 2 * stream_second_ps + 10, 5}));
 }
 
 TEST_F(RotatingWriterTest, AFullDiskLosesACountedStretchAndIsTriedAgain) {

@@ -51,7 +51,7 @@ class Asked : public test::ControlScene {
   std::string scratch = folder.path("scratch");
 };
 
-constexpr const char* at_rest =
+constexpr const char* config_at_rest =
     R"("driver":"simulator","signal_per_pulse":0.03,"target":{"motion":"linear",)"
     R"("distance_m":30,"velocity_mps":0})";
 
@@ -136,7 +136,7 @@ TEST_F(Asked, IsBusyMeanwhileAndEndsAllTheSame) {
 }
 
 TEST_F(Asked, CalibratesFromItsSourceAndMeasuresOn) {
-  run(configure(at_rest));
+  run(configure(config_at_rest));
   const test::FrameWatch watch(frames);
   ASSERT_TRUE(eventually([&] { return watch.frames() > 0; }));
   const std::string output = folder.path("found.json");
@@ -183,7 +183,7 @@ TEST_F(Asked, MeasuresOnWhereCalibratingCannotBegin) {
 }
 
 TEST_F(Asked, CalibratingEndsWithTheDaemonAndGoesOnWithoutTheClient) {
-  run(configure(at_rest));
+  run(configure(config_at_rest));
   Program waiting({"ctl", "--endpoint", endpoint, "calibrate", "--seconds", "600", "--output",
                    folder.path("found.json")});
   const auto taken = [this] { return status().find("s taken") != std::string::npos; };

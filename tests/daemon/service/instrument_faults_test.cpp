@@ -21,8 +21,8 @@ using test::FaultyBridge;
 using test::Tags16Record;
 using test::WatchedDaemon;
 
-constexpr std::int64_t second_ps = 1'000'000'000'000;
-constexpr std::int64_t frame_ps = second_ps / 20;
+constexpr std::int64_t scene_second_ps = 1'000'000'000'000;
+constexpr std::int64_t frame_ps = scene_second_ps / 20;
 constexpr int sync_input = 8;
 
 struct FaultyInstrument {
@@ -159,19 +159,19 @@ std::vector<FaultyInstrument> told_losses() {
 
 std::vector<FaultyInstrument> clock_faults() {
   return {{"clockAhead", "clock jumps 10 s forward, unsaid",
-           [](FaultyBridge& bridge) { bridge.sender.step(10 * second_ps); }, "",
-           [](const FrameMessage& frame) { return frame.start_ps > 9 * second_ps; }},
+           [](FaultyBridge& bridge) { bridge.sender.step(10 * scene_second_ps); }, "",
+           [](const FrameMessage& frame) { return frame.start_ps > 9 * scene_second_ps; }},
           {"clockBack", "clock jumps 10 s back, unsaid",
-           [](FaultyBridge& bridge) { bridge.sender.step(-10 * second_ps); }, "",
-           [](const FrameMessage& frame) { return frame.start_ps < -5 * second_ps; }},
+           [](FaultyBridge& bridge) { bridge.sender.step(-10 * scene_second_ps); }, "",
+           [](const FrameMessage& frame) { return frame.start_ps < -5 * scene_second_ps; }},
           {"clockOfDays", "clock jumps to 3.4e17 ps, an epoch of 3.9 days",
-           [](FaultyBridge& bridge) { bridge.sender.step(340'000 * second_ps); }, "",
-           [](const FrameMessage& frame) { return frame.start_ps > 339'000 * second_ps; }},
+           [](FaultyBridge& bridge) { bridge.sender.step(340'000 * scene_second_ps); }, "",
+           [](const FrameMessage& frame) { return frame.start_ps > 339'000 * scene_second_ps; }},
           {"stray", "one time stamp is an hour ahead",
            [](FaultyBridge& bridge) {
              once(bridge, [](auto& records) {
                records.insert(records.begin() + 1,
-                              {records.front().time_ps + 3600 * second_ps, 1, 0, 0});
+                              {records.front().time_ps + 3600 * scene_second_ps, 1, 0, 0});
              });
            },
            "", [](const FrameMessage& frame) { return frame.lost_tags.value_or(0) > 0; }, undo}};
@@ -298,12 +298,12 @@ class UtcOfFrames : public test::FaultScene {
 
 TEST_F(UtcOfFrames, IsRightAgainAfterTheClockJumpedByDays) {
   start();
-  bridge.sender.step(340'000 * second_ps);
+  bridge.sender.step(340'000 * scene_second_ps);
   const std::int64_t stepped_ps = bridge.sender.now_ps();
   ASSERT_TRUE(daemon->await_frame([this](const FrameMessage& frame) {
-    return frame.start_ps > 339'000 * second_ps && yardstick.keeps(100, utc_error_ms(frame));
+    return frame.start_ps > 339'000 * scene_second_ps && yardstick.keeps(100, utc_error_ms(frame));
   }));
-  EXPECT_LT(daemon->last_frame->start_ps, stepped_ps + 2 * second_ps);
+  EXPECT_LT(daemon->last_frame->start_ps, stepped_ps + 2 * scene_second_ps);
 }
 
 }  // namespace

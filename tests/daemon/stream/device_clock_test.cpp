@@ -12,7 +12,7 @@ namespace splid {
 namespace {
 
 constexpr std::int64_t ms_ps = 1'000'000'000;
-constexpr std::int64_t second_ps = 1000 * ms_ps;
+constexpr std::int64_t clock_second_ps = 1000 * ms_ps;
 
 // Frames of 50 ms of a tagger's clock that runs fast by `ppm`, each late by up to 40 ms.
 struct SyncTags {
@@ -31,7 +31,7 @@ struct SyncTags {
   [[nodiscard]] double error_s() const { return device.unix_s(now_ps) - host.unix_s(); }
 
   HeldClock host;
-  std::int64_t now_ps = 340'000 * second_ps;
+  std::int64_t now_ps = 340'000 * clock_second_ps;
   double ppm = 0;
   double largest_step_s = 0;
   DeviceClock device;
@@ -60,7 +60,7 @@ TEST(DeviceClock, WhatComesLateMovesItSlowly) {
 
 TEST(DeviceClock, AClockThatWasSetIsTakenAsItIs) {
   SyncTags stream(live);
-  stream.now_ps += 337'000 * second_ps;
+  stream.now_ps += 337'000 * clock_second_ps;
   stream.run(1.1);
   EXPECT_NEAR(stream.error_s(), 0, 1e-6);
   stream.host.advance_ms(3'600'000);  // the host's was wrong before

@@ -11,7 +11,6 @@ namespace splid {
 namespace {
 
 using std::chrono::milliseconds;
-using std::chrono::seconds;
 
 // Publishes photons numbered from `next` on until `count` more are in; false when there is no room.
 bool put(TagSink& sink, std::int64_t& next, std::size_t count) {
@@ -83,10 +82,11 @@ TEST(TagRing, EndsWhenClosedAndEmpty) {
   ring.publish(1);
   ring.close();
   EXPECT_FALSE(ring.ended());
-  EXPECT_EQ(ring.wait(seconds(60), {}).size(), 1U);
+  EXPECT_EQ(ring.wait(std::chrono::seconds(60), {}).size(), 1U);
   ring.consume(1);
   EXPECT_TRUE(ring.ended());
-  EXPECT_TRUE(ring.wait(seconds(60), {}).empty());  // at once, or the test takes a minute
+  EXPECT_TRUE(
+      ring.wait(std::chrono::seconds(60), {}).empty());  // at once, or the test takes a minute
 }
 
 TEST(TagRing, WaitEndsWithItsTime) {
@@ -100,8 +100,9 @@ TEST(TagRing, AStopEndsBothWaits) {
   TagRing full(8);
   full.claim(8);
   full.publish(8);
-  std::jthread consumer(
-      [&](const std::stop_token& stop) { EXPECT_TRUE(empty.wait(seconds(600), stop).empty()); });
+  std::jthread consumer([&](const std::stop_token& stop) {
+    EXPECT_TRUE(empty.wait(std::chrono::seconds(600), stop).empty());
+  });
   std::jthread producer(
       [&](const std::stop_token& stop) { EXPECT_TRUE(full.wait_claim(1, stop).empty()); });
   std::this_thread::sleep_for(milliseconds(30));
@@ -115,7 +116,7 @@ TEST(TagRing, AStopLeavesNoTagBehind) {
   ring.publish(2);
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(ring.wait(seconds(1), stop.get_token()).size(), 2U);
+  EXPECT_EQ(ring.wait(std::chrono::seconds(1), stop.get_token()).size(), 2U);
 }
 
 // Both sides have to sleep now and then for this to end well: the ring is small and each side
@@ -133,7 +134,7 @@ void pass_through(std::size_t capacity, std::size_t block, std::int64_t total) {
   });
   std::int64_t expected = 0;
   while (!ring.ended()) {
-    const std::span<const Tag> tags = ring.wait(seconds(1), {});
+    const std::span<const Tag> tags = ring.wait(std::chrono::seconds(1), {});
     for (const Tag& tag : tags) ASSERT_EQ(tag.time_ps, expected++);
     ring.consume(tags.size());
     if (expected % 70'000 < 10) std::this_thread::sleep_for(milliseconds(1));
@@ -159,7 +160,7 @@ TEST(TagRing, FillMayBeReadFromAnyThread) {
     put(sink, next, 100'000);
     sink.finish();
   });
-  while (!ring.ended()) ring.consume(ring.wait(seconds(1), {}).size());
+  while (!ring.ended()) ring.consume(ring.wait(std::chrono::seconds(1), {}).size());
 }
 
 TEST(WaitingSink, GivesNothingAfterAStop) {
@@ -305,7 +306,7 @@ TEST(DroppingSink, SumsCloseUnderASlowConsumer) {
   std::int64_t told = 0;
   std::int64_t last = -1;
   while (!ring.ended()) {
-    const std::span<const Tag> tags = ring.wait(seconds(1), {});
+    const std::span<const Tag> tags = ring.wait(std::chrono::seconds(1), {});
     for (const Tag& tag : tags) {
       ASSERT_GE(tag.time_ps, last);
       last = tag.time_ps;

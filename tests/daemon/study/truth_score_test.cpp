@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr;
 
 // A target at rest, 100 m away, for a second.
-SceneTruth at_rest() {
+SceneTruth truth_at_rest() {
   SceneTruth truth;
   truth.step_ps = 1'000'000'000'000;
   truth.distance_m = {100, 100};
@@ -33,7 +33,7 @@ FrameMessage frame(std::uint64_t sequence, double distance_m, double velocity_mp
 }
 
 TEST(TruthScore, SumsUpErrors) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   EXPECT_NEAR(score.take(frame(0, 100.003, 0.1))->distance_m, 0.003, 1e-9);
   EXPECT_NEAR(score.take(frame(1, 99.999, -0.1))->velocity_mps, -0.1, 1e-9);
   EXPECT_NEAR(score.distance_rmse_mm().value(), std::sqrt(5.0), 1e-9);
@@ -45,7 +45,7 @@ TEST(TruthScore, SumsUpErrors) {
 }
 
 TEST(TruthScore, WrongPeaksAreCountedAndLeftOutOfTheRmse) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   EXPECT_FALSE(score.take(frame(0, 100.0099))->wrong_peak);
   EXPECT_TRUE(score.take(frame(1, 101.35))->wrong_peak);
   EXPECT_TRUE(score.take(frame(2, 100, 0.51))->wrong_peak);
@@ -55,7 +55,7 @@ TEST(TruthScore, WrongPeaksAreCountedAndLeftOutOfTheRmse) {
 }
 
 TEST(TruthScore, GapsInTheSequenceAreLostFrames) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   score.take(frame(3, 100));
   score.take(frame(4, 100));
   score.take(frame(9, 100));
@@ -64,7 +64,7 @@ TEST(TruthScore, GapsInTheSequenceAreLostFrames) {
 }
 
 TEST(TruthScore, FramesWithoutValuesOrTruthAreNotCompared) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   FrameMessage dark = frame(0, 0);
   dark.status = FrameStatus::no_target;
   dark.distance_m.reset();
@@ -77,7 +77,7 @@ TEST(TruthScore, FramesWithoutValuesOrTruthAreNotCompared) {
 }
 
 TEST(TruthScore, NineOfTenMustBeValid) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   for (std::uint64_t i = 0; i < 8; ++i) score.take(frame(i, 100));
   FrameMessage dark = frame(8, 0);
   dark.status = FrameStatus::no_sync;
@@ -88,7 +88,7 @@ TEST(TruthScore, NineOfTenMustBeValid) {
 }
 
 TEST(TruthScore, AFrameThatIsNotSureOfItsRangeIsOnNoWrongPeak) {
-  TruthScore score(at_rest());
+  TruthScore score(truth_at_rest());
   score.take(frame(0, 100));
   FrameMessage unsure = frame(1, 140);
   unsure.mode = Mode::random;

@@ -219,15 +219,15 @@ TEST_F(UsbDaemon, AFailedTransferIsALossInItsFrame) {
 
 // The list of faults: each is injected into a running stream, the status says what happened, and of
 // the frames after it two at most do not measure.
-struct Fault {
+struct DeviceFault {
   const char* name;
   std::function<void(test::StreamFirmware&, test::UsbDouble&, test::Tags16Sender&)> inject;
   const char* reason;  // empty: nothing is wrong, and nothing is said
 };
 
-void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+void PrintTo(const DeviceFault& fault, std::ostream* out) { *out << fault.name; }
 
-class UsbDaemonFault : public UsbDaemon, public ::testing::WithParamInterface<Fault> {};
+class UsbDaemonFault : public UsbDaemon, public ::testing::WithParamInterface<DeviceFault> {};
 
 TEST_P(UsbDaemonFault, IsSaidAndFramesComeAgain) {
   plug_in_and_measure();
@@ -256,7 +256,7 @@ TEST_P(UsbDaemonFault, IsSaidAndFramesComeAgain) {
                 said_ms, test::in_ms(unseen_ms) + " unseen", waited.count()});
 }
 
-Fault failed(const char* name, int status) {
+DeviceFault failed(const char* name, int status) {
   return {name,
           [status](test::StreamFirmware& firmware, test::UsbDouble&, test::Tags16Sender& sender) {
             sender.skip(3);
@@ -269,18 +269,18 @@ INSTANTIATE_TEST_SUITE_P(
     List, UsbDaemonFault,
     ::testing::Values(failed("overflow", -EOVERFLOW), failed("protocol", -EPROTO),
                       failed("timeout", -ETIME), failed("illegalSequence", -EILSEQ),
-                      Fault{"short",
-                            [](test::StreamFirmware& firmware, test::UsbDouble&,
-                               test::Tags16Sender&) { firmware.set_most_bytes(4096 + 100); },
-                            ""},
-                      Fault{"empty",
-                            [](test::StreamFirmware& firmware, test::UsbDouble&,
-                               test::Tags16Sender&) { firmware.fail(0, 5); },
-                            ""},
-                      Fault{"noMemory",
-                            [](test::StreamFirmware&, test::UsbDouble& device,
-                               test::Tags16Sender&) { device.set_most_transfers(5); },
-                            "no more room"}),
+                      DeviceFault{"short",
+                                  [](test::StreamFirmware& firmware, test::UsbDouble&,
+                                     test::Tags16Sender&) { firmware.set_most_bytes(4096 + 100); },
+                                  ""},
+                      DeviceFault{"empty",
+                                  [](test::StreamFirmware& firmware, test::UsbDouble&,
+                                     test::Tags16Sender&) { firmware.fail(0, 5); },
+                                  ""},
+                      DeviceFault{"noMemory",
+                                  [](test::StreamFirmware&, test::UsbDouble& device,
+                                     test::Tags16Sender&) { device.set_most_transfers(5); },
+                                  "no more room"}),
     [](const auto& fault) { return fault.param.name; });
 
 TEST_F(UsbDaemon, AGapInTheBlocksIsALossInItsFrame) {

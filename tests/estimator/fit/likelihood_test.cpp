@@ -11,7 +11,7 @@
 namespace splid {
 namespace {
 
-test::FrameMaker maker(double amplitude_step = 0) {
+test::FrameMaker likelihood_maker(double amplitude_step = 0) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   double amplitude = 1;
@@ -23,7 +23,7 @@ test::FrameMaker maker(double amplitude_step = 0) {
 }
 
 // Everything that an evaluation needs, about the line of the truth.
-struct Scene {
+struct LikelihoodScene {
   test::FrameMaker made;
   test::FrameMaker::Frame frame;
   PulseTrain train;
@@ -33,7 +33,7 @@ struct Scene {
   Likelihood likelihood;
   DelayLine truth;
 
-  explicit Scene(const test::FrameMaker& made_in)
+  explicit LikelihoodScene(const test::FrameMaker& made_in)
       : made(made_in),
         frame(made.make(11)),
         train(made.pattern),
@@ -53,7 +53,7 @@ struct Scene {
 
 // The sum of [P] Eq. 2 over every pulse whose light may matter, and Eq. 4 with its logarithm: two
 // plain loops in long double, from tau and v, not from the line.
-long double brute_force(const Scene& scene, long double tau_mid_ns, long double v_mps,
+long double brute_force(const LikelihoodScene& scene, long double tau_mid_ns, long double v_mps,
                         long double S, long double b) {
   const long double beta = v_mps / 299792458.0L;
   const auto& segment = scene.made.pattern.segments.front();
@@ -85,9 +85,9 @@ long double brute_force(const Scene& scene, long double tau_mid_ns, long double 
   return value - b * length - S * amplitude * length / period * (1 - beta) / (1 + beta);
 }
 
-void expect_brute_force(const Scene& scene_in, double S, double b, double delay_off_ns,
+void expect_brute_force(const LikelihoodScene& scene_in, double S, double b, double delay_off_ns,
                         double velocity_mps) {
-  auto& scene = const_cast<Scene&>(scene_in);
+  auto& scene = const_cast<LikelihoodScene&>(scene_in);
   const double beta = velocity_mps / 299792458.0;
   const double tau = 2 * scene.made.distance_m / 0.299792458 + delay_off_ns;
   // A line is in the pattern's own clock.
@@ -99,29 +99,29 @@ void expect_brute_force(const Scene& scene_in, double S, double b, double delay_
 }
 
 TEST(Likelihood, AgreesWithALongDoubleDoubleLoop) {
-  const Scene even(maker());
+  const LikelihoodScene even(likelihood_maker());
   expect_brute_force(even, 0.01, 1.75e-4, 0, 31);
   expect_brute_force(even, 0.01, 1.75e-4, 0.07, 30.4);
   expect_brute_force(even, 3, 1e-1, -0.05, 31.2);
   expect_brute_force(even, 1e-9, 1e-9, 0.02, 31);
-  const Scene uneven(maker(0.3));
+  const LikelihoodScene uneven(likelihood_maker(0.3));
   expect_brute_force(uneven, 0.01, 1.75e-4, 0.01, 31);
-  test::FrameMaker drifting = maker();
+  test::FrameMaker drifting = likelihood_maker();
   drifting.drift_ppm = 100;
   drifting.start_ps = 340000000000000000;
-  expect_brute_force(Scene(drifting), 0.01, 1.75e-4, 0.01, 31);
-  test::FrameMaker wide = maker();
+  expect_brute_force(LikelihoodScene(drifting), 0.01, 1.75e-4, 0.01, 31);
+  test::FrameMaker wide = likelihood_maker();
   wide.sigma_ns = 5;  // pulses are 9 ns apart
   wide.length_ms = 0.5;
-  expect_brute_force(Scene(wide), 0.01, 1.75e-4, 0.3, 31);
+  expect_brute_force(LikelihoodScene(wide), 0.01, 1.75e-4, 0.3, 31);
 }
 
 TEST(Likelihood, GradientAndHessianAgreeWithDifferences) {
   for (const double sigma_ns : {0.1, 5.0}) {
-    test::FrameMaker made = maker(0.1);
+    test::FrameMaker made = likelihood_maker(0.1);
     made.sigma_ns = sigma_ns;
     made.length_ms = 0.5;
-    Scene scene(made);
+    LikelihoodScene scene(made);
     const FrameParameters at = {
         {scene.truth.delay_ns + 0.3 * sigma_ns, scene.truth.travel_ns - 0.7 * sigma_ns},
         0.004,
@@ -152,7 +152,7 @@ TEST(Likelihood, GradientAndHessianAgreeWithDifferences) {
 
 // (1 - beta) / (1 + beta) in doubles would show no change here at all.
 TEST(Likelihood, FeelsTenNanometresASecond) {
-  Scene scene(maker());
+  LikelihoodScene scene(likelihood_maker());
   const double per_mps = 2 / 299792458.0 * scene.folded.length_ns;
   FrameParameters at = {scene.truth, 0.01, 1.75e-4};
   at.line.travel_ns = 0;
@@ -165,7 +165,7 @@ TEST(Likelihood, FeelsTenNanometresASecond) {
 }
 
 TEST(Likelihood, ProfileIsTheMaximumOverSignalAndBackground) {
-  Scene scene(maker());
+  LikelihoodScene scene(likelihood_maker());
   const auto profile = scene.likelihood.profile(scene.near, scene.exposure(), scene.truth);
   const LikelihoodPoint point =
       scene.likelihood.evaluate(scene.near, scene.exposure(), profile.parameters);
@@ -180,10 +180,10 @@ TEST(Likelihood, ProfileIsTheMaximumOverSignalAndBackground) {
 }
 
 TEST(Likelihood, ProfileOfNothingAndOfSignalAloneIsFinite) {
-  test::FrameMaker dark = maker();
+  test::FrameMaker dark = likelihood_maker();
   dark.background_per_ns = 0;
   dark.length_ms = 0.2;
-  Scene scene(dark);
+  LikelihoodScene scene(dark);
   const auto profile = scene.likelihood.profile(scene.near, scene.exposure(), scene.truth);
   EXPECT_TRUE(std::isfinite(profile.gain_nats));
   EXPECT_LT(profile.parameters.background_per_ns * scene.folded.seen_ns, 1e-6);
@@ -194,7 +194,7 @@ TEST(Likelihood, ProfileOfNothingAndOfSignalAloneIsFinite) {
 
 // The information that frames show is on average the information that the bound expects.
 TEST(Likelihood, ObservedInformationAveragesToTheExpected) {
-  test::FrameMaker made = maker();
+  test::FrameMaker made = likelihood_maker();
   made.velocity_mps = 0;
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   Eigen::Matrix4d expected = Eigen::Matrix4d::Zero();

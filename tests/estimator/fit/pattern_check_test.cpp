@@ -13,7 +13,7 @@
 namespace splid {
 namespace {
 
-test::FrameMaker paper_scene() {
+test::FrameMaker pattern_scene() {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   made.velocity_mps = 30;
@@ -48,8 +48,8 @@ Pattern uneven(Pattern pattern, double rms) {
 }
 
 TEST(PatternCheck, SaysNothingWhereThePatternIsRight) {
-  EXPECT_EQ(look(paper_scene(), paper_scene().pattern, 100).frames, 0);
-  test::FrameMaker made = paper_scene();
+  EXPECT_EQ(look(pattern_scene(), pattern_scene().pattern, 100).frames, 0);
+  test::FrameMaker made = pattern_scene();
   made.pattern = uneven(made.pattern, 0.6);
   EXPECT_EQ(look(made, made.pattern, 50).frames, 0);
 }
@@ -57,7 +57,7 @@ TEST(PatternCheck, SaysNothingWhereThePatternIsRight) {
 // Of pulses 9 ns apart the first hides the second from a detector that is blind for 50 ns.
 TEST(PatternCheck, KnowsThatABlindDetectorMissesPulses) {
   for (const bool is_uneven : {false, true}) {
-    test::FrameMaker made = paper_scene();
+    test::FrameMaker made = pattern_scene();
     if (is_uneven) made.pattern = uneven(made.pattern, 0.5);
     made.length_ms = 2;
     made.signal_per_pulse = 1.5;
@@ -74,7 +74,7 @@ TEST(PatternCheck, KnowsThatABlindDetectorMissesPulses) {
 }
 
 TEST(PatternCheck, NoticesUnevenPulsesTakenForEvenOnes) {
-  test::FrameMaker made = paper_scene();
+  test::FrameMaker made = pattern_scene();
   const Pattern even = made.pattern;
   made.pattern = uneven(even, 0.6);
   const Seen seen = look(made, even, 50);
@@ -84,7 +84,7 @@ TEST(PatternCheck, NoticesUnevenPulsesTakenForEvenOnes) {
 
 // So many photons that a part of them is looked at: smaller differences show.
 TEST(PatternCheck, NoticesSmallerOnesInBrightFrames) {
-  test::FrameMaker made = paper_scene();
+  test::FrameMaker made = pattern_scene();
   const Pattern even = made.pattern;
   made.signal_per_pulse = 0.3;
   made.pattern = uneven(even, 0.15);
@@ -108,7 +108,7 @@ int frames_believed(const test::FrameMaker& made, const Pattern& believed, int f
 }
 
 TEST(PatternCheck, BelievesNoFrameOfAnotherPatternOfTheSamePeriod) {
-  const Pattern played = paper_scene().pattern;
+  const Pattern played = pattern_scene().pattern;
   const Pattern random = test::random_pattern(3780000, 40, 9000, 5);
   const Pattern baseline = test::periodic_pattern(3780000);
   const std::pair<Pattern, Pattern> pairs[] = {
@@ -119,7 +119,7 @@ TEST(PatternCheck, BelievesNoFrameOfAnotherPatternOfTheSamePeriod) {
       {random, test::random_pattern(3780000, 40, 9000, 6)}};
   for (const double signal : {13.5e-4, 4e-3, 0.03}) {
     for (const auto& [made, believed] : pairs) {
-      test::FrameMaker scene = paper_scene();
+      test::FrameMaker scene = pattern_scene();
       scene.pattern = made;
       scene.signal_per_pulse = signal;
       // In the weakest, a line of chance through other light may look like any target's.
@@ -131,7 +131,7 @@ TEST(PatternCheck, BelievesNoFrameOfAnotherPatternOfTheSamePeriod) {
 
 // Each stretch of the one has its light at twenty phases of the other's period.
 TEST(PatternCheck, BelievesNoFrameOfStretchesInAnotherOrder) {
-  test::FrameMaker scene = paper_scene();
+  test::FrameMaker scene = pattern_scene();
   scene.signal_per_pulse = 0.01;
   scene.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2e9);
   Pattern turned = test::mrr_pattern({189000, 180000}, 3780000, 2e9);
@@ -145,18 +145,18 @@ TEST(PatternCheck, BelievesNoFrameOfStretchesInAnotherOrder) {
 // pulses of other amplitudes, and with a second target.
 TEST(PatternCheck, BelievesThePatternThatWasPlayed) {
   const Pattern baseline = test::periodic_pattern(3780000);
-  for (const Pattern& played : {paper_scene().pattern, test::random_pattern(3780000, 40, 9000, 5),
+  for (const Pattern& played : {pattern_scene().pattern, test::random_pattern(3780000, 40, 9000, 5),
                                 baseline, test::mrr_pattern({180000, 189000}, 3780000, 2e9)}) {
     const double pulses = played.mode == Mode::baseline ? 40 : 1;
     for (const double signal : {2e-4, 13.5e-4, 0.2}) {
-      test::FrameMaker scene = paper_scene();
+      test::FrameMaker scene = pattern_scene();
       scene.pattern = played;
       scene.signal_per_pulse = signal * pulses;
       const int frames = signal == 0.2 ? 3 : 30;
       EXPECT_EQ(frames_believed(scene, played, frames), frames)
           << to_string(played.mode) << ", S = " << signal;
     }
-    test::FrameMaker few = paper_scene();
+    test::FrameMaker few = pattern_scene();
     few.pattern = played;
     few.length_ms = 1;
     few.signal_per_pulse = 30 * pulses * 94.5 / 1e6;
@@ -166,7 +166,7 @@ TEST(PatternCheck, BelievesThePatternThatWasPlayed) {
 }
 
 TEST(PatternCheck, BelievesAFrameOfWhichHalfWasSeen) {
-  const test::FrameMaker scene = paper_scene();
+  const test::FrameMaker scene = pattern_scene();
   FrameEstimator estimator(scene.pattern, {}, {}, {}, scene.length_ms, 400'000);
   for (std::uint64_t n = 0; n < 10; ++n) {
     auto frame = scene.make(n);
@@ -185,7 +185,7 @@ TEST(PatternCheck, BelievesAFrameOfWhichHalfWasSeen) {
 
 // Three more targets as bright, or less bright ones in any number, leave the best one's frame.
 TEST(PatternCheck, BelievesOneOfTwoTargets) {
-  test::FrameMaker scene = paper_scene();
+  test::FrameMaker scene = pattern_scene();
   scene.pattern = test::periodic_pattern(3780000);
   scene.signal_per_pulse = 0.05;
   test::FrameMaker other = scene;
@@ -202,7 +202,7 @@ TEST(PatternCheck, BelievesOneOfTwoTargets) {
 }
 
 TEST(PatternCheck, HasNothingToCompareInAnEvenTrain) {
-  test::FrameMaker made = paper_scene();
+  test::FrameMaker made = pattern_scene();
   made.pattern = test::periodic_pattern(94500);
   EXPECT_EQ(look(made, made.pattern, 3).frames, 0);
 }

@@ -9,7 +9,7 @@
 namespace splid {
 namespace {
 
-test::FrameMaker maker() {
+test::FrameMaker folded_maker() {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   made.length_ms = 5;
@@ -20,10 +20,10 @@ test::FrameMaker maker() {
 
 TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
   for (const std::int64_t epoch_ps : {std::int64_t{0}, std::int64_t{340000000000000000}}) {
-    test::FrameMaker made = maker();
+    test::FrameMaker made = folded_maker();
     made.start_ps = epoch_ps;
     const auto frame = made.make(1);
-    const PulseTrain train(maker().pattern);
+    const PulseTrain train(folded_maker().pattern);
     FoldedFrame folded(train, frame.photons_ps.size());
     folded.fold(frame.view(), train);
     ASSERT_EQ(folded.size(), frame.photons_ps.size());
@@ -42,9 +42,9 @@ TEST(FoldedFrame, PhasesAgreeWithLongDouble) {
 }
 
 TEST(FoldedFrame, LossesAreNotSeen) {
-  auto frame = maker().make(1);
+  auto frame = folded_maker().make(1);
   frame.losses = {{frame.start_ps + 1000000, frame.start_ps + 3000000, -1}};
-  const PulseTrain train(maker().pattern);
+  const PulseTrain train(folded_maker().pattern);
   FoldedFrame folded(train, frame.photons_ps.size());
   folded.fold(frame.view(), train);
   EXPECT_NEAR(folded.seen_ns, static_cast<double>(frame.end_ps - frame.start_ps) * 1e-3 - 2000,

@@ -11,11 +11,11 @@
 namespace splid {
 namespace {
 
-const Pattern interleaved = make_interleaved(std::array{180e3, 189e3});
+const Pattern interleaved_180_189 = make_interleaved(std::array{180e3, 189e3});
 
 TEST(PatternMatch, IsWholeForTheSamePulsesTurnedAndMeasured) {
-  EXPECT_EQ(share_of_same_pulses(interleaved, interleaved), 1);
-  Pattern calibrated = interleaved;
+  EXPECT_EQ(share_of_same_pulses(interleaved_180_189, interleaved_180_189), 1);
+  Pattern calibrated = interleaved_180_189;
   PatternSegment& segment = calibrated.segments.front();
   segment.period_ps *= 1 + 30e-6;
   for (double& time_ps : segment.pulse_times_ps) {
@@ -23,15 +23,16 @@ TEST(PatternMatch, IsWholeForTheSamePulsesTurnedAndMeasured) {
     time_ps += time_ps > 1e6 ? 40 : -20;
   }
   std::sort(segment.pulse_times_ps.begin(), segment.pulse_times_ps.end());
-  EXPECT_EQ(share_of_same_pulses(interleaved, calibrated), 1);
-  EXPECT_EQ(share_of_same_pulses(calibrated, interleaved), 1);
+  EXPECT_EQ(share_of_same_pulses(interleaved_180_189, calibrated), 1);
+  EXPECT_EQ(share_of_same_pulses(calibrated, interleaved_180_189), 1);
 }
 
 TEST(PatternMatch, IsSmallForOtherPulses) {
   const Pattern random = make_random({3'780'000, 40, 9'000, 1});
-  EXPECT_LT(share_of_same_pulses(interleaved, random), 0.3);
-  EXPECT_NEAR(share_of_same_pulses(interleaved, make_periodic(Mode::baseline, 3'780'000, 1)),
-              1.0 / 40, 1e-12);
+  EXPECT_LT(share_of_same_pulses(interleaved_180_189, random), 0.3);
+  EXPECT_NEAR(
+      share_of_same_pulses(interleaved_180_189, make_periodic(Mode::baseline, 3'780'000, 1)),
+      1.0 / 40, 1e-12);
 }
 
 TEST(PatternMatch, IsNoneForAnotherPeriodOrOtherSegments) {

@@ -22,15 +22,15 @@ double plain_best_rate(HarmonicPower& power, double step, int steps) {
   return best;
 }
 
-struct Scene {
+struct RateScene {
   const char* name;
   test::TrainMaker made;
 };
 
 // A single pulse, one of the periods of the other modes, and an interleaved pattern's sub-period,
 // as in [P]'s experiment: with the light of that experiment, with hardly any, and with a lot.
-std::vector<Scene> scenes() {
-  std::vector<Scene> all;
+std::vector<RateScene> scenes() {
+  std::vector<RateScene> all;
   for (const double velocity_mps : {0.0, -137.0}) {
     test::TrainMaker made;
     made.velocity_mps = velocity_mps;
@@ -54,7 +54,7 @@ std::vector<Scene> scenes() {
 TEST(RateScan, FindsTheBestOfAllRates) {
   int frames = 0;
   int others = 0;
-  for (const Scene& scene : scenes()) {
+  for (const RateScene& scene : scenes()) {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
       const TrainPhotons photons = scene.made.make(seed);
       const auto bins = static_cast<std::size_t>(photons.period_ns / 0.1);

@@ -15,7 +15,7 @@
 namespace splid {
 namespace {
 
-constexpr double c_m_per_ns = 0.299792458;
+constexpr double bend_c_m_per_ns = 0.299792458;
 
 test::FrameMaker accelerating_scene(double length_ms, double acceleration_mps2) {
   test::FrameMaker made;
@@ -31,9 +31,9 @@ FrameEstimator estimator_for(const test::FrameMaker& made, Motion motion,
   return {made.pattern, {}, {.motion = motion}, options, made.length_ms, 400'000};
 }
 
-double delay_error(const Estimate& estimate, const test::FrameMaker& made) {
+double bend_delay_error(const Estimate& estimate, const test::FrameMaker& made) {
   const double circle_ns = made.pattern.unambiguous_delay_ps * 1e-3;
-  return std::remainder(estimate.delay_ns - 2 * made.distance_m / c_m_per_ns, circle_ns);
+  return std::remainder(estimate.delay_ns - 2 * made.distance_m / bend_c_m_per_ns, circle_ns);
 }
 
 // Light from a target at 100 m/s^2, timed to 1 ps: without its bend of 13 ns every photon lies on
@@ -56,7 +56,7 @@ TEST(BendSearch, AStraightenedFrameHasTheTargetOnALine) {
     EXPECT_NEAR(bend_ns, 13.34, 0.01);
     straight.straighten(bent, bend_ns, train);
     const double beta = made.velocity_mps / 299792458.0;
-    const DelayLine line = {2 * made.distance_m / c_m_per_ns / (1 + beta) + bend_ns / 12,
+    const DelayLine line = {2 * made.distance_m / bend_c_m_per_ns / (1 + beta) + bend_ns / 12,
                             2 * beta / (1 + beta) * straight.length_ns};
     NearSet near(frame.photons_ps.size(), 2 * frame.photons_ps.size());
     near.collect(straight, comb_windows(train, -0.02, 0.02), train, line);
@@ -68,7 +68,7 @@ TEST(BendSearch, AStraightenedFrameHasTheTargetOnALine) {
   }
 }
 
-struct Sums {
+struct BendSums {
   double delay = 0, velocity = 0, acceleration = 0, delay_std = 0, acceleration_std = 0;
 };
 
@@ -84,14 +84,14 @@ TEST(BendSearch, ErrorsAreWhatTheDeviationsSay) {
     made.pattern = pattern;
     if (pattern.mode == Mode::mrr) made.signal_per_pulse *= 2;
     FrameEstimator estimator = estimator_for(made, Motion::accelerating);
-    Sums sums;
+    BendSums sums;
     for (int n = 0; n < frames; ++n) {
       made.acceleration_mps2 = -100 + 2 * n;
       made.velocity_mps = 140 - 2.8 * n;
       made.distance_m = 284.5 + 0.0137 * n;
       const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view());
       ASSERT_EQ(e.status, FrameStatus::ok) << n;
-      sums.delay += std::pow(delay_error(e, made) / e.std_delay_ns, 2) / frames;
+      sums.delay += std::pow(bend_delay_error(e, made) / e.std_delay_ns, 2) / frames;
       sums.velocity +=
           std::pow((e.velocity_mps - made.velocity_mps) / e.std_velocity_mps, 2) / frames;
       sums.acceleration +=
@@ -105,8 +105,8 @@ TEST(BendSearch, ErrorsAreWhatTheDeviationsSay) {
     EXPECT_NEAR(std::sqrt(sums.acceleration), 1, 0.25);
     const Bound bound =
         cramer_rao_bound(made.pattern, *make_gaussian(made.sigma_ns),
-                         {50e6, 50e6, 2 * made.distance_m / c_m_per_ns, 0, made.signal_per_pulse,
-                          made.background_per_ns, true, true});
+                         {50e6, 50e6, 2 * made.distance_m / bend_c_m_per_ns, 0,
+                          made.signal_per_pulse, made.background_per_ns, true, true});
     EXPECT_NEAR(sums.delay_std / bound.delay_ns, 1, 0.05);
     EXPECT_NEAR(sums.acceleration_std / bound.acceleration_mps2, 1, 0.05);
   }
@@ -124,7 +124,7 @@ TEST(BendSearch, NothingIsLostWhereThePathBendsByMoreThanAPulse) {
       for (std::uint64_t seed = 0; seed < frames; ++seed) {
         const Estimate e = estimator.estimate(made.make(seed).view());
         ASSERT_TRUE(e.has_values) << length_ms << " " << acceleration_mps2;
-        EXPECT_LT(std::abs(delay_error(e, made)), 5 * e.std_delay_ns);
+        EXPECT_LT(std::abs(bend_delay_error(e, made)), 5 * e.std_delay_ns);
         EXPECT_LT(std::abs(e.velocity_mps - made.velocity_mps), 5 * e.std_velocity_mps);
         EXPECT_LT(std::abs(e.acceleration_mps2 - acceleration_mps2), 5 * e.std_acceleration_mps2);
       }
@@ -160,10 +160,10 @@ TEST(BendSearch, TheVelocityIsThatAtMidFrameHoweverFarTheTarget) {
   ASSERT_EQ(e.status, FrameStatus::ok);
   EXPECT_LT(e.std_velocity_mps, 0.006);
   EXPECT_LT(std::abs(e.velocity_mps - made.velocity_mps), 4 * e.std_velocity_mps);
-  EXPECT_LT(std::abs(delay_error(e, made)), 4 * e.std_delay_ns);
+  EXPECT_LT(std::abs(bend_delay_error(e, made)), 4 * e.std_delay_ns);
   const double half_s = static_cast<double>(frame.end_ps - frame.start_ps) * 0.5e-12;
   const double at_start_m = made.distance_m - made.velocity_mps * half_s + 50 * half_s * half_s;
-  EXPECT_NEAR(e.delay_start_ns, std::fmod(2 * at_start_m / c_m_per_ns, 7e5), 0.02);
+  EXPECT_NEAR(e.delay_start_ns, std::fmod(2 * at_start_m / bend_c_m_per_ns, 7e5), 0.02);
 }
 
 void expect_same(const Estimate& one, const Estimate& other) {
@@ -212,7 +212,7 @@ TEST(BendSearch, FollowsATargetThatAccelerates) {
     made.distance_m = 284.5 - 30 * time_s + 50 * time_s * time_s;
     const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view(), &track);
     ASSERT_EQ(e.status, FrameStatus::ok) << n;
-    EXPECT_LT(std::abs(delay_error(e, made)), 5 * e.std_delay_ns) << n;
+    EXPECT_LT(std::abs(bend_delay_error(e, made)), 5 * e.std_delay_ns) << n;
     EXPECT_EQ(track.followed, n) << n;
   }
 }

@@ -22,9 +22,9 @@ constexpr double light_speed = 299792458.0;
 // The likelihood by the book, for a scene small enough for it: every photon against every pulse, in
 // the tagger's own times, at every delay and travel of a grid finer than the pulse. No product
 // code.
-class BruteForce {
+class BruteForceSearch {
  public:
-  BruteForce(const test::FrameMaker& made, const test::FrameMaker::Frame& frame)
+  BruteForceSearch(const test::FrameMaker& made, const test::FrameMaker::Frame& frame)
       : pulses_(made.pattern.segments.front().pulse_times_ps),
         period_ns_(made.pattern.segments.front().period_ps * 1e-3) {
     const std::int64_t mid_ps = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
@@ -161,7 +161,7 @@ TEST(TargetSearch, FindsTheMaximumThatBruteForceFinds) {
     for (const double velocity_mps : {0.0, 1100.0, -1450.0}) {
       const test::FrameMaker made = small_scene(pattern, velocity_mps);
       Searched s(made, 5, travel_of(1500, 1e5));
-      BruteForce brute(made, s.photons);
+      BruteForceSearch brute(made, s.photons);
       brute.want_near(8);
       const DelayLine expected = brute.best(travel_of(1500, 1e5));
       const std::optional<Fit> fit = s.search.find(s.frame);
@@ -180,7 +180,7 @@ TEST(TargetSearch, ATargetAtRestIsFoundWithoutTravel) {
   const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 0);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Searched s(made, seed, 0);
-    BruteForce brute(made, s.photons);
+    BruteForceSearch brute(made, s.photons);
     brute.want_near(8);
     const DelayLine expected = brute.best(0);
     const std::optional<Fit> fit = s.search.find(s.frame);
@@ -211,7 +211,7 @@ TEST(TargetSearch, LookBesideLeavesAShoulderForThePeak) {
 TEST(TargetSearch, JudgesAndFitsByTheSameLikelihood) {
   const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 700);
   Searched s(made, 8, travel_of(1500, 1e5));
-  const BruteForce brute(made, s.photons);
+  const BruteForceSearch brute(made, s.photons);
   const std::optional<Fit> fit = s.search.find(s.frame);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(s.search.judge(s.frame, fit->parameters).gain_nats, fit->gain_nats, 1e-9);
