@@ -35,6 +35,10 @@ constexpr std::string_view itself_next = "name the recording itself";
 constexpr FileKind histogram_kind = {
     "a PicoQuant histogram (PHU), which holds counts and no photons", counts_next};
 
+constexpr FileKind no_hdf5_kind = {
+    "an HDF5 file by its name alone, without the mark that HDF5 begins with",
+    "copy it again from where it was made, or give it the name of what it is"};
+
 // The first kind that fits is taken. A JSON file's schema goes before kinds that only a name tells.
 constexpr std::array marks = {
     Mark{"PQHISTO"sv, "", histogram_kind},
@@ -61,8 +65,8 @@ constexpr std::array endings = {
     Mark{"", ".t3r"sv, {"a TimeHarp recording in T3 mode by its name", t3_next}},
     Mark{"", ".ts"sv, {"an S-Fifteen file of time stamps by its name", text_next}},
     Mark{"", ".phu"sv, {"a PicoQuant histogram by its name", counts_next}},
-    Mark{"", ".h5"sv, {"an HDF5 file by its name", hdf5_next}},
-    Mark{"", ".hdf5"sv, {"an HDF5 file by its name", hdf5_next}},
+    Mark{"", ".h5"sv, no_hdf5_kind},
+    Mark{"", ".hdf5"sv, no_hdf5_kind},
 };
 
 std::string_view skip(std::string_view text, std::string_view what) {
