@@ -29,6 +29,17 @@ void accumulate(const SearchKernels& kernels, Count* sums, const Count* values, 
   }
 }
 
+template <class Count>
+std::uint32_t largest(const SearchKernels& kernels, const Count* values, std::size_t count) {
+  if constexpr (std::is_same_v<Count, std::uint8_t>) {
+    return kernels.largest_8(values, count);
+  } else if constexpr (std::is_same_v<Count, std::uint16_t>) {
+    return kernels.largest(values, count);
+  } else {
+    return count == 0 ? 0 : *std::max_element(values, values + count);
+  }
+}
+
 std::uint32_t to_32(double turns) {
   turns -= std::floor(turns);
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
@@ -52,7 +63,12 @@ SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_travel_
 
 CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
     : train_(train), kernels_(kernels) {
-  for (const PulseTrain::Stretch& stretch : train.stretches) parts_.push_back(parts_of(stretch));
+  std::size_t parts = 0;
+  for (const PulseTrain::Stretch& stretch : train.stretches) {
+    parts_.push_back(parts_of(stretch));
+    parts += parts_.back().size();
+  }
+  beside_.reserve(parts);
   moved_.reserve(max_photons);
   slice_.reserve(max_photons);
   in_slice_.reserve(most_slices);
@@ -163,43 +179,94 @@ double CombRows::most_in_slice(double bin_ns) const {
   return photons * (1 + std::floor(bin_ns / train_.closest_ns));
 }
 
+// Design note: the rows of the finest cells are larger than the second-level cache, those of one
+// period of each part are not. So each whole row is written once, from one period of all parts. The
+// parts that have no such period are counted in the whole rows after that.
 template <class Count>
-void CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts) {
-  std::memset(rows, 0, grid.cells() * sizeof(Count));
+std::uint32_t CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts) {
+  beside_.clear();
+  std::size_t used = 0;  // cells of `parts`
+  std::uint32_t most = 0;
+  bool is_written = false;
   for (std::size_t s = 0; s < parts_.size(); ++s) {
-    for (const Part& part : parts_[s]) fill_part(grid, s, part, rows, histogram, parts);
+    for (const Part& part : parts_[s]) {
+      if (!stands_beside(grid, s, part)) continue;
+      const Beside next = {used, grid.bins / part.copies};
+      const std::size_t cells = std::size_t{next.bins} * grid.slices;
+      std::memset(parts + used, 0, cells * sizeof(Count));
+      fill_part(grid, s, part, parts + used, histogram);
+      most += largest(kernels_, parts + used, cells);
+      beside_.push_back(next);
+      used += cells;
+      // A part with two or more periods in the circle takes half of the cells at most.
+      if (used <= grid.cells() / 2) continue;
+      put_beside(grid, parts, is_written, rows);
+      is_written = true;
+      used = 0;
+    }
+  }
+  if (!is_written || !beside_.empty()) put_beside(grid, parts, is_written, rows);
+  for (std::size_t s = 0; s < parts_.size(); ++s) {
+    for (const Part& part : parts_[s]) {
+      if (stands_beside(grid, s, part) || !has_photons(s, part)) continue;
+      fill_part(grid, s, part, rows, histogram);
+      if (!part.taken_off) most = 0;
+    }
   }
   if (!train_.single()) count_between(grid, rows);
+  return train_.single() ? most : 0;
 }
 
-template void CombRows::fill(const SearchGrid&, std::uint8_t*, std::uint8_t*, std::uint8_t*);
-template void CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*, std::uint16_t*);
-template void CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*, std::uint32_t*);
+template std::uint32_t CombRows::fill(const SearchGrid&, std::uint8_t*, std::uint8_t*,
+                                      std::uint8_t*);
+template std::uint32_t CombRows::fill(const SearchGrid&, std::uint16_t*, std::uint16_t*,
+                                      std::uint16_t*);
+template std::uint32_t CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*,
+                                      std::uint32_t*);
 
+// Whether one period of a part is a whole number of bins, shorter than the circle.
+bool CombRows::stands_beside(const SearchGrid& grid, std::size_t group, const Part& part) const {
+  return has_photons(group, part) && part.copies > 1 && grid.bins % part.copies == 0;
+}
+
+bool CombRows::has_photons(std::size_t group, const Part& part) const {
+  return frame_->group_end[group] > frame_->group_begin(group) && !part.pulses_32.empty();
+}
+
+// Puts copies of one period of each part side by side, adds the parts up, and forgets them.
+// is_written: the rows hold something already.
+template <class Count>
+void CombRows::put_beside(const SearchGrid& grid, const Count* parts, bool is_written,
+                          Count* rows) {
+  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
+    Count* row = rows + slice * grid.bins;
+    if (!is_written) std::fill_n(row, grid.bins, Count{0});
+    for (const Beside& part : beside_) {
+      const Count* period = parts + part.begin + slice * part.bins;
+      for (std::size_t bin = 0; bin < grid.bins; bin += part.bins) {
+        accumulate(kernels_, row + bin, period, part.bins);
+      }
+    }
+  }
+  beside_.clear();
+}
+
+// rows: one period of a part that stands beside others, and else the circle.
 template <class Count>
 void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
-                         Count* histogram, Count* parts) {
-  const std::size_t photons = frame_->group_end[group] - frame_->group_begin(group);
-  if (photons == 0 || part.pulses_32.empty()) return;
+                         Count* histogram) {
+  if (!has_photons(group, part)) return;
   // Where the part's period is no whole number of bins, its copies are counted one by one.
   const bool fits = grid.bins % part.copies == 0;
   const std::uint32_t bins = fits ? grid.bins / part.copies : grid.bins;
   const std::vector<std::uint32_t>& pulses = fits ? part.pulses_32 : part.circle_32;
-  const bool beside = fits && part.copies > 1;
-  Count* to = beside ? parts : rows;
-  if (beside) std::memset(to, 0, std::size_t{bins} * grid.slices * sizeof(Count));
+  const std::size_t photons = frame_->group_end[group] - frame_->group_begin(group);
   if (part.taken_off || pulses.size() < 2 ||
       photons * adds_per_increment < std::size_t{bins} * grid.slices) {
     const Count one = part.taken_off ? static_cast<Count>(-1) : Count{1};
-    count_photons(group, part, fits, bins, pulses, one, to);
+    count_photons(group, part, fits, bins, pulses, one, rows);
   } else {
-    add_shifted_rows(grid, group, part, fits, bins, to, histogram);
-  }
-  if (!beside) return;
-  for (std::size_t slice = 0; slice < grid.slices; ++slice) {
-    for (std::size_t copy = 0; copy < part.copies; ++copy) {
-      accumulate(kernels_, rows + slice * grid.bins + copy * bins, parts + slice * bins, bins);
-    }
+    add_shifted_rows(grid, group, part, fits, bins, rows, histogram);
   }
 }
 

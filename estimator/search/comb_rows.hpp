@@ -51,9 +51,10 @@ class CombRows {
   [[nodiscard]] double most_in_slice(double bin_ns) const;
 
   // Fills grid.slices rows of grid.bins. histogram and parts are scratch of the same size. Count is
-  // unsigned, of 8, 16 or 32 bits, and holds most_in_slice().
+  // unsigned, of 8, 16 or 32 bits, and holds most_in_slice(). Returns a number that no cell
+  // exceeds, or 0 where none was seen on the way.
   template <class Count>
-  void fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
+  std::uint32_t fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
 
  private:
   struct Part {
@@ -64,12 +65,22 @@ class CombRows {
     std::vector<std::uint32_t> circle_32;  // every copy of every pulse, in 2^-32 of the circle
   };
 
+  struct Beside {       // rows of one period of a part, in the scratch of fill()
+    std::size_t begin;  // the first row's first cell
+    std::uint32_t bins;
+  };
+
   void count_in_slices(std::uint32_t slices);
   static Part whole_part(const PulseTrain::Stretch& stretch);
   static std::vector<Part> parts_of(const PulseTrain::Stretch& stretch);
+  [[nodiscard]] bool stands_beside(const SearchGrid& grid, std::size_t group,
+                                   const Part& part) const;
+  [[nodiscard]] bool has_photons(std::size_t group, const Part& part) const;
+  template <class Count>
+  void put_beside(const SearchGrid& grid, const Count* parts, bool is_written, Count* rows);
   template <class Count>
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
-                 Count* histogram, Count* parts);
+                 Count* histogram);
   template <class Count>
   void count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
                      std::span<const std::uint32_t> pulses, Count one, Count* rows) const;
@@ -87,8 +98,9 @@ class CombRows {
   const FoldedFrame* frame_ = nullptr;
   double slope_ = 0;  // of the lines that the photons were moved back along
   const std::uint32_t* phase_32_ = nullptr;
-  std::vector<std::uint32_t> moved_;     // scratch: the phase of each photon
-  std::vector<std::uint32_t> slice_;     // of each photon
+  std::vector<std::uint32_t> moved_;  // scratch: the phase of each photon
+  std::vector<std::uint32_t> slice_;  // of each photon
+  std::vector<Beside> beside_;
   std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
 };
 

@@ -45,13 +45,14 @@ std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const Sear
 template <class Count>
 void LineSearch::search(const SearchGrid& grid, double max_travel_ns) {
   auto* rows = buffer<Count>(0);
-  rows_.fill(grid, rows, buffer<Count>(1), buffer<Count>(2));
+  const std::uint32_t most_in_cell = rows_.fill(grid, rows, buffer<Count>(1), buffer<Count>(2));
   const auto most = static_cast<std::size_t>(
       std::min<double>(grid.slices - 1, std::ceil(max_travel_ns / grid.bin_ns)));
   const std::size_t step = LineTree::block_bins(grid, most);
   for (const int sign : {1, -1}) {
     for (std::size_t bin = 0; bin < grid.bins; bin += step) {
-      const LineTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign};
+      const LineTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign,
+                                     most_in_cell};
       tree_.add_up(rows, grid, block);
       keep_best(grid, block);
     }

@@ -104,7 +104,7 @@ void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& bl
   in_ = memory_.data();
   out_ = memory_.data() + buffer_cells_;
   cell_bytes_ = sizeof(Count);
-  most_in_cell_ = std::numeric_limits<Count>::max();
+  most_in_cell_ = block.most_in_cell > 0 ? block.most_in_cell : std::numeric_limits<Count>::max();
   copy_rows(rows, grid);
   for (std::size_t half = 1; 2 * half < slices_; half *= 2) add_pairs(half);
   if (slices_ > 1) make_room_for_last_sum();
@@ -130,11 +130,11 @@ void LineTree::add_pairs(std::size_t half) {
   if (cell_bytes_ == 4) {
     add_pairs_as<std::uint32_t, std::uint32_t>(half);
   } else if (cell_bytes_ == 2) {
-    sum_of_two_fits<std::uint16_t>() ? add_pairs_as<std::uint16_t, std::uint16_t>(half)
-                                     : add_pairs_as<std::uint16_t, std::uint32_t>(half);
+    sum_of_two_fits<std::uint16_t>(half) ? add_pairs_as<std::uint16_t, std::uint16_t>(half)
+                                         : add_pairs_as<std::uint16_t, std::uint32_t>(half);
   } else {
-    sum_of_two_fits<std::uint8_t>() ? add_pairs_as<std::uint8_t, std::uint8_t>(half)
-                                    : add_pairs_as<std::uint8_t, std::uint16_t>(half);
+    sum_of_two_fits<std::uint8_t>(half) ? add_pairs_as<std::uint8_t, std::uint8_t>(half)
+                                        : add_pairs_as<std::uint8_t, std::uint16_t>(half);
   }
 }
 
@@ -157,19 +157,30 @@ void LineTree::add_pairs_as(std::size_t half) {
   most_in_cell_ *= 2;
 }
 
-// Whether the sum of any two cells fits into the type of the cells.
+// Whether the sum of any two cells fits into the type of the cells, which are lines over `half`
+// slices.
 template <class Count>
-bool LineTree::sum_of_two_fits() {
+bool LineTree::sum_of_two_fits(std::size_t half) {
   constexpr std::uint32_t most = std::numeric_limits<Count>::max();
   if (most_in_cell_ <= most / 2) return true;
   const auto* in = reinterpret_cast<const Count*>(in_);
-  most_in_cell_ = largest(kernels_, in, stride_ * slices_);
+  const std::size_t cells = lines(half) * stride_;
+  most_in_cell_ = 0;
+  for (std::size_t group = 0; group < slices_; group += half) {
+    const std::uint32_t here = largest(kernels_, in + group * stride_, cells);
+    most_in_cell_ = std::max(most_in_cell_, here);
+  }
   return most_in_cell_ <= most / 2;
 }
 
 void LineTree::make_room_for_last_sum() {
-  if (cell_bytes_ == 1 && !sum_of_two_fits<std::uint8_t>()) widen<std::uint8_t, std::uint16_t>();
-  if (cell_bytes_ == 2 && !sum_of_two_fits<std::uint16_t>()) widen<std::uint16_t, std::uint32_t>();
+  const std::size_t half = slices_ / 2;
+  if (cell_bytes_ == 1 && !sum_of_two_fits<std::uint8_t>(half)) {
+    widen<std::uint8_t, std::uint16_t>();
+  }
+  if (cell_bytes_ == 2 && !sum_of_two_fits<std::uint16_t>(half)) {
+    widen<std::uint16_t, std::uint32_t>();
+  }
 }
 
 template <class From, class To>

@@ -31,9 +31,10 @@ class LineTree {
   // Some bins of a circle, and how far the lines that start in them travel.
   struct Block {
     std::size_t first_bin = 0;
-    std::size_t bins = 0;  // up to block_bins()
-    std::size_t most = 0;  // bins of travel, below the number of slices
-    int sign = 1;          // -1: the slices are taken in the other order
+    std::size_t bins = 0;            // up to block_bins()
+    std::size_t most = 0;            // bins of travel, below the number of slices
+    int sign = 1;                    // -1: the slices are taken in the other order
+    std::uint32_t most_in_cell = 0;  // that a cell of the rows holds; 0: not known
   };
   // rows: grid.slices rows of grid.bins. Count: unsigned, of 8, 16 or 32 bits.
   template <class Count>
@@ -70,7 +71,7 @@ class LineTree {
   template <class From, class To>
   void widen();
   template <class Count>
-  [[nodiscard]] bool sum_of_two_fits();
+  [[nodiscard]] bool sum_of_two_fits(std::size_t half);
 
   const SearchKernels& kernels_;
   std::size_t buffer_cells_ = 0;
