@@ -94,7 +94,8 @@ struct FrameEstimator::Workspace {
                 least_odds_nats,
                 options.effort,
                 mode != Mode::ambiguous,
-                models_dead_time(detector, options, pulse)},
+                models_dead_time(detector, options, pulse),
+                scene.targets > 1},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
         bent_threshold_nats(threshold_nats) {

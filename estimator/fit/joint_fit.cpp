@@ -88,10 +88,13 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
-  constexpr double last_gain = 3e-3;  // nats: 0.08 deviations
+  constexpr double last_gain = 3e-3;     // nats: 0.08 deviations
+  constexpr double last_if_fast = 2e-2;  // 0.2 deviations
+  constexpr double left_to_gain = 3e-5;  // 0.008 deviations
   likelihood_.evaluate(exposure, best.at, point_);
   double damping = 0;
   best.stop = Stop::rounds_spent;
+  double gained_before = 0;  // with a whole step of Newton's method, as its parabola said
   JointPoint next;
   for (int round = 0; round < most_rounds; ++round) {
     const SmallVector units = units_of(best.at, exposure);
@@ -111,9 +114,13 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
     const double longest = step.cwiseAbs().maxCoeff();
     if (longest > 1) step /= longest;
     // What is left to gain on this hill. A last step that short ends a tenth of its length from the
-    // top at most, so that nothing is to be seen there.
+    // top at most, so that nothing is to be seen there. One after which no more than that is left
+    // if the gains go on to shrink as they did is as good.
     const double to_gain = slope.dot(step) / 2;
-    if (damping == 0 && longest <= 1 && to_gain < last_gain) {
+    const bool is_whole = damping == 0 && longest <= 1;
+    const bool shrinks_fast =
+        to_gain < last_if_fast && to_gain * to_gain < left_to_gain * gained_before;
+    if (is_whole && (to_gain < last_gain || shrinks_fast)) {
       best.at = stepped(best.at, units.asDiagonal() * step);
       point_.value += to_gain;
       best.stop = Stop::gain_small;
@@ -124,6 +131,7 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
     likelihood_.evaluate(exposure, to, next);
     const double gained = next.value - point_.value;
     const bool is_better = gained > -gain_small;
+    gained_before = is_whole ? to_gain : 0;
     if (is_better) {
       best.at = to;
       std::swap(point_, next);

@@ -135,13 +135,21 @@ class JointLikelihood {
   std::size_t shares_of(std::size_t photon, const JointParameters& at,
                         std::array<Share, most_targets>& shares) const;
   void add_alone(std::size_t target, const JointParameters& at, LogSum& logs, Sums& sums) const;
+  // Photons that two targets are near, from first to behind last.
+  struct Shared {
+    std::size_t first = 0, last = 0;
+    std::array<std::size_t, 2> targets{};
+  };
+  void add_shared(const Shared& by_two, const JointParameters& at, LogSum& logs, Sums& sums) const;
+  void add_any(std::size_t photon, const JointParameters& at, LogSum& logs, Sums& sums) const;
   static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
                   Sums& sums);
   static void add(const Sums& sums, std::size_t targets, JointPoint& point);
 
   const PulseShape& shape_;
   void merge(std::size_t targets);
-  void merge_shared(std::size_t targets);
+  void merge_two(std::size_t one, std::size_t other);
+  void merge_more(std::size_t targets);
   void take_photon(std::uint32_t photon);
   void take_entries(std::size_t target, std::size_t photon);
   [[nodiscard]] bool serves(std::size_t target, const JointParameters& at) const;
@@ -154,7 +162,10 @@ class JointLikelihood {
   // The photons near any target, and their entries, target by target.
   std::vector<std::uint32_t> index_, first_;
   std::array<std::size_t, most_targets> alone_end_{};  // where those near one target alone end
-  std::vector<std::uint8_t> times_near_;               // scratch: of each photon of the frame
+  std::array<Shared, most_targets*(most_targets - 1) / 2> shared_;
+  std::size_t pairs_ = 0;          // of shared_
+  std::vector<std::uint8_t> who_;  // scratch: which targets each photon of the frame is near
+  std::size_t entries_ = 0;        // that have been taken
   std::vector<std::uint8_t> target_;
   std::vector<double> residual_, position_, amplitude_;
   std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry

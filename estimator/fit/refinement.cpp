@@ -12,6 +12,26 @@ namespace {
 
 constexpr int max_rounds = 40;
 constexpr double margin_widths = 4;
+// How far about a line photons tell how much a pulse is spread.
+constexpr double spread_widths = 7;
+
+double spread_of(const PulseShape& shape) {
+  constexpr int cells = 280;
+  const double first_ns = -spread_widths * shape.width_ns();
+  const double step_ns = 2 * spread_widths * shape.width_ns() / cells;
+  double light = 0, squares = 0;
+  for (int n = 0; n < cells; ++n) {
+    const double begin_ns = first_ns + n * step_ns;
+    const double ends_ns[] = {shape.peak_offset_ns() + begin_ns,
+                              shape.peak_offset_ns() + begin_ns + step_ns};
+    double integrals[2];
+    shape.integrate(ends_ns, integrals);
+    const double here = integrals[1] - integrals[0];
+    light += here;
+    squares += here * std::pow(begin_ns + step_ns / 2, 2);
+  }
+  return squares / light;
+}
 
 struct Derivatives {
   Eigen::Vector2d slope;
@@ -85,6 +105,8 @@ Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::si
                        bool may_be_blind)
     : train_(train),
       width_ns_(shape.width_ns()),
+      peak_ns_(shape.peak_offset_ns()),
+      spread_ns2_(spread_of(shape)),
       margin_ns_(margin_widths * shape.width_ns()),
       windows_(
           comb_windows(train, shape.first_ns() - 2 * margin_ns_, shape.last_ns() + 2 * margin_ns_)),
@@ -102,8 +124,8 @@ void Refinement::collect(const FoldedFrame& frame, DelayLine about, double gathe
 }
 
 Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start,
-                      bool moving, double to_beat_nats, bool roughly) {
-  const Way way = {frame, exposure, moving, to_beat_nats};
+                      bool moving, double to_beat_nats, bool roughly, Until until) {
+  const Way way = {frame, exposure, moving, to_beat_nats, until};
   Fit fit = climb_gathered(way, start, NearSet::gathered_roughly_from);
   const bool is_exact = !near_.gathers || near_.likely_near >= NearSet::gathered_from;
   if (!is_exact && !roughly && fit.stop != Stop::beaten) {
@@ -117,7 +139,7 @@ Fit Refinement::climb_gathered(const Way& way, DelayLine start, std::size_t gath
   Fit fit;
   for (int collected = 0; collected < 8; ++collected) {
     collect(way.frame, start, width_ns_, gather_from);
-    fit = climb_within(way.exposure, start, way.moving, way.to_beat_nats);
+    fit = climb_within(way, start);
     if (fit.stop == Stop::beaten) return fit;
     const DelayLine& line = fit.parameters.line;
     // The ends of the line move by half of what its travel changes.
@@ -152,8 +174,36 @@ Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const 
   return fit;
 }
 
-Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool moving,
-                             double to_beat_nats) {
+// Whether the photons are spread by more than one pulse is, by four deviations of chance, or a
+// climb need not get to the top in any case.
+bool Refinement::is_near_enough(const Way& way, const Likelihood::Profile& at) const {
+  constexpr double deviations = 4;
+  if (way.until != Until::top_of_one) return way.until == Until::near_top;
+  const double reach_ns = spread_widths * width_ns_;
+  const double delay_ns = at.parameters.line.delay_ns - near_.line.delay_ns + peak_ns_;
+  const double travel_ns = at.parameters.line.travel_ns - near_.line.travel_ns;
+  double photons = 0, squares = 0, fourths = 0;
+  for (std::size_t k = 0; k < near_.photons(); ++k) {
+    for (std::size_t j = near_.first[k]; j < near_.first[k + 1]; ++j) {
+      const double offset = near_.residual_ns[j] - delay_ns - travel_ns * near_.position[j];
+      const double square = offset * offset;
+      const double weight = std::abs(offset) < reach_ns ? near_.weight[k] : 0;
+      photons += weight;
+      squares += weight * square;
+      fourths += weight * square * square;
+    }
+  }
+  const double dark =
+      at.parameters.background_per_ns * way.exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
+  const double excess = squares - dark * reach_ns * reach_ns / 3 - (photons - dark) * spread_ns2_;
+  return excess > deviations * std::sqrt(fourths);
+}
+
+Fit Refinement::climb_within(const Way& way, DelayLine start) {
+  const double enough_nats = way.until == Until::near_top ? 5e-2 : 3e-3;
+  constexpr double short_step_widths = 0.1;
+  const Exposure& exposure = way.exposure;
+  const bool moving = way.moving;
   Fit fit;
   Likelihood::Profile best = likelihood_.profile(near_, exposure, start);
   const double step_small = 1e-6 * width_ns_;
@@ -163,7 +213,7 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
   for (int round = 0; round < max_rounds; ++round) {
     const LikelihoodPoint point = likelihood_.evaluate(near_, exposure, best.parameters, is_loaded);
     const Derivatives derivatives = profile_derivatives(point, best.parameters);
-    if (best.gain_nats + most_to_gain_nats(derivatives, moving) < to_beat_nats) {
+    if (best.gain_nats + most_to_gain_nats(derivatives, moving) < way.to_beat_nats) {
       fit.stop = Stop::beaten;
       break;
     }
@@ -181,8 +231,10 @@ Fit Refinement::climb_within(const Exposure& exposure, DelayLine start, bool mov
     // Near the top Newton's step is right even where rounding makes it gain a little less than 0.
     is_loaded = gained > -gain_small;
     if (is_loaded) best = next;
-    const bool small = step.cwiseAbs().maxCoeff() < step_small;
-    if (small || gained < gain_small) {
+    const double length_ns = step.cwiseAbs().maxCoeff();
+    const bool small = length_ns < step_small;
+    const bool is_near = gained < enough_nats && length_ns < short_step_widths * width_ns_;
+    if (small || gained < gain_small || (is_near && is_near_enough(way, best))) {
       fit.stop = small ? Stop::step_small : Stop::gain_small;
       break;
     }

@@ -28,6 +28,12 @@ struct Fit {
 // max_photons.
 class Refinement {
  public:
+  // Where a climb may end: at the top; or near it, with a whole short step of Newton's method that
+  // gained less than 3e-3 nats, after which a hundredth of a deviation is left at most. top_of_one:
+  // near the top is enough where the photons are spread as those of a single pulse are not, since
+  // what they show is then fitted by several targets.
+  enum class Until { top, near_top, top_of_one };
+
   // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
   // may_be_blind: frames may come with their blind time.
   Refinement(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
@@ -39,7 +45,8 @@ class Refinement {
   // gain. roughly: a thousandth of a deviation does not matter, as where a sample of a frame's
   // photons says where to look.
   Fit climb(const FoldedFrame& frame, const Exposure& exposure, DelayLine start, bool moving,
-            double to_beat_nats = -std::numeric_limits<double>::infinity(), bool roughly = false);
+            double to_beat_nats = -std::numeric_limits<double>::infinity(), bool roughly = false,
+            Until until = Until::top);
 
   // The best signal and background of a line, and the curvature there, without a climb.
   Fit fit_rates(const FoldedFrame& frame, const Exposure& exposure, DelayLine line, bool moving);
@@ -55,16 +62,20 @@ class Refinement {
     const Exposure& exposure;
     bool moving;
     double to_beat_nats;
+    Until until;
   };
   Fit climb_gathered(const Way& way, DelayLine start, std::size_t gather_from);
   void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns,
                std::size_t gather_from);
-  Fit climb_within(const Exposure& exposure, DelayLine start, bool moving, double to_beat_nats);
+  Fit climb_within(const Way& way, DelayLine start);
+  [[nodiscard]] bool is_near_enough(const Way& way, const Likelihood::Profile& at) const;
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
   const PulseTrain& train_;
   double width_ns_;
-  double margin_ns_;  // how far the line may move before the near set is collected anew
+  double peak_ns_;     // the pulse's peak beside its time
+  double spread_ns2_;  // the mean square of the pulse's offsets from its peak, within spread_widths
+  double margin_ns_;   // how far the line may move before the near set is collected anew
   std::vector<CombWindow> windows_;  // one for each stretch
   NearSet near_;
   Likelihood likelihood_;

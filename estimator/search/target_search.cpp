@@ -87,6 +87,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_travel_ns / scope.frame_length_ns),
       moving_(scope.max_travel_ns > 0),
+      first_until_(scope.one_of_several ? Refinement::Until::top_of_one : Refinement::Until::top),
+      until_(first_until_),
       levels_(make_levels(scope)),
       recheck_(SearchGrid::cover(
           train.circle_ns, std::max(3 * shape.width_ns(), train.circle_ns / most_recheck_bins), 0,
@@ -140,6 +142,7 @@ bool TargetSearch::has_shoulders() const {
 std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
   odds_.clear();
   sample_odds_nats_.reset();
+  until_ = first_until_;
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
@@ -241,7 +244,7 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
 Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
                         double to_beat_nats) {
   const bool roughly = &photons == &sample_;
-  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly);
+  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly, until_);
   odds_.add(fit);
   return fit;
 }
@@ -388,6 +391,7 @@ Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
 Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
   odds_.clear();
   sample_odds_nats_.reset();
+  until_ = first_until_;
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), Exposure(frame, train_), line);
 }
@@ -416,6 +420,7 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
   odds_.clear();
   sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
   const Exposure exposure(rest, train_);
   Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
   const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
@@ -429,6 +434,7 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
                                              std::span<const DelayLine> known, double least_nats) {
   odds_.clear();
   sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
   const Level& level = levels_.back();
   Spot best = {{}, 0};
   for (DelayLine line : known) {
@@ -452,6 +458,7 @@ std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
   if (rest.size() >= sampled_from) return find(rest, most);
   odds_.clear();
   sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
   const auto levels = std::span(levels_).first(std::min(levels_.size(), levels_of(most)));
   return find_at_level(rest, levels.back(), least_nats);
 }

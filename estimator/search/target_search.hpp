@@ -35,8 +35,9 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and travels possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;    // whether delays at which the comb nearly falls on itself are tried
-  bool may_be_blind = false;  // whether frames may come with their blind time
+  bool near_copies = true;      // whether delays at which the comb nearly falls on itself are tried
+  bool may_be_blind = false;    // whether frames may come with their blind time
+  bool one_of_several = false;  // whether the target may be fitted together with others
 };
 
 // Where a zoom over bends has ended (see BendSearch).
@@ -181,6 +182,8 @@ class TargetSearch {
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
   bool moving_;
+  Refinement::Until first_until_;  // of climbs in a frame as it is
+  Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
