@@ -509,7 +509,8 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
 // A rate that no photon speaks for stands alone.
 //
 // Design note: the photons that only one target is near are by far the most, so that they are
-// summed up without a loop, and those that only the target left out is near are not looked at.
+// summed up without a loop, and those that only the target left out is near are not looked at. A
+// photon that one more target is near is one of these where that is the target left out.
 JointLikelihood::RateSums JointLikelihood::sum_by_rates(const RateVector& rates,
                                                         std::size_t without) const {
   RateSums sums;
@@ -518,8 +519,15 @@ JointLikelihood::RateSums JointLikelihood::sum_by_rates(const RateVector& rates,
   std::size_t dark = photons_ - index_.size();
   std::array<OfOneRate, most_targets> of_one;
   for (std::size_t i = 0; i < index_.size(); ++i) {
-    const std::size_t begin = first_[i];
-    const std::size_t end = first_[i + 1];
+    std::size_t begin = first_[i];
+    std::size_t end = first_[i + 1];
+    if (end == begin + 2) {
+      if (target_[begin] == without) {
+        ++begin;
+      } else if (target_[begin + 1] == without) {
+        --end;
+      }
+    }
     if (end == begin + 1) {
       const std::size_t k = target_[begin];
       if (k == without) {

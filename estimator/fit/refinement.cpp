@@ -131,6 +131,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
   if (!is_exact && !roughly && fit.stop != Stop::beaten) {
     fit = climb_gathered(way, fit.parameters.line, NearSet::gathered_from);
   }
+  if (until == Until::near_top && fit.gain_nats < to_beat_nats) fit.stop = Stop::beaten;
   if (fit.stop != Stop::beaten) add_covariance(exposure, moving, fit);
   return fit;
 }
@@ -200,8 +201,8 @@ bool Refinement::is_near_enough(const Way& way, const Likelihood::Profile& at) c
 }
 
 Fit Refinement::climb_within(const Way& way, DelayLine start) {
-  const double enough_nats = way.until == Until::near_top ? 5e-2 : 3e-3;
-  constexpr double short_step_widths = 0.1;
+  constexpr double enough_nats = 0.1;
+  constexpr double short_step_widths = 0.25;
   const Exposure& exposure = way.exposure;
   const bool moving = way.moving;
   Fit fit;

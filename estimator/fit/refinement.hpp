@@ -28,8 +28,8 @@ struct Fit {
 // max_photons.
 class Refinement {
  public:
-  // Where a climb may end: at the top; or near it, with a whole short step of Newton's method that
-  // gained less than 3e-3 nats, after which a hundredth of a deviation is left at most. top_of_one:
+  // Where a climb may end: at the top; or near it, with a short step of Newton's method that gained
+  // less than 0.1 nats, after which some hundredths of a deviation are left. top_of_one:
   // near the top is enough where the photons are spread as those of a single pulse are not, since
   // what they show is then fitted by several targets.
   enum class Until { top, near_top, top_of_one };

@@ -162,8 +162,11 @@ JointParameters SeveralTargets::pair_about(const JointParameters& start, std::si
 // Two targets that are close to each other may first look like one in their middle, and what that
 // leaves over like another beside it, or at a shoulder of the comb. So the climb may also begin at
 // a pair about the middle, where that is the likelier place.
+//
+// Where the new target was found, the targets gain no more than all of them have gained alone. What
+// a pair that gains more is compared with is not computed.
 JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParameters& start,
-                                   bool moving) {
+                                   double sum_nats, bool moving) {
   const std::size_t last = start.count - 1;
   joint_.likelihood().hold(frame, start);
   JointParameters best = start;
@@ -175,15 +178,18 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
       if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
       pair.targets.at(last) = {start.targets.at(k).line, 0};
     }
-    if (!most_nats) most_nats = joint_.gain(exposure_, start);
     pair = pair_about(pair, k, moving);
     const bool is_one =
         apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
     if (is_far && is_one) continue;
     joint_.likelihood().hold(frame, pair);
     const double nats = joint_.gain(exposure_, pair);
+    if (!most_nats && nats <= sum_nats) {
+      joint_.likelihood().hold(frame, start);
+      most_nats = joint_.gain(exposure_, start);
+    }
     // Where no pair is likelier than the target that it would stand for, that target's pulse fits.
-    if (nats <= *most_nats || (is_far && nats < all_.gain_nats)) continue;
+    if (nats <= most_nats.value_or(sum_nats) || (is_far && nats < all_.gain_nats)) continue;
     most_nats = nats;
     best = pair;
   }
@@ -266,7 +272,8 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
   // Up to now the new target's photons were background.
   const double added = next.parameters.signal_per_pulse * exposure_.amplitude;
   start.background_per_ns -= std::min(added / exposure_.seen_ns, start.background_per_ns / 2);
-  const JointMaximum together = climb(frame, start, moving);
+  const double sum_nats = all_.gain_nats + next.gain_nats;
+  const JointMaximum together = climb(frame, start, sum_nats, moving);
   if (!(together.gain_nats >= all_.gain_nats + threshold_nats_) || !together.has_covariance) {
     return false;
   }
@@ -469,7 +476,7 @@ SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, 
 // The photons that one target has at such offsets from the pulses of another, or of its own.
 double SeveralTargets::light_of(const JointParameters& at, std::size_t target, std::size_t about,
                                 double first_widths, double last_widths) const {
-  constexpr int steps = 32;
+  const int steps = target == about ? 1 : 32;  // along the frame
   const DelayLine& line = at.targets.at(target).line;
   const DelayLine& own = at.targets.at(about).line;
   const double delay_ns = std::remainder(line.delay_ns - own.delay_ns, train_.circle_ns);

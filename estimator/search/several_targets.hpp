@@ -69,7 +69,8 @@ class SeveralTargets {
   bool add(const FoldedFrame& frame, const Fit& next, bool moving, double least_nats);
   bool add_together(const FoldedFrame& frame, const Fit& next, bool moving);
   [[nodiscard]] bool is_plain(const Fit& next) const;
-  JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, bool moving);
+  JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, double sum_nats,
+                     bool moving);
   [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
                                      const TargetParameters& bright) const;
   struct Spread {

@@ -181,7 +181,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
     if (best && (most_nats < least_gain_nats(*best) || is_shoulder(spot.line, level.grid, *best))) {
       return;
     }
-    const Fit fit = climb(photons, exposure, spot.line);
+    const Fit fit = climb(photons, exposure, spot.line, least_nats);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
