@@ -24,6 +24,11 @@ constexpr double most_in_valley = 0.3;
 // many deviations and so much of the pulse.
 constexpr double deviations_behind = 1.5;
 constexpr double most_behind = 0.02;
+// Behind a pulse before which the light rises by so many deviations, no tail is what has that
+// light. There chance must not reach the limit: with 1.5 deviations it does in one frame of a
+// hundred.
+constexpr double deviations_of_clear_valley = 6;
+constexpr double most_deviations_behind = 3;
 // Closer to a brighter target than this, a target of less than so much of its signal may be what
 // the pulse's flank is beside its model.
 constexpr double flank_widths = 8;
@@ -370,15 +375,18 @@ bool SeveralTargets::is_beside(const JointParameters& at, std::size_t target, st
   const double side = apart_ns < 0 ? -1 : 1;
   const double apart_widths = std::abs(apart_ns) / shape_.width_ns();
   if (std::abs(own.line.travel_ns - other.line.travel_ns) > together_widths * shape_.width_ns()) {
-    return rises_from(at, target, bright, 2.5, 5.5) && rises_from(at, target, bright, -2.5, -5.5);
+    return rise_from(at, target, bright, 2.5, 5.5) > deviations_of_valley &&
+           rise_from(at, target, bright, -2.5, -5.5) > deviations_of_valley;
   }
   const bool is_close = apart_widths < flank_widths;
   if (is_close && own.signal_per_pulse < least_in_flank * other.signal_per_pulse) {
     return is_in_flank(at, target, bright, -side);
   }
-  return rises_again(at, target, bright, side, apart_widths) &&
-         has_nothing_behind(at, target, bright, -side) &&
-         (!is_close || has_nothing_behind(at, bright, target, side));
+  const double rise = rise_again(at, target, bright, side, apart_widths);
+  const double behind =
+      rise > deviations_of_clear_valley ? most_deviations_behind : deviations_behind;
+  return rise > deviations_of_valley && has_nothing_behind(at, target, bright, -side, behind) &&
+         (!is_close || has_nothing_behind(at, bright, target, side, deviations_behind));
 }
 
 // Whether a weak target on one side of a bright one explains the photons there better than a bright
@@ -428,31 +436,31 @@ FlankCheck::Bins SeveralTargets::flank_of(const JointParameters& at, std::size_t
   return light;
 }
 
-// Whether the light falls on the way from a bright target to a weaker one and rises again. The
-// valley is the middle of the way, or from 2.5 to 5.5 widths beside the weaker pulse.
-bool SeveralTargets::rises_again(const JointParameters& at, std::size_t target, std::size_t bright,
-                                 double side, double apart_widths) {
+// By how many deviations the light that has fallen on the way from a bright target to a weaker one
+// rises again. The valley is the middle of the way, or from 2.5 to 5.5 widths beside the weaker
+// pulse. 0 where there is too much light in it.
+double SeveralTargets::rise_again(const JointParameters& at, std::size_t target, std::size_t bright,
+                                  double side, double apart_widths) {
   const double near = apart_widths < 6 ? apart_widths / 2 - 0.5 : 2.5;
   const double far = apart_widths < 6 ? near + 1 : std::min(5.5, apart_widths - 2.5);
-  return rises_from(at, target, bright, side * near, side * far);
+  return rise_from(at, target, bright, side * near, side * far);
 }
 
-bool SeveralTargets::rises_from(const JointParameters& at, std::size_t target, std::size_t bright,
-                                double from_widths, double to_widths) {
+double SeveralTargets::rise_from(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double from_widths, double to_widths) {
   const Excess valley = excess_beside(at, target, bright, from_widths, to_widths);
   const double middle = light_of(at, target, target, -0.5, 0.5);
   const double widths = std::abs(to_widths - from_widths);
   const double more = valley.photons / widths;
   const double deviation = valley.deviation / widths;
-  return more + deviations_of_valley * deviation < middle &&
-         more < most_in_valley * middle + deviation;
+  return more < most_in_valley * middle + deviation ? (middle - more) / deviation : 0;
 }
 
 bool SeveralTargets::has_nothing_behind(const JointParameters& at, std::size_t target,
-                                        std::size_t other, double side) {
+                                        std::size_t other, double side, double deviations) {
   const Excess behind = excess_beside(at, target, other, side * 2, side * 3.5);
   const double photons = at.targets.at(target).signal_per_pulse * exposure_.amplitude;
-  return behind.photons < deviations_behind * behind.deviation + most_behind * photons;
+  return behind.photons < deviations * behind.deviation + most_behind * photons;
 }
 
 // The photons at such offsets from a target's pulses, in widths from their peaks, beyond those that

@@ -92,12 +92,12 @@ class SeveralTargets {
                                  double side);
   [[nodiscard]] FlankCheck::Bins flank_of(const JointParameters& at, std::size_t target,
                                           std::size_t bright, double side) const;
-  [[nodiscard]] bool rises_again(const JointParameters& at, std::size_t target, std::size_t bright,
-                                 double side, double apart_widths);
-  [[nodiscard]] bool rises_from(const JointParameters& at, std::size_t target, std::size_t bright,
-                                double from_widths, double to_widths);
+  [[nodiscard]] double rise_again(const JointParameters& at, std::size_t target, std::size_t bright,
+                                  double side, double apart_widths);
+  [[nodiscard]] double rise_from(const JointParameters& at, std::size_t target, std::size_t bright,
+                                 double from_widths, double to_widths);
   [[nodiscard]] bool has_nothing_behind(const JointParameters& at, std::size_t target,
-                                        std::size_t other, double side);
+                                        std::size_t other, double side, double deviations);
   struct Excess {
     double photons, deviation;
   };
