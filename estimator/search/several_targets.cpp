@@ -27,7 +27,7 @@ constexpr double most_behind = 0.02;
 // Behind a pulse before which the light rises by so many deviations, no tail is what has that
 // light. There chance must not reach the limit: with 1.5 deviations it does in one frame of a
 // hundred.
-constexpr double deviations_of_clear_valley = 6;
+constexpr double deviations_of_clear_valley = 10;
 constexpr double most_deviations_behind = 3;
 // Closer to a brighter target than this, a target of less than so much of its signal may be what
 // the pulse's flank is beside its model.

@@ -160,6 +160,18 @@ TEST(SeveralTargets, CrossingLinesHaveNoShoulders) {
 }
 
 // An eighth of the signal comes later, by an exponential delay, as a detector's tail does.
+// Behind a weak pulse there is more light than the fit has, by two deviations, in one frame of
+// fifty.
+TEST(SeveralTargets, ChanceBehindAClearRiseLosesNoTarget) {
+  const test::FrameMaker bright = scene_of(0, 20, 160e-4);
+  const test::FrameMaker weak = scene_of(0.85, 20, 8e-4);
+  FrameEstimator estimator = several(bright, 2);
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
+    EXPECT_EQ(e.target_count, 2U) << seed;
+  }
+}
+
 TEST(SeveralTargets, ATailIsNoTarget) {
   for (const double tail_ns : {0.2, 0.5}) {
     test::FrameMaker made = scene_of(0, 20, 70e-4);
