@@ -27,8 +27,8 @@ EventThread::EventThread(const Context& context)
     : context_(context.get()), thread_([this](const std::stop_token& stop) {
         pthread_setname_np(pthread_self(), "usb-events");
         while (!stop.stop_requested()) {
-          timeval patience{0, 100'000};  // the delay of a stop whose interrupt is lost
-          libusb_handle_events_timeout_completed(context_, &patience, nullptr);
+          timeval event_patience{0, 100'000};  // the delay of a stop whose interrupt is lost
+          libusb_handle_events_timeout_completed(context_, &event_patience, nullptr);
         }
       }) {}
 

@@ -383,7 +383,7 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
   constexpr int rounds = 30;
   // So near the top a parabola says what is left to gain to within some thousandths of a nat.
   constexpr double settled_nats = 0.05;
-  constexpr double least_kept = 0.1;  // of a rate in one step, so that it stays above 0
+  constexpr double least_rate_kept = 0.1;  // of a rate in one step, so that it stays above 0
   load(exposure, at);
   RateVector scales = RateVector::Zero(), rates = RateVector::Zero();
   for (std::size_t k = 0; k < at.count; ++k) {
@@ -410,7 +410,7 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
     const double to_gain = slope.dot(step) / 2;
     if (!(to_gain > settled_nats)) return best + std::max(to_gain, 0.0);
     from = rates;
-    rates = (rates + step).cwiseMax(least_kept * rates);
+    rates = (rates + step).cwiseMax(least_rate_kept * rates);
   }
   return best;
 }
