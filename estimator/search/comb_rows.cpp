@@ -238,13 +238,19 @@ bool CombRows::has_photons(std::size_t group, const Part& part) const {
 template <class Count>
 void CombRows::put_beside(const SearchGrid& grid, const Count* parts, bool is_written,
                           Count* rows) {
+  if (beside_.empty()) std::fill_n(rows, grid.cells(), Count{0});
   for (std::size_t slice = 0; slice < grid.slices; ++slice) {
     Count* row = rows + slice * grid.bins;
-    if (!is_written) std::fill_n(row, grid.bins, Count{0});
-    for (const Beside& part : beside_) {
-      const Count* period = parts + part.begin + slice * part.bins;
-      for (std::size_t bin = 0; bin < grid.bins; bin += part.bins) {
-        accumulate(kernels_, row + bin, period, part.bins);
+    for (std::size_t i = 0; i < beside_.size(); ++i) {
+      const Count* period = parts + beside_[i].begin + slice * beside_[i].bins;
+      const std::size_t bins = beside_[i].bins;
+      const bool writes = i == 0 && !is_written;
+      for (std::size_t bin = 0; bin < grid.bins; bin += bins) {
+        if (writes) {
+          std::copy_n(period, bins, row + bin);
+        } else {
+          accumulate(kernels_, row + bin, period, bins);
+        }
       }
     }
   }
