@@ -159,7 +159,6 @@ TEST(SeveralTargets, CrossingLinesHaveNoShoulders) {
   }
 }
 
-// An eighth of the signal comes later, by an exponential delay, as a detector's tail does.
 // Behind a weak pulse there is more light than the fit has, by two deviations, in one frame of
 // fifty.
 TEST(SeveralTargets, ChanceBehindAClearRiseLosesNoTarget) {
@@ -172,6 +171,7 @@ TEST(SeveralTargets, ChanceBehindAClearRiseLosesNoTarget) {
   }
 }
 
+// An eighth of the signal comes later, by an exponential delay, as a detector's tail does.
 TEST(SeveralTargets, ATailIsNoTarget) {
   for (const double tail_ns : {0.2, 0.5}) {
     test::FrameMaker made = scene_of(0, 20, 70e-4);
