@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "daemon/commands/commands.hpp"
+#include "daemon/security/curve_key.hpp"
 #include "daemon/service/journal_log.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/sockets/full_file_table.hpp"
@@ -89,11 +90,26 @@ std::string suggested(std::string_view word, const std::vector<std::string>& nam
   return suggest_name(word, known);
 }
 
+// The words behind the program's name. One public key of 85 begins with '-', and would be taken for
+// an option: a key behind --server-key becomes one word with it, "--server-key=KEY".
+std::vector<std::string> command_words(int argc, char** argv) {
+  std::vector<std::string> words;
+  for (int i = 1; i < argc; ++i) {
+    if (!words.empty() && words.back() == "--server-key" && security::is_curve_key(argv[i])) {
+      words.back().append("=").append(argv[i]);
+    } else {
+      words.emplace_back(argv[i]);
+    }
+  }
+  return words;
+}
+
 // The command that the first words name. so_far: these words are appended to it.
-const CLI::App* find_command(const CLI::App& app, int argc, char** argv, std::string& so_far) {
+const CLI::App* find_command(const CLI::App& app, const std::vector<std::string>& words,
+                             std::string& so_far) {
   const CLI::App* command = &app;
-  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
-    const std::string word = argv[i];
+  for (const std::string& word : words) {
+    if (word.starts_with('-')) break;
     std::vector<std::string> names;
     const CLI::App* next = nullptr;
     for (const CLI::App* sub : command->get_subcommands(nullptr)) {
@@ -134,9 +150,9 @@ std::string option_name(std::string_view word) {
 //
 // Errors: Error(Fault::usage) for an unknown command and for an option that the command does not
 // have, each with the nearest known name.
-void check_words(const CLI::App& app, int argc, char** argv) {
+void check_words(const CLI::App& app, const std::vector<std::string>& words) {
   std::string so_far = "splid";
-  const CLI::App* command = find_command(app, argc, argv, so_far);
+  const CLI::App* command = find_command(app, words, so_far);
   std::vector<std::string> names;
   add_options(*command, names);
   for (const CLI::App* above = command->get_parent(); above != nullptr;
@@ -145,8 +161,8 @@ void check_words(const CLI::App& app, int argc, char** argv) {
       for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
     }
   }
-  for (int i = 1; i < argc; ++i) {
-    const std::string name = option_name(argv[i]);
+  for (const std::string& word : words) {
+    const std::string name = option_name(word);
     if (name == "--") return;  // after "--" there are no options
     if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
     std::string sentence = "no option " + name;
@@ -180,9 +196,11 @@ int parse_and_run(int argc, char** argv) {
   add_upload(app, action);
   add_keys(app, action);
   add_ctl(app, action);
-  check_words(app, argc, argv);
+  std::vector<std::string> words = command_words(argc, argv);
+  check_words(app, words);
   try {
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // CLI11 takes them from the end
+    app.parse(words);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return flushed(app.exit(error));  // --help or --version
     throw Error(Fault::usage,

@@ -112,6 +112,17 @@ TEST_F(CommandLine, UsageErrorsExitWithTwo) {
   expect_error({"listen", "--max-distance-rmse-mm", "3"}, 2, HasSubstr("--truth"));
 }
 
+TEST_F(CommandLine, APublicKeyMayBeginLikeAnOption) {
+  const std::string key = "-czW00AWntRxK67vUQLxl6fhoFMtkOPHgqhBPlqM";
+  for (const std::string command : {"listen", "view"}) {
+    const auto together = HasSubstr("--key and --server-key go together");
+    expect_error({command, "--server-key", key}, 2, together);
+    expect_error({command, "--server-key=" + key}, 2, together);
+    expect_error({command, "--server-key", key.substr(0, 39)}, 2, HasSubstr("no option -c"));
+    expect_error({command, "--endpoint", key}, 2, HasSubstr("no option -c"));
+  }
+}
+
 TEST_F(CommandLine, ConfigErrorsNameTheirPlace) {
   const std::string missing = folder.path("missing.json");
   expect_error({"run", "--config", missing}, 2, HasSubstr(missing));
