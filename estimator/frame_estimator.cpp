@@ -448,6 +448,7 @@ bool FrameEstimator::Workspace::estimate_several(const FrameView& view, const Fi
     estimate.amplitude_misfit = found[k].amplitude_misfit;
     finish(view, estimate, k == 0 ? track : nullptr);
     estimate.targets.at(k) = estimate.first_target();
+    estimate.targets.at(k).shape_odds_nats = found[k].shape_odds_nats;
   }
   return true;
 }

@@ -56,7 +56,8 @@ void write_targets(JsonWriter& json, const FrameMessage& message) {
         .number("delay_ns", target.delay_ns)
         .number("significance", target.significance)
         .number("range_odds_nats", target.range_odds_nats)
-        .number("amplitude_misfit", target.amplitude_misfit);
+        .number("amplitude_misfit", target.amplitude_misfit)
+        .number("shape_odds_nats", target.shape_odds_nats);
     JsonWriter std_members;
     std_members.number("distance_m", target.std_distance_m)
         .number("velocity_mps", target.std_velocity_mps)
@@ -218,6 +219,7 @@ FrameMessage::Target target_from(const Members& members, const std::string& wher
   target.significance = members.number("significance");
   target.range_odds_nats = members.number("range_odds_nats");
   target.amplitude_misfit = members.number("amplitude_misfit");
+  target.shape_odds_nats = members.number("shape_odds_nats");
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, where + "/std");
     target.std_distance_m = std_members.number("distance_m");

@@ -109,6 +109,7 @@ FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameC
   target.significance = estimate.significance_nats;
   target.range_odds_nats = estimate.range_odds_nats;
   target.amplitude_misfit = estimate.amplitude_misfit;
+  target.shape_odds_nats = estimate.shape_odds_nats;
   return target;
 }
 

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace splid {
 namespace {
 
-constexpr double widened[] = {1, 0.8, 1.25, 1.6, 2, 2.5, 3};
+constexpr double widened[] = {0.8, 1, 1.25, 1.6, 2, 2.5, 3};
+constexpr std::size_t configured = 1;  // of these
 constexpr double tails_in_widths[] = {0.7, 1, 1.4, 2, 2.8, 4, 5.6, 8};
 // Tails are added up in steps of a fifth of a bin, from so far before the first bin on.
 constexpr std::size_t steps_a_bin = 5;
@@ -43,33 +45,39 @@ FlankCheck::FlankCheck(const PulseShape& shape)
   parts_.reserve(most_parts);
 }
 
-std::vector<FlankCheck::Bins> FlankCheck::shapes_of(const PulseShape& shape, double side) const {
-  std::vector<Bins> shapes;
-  for (const double wide : widened) shapes.push_back(binned(steps_of(shape, side, wide)));
+FlankCheck::Shapes FlankCheck::shapes_of(const PulseShape& shape, double side) const {
+  Shapes shapes;
+  for (const double wide : widened) shapes.pulses.push_back(binned(steps_of(shape, side, wide)));
+  if (side < 0) return shapes;
   for (const double tail : tails_in_widths) {
     std::vector<double> light = steps_of(shape, side, 1);
     const double kept = std::exp(-step_widths / tail);
     double sum = 0;
     for (double& value : light) value = sum = kept * sum + (1 - kept) * value;
-    shapes.push_back(binned(light));
+    shapes.tails.push_back(binned(light));
   }
   return shapes;
 }
 
 double FlankCheck::nats_for_target(const Bins& counts, double side, const Bins& target,
                                    std::span<const Bins> others) {
-  const std::vector<Bins>& shapes = shapes_.at(side > 0 ? 1 : 0);
+  const Shapes& shapes = shapes_.at(side > 0 ? 1 : 0);
   Bins flat;
   flat.fill(1);
   parts_.assign(1, flat);
   take(others);
   const std::size_t common = parts_.size();
-  take({shapes.data(), 1});
+  parts_.push_back(shapes.pulses.at(configured));
   parts_.push_back(target);
   const double with_target = best_nats(counts);
-  parts_.resize(common);
-  take(shapes);
-  return with_target - best_nats(counts);
+  double with_another = -std::numeric_limits<double>::infinity();
+  for (std::size_t wider = 1; wider < shapes.pulses.size(); ++wider) {
+    parts_.resize(common);
+    take(std::span(shapes.pulses).subspan(wider - 1, 2));
+    take(shapes.tails);
+    with_another = std::max(with_another, best_nats(counts));
+  }
+  return with_target - with_another;
 }
 
 // Newton's method: each round goes to the top of the parabola at the shares, as far as no share is

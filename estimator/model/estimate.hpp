@@ -42,6 +42,9 @@ struct TargetEstimate {
   double significance_nats = 0;
   double range_odds_nats = 0;
   std::optional<double> amplitude_misfit;
+  // How sure it is that this weak target is not the flank of a brighter one's pulse, close to which
+  // it is; see FlankCheck.
+  std::optional<double> shape_odds_nats;
 };
 
 // What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
@@ -116,7 +119,8 @@ struct Estimate {
             std_signal_per_pulse,
             significance_nats,
             range_odds_nats,
-            amplitude_misfit};
+            amplitude_misfit,
+            std::nullopt};
   }
 };
 

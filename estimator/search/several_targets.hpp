@@ -19,7 +19,8 @@ struct FoundTarget {
   Fit fit;
   double range_odds_nats = 0;
   std::optional<double> amplitude_misfit;
-  bool moves = false;  // although targets are taken to be at rest
+  std::optional<double> shape_odds_nats;  // where FlankCheck was asked
+  bool moves = false;                     // although targets are taken to be at rest
 };
 
 // Finds the targets that a frame shows beside its best one. They are found one after the other:
@@ -41,8 +42,8 @@ struct FoundTarget {
 //  - within 30 widths of a brighter target, unless the light falls between the two and rises again,
 //    by two standard deviations, and then ends. A tail only falls.
 //    A target of less than a fifth of the bright one's signal that is within 8 widths of it is
-//    claimed where it explains the light there better than a bright pulse of any other shape does,
-//    by four nats (FlankCheck). Its light cannot be seen to fall and rise beside so much other.
+//    claimed where it explains the light there better than a bright pulse of another shape does, by
+//    three nats (FlankCheck). Its light cannot be seen to fall and rise beside so much other.
 // What is not claimed stays in the joint fit while further targets are looked for, so that neither
 // it nor its shoulders are taken for them, and is left out of the fit whose values are published.
 //
@@ -88,8 +89,8 @@ class SeveralTargets {
   [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
                                   std::size_t target);
   [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
-  [[nodiscard]] bool is_in_flank(const JointParameters& at, std::size_t target, std::size_t bright,
-                                 double side);
+  [[nodiscard]] double nats_in_flank(const JointParameters& at, std::size_t target,
+                                     std::size_t bright, double side);
   [[nodiscard]] FlankCheck::Bins flank_of(const JointParameters& at, std::size_t target,
                                           std::size_t bright, double side) const;
   [[nodiscard]] double rise_again(const JointParameters& at, std::size_t target, std::size_t bright,
@@ -119,6 +120,7 @@ class SeveralTargets {
   std::size_t first_unlooked_ = 0;               // beside the targets from this one on
   bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
   std::array<bool, most_targets> is_claimed_{};  // of each in all_
+  std::array<std::optional<double>, most_targets> shape_odds_nats_{};  // of each in all_
   // How a target was found: alone, with what had been found before it taken out.
   struct Search {
     Fit fit;

@@ -92,6 +92,9 @@ class Target:
     def significance(self) -> float: ...
     @property
     def range_odds_nats(self) -> float: ...
+    @property
+    def shape_odds_nats(self) -> float:
+        """How surely a weak target is none of a brighter one's pulse's flank; NaN where it cannot be."""
 
 class Estimate:
     """One frame's estimate. Values are NaN where has_values is False; std_ is one standard

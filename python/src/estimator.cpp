@@ -239,7 +239,10 @@ void bind_target(py::module_& module) {
       .def_property_readonly("std_velocity_mps", value(&TargetEstimate::std_velocity_mps))
       .def_property_readonly("std_signal_per_pulse", value(&TargetEstimate::std_signal_per_pulse))
       .def_property_readonly("significance", value(&TargetEstimate::significance_nats))
-      .def_property_readonly("range_odds_nats", value(&TargetEstimate::range_odds_nats));
+      .def_property_readonly("range_odds_nats", value(&TargetEstimate::range_odds_nats))
+      .def_property_readonly("shape_odds_nats", [](const TargetResult& self) {
+        return self.target.shape_odds_nats.value_or(unknown);
+      });
 }
 
 void bind_clock(py::class_<FrameResult>& type) {

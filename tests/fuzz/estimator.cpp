@@ -134,6 +134,7 @@ void check_targets(const Estimate& e) {
       must(std::isfinite(value), "a target's values are finite");
     }
     must(target.signal_per_pulse >= 0, "a target's flux is not negative");
+    must(target.shape_odds_nats.value_or(1) > 0, "a target is likelier than a pulse's flank");
     must(k == 0 || target.signal_per_pulse <= e.targets.at(k - 1).signal_per_pulse,
          "the brightest target is first");
   }

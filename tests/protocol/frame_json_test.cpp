@@ -123,6 +123,7 @@ FrameMessage with_targets() {
   first.significance = 2210.5;
   first.range_odds_nats = 1180.25;
   first.amplitude_misfit = 0.25;
+  first.shape_odds_nats = 3.5;
   FrameMessage::Target second;
   second.status = FrameStatus::ambiguous;
   second.distance_m = 276;
@@ -137,6 +138,7 @@ TEST(FrameMessage, ListsItsTargets) {
       HasSubstr(R"("targets":[{"status":"ok","distance_m":278.0625,"velocity_mps":-12.5,)"
                 R"("signal_per_pulse":0.00135,"signal_per_period":0.054,"delay_ns":1855.125,)"
                 R"("significance":2210.5,"range_odds_nats":1180.25,"amplitude_misfit":0.25,)"
+                R"("shape_odds_nats":3.5,)"
                 R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05}},)"
                 R"({"status":"ambiguous","distance_m":276}])"));
   EXPECT_EQ(to_json(frame_from_json(json)), json);

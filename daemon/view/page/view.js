@@ -212,6 +212,7 @@ const TARGET_COLUMNS = [
     : '–'],
   ['significance, nats', (target) => fixed(target.significance, 1)],
   ['range odds, nats', (target) => fixed(target.range_odds_nats, 1)],
+  ['shape odds, nats', (target) => fixed(target.shape_odds_nats, 1)],
 ];
 
 function table_row(cells, kind) {

@@ -108,6 +108,7 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   estimate.targets[1].status = FrameStatus::ambiguous;
   estimate.targets[1].delay_ns = 2100;
   estimate.targets[1].std_delay_ns = 0.02;
+  estimate.targets[1].shape_odds_nats = 4.5;
   estimate.targets[1].signal_per_pulse = 5e-4;
   estimate.targets[1].std_velocity_mps = 0;
   const FrameMessage message = make();
@@ -118,6 +119,8 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   EXPECT_DOUBLE_EQ(second.std_distance_m.value(), half_c_m_per_ns * 0.02);
   EXPECT_FALSE(second.std_velocity_mps);
   EXPECT_DOUBLE_EQ(second.signal_per_period.value(), 0.02);
+  EXPECT_EQ(second.shape_odds_nats, 4.5);
+  EXPECT_FALSE(message.targets->front().shape_odds_nats);
   estimate.status = FrameStatus::no_target;
   estimate.has_values = false;
   EXPECT_TRUE(make().targets->empty());

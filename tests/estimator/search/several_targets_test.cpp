@@ -77,6 +77,7 @@ TEST(SeveralTargets, OneOfATwentiethIsFoundBesideTheOther) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
     ASSERT_EQ(e.target_count, 2U) << seed;
+    EXPECT_FALSE(e.targets[1].shape_odds_nats);
     expect_is(e.targets[0], bright);
     expect_is(e.targets[1], weak);
   }
@@ -144,6 +145,26 @@ TEST(SeveralTargets, OneOfATwentiethIsFoundCloseBesideTheOther) {
       expect_is(e.targets[0], bright);
       expect_is(e.targets[1], weak);
     }
+  }
+}
+
+// Three widths away the counts tell it from another pulse in most frames, and it says how surely.
+TEST(SeveralTargets, OneOfATwentiethSaysHowSurelyItIsNoFlank) {
+  const test::FrameMaker bright = scene_of(0, 20, 160e-4);
+  FrameEstimator estimator = several(bright, 2);
+  constexpr int frames = 100;
+  for (const double off_ns : {-0.3, 0.3}) {
+    const test::FrameMaker weak = scene_of(off_ns, 20, 8e-4);
+    int found = 0;
+    for (std::uint64_t seed = 0; seed < frames; ++seed) {
+      const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
+      if (e.target_count != 2) continue;
+      ++found;
+      EXPECT_FALSE(e.targets[0].shape_odds_nats);
+      ASSERT_TRUE(e.targets[1].shape_odds_nats);
+      EXPECT_GT(*e.targets[1].shape_odds_nats, 3);
+    }
+    EXPECT_GE(found, 93) << off_ns;
   }
 }
 
