@@ -32,8 +32,8 @@ class ControlScene : public ::testing::Test {
         R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" + with_light_scene(more) +
-            "}");
+            frames + R"("},"control":{"endpoint":")" + endpoint + "\"}" +
+            with_light_scene(more + small_ring) + "}");
   }
   // Runs it until it measures.
   void run(const std::string& config) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "protocol/frame_json.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 
 // What the built program publishes of a simulated target that turns round at 9.9 m/s^2, in frames
@@ -42,7 +43,8 @@ class Accelerating : public ::testing::Test {
     return folder.write(
         name, R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
                   R"(},"pattern":{"file":"p.json"},"frame":{"length_ms":100},"scene":{"motion":")" +
-                  motion + R"("},"publish":{"endpoint":"ipc://)" + folder.path("socket") + "\"}}");
+                  motion + R"("},"publish":{"endpoint":"ipc://)" + folder.path("socket") + "\"}" +
+                  test::small_ring + "}");
   }
 
   Errors replayed(const std::string& motion) const {

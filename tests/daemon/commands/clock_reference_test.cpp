@@ -6,6 +6,7 @@
 #include <string>
 
 #include "protocol/frame_json.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 
 // Whose metre the built program measures in: simulated recordings of which either oscillator is
@@ -31,7 +32,7 @@ class ClockReferenceOf : public ::testing::Test {
     return folder.write(name, R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
                                   R"(},"pattern":{"file":"p.json"},"drift":{)" + drift +
                                   R"(},"publish":{"endpoint":"ipc://)" + folder.path("socket") +
-                                  "\"}}");
+                                  "\"}" + test::small_ring + "}");
   }
 
   // 20 frames of a target that leaves at 20 m/s from 284.5 m. In the tagger's clock it does so

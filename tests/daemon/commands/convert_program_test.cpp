@@ -13,6 +13,7 @@
 #include "drivers/replay/recording_reader.hpp"
 #include "protocol/frame_json.hpp"
 #include "tests/support/hdf5_maker.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/made_recording.hpp"
 #include "tests/support/other_recordings.hpp"
 #include "tests/support/program.hpp"
@@ -37,7 +38,8 @@ class ConvertProgram : public ::testing::Test {
     config = folder.write("config.json",
                           R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)"
                           R"("pace":"max"},"pattern":{"file":")" SPLID_SOURCE_DIR
-                          R"(/config/patterns/interleaved-180-189.json"}})");
+                          R"(/config/patterns/interleaved-180-189.json"})" +
+                              std::string(test::small_ring) + "}");
   }
 
   std::string simulated() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 
 // Mistakes that people make, in the built program: each is told with what was given, what was
@@ -36,9 +37,10 @@ class Mistakes : public ::testing::Test {
         more.find("\"publish\"") != std::string::npos
             ? ""
             : R"(,"publish":{"endpoint":"ipc://)" + folder.path("s") + "\"}";
+    const char* ring = more.find("\"pipeline\"") == more.npos ? test::small_ring : "";
     return folder.write(name, R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
-                                  R"(},"pattern":{"file":")" + pattern + "\"}" + publish + more +
-                                  "}");
+                                  R"(},"pattern":{"file":")" + pattern + "\"}" + publish + ring +
+                                  more + "}");
   }
 
   static void expect_error(const std::vector<std::string>& arguments, int exit_code,

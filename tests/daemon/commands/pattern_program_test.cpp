@@ -7,6 +7,7 @@
 
 #include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 
 // The built program where the configuration's pattern is not the one that was played.
@@ -25,11 +26,12 @@ const std::string played = "interleaved-180-189";
 class PatternProgram : public ::testing::Test {
  protected:
   [[nodiscard]] std::string config(const std::string& pattern, const std::string& scene) const {
-    return folder.write(
-        pattern + ".config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator")" + scene +
-            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR "/config/patterns/" + pattern +
-            R"(.json"},"publish":{"endpoint":"ipc://)" + folder.path("socket") + "\"}}");
+    return folder.write(pattern + ".config.json",
+                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator")" +
+                            scene +
+                            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR "/config/patterns/" +
+                            pattern + R"(.json"},"publish":{"endpoint":"ipc://)" +
+                            folder.path("socket") + "\"}" + test::small_ring + "}");
   }
 
   void record(const std::string& seconds, const std::string& scene = "") const {

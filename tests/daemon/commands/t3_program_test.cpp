@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocol/frame_json.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/t3_recording.hpp"
@@ -36,7 +37,8 @@ class T3Program : public ::testing::Test {
     config = folder.write("config.json",
                           R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator",)"
                           R"("pace":"max","drift_ppm":40},"pattern":{"file":")" SPLID_SOURCE_DIR
-                          R"(/config/patterns/interleaved-180-189.json"}})");
+                          R"(/config/patterns/interleaved-180-189.json"})" +
+                              std::string(test::small_ring) + "}");
   }
   test::TempFolder folder;
   std::string config;

@@ -9,6 +9,7 @@
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/frame_json.hpp"
 #include "tests/support/bridge_server.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/python_program.hpp"
 
 // An encoder's counts through the built program: simulated, recorded, replayed.
@@ -39,7 +40,7 @@ class EncoderProgram : public ::testing::Test {
             encoder +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":"ipc://)" +
-            folder.path("frames") + "\"}}");
+            folder.path("frames") + "\"}" + test::small_ring + "}");
   }
 
   // References must be the truth to within what counting leaves: 0.29 of a count a sample, less in

@@ -47,7 +47,8 @@ class MetricsProgram : public ::testing::Test {
         R"({"schema":"splid.config","v":[1,0],"source":{)" + std::string(test::light_source) +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            endpoint + R"("},"metrics":)" + metrics + test::with_light_scene("") + "}");
+            endpoint + R"("},"metrics":)" + metrics + test::with_light_scene(test::small_ring) +
+            "}");
   }
 
   // Where the program said that it listens; 0: it did not.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/light_scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/small_disk.hpp"
 #include "tests/support/strict_ptu.hpp"
@@ -35,7 +36,7 @@ class Outputs : public ::testing::Test {
   std::string write(const std::string& name, const std::string& source) const {
     return folder.write(name, R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
                                   R"(},"pattern":{"file":"p.json"},"publish":{"endpoint":"ipc://)" +
-                                  folder.path("socket") + "\"}}");
+                                  folder.path("socket") + "\"}" + test::small_ring + "}");
   }
 
   // With these arguments each of the files would be destroyed, by any of its names.

@@ -54,7 +54,7 @@ class RecordingProgram : public ::testing::Test {
                             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
                             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
                             record + R"(},"publish":{"endpoint":")" + endpoint + "\"}" +
-                            test::with_light_scene("") + "}");
+                            test::with_light_scene(test::small_ring) + "}");
   }
 
   // SPLID_KILLS: more of them, for a table.

@@ -93,7 +93,7 @@ class TablesProgram : public ::testing::Test {
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"record":{)" +
             record + R"(},"control":{"endpoint":"off"},"publish":{"endpoint":"ipc://)" +
-            folder.path("frames") + "\"}" + test::with_light_scene("") + "}");
+            folder.path("frames") + "\"}" + test::with_light_scene(test::small_ring) + "}");
   }
   test::TempFolder folder;
 };

@@ -52,12 +52,13 @@ class SecurityProgram : public testing::Test {
   }
 
   std::string config(const std::string& publish, const std::string& security) const {
-    return folder.write(
-        "config.json",
-        R"({"schema":"splid.config","v":[1,0],"source":{)" + std::string(test::light_source) +
-            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
-            R"(/config/patterns/interleaved-180-189.json"},"publish":)" +
-            publish + R"(,"security":)" + security + test::with_light_scene("") + "}");
+    return folder.write("config.json",
+                        R"({"schema":"splid.config","v":[1,0],"source":{)" +
+                            std::string(test::light_source) +
+                            R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
+                            R"(/config/patterns/interleaved-180-189.json"},"publish":)" +
+                            publish + R"(,"security":)" + security +
+                            test::with_light_scene(test::small_ring) + "}");
   }
   std::string secured() const {
     return config(

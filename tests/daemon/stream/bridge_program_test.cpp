@@ -9,6 +9,7 @@
 
 #include "daemon/sockets/subscriber.hpp"
 #include "protocol/json_value.hpp"
+#include "tests/support/light_scene.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/python_program.hpp"
 
@@ -45,7 +46,8 @@ class BridgeProgram : public ::testing::Test {
         "config.json",
         R"({"schema":"splid.config","v":[1,0],"source":{"driver":"bridge","address":")" + address +
             R"("},"channels":{"photon":[1],"sync":"8","encoder":""},"pattern":{"file":")" +
-            pattern_file + R"("},"publish":{"endpoint":")" + endpoint + "\"}}");
+            pattern_file + R"("},"publish":{"endpoint":")" + endpoint + "\"}" + test::small_ring +
+            "}");
   }
 
   TempFolder folder;

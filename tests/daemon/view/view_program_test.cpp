@@ -41,7 +41,7 @@ class ViewProgram : public ::testing::Test {
         R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
             R"(},"pattern":{"file":")" SPLID_SOURCE_DIR
             R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
-            endpoint + "\"}" + test::with_light_scene("") + "}");
+            endpoint + "\"}" + test::with_light_scene(test::small_ring) + "}");
   }
 
   // Starts `splid view`, on a port that the system chooses, and waits until it says which.

@@ -70,14 +70,14 @@ class Watch : public ::testing::Test {
 
   test::TempFolder folder;
   std::string endpoint = "ipc://" + folder.path("socket");
-  std::string config =
-      folder.write("live.json", R"({"schema":"splid.config","v":[1,0],"source":{)" +
-                                    std::string(test::light_source) +
-                                    R"(},)"
-                                    R"("pattern":{"file":")" SPLID_SOURCE_DIR
-                                    R"(/config/patterns/interleaved-180-189.json"},)"
-                                    R"("publish":{"endpoint":")" +
-                                    endpoint + "\"}" + test::with_light_scene("") + "}");
+  std::string config = folder.write(
+      "live.json", R"({"schema":"splid.config","v":[1,0],"source":{)" +
+                       std::string(test::light_source) +
+                       R"(},)"
+                       R"("pattern":{"file":")" SPLID_SOURCE_DIR
+                       R"(/config/patterns/interleaved-180-189.json"},)"
+                       R"("publish":{"endpoint":")" +
+                       endpoint + "\"}" + test::with_light_scene(test::small_ring) + "}");
 };
 
 TEST_F(Watch, FillsTheTerminalFollowsItsSizeAndGivesItBack) {
