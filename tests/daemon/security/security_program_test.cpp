@@ -125,6 +125,7 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   const std::string local = endpoint_of(daemon, "for this machine, at ");
   const std::string server = folder.path("server.key");
   const std::string stranger = make_keys("stranger");
+  const std::string no_key = "it gives no CURVE key (its socket asks for NULL)";
 
   const ProgramResult good = run_program(listening(endpoint, "viewer.key_secret", server));
   EXPECT_EQ(good.exit_code, 0) << good.err;
@@ -136,6 +137,12 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
               AllOf(HasSubstr(endpoint + " refuses this key"), HasSubstr(stranger + " NAME")));
   EXPECT_THAT(listen_in_vain(endpoint, "viewer.key_secret", stranger).err,
               HasSubstr("is --server-key the key of that server"));
+  // A viewer that reads all of the server's greeting at once leaves without having told what it
+  // asks for. On a busy machine that may be so for some seconds.
+  {
+    const Program keyless(listening(endpoint, "", ""));
+    EXPECT_TRUE(eventually([&] { return daemon.err().find(no_key) != std::string::npos; }));
+  }
   EXPECT_THAT(listen_in_vain(endpoint, "", "").err, HasSubstr("give --key and --server-key"));
   EXPECT_THAT(listen_in_vain(local, "viewer.key_secret", server).err, HasSubstr("no CURVE"));
   EXPECT_EQ(run_program({"listen", "--key", server}).exit_code, 2);
@@ -151,8 +158,7 @@ TEST_F(SecurityProgram, WhoIsAllowedHearsAndTheOthersAreToldWhy) {
   EXPECT_THAT(ended.err, AllOf(HasSubstr("refused 127.0.0.1: its key " + stranger.substr(0, 8)),
                                HasSubstr(" connections refused")));
   // Where the server alone has keys, the refusal names the peer, and not the server's own address.
-  EXPECT_THAT(ended.err, ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it gives no CURVE key "
-                                       "[(]its socket asks for NULL[)]"));
+  EXPECT_THAT(ended.err, ContainsRegex("refused 127[.]0[.]0[.]1 at [^\n]*: it gives no CURVE key"));
 }
 
 TEST_F(SecurityProgram, AReloadTakesTheListAsItIsNow) {
