@@ -28,6 +28,12 @@ struct Light {
     }
   }
 
+  [[nodiscard]] bool is_dark(std::size_t step, std::size_t targets) const {
+    for (std::size_t k = 0; k < targets; ++k) {
+      if (density.at(k)[step] != 0 || slope.at(k)[step] != 0) return false;
+    }
+    return true;
+  }
   // Adds a target's comb, moved by shift_ns.
   void put(std::size_t target, const PulseShape& shape, const Comb& comb, double shift_ns,
            double dilation) {
@@ -58,7 +64,12 @@ SmallMatrix information_per_ns(const Light& light, double s, const JointParamete
   const auto size = static_cast<Eigen::Index>(at.size());
   SmallMatrix J = SmallMatrix::Zero(size, size);
   SmallVector by(size);
+  std::size_t dark = 0;  // steps without any target's light, which tell of the background alone
   for (std::size_t n = 0; n < light.steps; ++n) {
+    if (light.is_dark(n, at.count)) {
+      ++dark;
+      continue;
+    }
     double lambda = at.background_per_ns;
     by.setZero();
     for (std::size_t k = 0; k < at.count; ++k) {
@@ -70,6 +81,9 @@ SmallMatrix information_per_ns(const Light& light, double s, const JointParamete
     }
     by[size - 1] = 1;
     if (lambda > 0) J += by * by.transpose() / lambda;
+  }
+  if (at.background_per_ns > 0) {
+    J(size - 1, size - 1) += static_cast<double>(dark) / at.background_per_ns;
   }
   return J / static_cast<double>(light.steps);
 }

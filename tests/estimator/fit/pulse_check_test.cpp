@@ -7,6 +7,7 @@
 
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
+#include "tests/support/sanitized.hpp"
 
 namespace splid {
 namespace {
@@ -80,7 +81,7 @@ TEST(PulseCheck, SaysNothingOfTheConfiguredPulse) {
       PulseLight light;
       light.photons = photons;
       light.background_per_ns = background;
-      EXPECT_EQ(alarms(light, 1500, shape), 0) << photons << ", " << background;
+      EXPECT_EQ(alarms(light, test::times(1500), shape), 0) << photons << ", " << background;
     }
   }
 }
@@ -137,8 +138,9 @@ TEST(PulseCheck, SaysOnAverageThatTheConfiguredPulseIsRight) {
       PulseLight light;
       light.photons = photons;
       light.background_per_ns = background;
-      const PulseVerdict mean = mean_excess(light, 4000);
-      EXPECT_LT(mean.std_excess, 0.004);
+      constexpr int draws = test::times(4000);
+      const PulseVerdict mean = mean_excess(light, draws);
+      EXPECT_LT(mean.std_excess, 0.004 * std::sqrt(4000.0 / draws));
       EXPECT_NEAR(mean.excess, 0, 3.5 * mean.std_excess + 1.5 / photons)
           << photons << ", " << background;
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/real_recording.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/sync_stream.hpp"
 
 namespace splid {
@@ -101,7 +102,7 @@ TEST(SyncClock, MissingSyncsAreCountedByTime) {
 
 TEST(SyncClock, GapsTooLongToCountAtFirstCountOnceThePeriodIsKnownBetter) {
   // 2000 periods between syncs: at 500 ppm that is one more or less.
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (std::uint64_t seed = 1; seed <= test::times(20); ++seed) {
     SyncStream stream;
     stream.missing = 0.9995;
     stream.jitter_ps = 200;
