@@ -230,7 +230,7 @@ TEST_F(Floods, WhatEndedConnectionsLeaveBehindCostsNobodyElse) {
   publish = R"(,"local_endpoint":"tcp://lo:*")";
   start();
   const int port = port_after("for this machine, at tcp://127.0.0.1:");
-  frames_to_watch = 200;
+  frames_to_watch = test::times(200);
   withstand("a peer subscribes to all it may and more, 500 times", "it sent",
             [&](const std::stop_token& stop) {
               for (int i = 0; i < 500 && !stop.stop_requested(); ++i) {
