@@ -62,8 +62,8 @@ struct FrameMessage {
     std::optional<double> significance;  // nats gained over the frame's other targets alone
     std::optional<double> range_odds_nats;
     std::optional<double> amplitude_misfit;
-    std::optional<double>
-        shape_odds_nats;  // log of the odds against being a brighter pulse's flank
+    // Log of the odds that it is a target, against the flank of a brighter one's pulse.
+    std::optional<double> shape_odds_nats;
   };
   // The frame's targets in descending order of their signal; the members above are those of the
   // first target. There where scene.targets is more than 1; then empty where the frame shows no

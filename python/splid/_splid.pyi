@@ -94,7 +94,7 @@ class Target:
     def range_odds_nats(self) -> float: ...
     @property
     def shape_odds_nats(self) -> float:
-        """How surely a weak target is none of a brighter one's pulse's flank; NaN where it cannot be."""
+        """How surely a weak target is no part of the pulse of a brighter one; NaN where none is close."""
 
 class Estimate:
     """One frame's estimate. Values are NaN where has_values is False; std_ is one standard
