@@ -407,7 +407,9 @@ double SeveralTargets::nats_in_flank(const JointParameters& at, std::size_t targ
   std::array<FlankCheck::Bins, most_targets> others;
   std::size_t count = 0;
   for (std::size_t k = 0; k < at.count; ++k) {
-    if (k == target || k == bright) continue;
+    // What is not claimed may be a part of the bright pulse: three of them, of which two are too
+    // close to be claimed, make one that is 2.5 times as wide.
+    if (k == target || k == bright || !is_claimed_.at(k)) continue;
     if (apart_widths(at.targets.at(k), at.targets.at(bright)) > tail_widths) continue;
     others.at(count++) = flank_of(at, k, bright, side);
   }

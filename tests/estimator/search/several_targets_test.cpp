@@ -216,16 +216,18 @@ TEST(SeveralTargets, ATailIsNoTarget) {
 }
 
 TEST(SeveralTargets, AWidePulseIsNoTwoTargets) {
-  for (const double sigma_ns : {0.08, 0.12, 0.15, 0.2, 0.3}) {
-    test::FrameMaker made = scene_of(0, 20, 40e-4);
-    made.sigma_ns = sigma_ns;
-    FrameEstimator estimator = several(made, 3);
-    int claimed = 0;
-    for (std::uint64_t seed = 0; seed < 10; ++seed) {
-      claimed += estimator.estimate(made.make(seed).view()).target_count > 1 ? 1 : 0;
+  int claimed = 0;  // of 1200 frames
+  for (const double signal : {40e-4, 135e-4}) {
+    for (const double sigma_ns : {0.08, 0.12, 0.15, 0.2, 0.25, 0.3}) {
+      test::FrameMaker made = scene_of(0, 20, signal);
+      made.sigma_ns = sigma_ns;
+      FrameEstimator estimator = several(made, 3);
+      for (std::uint64_t seed = 0; seed < test::times(100); ++seed) {
+        claimed += estimator.estimate(made.make(seed).view()).target_count > 1 ? 1 : 0;
+      }
     }
-    EXPECT_LE(claimed, 1) << sigma_ns;
   }
+  EXPECT_LE(claimed, 5);
 }
 
 TEST(SeveralTargets, AtRestAreFoundAtRest) {
