@@ -201,7 +201,7 @@ void bind_pulse(py::class_<FrameResult>& type) {
       .def_property_readonly("std_pulse_excess", if_seen(&Estimate::std_pulse_excess));
 }
 
-// For help(); what stands at each member is in the stub, _splid.pyi.
+// For help(); what each member is stands in _splid.pyi.
 constexpr const char* target_doc =
     R"(One of a frame's targets, with values like those of Estimate.
 
