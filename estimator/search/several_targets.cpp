@@ -69,11 +69,19 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
 
 std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, const Fit& first,
                                                   bool moving, Effort most) {
-  found_.clear();
   searches_.front().fit = first;
   search_.keep_peaks(searches_.front().peaks);
   exposure_ = Exposure(frame, train_);
   joint_.begin(frame, exposure_);
+  if (!find_all(frame, moving, most, true)) find_all(frame, moving, most, false);
+  return found_;
+}
+
+// Finds the targets beside the first one; returns false where that had to be split into two, and
+// one of these is none.
+bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split) {
+  found_.clear();
+  const Fit& first = searches_.front().fit;
   all_ = {};
   all_.at.add({first.parameters.line, first.parameters.signal_per_pulse});
   all_.at.background_per_ns = first.parameters.background_per_ns;
@@ -82,16 +90,35 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   first_unlooked_ = 0;
   is_claimed_ = {true};
   shape_odds_nats_ = {};
+  is_split_ = may_split && split(frame, moving);
   const auto claimed = [this] {
     return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
   };
   while (claimed() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
-  if (claimed() == 1) return found_;
+  if (claimed() == 1) return true;
   fit_claimed(frame, moving);
-  if (best_.has_covariance) judge(frame, moving);
-  return found_;
+  return !best_.has_covariance || judge(frame, moving);
+}
+
+// Two targets in place of the first one, where its photons are spread as those of two that are far
+// enough apart to be claimed; returns false where they are not, or two do not fit them.
+bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
+  joint_.likelihood().hold(frame, all_.at);
+  JointParameters pair = all_.at;
+  pair.add({pair.targets.front().line, 0});
+  pair = pair_about(pair, 0, moving);
+  if (apart_widths(pair.targets.at(0), pair.targets.at(1)) < closest_widths) return false;
+  joint_.likelihood().hold(frame, pair);
+  const double least_nats = all_.gain_nats + threshold_nats_;
+  if (!(joint_.gain(exposure_, pair) >= least_nats)) return false;
+  const JointMaximum together = joint_.climb(frame, exposure_, pair, moving);
+  if (!together.has_covariance || !stands_apart(frame, together.at, 1)) return false;
+  is_claimed_.at(1) = true;
+  is_refined_ = true;
+  all_ = together;
+  return true;
 }
 
 // The fit of what is claimed alone.
@@ -311,40 +338,65 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
   return found;
 }
 
-// How sure a target's range is, against all places but those of the frame's other targets.
-double SeveralTargets::range_odds_nats(std::size_t target) const {
-  std::array<DelayLine, most_targets> others;
+// How sure a target's range is, against all places but those of the frame's other targets. Nothing
+// where a target that was not searched for is better somewhere else in rest_, which is the frame
+// without the others.
+//
+// Of two that were found as one, the second is compared with what the light of both has elsewhere,
+// which is more than its own has. Where that leaves a doubt, its own is looked at.
+std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
+  std::array<DelayLine, most_targets> lines;
   std::size_t count = 0;
   for (std::size_t k = 0; k < best_.at.count; ++k) {
-    if (k != target) others.at(count++) = best_.at.targets.at(k).line;
+    if (k != target) lines.at(count++) = best_.at.targets.at(k).line;
   }
-  const Search& search = searches_.at(searched_.at(target));
-  return search.peaks.range_odds_nats(search.fit, std::span(others).first(count));
+  const auto others = std::span(lines).first(count);
+  const std::size_t searched = searched_.at(target);
+  if (!is_split_ || searched != 1) {
+    return searches_.at(searched).peaks.range_odds_nats(searches_.at(searched).fit, others);
+  }
+  const TargetSearch::Peaks& of_both = searches_.front().peaks;
+  const double odds_nats = of_both.range_odds_nats(fit, others);
+  const bool is_sure = of_both.odds.best_beside(others) && odds_nats > plain_margin_nats;
+  return is_sure ? odds_nats : search_.range_odds_in(rest_, fit);
 }
 
-// Looks at each target in a frame from which the others are taken out.
-void SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
+// Looks at each target in a frame from which the others are taken out; returns false where one of
+// two that the first was split into is none.
+bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, best_.at);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
-    FoundTarget found = target_of(k);
-    found.fit.gain_nats = best_.gain_nats - joint_.gain_without(k, exposure_, best_);
-    if (found.fit.gain_nats < threshold_nats_) continue;
-    found.range_odds_nats = range_odds_nats(k);
-    found.shape_odds_nats = shape_odds_nats_.at(searched_.at(k));
-    take_out(frame, best_.at, k);
-    const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
-    if (pattern.fault != PatternFault::none) continue;
-    found.amplitude_misfit = pattern.amplitude_misfit;
-    const DelayLine line = found.fit.parameters.line;
-    found.moves = !moving && search_.fit_moving(rest_, line).gain_nats >
-                                 search_.fit_at_rest(rest_, line.delay_ns).gain_nats +
-                                     TargetSearch::nats_for_motion_at_rest;
-    found_.push_back(found);
+    if (const auto found = judge_one(frame, k, moving)) {
+      found_.push_back(*found);
+    } else if (is_split_ && searched_.at(k) < 2) {
+      return false;
+    }
   }
   if (found_.size() < 2) found_.clear();
   std::sort(found_.begin(), found_.end(), [](const FoundTarget& a, const FoundTarget& b) {
     return a.fit.parameters.signal_per_pulse > b.fit.parameters.signal_per_pulse;
   });
+  return true;
+}
+
+std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, std::size_t target,
+                                                     bool moving) {
+  FoundTarget found = target_of(target);
+  found.fit.gain_nats = best_.gain_nats - joint_.gain_without(target, exposure_, best_);
+  if (found.fit.gain_nats < threshold_nats_) return std::nullopt;
+  take_out(frame, best_.at, target);
+  const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
+  if (pattern.fault != PatternFault::none) return std::nullopt;
+  const std::optional<double> odds_nats = range_odds_nats(target, found.fit);
+  if (!odds_nats) return std::nullopt;
+  found.range_odds_nats = *odds_nats;
+  found.shape_odds_nats = shape_odds_nats_.at(searched_.at(target));
+  found.amplitude_misfit = pattern.amplitude_misfit;
+  const DelayLine line = found.fit.parameters.line;
+  found.moves = !moving && search_.fit_moving(rest_, line).gain_nats >
+                               search_.fit_at_rest(rest_, line.delay_ns).gain_nats +
+                                   TargetSearch::nats_for_motion_at_rest;
+  return found;
 }
 
 // How far apart two targets are over the frame, root mean square, in pulse widths.

@@ -35,6 +35,10 @@ struct FoundTarget {
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
 //     that is plainly there and far from the others waits for this until all have been found.
 //
+// Where the photons of the best target are spread as those of two, these two are fitted at once,
+// without a look at what is left. Two targets of the same signal that are 3 to 5 pulse widths apart
+// then take 2.3 times as long as one, and 2.6 times otherwise.
+//
 // Design note: no pulse is quite what the configuration says. What a wrong width or a tail leaves
 // over looks like a target beside the true one that moves with it. So a target is not claimed
 //  - closer than 2.5 pulse widths to another (root mean square over the frame): up to there, two
@@ -64,6 +68,8 @@ class SeveralTargets {
                                     Effort most);
 
  private:
+  bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
+  bool split(const FoldedFrame& frame, bool moving);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
@@ -83,9 +89,11 @@ class SeveralTargets {
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
   void fit_claimed(const FoldedFrame& frame, bool moving);
-  void judge(const FoldedFrame& frame, bool moving);
+  bool judge(const FoldedFrame& frame, bool moving);
+  [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,
+                                                     bool moving);
   [[nodiscard]] FoundTarget target_of(std::size_t target) const;
-  [[nodiscard]] double range_odds_nats(std::size_t target) const;
+  [[nodiscard]] std::optional<double> range_odds_nats(std::size_t target, const Fit& fit);
   [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
                                   std::size_t target);
   [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
@@ -119,9 +127,11 @@ class SeveralTargets {
   JointMaximum best_;                            // of the targets that are claimed
   std::size_t first_unlooked_ = 0;               // beside the targets from this one on
   bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
+  bool is_split_ = false;                        // the first two in all_ were found as one
   std::array<bool, most_targets> is_claimed_{};  // of each in all_
   std::array<std::optional<double>, most_targets> shape_odds_nats_{};  // of each in all_
-  // How a target was found: alone, with what had been found before it taken out.
+  // How a target was found: alone, with what had been found before it taken out. Of two that were
+  // found as one, the first has the search that found both.
   struct Search {
     Fit fit;
     TargetSearch::Peaks peaks;

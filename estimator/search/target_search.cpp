@@ -453,6 +453,19 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
   return fit;
 }
 
+std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Fit& fit) {
+  odds_.clear();
+  sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
+  odds_.add(fit);
+  Fit best = fit;
+  if (has_shoulders()) {
+    recheck_delay(rest, levels_.back(), Exposure(rest, train_), best, {nullptr, {}, true});
+  }
+  if (best.gain_nats > fit.gain_nats) return std::nullopt;
+  return odds_.of(fit);
+}
+
 std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
                                            double least_nats) {
   if (rest.size() >= sampled_from) return find(rest, most);

@@ -109,6 +109,10 @@ class TargetSearch {
                                  double least_nats);
   // A target anywhere. most: as in find().
   std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats);
+  // How sure the range of a target is that was not searched for, by a look at all delays with its
+  // travel, in a frame from which all others have been taken out. Nothing where another delay is
+  // better.
+  std::optional<double> range_odds_in(const FoldedFrame& rest, const Fit& fit);
 
   // What BendSearch needs to look for paths that bend, level by level.
   static constexpr std::size_t sampled_photons = 65536;
