@@ -56,6 +56,9 @@ struct Arrays {
   std::vector<std::uint8_t> out_8 = std::vector<std::uint8_t>(count, 1);
   std::vector<std::uint16_t> out_16 = std::vector<std::uint16_t>(count, 1);
   std::vector<std::uint32_t> out_32 = std::vector<std::uint32_t>(count, 1);
+  std::vector<std::uint8_t> four_8 = std::vector<std::uint8_t>(4 * count, 1);
+  std::vector<std::uint16_t> four_16 = std::vector<std::uint16_t>(4 * count, 1);
+  std::vector<std::uint32_t> four_32 = std::vector<std::uint32_t>(4 * count, 1);
   std::vector<double> out_ns = std::vector<double>(count), out_phases = out_ns;
   std::uint64_t out = 0;
 
@@ -81,6 +84,21 @@ const std::map<std::string, Run>& runs() {
       {"add_16_to_32",
        [](const SearchKernels& by, Arrays& a) {
          by.add_16_to_32(a.out_32.data(), a.in_16.data(), a.in_16.data(), count);
+       }},
+      {"add_four_8",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_four_8(a.four_8.data(), count, a.in_8.data(), a.in_8.data(), a.in_8.data(),
+                       a.in_8.data(), count - 3);
+       }},
+      {"add_four",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_four(a.four_16.data(), count, a.in_16.data(), a.in_16.data(), a.in_16.data(),
+                     a.in_16.data(), count - 3);
+       }},
+      {"add_four_32",
+       [](const SearchKernels& by, Arrays& a) {
+         by.add_four_32(a.four_32.data(), count, a.in_32.data(), a.in_32.data(), a.in_32.data(),
+                        a.in_32.data(), count - 3);
        }},
       {"accumulate_8", [](const SearchKernels& by,
                           Arrays& a) { by.accumulate_8(a.out_8.data(), a.in_8.data(), count); }},
@@ -159,6 +177,9 @@ std::uint64_t checksum(const Run& run, VectorLevel level) {
                           arrays.out_32.begin() + static_cast<std::ptrdiff_t>(arrays.out % count)));
   add_to(sum, arrays.out_8);
   add_to(sum, arrays.out_16);
+  add_to(sum, arrays.four_8);
+  add_to(sum, arrays.four_16);
+  add_to(sum, arrays.four_32);
   add_to(sum, arrays.out_ns);
   add_to(sum, arrays.out_phases);
   return sum;

@@ -7,6 +7,19 @@
 // How JointLikelihood sorts the photons that are near its targets.
 
 namespace splid {
+namespace {
+
+// How many targets the bits of a number stand for. Without a processor's own instruction,
+// std::popcount is a call into the library for each photon.
+constexpr auto targets_of = [] {
+  std::array<std::uint8_t, 1U << most_targets> counts{};
+  for (unsigned bits = 0; bits < counts.size(); ++bits) {
+    counts.at(bits) = static_cast<std::uint8_t>(std::popcount(bits));
+  }
+  return counts;
+}();
+
+}  // namespace
 
 // Photons near one target stand first, target by target, then those near two of them, pair by pair,
 // and those near several of them last.
@@ -71,7 +84,7 @@ void JointLikelihood::merge_more(std::size_t targets) {
     for (std::size_t k = 0; k < targets; ++k) {
       const std::vector<std::uint32_t>& index = near_[k].index;
       std::size_t& n = next.at(k);
-      while (n < index.size() && std::popcount(who_[index[n]]) < 3) ++n;
+      while (n < index.size() && targets_of[who_[index[n]]] < 3) ++n;
       if (n < index.size()) photon = std::min(photon, index[n]);
     }
     if (photon == none) return;

@@ -102,10 +102,11 @@ bool RangeOdds::is_one_of(DelayLine line, std::span<const DelayLine> lines) cons
                      [&](DelayLine other) { return is_same_range(line, other); });
 }
 
-std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine> lines) const {
+std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine> lines,
+                                                       std::optional<DelayLine> own) const {
   std::optional<Place> best;
   for (const Peak& peak : peaks_) {
-    if (is_one_of(peak.line, lines)) continue;
+    if (is_one_of(peak.line, lines) || (own && is_same_range(peak.line, *own))) continue;
     if (!best || peak.gain_nats > best->gain_nats) best = Place{peak.line, peak.gain_nats};
   }
   return best;

@@ -47,12 +47,13 @@ class RangeOdds {
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
   [[nodiscard]] double of(const Fit& best, std::span<const DelayLine> others = {}) const;
-  // The strongest place that is not at one of these lines, or none.
+  // The strongest place that is not at one of these lines, nor at `own`, or none.
   struct Place {
     DelayLine line;
     double gain_nats = 0;
   };
-  [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayLine> lines) const;
+  [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayLine> lines,
+                                                 std::optional<DelayLine> own = std::nullopt) const;
   // The highest gain of a place whose delay and travel are within near_ns of a line's, less the
   // places at the lines `but`; 0 where there is none.
   [[nodiscard]] double gain_near(DelayLine line, double near_ns,

@@ -10,6 +10,27 @@ void add(To* __restrict out, const From* __restrict a, const From* __restrict b,
 }
 
 template <class Count>
+void add_four_to(Count* __restrict out_0, Count* __restrict out_1, Count* __restrict out_2,
+                 Count* __restrict out_3, const Count* __restrict a, const Count* __restrict b,
+                 const Count* __restrict c, const Count* __restrict d, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto first = static_cast<Count>(a[i] + b[i]);
+    const auto later = static_cast<Count>(a[i] + b[i + 1]);
+    out_0[i] = static_cast<Count>(first + static_cast<Count>(c[i] + d[i]));
+    out_1[i] = static_cast<Count>(first + static_cast<Count>(c[i + 1] + d[i + 1]));
+    out_2[i] = static_cast<Count>(later + static_cast<Count>(c[i + 1] + d[i + 2]));
+    out_3[i] = static_cast<Count>(later + static_cast<Count>(c[i + 2] + d[i + 3]));
+  }
+}
+
+// Design note: four lines at once need ten vectors of the rows instead of sixteen.
+template <class Count>
+void add_four(Count* out, std::size_t stride, const Count* a, const Count* b, const Count* c,
+              const Count* d, std::size_t count) {
+  add_four_to(out, out + stride, out + 2 * stride, out + 3 * stride, a, b, c, d, count);
+}
+
+template <class Count>
 void accumulate(Count* __restrict sums, const Count* __restrict values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) sums[i] = static_cast<Count>(sums[i] + values[i]);
 }
@@ -143,6 +164,9 @@ const SearchKernels search_kernels = {add<std::uint8_t, std::uint8_t>,
                                       add<std::uint32_t, std::uint32_t>,
                                       add<std::uint8_t, std::uint16_t>,
                                       add<std::uint16_t, std::uint32_t>,
+                                      add_four<std::uint8_t>,
+                                      add_four<std::uint16_t>,
+                                      add_four<std::uint32_t>,
                                       accumulate<std::uint8_t>,
                                       accumulate<std::uint16_t>,
                                       accumulate<std::uint32_t>,

@@ -21,6 +21,18 @@ struct SearchKernels {
                       std::size_t count);
   void (*add_16_to_32)(std::uint32_t* out, const std::uint16_t* a, const std::uint16_t* b,
                        std::size_t count);
+  // Four lines over four rows each, which end up to three elements further on (see LineTree): for n
+  // from 0 to 3, out[n * stride + i] = a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n], in
+  // whole numbers. b, c and d go on for as many elements more; stride >= count.
+  void (*add_four_8)(std::uint8_t* out, std::size_t stride, const std::uint8_t* a,
+                     const std::uint8_t* b, const std::uint8_t* c, const std::uint8_t* d,
+                     std::size_t count);
+  void (*add_four)(std::uint16_t* out, std::size_t stride, const std::uint16_t* a,
+                   const std::uint16_t* b, const std::uint16_t* c, const std::uint16_t* d,
+                   std::size_t count);
+  void (*add_four_32)(std::uint32_t* out, std::size_t stride, const std::uint32_t* a,
+                      const std::uint32_t* b, const std::uint32_t* c, const std::uint32_t* d,
+                      std::size_t count);
   // sums[i] += values[i]
   void (*accumulate_8)(std::uint8_t* sums, const std::uint8_t* values, std::size_t count);
   void (*accumulate)(std::uint16_t* sums, const std::uint16_t* values, std::size_t count);

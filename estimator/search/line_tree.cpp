@@ -47,6 +47,17 @@ struct Add<std::uint32_t, std::uint32_t> {
   static auto of(const SearchKernels& k) { return k.add_32; }
 };
 
+template <class Count>
+auto add_four(const SearchKernels& k) {
+  if constexpr (sizeof(Count) == 1) {
+    return k.add_four_8;
+  } else if constexpr (sizeof(Count) == 2) {
+    return k.add_four;
+  } else {
+    return k.add_four_32;
+  }
+}
+
 std::uint8_t largest(const SearchKernels& k, const std::uint8_t* values, std::size_t count) {
   return k.largest_8(values, count);
 }
@@ -110,14 +121,37 @@ void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& bl
   out_ = in_ + buffer_cells_;
   cell_bytes_ = sizeof(Count);
   most_in_cell_ = block.most_in_cell > 0 ? block.most_in_cell : std::numeric_limits<Count>::max();
-  copy_rows(rows, grid);
-  for (std::size_t half = 1; 2 * half < slices_; half *= 2) add_pairs(half);
+  from_ = start_of(rows, grid);
+  std::size_t half = 1;
+  while (2 * half < slices_) half *= add_next(half);
   if (slices_ > 1) make_room_for_last_sum();
 }
 
 template void LineTree::add_up(const std::uint8_t*, const SearchGrid&, const Block&);
 template void LineTree::add_up(const std::uint16_t*, const SearchGrid&, const Block&);
 template void LineTree::add_up(const std::uint32_t*, const SearchGrid&, const Block&);
+
+// Where the first sums read the slices: in the rows themselves, unless the block goes around the
+// end of the circle or nothing is added up at all.
+template <class Count>
+LineTree::Rows LineTree::start_of(const Count* rows, const SearchGrid& grid) {
+  constexpr std::size_t longest_shift = 3;  // of a row of one slice
+  if (slices_ < 4 || block_.first_bin + stride_ + longest_shift > grid.bins) {
+    copy_rows(rows, grid);
+    return written();
+  }
+  const auto bins = static_cast<std::ptrdiff_t>(grid.bins);
+  const Count* first = rows + block_.first_bin;
+  if (block_.sign > 0) return {first, bins};
+  return {first + (static_cast<std::ptrdiff_t>(slices_) - 1) * bins, -bins};
+}
+
+LineTree::Rows LineTree::written() const { return {in_, static_cast<std::ptrdiff_t>(stride_)}; }
+
+template <class Count>
+const Count* LineTree::row(std::size_t number) const {
+  return static_cast<const Count*>(from_.first) + static_cast<std::ptrdiff_t>(number) * from_.step;
+}
 
 template <class Count>
 void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
@@ -130,60 +164,96 @@ void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
   }
 }
 
-// Adds lines over `half` slices each to lines over twice as many.
-void LineTree::add_pairs(std::size_t half) {
-  if (cell_bytes_ == 4) {
-    add_pairs_as<std::uint32_t, std::uint32_t>(half);
-  } else if (cell_bytes_ == 2) {
-    sum_of_two_fits<std::uint16_t>(half) ? add_pairs_as<std::uint16_t, std::uint16_t>(half)
-                                         : add_pairs_as<std::uint16_t, std::uint32_t>(half);
-  } else {
-    sum_of_two_fits<std::uint8_t>(half) ? add_pairs_as<std::uint8_t, std::uint8_t>(half)
-                                        : add_pairs_as<std::uint8_t, std::uint16_t>(half);
+// Adds lines over `half` slices each to lines over twice or four times as many; returns which.
+std::size_t LineTree::add_next(std::size_t half) {
+  if (cell_bytes_ == 1) return add_next_as<std::uint8_t, std::uint16_t>(half);
+  if (cell_bytes_ == 2) return add_next_as<std::uint16_t, std::uint32_t>(half);
+  return add_next_as<std::uint32_t, std::uint32_t>(half);
+}
+
+template <class From, class Wide>
+std::size_t LineTree::add_next_as(std::size_t half) {
+  if (8 * half <= slices_ && sum_fits<From>(4, half)) {
+    add_fours<From>(half);
+    return 4;
   }
+  if (sum_fits<From>(2, half)) {
+    add_pairs<From, From>(half);
+  } else {
+    add_pairs<From, Wide>(half);
+  }
+  return 2;
 }
 
 // A line that travels j bins over 2n slices is made of two lines that travel floor(j/2) bins: one
 // over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
 template <class From, class To>
-void LineTree::add_pairs_as(std::size_t half) {
+void LineTree::add_pairs(std::size_t half) {
   const auto add = Add<From, To>::of(kernels_);
-  const auto* in = reinterpret_cast<const From*>(in_);
   auto* out = reinterpret_cast<To*>(out_);
   const std::size_t all = lines(2 * half);
   for (std::size_t group = 0; group < slices_; group += 2 * half) {
     for (std::size_t j = 0; j < all; ++j) {
-      add(out + (group + j) * stride_, in + (group + j / 2) * stride_,
-          in + (group + half + j / 2) * stride_ + (j + 1) / 2, stride_);
+      add(out + (group + j) * stride_, row<From>(group + j / 2),
+          row<From>(group + half + j / 2) + (j + 1) / 2, stride_);
     }
   }
-  std::swap(in_, out_);
-  cell_bytes_ = sizeof(To);
-  most_in_cell_ *= 2;
+  take_written(sizeof(To), 2);
 }
 
-// Whether the sum of any two cells fits into the type of the cells, which are lines over `half`
+// The same for two passes at once. A row that the lines share is read for four of them: up to three
+// of those may not be asked for, and have room.
+template <class Count>
+void LineTree::add_fours(std::size_t half) {
+  const auto add = add_four<Count>(kernels_);
+  auto* out = reinterpret_cast<Count*>(out_);
+  const std::size_t all = lines(4 * half);
+  for (std::size_t group = 0; group < slices_; group += 4 * half) {
+    for (std::size_t j = 0; j < all; j += 4) {
+      const std::size_t n = j / 4;  // the bins that each quarter of the lines travels
+      const std::size_t first = group + n;
+      add(out + (group + j) * stride_, stride_, row<Count>(first), row<Count>(first + half) + n,
+          row<Count>(first + 2 * half) + 2 * n, row<Count>(first + 3 * half) + 3 * n, stride_);
+    }
+  }
+  take_written(sizeof(Count), 4);
+}
+
+// The sums that have been written, of so many cells each, are what is added up next.
+void LineTree::take_written(std::size_t cell_bytes, std::uint32_t added) {
+  std::swap(in_, out_);
+  from_ = written();
+  cell_bytes_ = cell_bytes;
+  most_in_cell_ *= added;
+}
+
+// Whether the sum of any `added` cells fits into the type of the cells, which are lines over `half`
 // slices.
 template <class Count>
-bool LineTree::sum_of_two_fits(std::size_t half) {
-  constexpr std::uint32_t most = std::numeric_limits<Count>::max();
-  if (most_in_cell_ <= most / 2) return true;
-  const auto* in = reinterpret_cast<const Count*>(in_);
-  const std::size_t cells = lines(half) * stride_;
-  most_in_cell_ = 0;
-  for (std::size_t group = 0; group < slices_; group += half) {
-    const std::uint32_t here = largest(kernels_, in + group * stride_, cells);
-    most_in_cell_ = std::max(most_in_cell_, here);
+bool LineTree::sum_fits(std::uint32_t added, std::size_t half) {
+  if constexpr (sizeof(Count) == sizeof(std::uint32_t)) {
+    return true;
+  } else {
+    const std::uint32_t most = std::numeric_limits<Count>::max() / added;
+    if (most_in_cell_ <= most) return true;
+    most_in_cell_ = 0;
+    const std::size_t all = lines(half);
+    for (std::size_t group = 0; group < slices_; group += half) {
+      for (std::size_t j = 0; j < all; ++j) {
+        const std::uint32_t here = largest(kernels_, row<Count>(group + j), stride_);
+        most_in_cell_ = std::max(most_in_cell_, here);
+      }
+    }
+    return most_in_cell_ <= most;
   }
-  return most_in_cell_ <= most / 2;
 }
 
 void LineTree::make_room_for_last_sum() {
   const std::size_t half = slices_ / 2;
-  if (cell_bytes_ == 1 && !sum_of_two_fits<std::uint8_t>(half)) {
+  if (cell_bytes_ == 1 && !sum_fits<std::uint8_t>(2, half)) {
     widen<std::uint8_t, std::uint16_t>();
   }
-  if (cell_bytes_ == 2 && !sum_of_two_fits<std::uint16_t>(half)) {
+  if (cell_bytes_ == 2 && !sum_fits<std::uint16_t>(2, half)) {
     widen<std::uint16_t, std::uint32_t>();
   }
 }
@@ -199,8 +269,7 @@ void LineTree::widen() {
       add(out + row * stride_, in + row * stride_, zeros, stride_);
     }
   }
-  std::swap(in_, out_);
-  cell_bytes_ = sizeof(To);
+  take_written(sizeof(To), 1);
 }
 
 template <class Count>

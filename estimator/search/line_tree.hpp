@@ -16,8 +16,10 @@ namespace splid {
 //
 // Design note: the additions are bound by the memory that they pass over. Sums are kept in bytes
 // for as long as the largest of them allows, then in 16 bits, then in 32; in [P]'s frame the sums
-// of 64 slices are below 256 where there is no target. The last pass is not written down at all:
-// each line is compared while it is added.
+// of 64 slices are below 256 where there is no target. Two passes are made at once where sums of
+// four cells fit, and the first pass reads the slices' rows where they are: a search of 7,560 bins
+// in 128 slices adds up in 0.1 ms so, and in 0.19 otherwise. The last pass is not written down at
+// all: each line is compared while it is added.
 //
 // Threads: one thread for each object. Errors: none. No allocation after construction.
 class LineTree {
@@ -62,16 +64,31 @@ class LineTree {
   [[nodiscard]] Halves<Count> halves(std::size_t travel) const;
   // The number of different travels that lines over so many slices have.
   [[nodiscard]] std::size_t lines(std::size_t slices) const;
+  // Rows of cells, one after the other.
+  struct Rows {
+    const void* first;
+    std::ptrdiff_t step;  // cells from a row to the next
+  };
+  template <class Count>
+  [[nodiscard]] Rows start_of(const Count* rows, const SearchGrid& grid);
+  [[nodiscard]] Rows written() const;
+  template <class Count>
+  [[nodiscard]] const Count* row(std::size_t number) const;
   template <class Count>
   void copy_rows(const Count* rows, const SearchGrid& grid);
-  void add_pairs(std::size_t half);
+  std::size_t add_next(std::size_t half);
+  template <class From, class Wide>
+  std::size_t add_next_as(std::size_t half);
   template <class From, class To>
-  void add_pairs_as(std::size_t half);
+  void add_pairs(std::size_t half);
+  template <class Count>
+  void add_fours(std::size_t half);
+  void take_written(std::size_t cell_bytes, std::uint32_t added);
   void make_room_for_last_sum();
   template <class From, class To>
   void widen();
   template <class Count>
-  [[nodiscard]] bool sum_of_two_fits(std::size_t half);
+  [[nodiscard]] bool sum_fits(std::uint32_t added, std::size_t half);
 
   const SearchKernels& kernels_;
   std::size_t buffer_cells_ = 0;
@@ -79,9 +96,10 @@ class LineTree {
   std::vector<std::uint32_t> zeros_;   // a row: what the only slice of a frame is added to
   Block block_;
   std::size_t slices_ = 1;
-  std::size_t stride_ = 0;          // cells from a row to the next
-  std::size_t cell_bytes_ = 1;      // of the rows in in_
-  std::uint32_t most_in_cell_ = 0;  // that a cell of in_ may hold
+  std::size_t stride_ = 0;          // cells from a row to the next in in_ and out_
+  Rows from_ = {};                  // what is added up next
+  std::size_t cell_bytes_ = 1;      // of its cells
+  std::uint32_t most_in_cell_ = 0;  // that one of them may hold
   std::uint32_t* in_ = nullptr;     // the lines over half of the slices, once all are added up
   std::uint32_t* out_ = nullptr;
 };

@@ -243,7 +243,11 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   std::array<DelayLine, most_targets> lines;
   for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
   const auto known = std::span(lines).first(all_.at.count);
-  if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known)) return kept;
+  const bool only_split = is_split_ && all_.at.count == 2;
+  const TargetSearch::Search& last = searches_.at(only_split ? 0 : all_.at.count - 1);
+  if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last)) {
+    return kept;
+  }
   return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
 }
 
@@ -357,7 +361,8 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
   }
   const TargetSearch::Peaks& of_both = searches_.front().peaks;
   const double odds_nats = of_both.range_odds_nats(fit, others);
-  const bool is_sure = of_both.odds.best_beside(others) && odds_nats > plain_margin_nats;
+  const bool is_sure =
+      of_both.odds.best_beside(others, fit.parameters.line) && odds_nats > plain_margin_nats;
   return is_sure ? odds_nats : search_.range_odds_in(rest_, fit);
 }
 

@@ -132,11 +132,7 @@ class SeveralTargets {
   std::array<std::optional<double>, most_targets> shape_odds_nats_{};  // of each in all_
   // How a target was found: alone, with what had been found before it taken out. Of two that were
   // found as one, the first has the search that found both.
-  struct Search {
-    Fit fit;
-    TargetSearch::Peaks peaks;
-  };
-  std::vector<Search> searches_;                      // of each in all_
+  std::vector<TargetSearch::Search> searches_;        // of each in all_
   std::array<std::size_t, most_targets> searched_{};  // the number in all_ of each in best_
   Exposure exposure_;
   FoldedFrame rest_;

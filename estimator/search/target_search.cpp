@@ -265,6 +265,9 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best, const Climbed& climbed) {
   constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
+  const Refinement::Until until = until_;
+  // What is no better is fitted together with the best one, if at all.
+  if (until == Refinement::Until::top_of_one) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true;
   for (const DelayCell& cell : search_.best_delays(photons, found.travel_ns, recheck_)) {
@@ -294,6 +297,12 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     for (const double copy : copies_ns_) try_delay(photons, level, exposure, copy, from, best);
     if (best.gain_nats == before) break;
   }
+  const bool is_moved = best.parameters.line.delay_ns != found.delay_ns;
+  if (is_moved && until_ != until) {
+    until_ = until;
+    best = climb(photons, exposure, best.parameters.line);
+  }
+  until_ = until;
 }
 
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
@@ -414,7 +423,7 @@ void TargetSearch::keep_peaks(Peaks& kept) const {
 
 // The peak has been climbed already, in the frame, and is much the same in what is left.
 std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks& peaks,
-                                           std::span<const DelayLine> known) {
+                                           std::span<const DelayLine> known, const Search& last) {
   constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
   const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(known);
   if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
@@ -426,8 +435,28 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
   if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
   odds_.add(fit);
-  if (has_shoulders()) recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+  if (!has_shoulders()) return fit;
+  if (const auto rival = weaker_rival(fit, known, last)) {
+    odds_.add(rival->line, rival->gain_nats);
+  } else {
+    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+  }
   return fit;
+}
+
+// What stood against this target already when the last one was looked for, with the same travel,
+// and had the most: what is left of the frame has no more there. Nothing where that may be as good
+// as this target, or was not looked at.
+std::optional<RangeOdds::Place> TargetSearch::weaker_rival(const Fit& fit,
+                                                           std::span<const DelayLine> known,
+                                                           const Search& last) const {
+  const DelayLine& line = fit.parameters.line;
+  if (std::abs(line.travel_ns - last.fit.parameters.line.travel_ns) > recheck_.bin_ns) {
+    return std::nullopt;
+  }
+  std::optional<RangeOdds::Place> rival = last.peaks.odds.best_beside(known, line);
+  if (!rival || most_gain_nats(rival->gain_nats) > fit.gain_nats - rival_nats_) return std::nullopt;
+  return rival;
 }
 
 std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,

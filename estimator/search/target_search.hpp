@@ -92,6 +92,11 @@ class TargetSearch {
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
   };
+  // How a target was found.
+  struct Search {
+    Fit fit;
+    Peaks peaks;
+  };
   // With room for as many peaks as a search keeps.
   [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
   // Copies the peaks of the last find(), or find_near() and look_beside().
@@ -101,9 +106,9 @@ class TargetSearch {
   //
   // A target at the strongest of such peaks beside those of the known targets. Empty where the peak
   // is not so plainly a target in what is left that find() would be over with it: it may have been
-  // the shoulder of one that was taken out.
+  // the shoulder of one that was taken out. last: the search for the last of the known targets.
   std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
-                               std::span<const DelayLine> known);
+                               std::span<const DelayLine> known, const Search& last);
   // A target so close to one of the known ones that a zoom about that one reaches it.
   std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
                                  double least_nats);
@@ -163,6 +168,9 @@ class TargetSearch {
                                    double least_nats = -std::numeric_limits<double>::infinity());
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
+  [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
+                                                             std::span<const DelayLine> known,
+                                                             const Search& last) const;
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                      Fit& best, const Climbed& climbed);
   void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,

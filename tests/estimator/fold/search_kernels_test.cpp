@@ -60,6 +60,38 @@ TEST(SearchKernels, BytesAreAddedAndTheLargestFound) {
   }
 }
 
+// add_four() of a type, which wraps where a sum does not fit, against a loop.
+template <class Number, class AddFour>
+void expect_four_lines(AddFour add_four, std::size_t count, const char* level) {
+  const std::uint32_t most = std::numeric_limits<Number>::max();
+  const auto a = numbers<Number>(count, most, 1);
+  const auto b = numbers<Number>(count + 1, most, 2);
+  const auto c = numbers<Number>(count + 2, most, 3);
+  const auto d = numbers<Number>(count + 3, most, 4);
+  const std::size_t stride = count + 5;
+  std::vector<Number> out(4 * stride, Number{77});
+  add_four(out.data(), stride, a.data(), b.data(), c.data(), d.data(), count);
+  for (std::size_t n = 0; n < 4; ++n) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto expected =
+          static_cast<Number>(a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n]);
+      ASSERT_EQ(out[n * stride + i], expected) << level << ' ' << sizeof(Number) << ' ' << n;
+    }
+    for (std::size_t i = count; i < stride; ++i) ASSERT_EQ(out[n * stride + i], 77) << level;
+  }
+}
+
+TEST(SearchKernels, FourLinesAreSumsOfFourRows) {
+  for (const VectorLevel level : runnable_vector_levels()) {
+    const SearchKernels& kernels = search_kernels(level);
+    for (const std::size_t count : lengths) {
+      expect_four_lines<std::uint8_t>(kernels.add_four_8, count, vector_level_name(level));
+      expect_four_lines<std::uint16_t>(kernels.add_four, count, vector_level_name(level));
+      expect_four_lines<std::uint32_t>(kernels.add_four_32, count, vector_level_name(level));
+    }
+  }
+}
+
 // first_above() of a type, from every place on, against a loop over the sums.
 template <class Number, class FirstAbove>
 void expect_first_above(FirstAbove first_above, std::size_t count, const char* level) {

@@ -81,7 +81,7 @@ void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchK
 TEST(LineTree, EveryLineIsTheSumOfItsCells) {
   for (const VectorLevel level : runnable_vector_levels()) {
     const SearchKernels& kernels = search_kernels(level);
-    for (const std::uint32_t slices : {1U, 2U, 16U, 64U}) {
+    for (const std::uint32_t slices : {1U, 2U, 4U, 8U, 16U, 32U, 64U}) {
       const std::size_t all = slices - 1;
       for (const std::size_t most : {std::size_t{0}, all / 3, all}) {
         for (const std::uint32_t largest : {0U, 2U, 5U, 40U, 255U}) {
