@@ -99,7 +99,9 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   }
   if (claimed() == 1) return true;
   fit_claimed(frame, moving);
-  return !best_.has_covariance || judge(frame, moving);
+  // Where all light of one of two is another's, the likelihood does not fall off beside it.
+  if (!best_.has_covariance) return !is_split_;
+  return judge(frame, moving);
 }
 
 // Two targets in place of the first one, where its photons are spread as those of two that are far
@@ -342,12 +344,12 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
   return found;
 }
 
-// How sure a target's range is, against all places but those of the frame's other targets. Nothing
-// where a target that was not searched for is better somewhere else in rest_, which is the frame
-// without the others.
+// How sure a target's range is, against all places but those of the frame's other targets.
 //
-// Of two that were found as one, the second is compared with what the light of both has elsewhere,
-// which is more than its own has. Where that leaves a doubt, its own is looked at.
+// Two that were found as one have not been searched for. Each is compared with what the light of
+// both has elsewhere, which is more than its own has. Where that leaves a doubt, its own is looked
+// at in rest_, which is the frame without the others: nothing where it is better somewhere else,
+// since a part of the light of a target that was not found looked like this one.
 std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
   std::array<DelayLine, most_targets> lines;
   std::size_t count = 0;
@@ -356,7 +358,7 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
   }
   const auto others = std::span(lines).first(count);
   const std::size_t searched = searched_.at(target);
-  if (!is_split_ || searched != 1) {
+  if (!is_split_ || searched > 1) {
     return searches_.at(searched).peaks.range_odds_nats(searches_.at(searched).fit, others);
   }
   const TargetSearch::Peaks& of_both = searches_.front().peaks;

@@ -95,6 +95,26 @@ TEST(SeveralTargets, FourAreFoundWhereFourMayBe) {
   }
 }
 
+// 180 ns before a target half of its comb falls on itself, and 189 ns before it the other half. A
+// target there, off by four widths, spreads the photons of the first one as two targets would, and
+// is where it is.
+TEST(SeveralTargets, TheShoulderOfAnotherIsNoSecondOfAPair) {
+  const test::FrameMaker first = scene_of();
+  FrameEstimator estimator = several(first, 2);
+  for (const double period_ns : {180.0, 189.0}) {
+    for (const double off_ns : {-0.4, 0.35, 0.4, 0.5}) {
+      const test::FrameMaker second = scene_of(off_ns - period_ns, 20, 13e-4);
+      for (std::uint64_t seed = 0; seed < 10; ++seed) {
+        const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+        ASSERT_EQ(e.target_count, 2U) << seed;
+        const bool in_order = std::abs(off_of(e.targets[0], first)) < 0.1;
+        expect_is(e.targets[in_order ? 0 : 1], first);
+        expect_is(e.targets[in_order ? 1 : 0], second);
+      }
+    }
+  }
+}
+
 // Targets that are as bright as each other are no doubt about each other's range. (The peak of a
 // target that was not yet found used to count against the range of the target found before it,
 // which left odds of 10 nats, and of less in weaker light.)
