@@ -140,8 +140,8 @@ void run(const Scene& scene, int trials) {
   for (int n = 0; n < trials; ++n) {
     std::vector<Truth> truths = {
         {distance(random) / m_per_ns_of_delay, velocity(random), scene.first_signal}};
+    const double side = sign(random) < 0 ? -1 : 1;
     for (const Beside& other : scene.others) {
-      const double side = sign(random) < 0 ? -1 : 1;
       truths.push_back({truths[0].delay_ns + side * other.delay_widths * sigma_ns,
                         truths[0].velocity_mps + side * other.velocity_mps, other.signal});
     }
@@ -267,6 +267,11 @@ int main(int argc, char** argv) {
       {"1:20, 5 widths apart", {{5, 0, s / 5}}, s * 4},
       {"1:20, 4 widths apart", {{4, 0, s / 5}}, s * 4},
       {"1:20, 3 widths apart", {{3, 0, s / 5}}, s * 4},
+      {"three, 3 widths apart", {{3, 0, s}, {6, 0, s}}, s, 3},
+      {"three, 4 widths apart", {{4, 0, s}, {8, 0, s}}, s, 3},
+      {"three, 5 widths apart", {{5, 0, s}, {10, 0, s}}, s, 3},
+      {"three, 4 widths apart, three times the signal", {{4, 0, 3 * s}, {8, 0, 3 * s}}, 3 * s, 3},
+      {"1:3, 5 widths apart, and a third 25 widths behind", {{5, 0, s / 3}, {30, 0, s}}, s, 3},
       {"three, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}}, s, 3},
       {"four, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}, {200.1, 0, s}}, s, 4},
   };

@@ -29,6 +29,11 @@ constexpr double most_behind = 0.02;
 // hundred.
 constexpr double deviations_of_clear_valley = 10;
 constexpr double most_deviations_behind = 3;
+// Of three or more targets close to each other, none is claimed before the others are known. They
+// are where the light between neighbours falls below that of the weaker one's middle by so many
+// deviations, and to so much of it: to 0.71 between two of the same signal 3 widths apart.
+constexpr double deviations_of_fall = 3;
+constexpr double most_between = 0.85;
 // Closer to a brighter target than this, a target of less than so much of its signal may be what
 // the pulse's flank is beside its model.
 constexpr double flank_widths = 8;
@@ -97,6 +102,7 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   while (claimed() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
+  if (claimed() < all_.at.count) claim_in_rows(frame);
   if (claimed() == 1) return true;
   fit_claimed(frame, moving);
   // Where all light of one of two is another's, the likelihood does not fall off beside it.
@@ -325,6 +331,61 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
   return true;
 }
 
+// Claims the targets that stand in a row with others, now that all of these are known.
+void SeveralTargets::claim_in_rows(const FoldedFrame& frame) {
+  joint_.likelihood().hold(frame, all_.at);
+  std::array<bool, most_targets> stands{};
+  for (std::size_t k = 0; k < all_.at.count; ++k) {
+    stands.at(k) = is_claimed_.at(k) || stands_in_row(k);
+  }
+  is_claimed_ = stands;
+}
+
+// Whether the light falls between a target and its neighbours on both sides. A weak target that is
+// not claimed is what the others' fit leaves over.
+bool SeveralTargets::stands_in_row(std::size_t target) {
+  const TargetParameters& own = all_.at.targets.at(target);
+  std::array<std::optional<std::size_t>, 2> neighbours;  // before and behind
+  std::array<double, 2> nearest_ns = {train_.circle_ns, train_.circle_ns};
+  for (std::size_t k = 0; k < all_.at.count; ++k) {
+    const TargetParameters& other = all_.at.targets.at(k);
+    const double widths = apart_widths(own, other);
+    if (k == target || widths > tail_widths) continue;
+    if (!is_claimed_.at(k) && other.signal_per_pulse < least_in_flank * own.signal_per_pulse) {
+      continue;
+    }
+    const double travel_ns = std::abs(own.line.travel_ns - other.line.travel_ns);
+    if (widths < closest_widths || travel_ns > together_widths * shape_.width_ns()) return false;
+    const double apart_ns =
+        std::remainder(other.line.delay_ns - own.line.delay_ns, train_.circle_ns);
+    const std::size_t side = apart_ns < 0 ? 0 : 1;
+    if (std::abs(apart_ns) > nearest_ns.at(side)) continue;
+    nearest_ns.at(side) = std::abs(apart_ns);
+    neighbours.at(side) = k;
+  }
+  return std::all_of(neighbours.begin(), neighbours.end(),
+                     [&](const auto& k) { return !k || falls_between(target, *k); });
+}
+
+bool SeveralTargets::falls_between(std::size_t one, std::size_t other) {
+  const DelayLine& a = all_.at.targets.at(one).line;
+  const DelayLine& b = all_.at.targets.at(other).line;
+  const DelayLine middle = {
+      a.delay_ns + std::remainder(b.delay_ns - a.delay_ns, train_.circle_ns) / 2,
+      (a.travel_ns + b.travel_ns) / 2};
+  const double between = light_about(one, middle);
+  const double least = std::min(light_about(one, a), light_about(other, b));
+  return between < most_between * least &&
+         least - between > deviations_of_fall * std::sqrt(least + between);
+}
+
+// The photons within half a width of a line that is near a target.
+double SeveralTargets::light_about(std::size_t target, DelayLine line) {
+  const double peak_ns = shape_.peak_offset_ns();
+  const double half_ns = shape_.width_ns() / 2;
+  return joint_.likelihood().count_near(target, line, peak_ns - half_ns, peak_ns + half_ns);
+}
+
 // The part of the joint result that is one target's.
 FoundTarget SeveralTargets::target_of(std::size_t target) const {
   FoundTarget found;
@@ -383,6 +444,8 @@ bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   std::sort(found_.begin(), found_.end(), [](const FoundTarget& a, const FoundTarget& b) {
     return a.fit.parameters.signal_per_pulse > b.fit.parameters.signal_per_pulse;
   });
+  if (found_.size() > most_)
+    found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(most_), found_.end());
   return true;
 }
 
@@ -530,7 +593,7 @@ bool SeveralTargets::has_nothing_behind(const JointParameters& at, std::size_t t
 }
 
 // The photons at such offsets from a target's pulses, in widths from their peaks, beyond those that
-// the fit's background, this target and another have there.
+// the fit's background, this target, another, and all that are claimed have there.
 SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, std::size_t target,
                                                      std::size_t other, double from_widths,
                                                      double to_widths) {
@@ -542,8 +605,13 @@ SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, 
       target, at.targets.at(target).line, peak_ns + first * width_ns, peak_ns + last * width_ns);
   const double dark =
       at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * (last - first) * width_ns;
-  const double expected =
-      dark + light_of(at, target, target, first, last) + light_of(at, other, target, first, last);
+  double expected = dark;
+  for (std::size_t k = 0; k < at.count; ++k) {
+    // What is not claimed may be a part of the target's pulse.
+    if (k == target || k == other || is_claimed_.at(k)) {
+      expected += light_of(at, k, target, first, last);
+    }
+  }
   return {counted - expected, std::sqrt(std::max(expected, 1.0))};
 }
 

@@ -88,6 +88,10 @@ class SeveralTargets {
                                            bool moving);
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
+  void claim_in_rows(const FoldedFrame& frame);
+  [[nodiscard]] bool stands_in_row(std::size_t target);
+  [[nodiscard]] bool falls_between(std::size_t one, std::size_t other);
+  [[nodiscard]] double light_about(std::size_t target, DelayLine line);
   void fit_claimed(const FoldedFrame& frame, bool moving);
   bool judge(const FoldedFrame& frame, bool moving);
   [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,

@@ -115,6 +115,50 @@ TEST(SeveralTargets, TheShoulderOfAnotherIsNoSecondOfAPair) {
   }
 }
 
+// Of three targets that stand close to each other two alone do not fit, so that none is told from a
+// wide pulse before all are known. (They used to be listed as one, in their middle.)
+TEST(SeveralTargets, StandInRows) {
+  const double s = 60e-4;
+  const std::vector<std::vector<test::FrameMaker>> rows = {
+      {scene_of(0, 20, s), scene_of(0.4, 20, s), scene_of(0.8, 20, s)},
+      {scene_of(0, 20, s), scene_of(0.5, 20, s), scene_of(1.0, 20, s), scene_of(1.5, 20, s)},
+      {scene_of(0, 20, s), scene_of(0.7, 20, s), scene_of(1.1, 20, 0.8 * s)},
+      {scene_of(0, 20, s), scene_of(0.5, 20, 0.3 * s), scene_of(3.0, 20, s)}};
+  for (const std::vector<test::FrameMaker>& row : rows) {
+    FrameEstimator estimator = several(row.front(), 4);
+    const std::vector<test::FrameMaker> others(row.begin() + 1, row.end());
+    int found = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+      const Estimate e = estimator.estimate(row.front().make_with(others, seed).view());
+      if (e.target_count != row.size()) continue;
+      ++found;
+      for (const test::FrameMaker& truth : row) {
+        const auto* const end = e.targets.begin() + e.target_count;
+        const auto* const it = std::min_element(e.targets.begin(), end, [&](auto& a, auto& b) {
+          return std::abs(off_of(a, truth)) < std::abs(off_of(b, truth));
+        });
+        expect_is(*it, truth);
+      }
+    }
+    EXPECT_GE(found, 17) << row.size();
+  }
+}
+
+// A row has more targets than are asked for: the brightest are listed, and the values of these know
+// of the others.
+TEST(SeveralTargets, NoMoreAreListedThanAreAskedFor) {
+  const test::FrameMaker first = scene_of(0, 20, 70e-4);
+  const test::FrameMaker second = scene_of(0.4, 20, 60e-4);
+  const test::FrameMaker third = scene_of(0.8, 20, 50e-4);
+  FrameEstimator estimator = several(first, 2);
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Estimate e = estimator.estimate(first.make_with({second, third}, seed).view());
+    ASSERT_EQ(e.target_count, 2U) << seed;
+    expect_is(e.targets[0], first);
+    expect_is(e.targets[1], second);
+  }
+}
+
 // Targets that are as bright as each other are no doubt about each other's range. (The peak of a
 // target that was not yet found used to count against the range of the target found before it,
 // which left odds of 10 nats, and of less in weaker light.)
