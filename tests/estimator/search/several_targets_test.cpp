@@ -123,7 +123,8 @@ TEST(SeveralTargets, StandInRows) {
       {scene_of(0, 20, s), scene_of(0.4, 20, s), scene_of(0.8, 20, s)},
       {scene_of(0, 20, s), scene_of(0.5, 20, s), scene_of(1.0, 20, s), scene_of(1.5, 20, s)},
       {scene_of(0, 20, s), scene_of(0.7, 20, s), scene_of(1.1, 20, 0.8 * s)},
-      {scene_of(0, 20, s), scene_of(0.5, 20, 0.3 * s), scene_of(3.0, 20, s)}};
+      {scene_of(0, 20, s), scene_of(0.5, 20, 0.3 * s), scene_of(3.0, 20, s)},
+      {scene_of(0, 20, 33e-4), scene_of(0.5, 20, 10e-4), scene_of(1.0, 20, 3.3e-4)}};
   for (const std::vector<test::FrameMaker>& row : rows) {
     FrameEstimator estimator = several(row.front(), 4);
     const std::vector<test::FrameMaker> others(row.begin() + 1, row.end());
