@@ -102,7 +102,6 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   while (claimed() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
-  if (claimed() < all_.at.count) claim_in_rows(frame);
   if (claimed() == 1) return true;
   fit_claimed(frame, moving);
   // Where all light of one of two is another's, the likelihood does not fall off beside it.
@@ -111,7 +110,7 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
 }
 
 // Two targets in place of the first one, where its photons are spread as those of two that are far
-// enough apart to be claimed; returns false where they are not, or two do not fit them.
+// enough apart to be told apart; returns false where they are not, or two do not fit them.
 bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, all_.at);
   JointParameters pair = all_.at;
@@ -122,8 +121,8 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   const double least_nats = all_.gain_nats + threshold_nats_;
   if (!(joint_.gain(exposure_, pair) >= least_nats)) return false;
   const JointMaximum together = joint_.climb(frame, exposure_, pair, moving);
-  if (!together.has_covariance || !stands_apart(frame, together.at, 1)) return false;
-  is_claimed_.at(1) = true;
+  if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
+  is_claimed_.at(1) = stands_apart(frame, together.at, 1);
   is_refined_ = true;
   all_ = together;
   return true;
@@ -328,11 +327,13 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
   is_refined_ = true;
   first_unlooked_ = 0;
   all_ = together;
+  claim_in_rows(frame);
   return true;
 }
 
-// Claims the targets that stand in a row with others, now that all of these are known.
+// Claims the targets that stand in a row with others, as far as these are known by now.
 void SeveralTargets::claim_in_rows(const FoldedFrame& frame) {
+  if (std::count(is_claimed_.begin(), is_claimed_.begin() + all_.at.count, false) == 0) return;
   joint_.likelihood().hold(frame, all_.at);
   std::array<bool, most_targets> stands{};
   for (std::size_t k = 0; k < all_.at.count; ++k) {
