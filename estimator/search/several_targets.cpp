@@ -95,7 +95,8 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   first_unlooked_ = 0;
   is_claimed_ = {true};
   shape_odds_nats_ = {};
-  is_split_ = may_split && split(frame, moving);
+  split_into_ = 1;
+  if (may_split) split(frame, moving);
   const auto claimed = [this] {
     return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
   };
@@ -105,27 +106,53 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   if (claimed() == 1) return true;
   fit_claimed(frame, moving);
   // Where all light of one of two is another's, the likelihood does not fall off beside it.
-  if (!best_.has_covariance) return !is_split_;
+  if (!best_.has_covariance) return split_into_ == 1;
   return judge(frame, moving);
 }
 
 // Two targets in place of the first one, where its photons are spread as those of two that are far
-// enough apart to be told apart; returns false where they are not, or two do not fit them.
+// enough apart to be told apart, or three where that is brighter in the middle; returns false where
+// they are not, or these do not fit them.
 bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, all_.at);
-  JointParameters pair = all_.at;
-  pair.add({pair.targets.front().line, 0});
-  pair = pair_about(pair, 0, moving);
-  if (apart_widths(pair.targets.at(0), pair.targets.at(1)) < closest_widths) return false;
-  joint_.likelihood().hold(frame, pair);
+  JointParameters row = all_.at;
+  row.add({row.targets.front().line, 0});
+  row = pair_about(row, 0, moving);
+  if (apart_widths(row.targets.at(0), row.targets.at(1)) < closest_widths) return false;
+  if (most_ > 2) row = with_middle(row);
+  joint_.likelihood().hold(frame, row);
   const double least_nats = all_.gain_nats + threshold_nats_;
-  if (!(joint_.gain(exposure_, pair) >= least_nats)) return false;
-  const JointMaximum together = joint_.climb(frame, exposure_, pair, moving);
+  if (!(joint_.gain(exposure_, row) >= least_nats)) return false;
+  const JointMaximum together = joint_.climb(frame, exposure_, row, moving);
   if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
-  is_claimed_.at(1) = stands_apart(frame, together.at, 1);
+  if (row.count == 2) is_claimed_.at(1) = stands_apart(frame, together.at, 1);
   is_refined_ = true;
+  split_into_ = row.count;
   all_ = together;
+  claim_in_rows(frame);
   return true;
+}
+
+// Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
+// pair where the light between the two is less than theirs.
+//
+// Design note: at +-d a pair is spread by d d, and so are three at -e, 0 and e with e e = 1.5 d d.
+JointParameters SeveralTargets::with_middle(const JointParameters& pair) {
+  const DelayLine& a = pair.targets.at(0).line;
+  const DelayLine& b = pair.targets.at(1).line;
+  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
+  if (light_about(0, middle) <= std::max(light_about(0, a), light_about(0, b))) return pair;
+  const double e = std::sqrt(1.5);
+  const auto at = [&](double side) {
+    return DelayLine{middle.delay_ns + side * e * (b.delay_ns - middle.delay_ns),
+                     middle.travel_ns + side * e * (b.travel_ns - middle.travel_ns)};
+  };
+  const double S = pair.targets.at(0).signal_per_pulse;
+  JointParameters row = pair;
+  row.targets.at(0) = {at(-1), S};
+  row.targets.at(1) = {middle, S};
+  row.add({at(1), S});
+  return row;
 }
 
 // The fit of what is claimed alone.
@@ -250,7 +277,7 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   std::array<DelayLine, most_targets> lines;
   for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
   const auto known = std::span(lines).first(all_.at.count);
-  const bool only_split = is_split_ && all_.at.count == 2;
+  const bool only_split = all_.at.count == split_into_;
   const TargetSearch::Search& last = searches_.at(only_split ? 0 : all_.at.count - 1);
   if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last)) {
     return kept;
@@ -408,10 +435,10 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
 
 // How sure a target's range is, against all places but those of the frame's other targets.
 //
-// Two that were found as one have not been searched for. Each is compared with what the light of
-// both has elsewhere, which is more than its own has. Where that leaves a doubt, its own is looked
-// at in rest_, which is the frame without the others: nothing where it is better somewhere else,
-// since a part of the light of a target that was not found looked like this one.
+// Targets that were found as one have not been searched for. Each is compared with what the light
+// of all of them has elsewhere, which is more than its own has. Where that leaves a doubt, its own
+// is looked at in rest_, which is the frame without the others: nothing where it is better
+// somewhere else, since a part of the light of a target that was not found looked like this one.
 std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
   std::array<DelayLine, most_targets> lines;
   std::size_t count = 0;
@@ -420,13 +447,13 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
   }
   const auto others = std::span(lines).first(count);
   const std::size_t searched = searched_.at(target);
-  if (!is_split_ || searched > 1) {
+  if (split_into_ == 1 || searched >= split_into_) {
     return searches_.at(searched).peaks.range_odds_nats(searches_.at(searched).fit, others);
   }
-  const TargetSearch::Peaks& of_both = searches_.front().peaks;
-  const double odds_nats = of_both.range_odds_nats(fit, others);
+  const TargetSearch::Peaks& of_all = searches_.front().peaks;
+  const double odds_nats = of_all.range_odds_nats(fit, others);
   const bool is_sure =
-      of_both.odds.best_beside(others, fit.parameters.line) && odds_nats > plain_margin_nats;
+      of_all.odds.best_beside(others, fit.parameters.line) && odds_nats > plain_margin_nats;
   return is_sure ? odds_nats : search_.range_odds_in(rest_, fit);
 }
 
@@ -437,7 +464,7 @@ bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   for (std::size_t k = 0; k < best_.at.count; ++k) {
     if (const auto found = judge_one(frame, k, moving)) {
       found_.push_back(*found);
-    } else if (is_split_ && searched_.at(k) < 2) {
+    } else if (split_into_ > 1 && searched_.at(k) < split_into_) {
       return false;
     }
   }

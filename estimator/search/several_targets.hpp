@@ -70,6 +70,7 @@ class SeveralTargets {
  private:
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
   bool split(const FoldedFrame& frame, bool moving);
+  [[nodiscard]] JointParameters with_middle(const JointParameters& pair);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
@@ -131,7 +132,7 @@ class SeveralTargets {
   JointMaximum best_;                            // of the targets that are claimed
   std::size_t first_unlooked_ = 0;               // beside the targets from this one on
   bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
-  bool is_split_ = false;                        // the first two in all_ were found as one
+  std::size_t split_into_ = 1;                   // so many, the first in all_, were found as one
   std::array<bool, most_targets> is_claimed_{};  // of each in all_
   std::array<std::optional<double>, most_targets> shape_odds_nats_{};  // of each in all_
   // How a target was found: alone, with what had been found before it taken out. Of two that were
