@@ -97,9 +97,6 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   shape_odds_nats_ = {};
   split_into_ = 1;
   if (may_split) split(frame, moving);
-  const auto claimed = [this] {
-    return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
-  };
   while (claimed() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
@@ -112,7 +109,8 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
 
 // Two targets in place of the first one, where its photons are spread as those of two that are far
 // enough apart to be told apart, or three where that is brighter in the middle; returns false where
-// they are not, or these do not fit them.
+// they are not, or not all of these can be claimed. Then the first is what it was, since the light
+// may be that of others too.
 bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, all_.at);
   JointParameters row = all_.at;
@@ -125,12 +123,25 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   if (!(joint_.gain(exposure_, row) >= least_nats)) return false;
   const JointMaximum together = joint_.climb(frame, exposure_, row, moving);
   if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
-  if (row.count == 2) is_claimed_.at(1) = stands_apart(frame, together.at, 1);
+  const JointMaximum one = all_;
+  all_ = together;
+  if (row.count == 2) {
+    is_claimed_.at(1) = stands_apart(frame, all_.at, 1);
+  } else {
+    claim_in_rows(frame);
+  }
+  if (claimed() < all_.at.count) {
+    all_ = one;
+    is_claimed_ = {true};
+    return false;
+  }
   is_refined_ = true;
   split_into_ = row.count;
-  all_ = together;
-  claim_in_rows(frame);
   return true;
+}
+
+std::size_t SeveralTargets::claimed() const {
+  return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
 }
 
 // Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
@@ -360,7 +371,7 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
 
 // Claims the targets that stand in a row with others, as far as these are known by now.
 void SeveralTargets::claim_in_rows(const FoldedFrame& frame) {
-  if (std::count(is_claimed_.begin(), is_claimed_.begin() + all_.at.count, false) == 0) return;
+  if (claimed() == all_.at.count) return;
   joint_.likelihood().hold(frame, all_.at);
   std::array<bool, most_targets> stands{};
   for (std::size_t k = 0; k < all_.at.count; ++k) {

@@ -70,6 +70,7 @@ class SeveralTargets {
  private:
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
   bool split(const FoldedFrame& frame, bool moving);
+  [[nodiscard]] std::size_t claimed() const;
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
