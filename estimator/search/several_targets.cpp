@@ -7,42 +7,11 @@
 namespace splid {
 namespace {
 
-constexpr double closest_widths = 2.5;
-constexpr double tail_widths = 30;
 // Pairs that are closer than this are climbed to from several places.
 constexpr double close_widths = 7;
 // The photons of a target whose pulse fits are spread as those of two that are less than so far
 // apart: a gaussian pulse of 100 photons has half of that by chance.
 constexpr double least_spread_widths = 1.5;
-// Two targets move together where the ends of their lines part by no more than this.
-constexpr double together_widths = 8;
-// The light between two pulses, beyond what the two leave there, must be so many deviations below
-// that of the weaker pulse's middle, and no more than so much of it, to within a deviation.
-constexpr double deviations_of_valley = 2;
-constexpr double most_in_valley = 0.3;
-// The light behind a pulse, from 2 to 3.5 widths beside it, may exceed what the fit has there by so
-// many deviations and so much of the pulse.
-constexpr double deviations_behind = 1.5;
-constexpr double most_behind = 0.02;
-// Behind a pulse before which the light rises by so many deviations, no tail is what has that
-// light. There chance must not reach the limit: with 1.5 deviations it does in one frame of a
-// hundred.
-constexpr double deviations_of_clear_valley = 10;
-constexpr double most_deviations_behind = 3;
-// Of three or more targets close to each other, none is claimed before the others are known. They
-// are where the light between neighbours falls below that of the weaker one's middle by so many
-// deviations, and to so much of it: to 0.71 between two of the same signal 3 widths apart.
-constexpr double deviations_of_fall = 3;
-constexpr double most_between = 0.85;
-// Closer to a brighter target than this, a target of less than so much of its signal may be what
-// the pulse's flank is beside its model.
-constexpr double flank_widths = 8;
-constexpr double least_in_flank = 0.2;
-// It is a target where that explains the photons by so much better than another shape does. A
-// twentieth 3 widths away is found in 97.8 % of 1000 frames, and tails of 0.1 to 0.5 ns with an
-// eighth of the light are claimed in 2.7 % of 2000. With 2 nats that would be 98.7 % and 4.6 %, and
-// with 4 nats 95.9 % and 1.7 %.
-constexpr double nats_for_flank = 3;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
@@ -64,7 +33,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       threshold_nats_(threshold_nats),
       most_(most),
       joint_(shape, train, max_photons),
-      flank_check_(shape),
+      claims_(shape, train, joint_.likelihood()),
       rest_(train, max_photons, pattern_check.reach_ns()) {
   keeps_.reserve(max_photons);
   found_.reserve(most_targets);
@@ -93,14 +62,13 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   all_.gain_nats = first.gain_nats;
   is_refined_ = false;
   first_unlooked_ = 0;
-  is_claimed_ = {true};
-  shape_odds_nats_ = {};
+  claims_.begin(exposure_);
   split_into_ = 1;
   if (may_split) split(frame, moving);
-  while (claimed() < most_ && all_.at.count < most_targets) {
+  while (claims_.count() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
-  if (claimed() == 1) return true;
+  if (claims_.count() == 1) return true;
   fit_claimed(frame, moving);
   // Where all light of one of two is another's, the likelihood does not fall off beside it.
   if (!best_.has_covariance) return split_into_ == 1;
@@ -116,7 +84,8 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   JointParameters row = all_.at;
   row.add({row.targets.front().line, 0});
   row = pair_about(row, 0, moving);
-  if (apart_widths(row.targets.at(0), row.targets.at(1)) < closest_widths) return false;
+  if (claims_.apart_widths(row.targets.at(0), row.targets.at(1)) < TargetClaims::closest_widths)
+    return false;
   if (most_ > 2) row = with_middle(row);
   joint_.likelihood().hold(frame, row);
   const double least_nats = all_.gain_nats + threshold_nats_;
@@ -126,22 +95,18 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   const JointMaximum one = all_;
   all_ = together;
   if (row.count == 2) {
-    is_claimed_.at(1) = stands_apart(frame, all_.at, 1);
+    claims_.judge(all_.at, 1);
   } else {
-    claim_in_rows(frame);
+    claims_.claim_in_rows(all_.at);
   }
-  if (claimed() < all_.at.count) {
+  if (claims_.count() < all_.at.count) {
     all_ = one;
-    is_claimed_ = {true};
+    claims_.begin(exposure_);
     return false;
   }
   is_refined_ = true;
   split_into_ = row.count;
   return true;
-}
-
-std::size_t SeveralTargets::claimed() const {
-  return static_cast<std::size_t>(std::count(is_claimed_.begin(), is_claimed_.end(), true));
 }
 
 // Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
@@ -152,7 +117,9 @@ JointParameters SeveralTargets::with_middle(const JointParameters& pair) {
   const DelayLine& a = pair.targets.at(0).line;
   const DelayLine& b = pair.targets.at(1).line;
   const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
-  if (light_about(0, middle) <= std::max(light_about(0, a), light_about(0, b))) return pair;
+  if (claims_.light_about(0, middle) <=
+      std::max(claims_.light_about(0, a), claims_.light_about(0, b)))
+    return pair;
   const double e = std::sqrt(1.5);
   const auto at = [&](double side) {
     return DelayLine{middle.delay_ns + side * e * (b.delay_ns - middle.delay_ns),
@@ -171,7 +138,7 @@ void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
   JointParameters claimed;
   claimed.background_per_ns = all_.at.background_per_ns;
   for (std::size_t k = 0; k < all_.at.count; ++k) {
-    if (!is_claimed_.at(k)) continue;
+    if (!claims_.is_claimed(k)) continue;
     searched_.at(claimed.count) = k;
     claimed.add(all_.at.targets.at(k));
   }
@@ -252,14 +219,15 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
   std::optional<double> most_nats;
   for (std::size_t k = 0; k < last; ++k) {
     JointParameters pair = start;
-    const bool is_far = apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
+    const bool is_far =
+        claims_.apart_widths(start.targets.at(last), start.targets.at(k)) > close_widths;
     if (is_far) {
       if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
       pair.targets.at(last) = {start.targets.at(k).line, 0};
     }
     pair = pair_about(pair, k, moving);
     const bool is_one =
-        apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
+        claims_.apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
     if (is_far && is_one) continue;
     joint_.likelihood().hold(frame, pair);
     const double nats = joint_.gain(exposure_, pair);
@@ -280,7 +248,8 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
                                      const TargetParameters& bright) const {
   constexpr double weaker = 4;
   return weaker * target.signal_per_pulse < bright.signal_per_pulse &&
-         std::abs(target.line.travel_ns - bright.line.travel_ns) < tail_widths * shape_.width_ns();
+         std::abs(target.line.travel_ns - bright.line.travel_ns) <
+             TargetClaims::tail_widths * shape_.width_ns();
 }
 
 // The best target of what is left. The search of the frame has often climbed to it already.
@@ -329,7 +298,7 @@ bool SeveralTargets::add(const FoldedFrame& frame, const Fit& next, bool moving,
   searches_.at(last).fit = next;
   search_.keep_peaks(searches_.at(last).peaks);
   if (!is_plain(next)) return add_together(frame, next, moving);
-  is_claimed_.at(last) = true;
+  claims_.claim(last);
   is_refined_ = false;
   all_.at.add({next.parameters.line, next.parameters.signal_per_pulse});
   all_.at.background_per_ns = next.parameters.background_per_ns;
@@ -343,7 +312,8 @@ bool SeveralTargets::is_plain(const Fit& next) const {
   const TargetParameters own = {next.parameters.line, next.parameters.signal_per_pulse};
   const auto* const end = all_.at.targets.begin() + all_.at.count;
   return std::none_of(all_.at.targets.begin(), end, [&](const TargetParameters& other) {
-    return apart_widths(own, other) <= tail_widths || may_be_shoulder(own, other);
+    return claims_.apart_widths(own, other) <= TargetClaims::tail_widths ||
+           may_be_shoulder(own, other);
   });
 }
 
@@ -361,68 +331,13 @@ bool SeveralTargets::add_together(const FoldedFrame& frame, const Fit& next, boo
     return false;
   }
   const std::size_t last = all_.at.count;
-  is_claimed_.at(last) = stands_apart(frame, together.at, last);
+  joint_.likelihood().hold(frame, together.at);
+  claims_.judge(together.at, last);
   is_refined_ = true;
   first_unlooked_ = 0;
   all_ = together;
-  claim_in_rows(frame);
+  claims_.claim_in_rows(all_.at);
   return true;
-}
-
-// Claims the targets that stand in a row with others, as far as these are known by now.
-void SeveralTargets::claim_in_rows(const FoldedFrame& frame) {
-  if (claimed() == all_.at.count) return;
-  joint_.likelihood().hold(frame, all_.at);
-  std::array<bool, most_targets> stands{};
-  for (std::size_t k = 0; k < all_.at.count; ++k) {
-    stands.at(k) = is_claimed_.at(k) || stands_in_row(k);
-  }
-  is_claimed_ = stands;
-}
-
-// Whether the light falls between a target and its neighbours on both sides. A weak target that is
-// not claimed is what the others' fit leaves over.
-bool SeveralTargets::stands_in_row(std::size_t target) {
-  const TargetParameters& own = all_.at.targets.at(target);
-  std::array<std::optional<std::size_t>, 2> neighbours;  // before and behind
-  std::array<double, 2> nearest_ns = {train_.circle_ns, train_.circle_ns};
-  for (std::size_t k = 0; k < all_.at.count; ++k) {
-    const TargetParameters& other = all_.at.targets.at(k);
-    const double widths = apart_widths(own, other);
-    if (k == target || widths > tail_widths) continue;
-    if (!is_claimed_.at(k) && other.signal_per_pulse < least_in_flank * own.signal_per_pulse) {
-      continue;
-    }
-    const double travel_ns = std::abs(own.line.travel_ns - other.line.travel_ns);
-    if (widths < closest_widths || travel_ns > together_widths * shape_.width_ns()) return false;
-    const double apart_ns =
-        std::remainder(other.line.delay_ns - own.line.delay_ns, train_.circle_ns);
-    const std::size_t side = apart_ns < 0 ? 0 : 1;
-    if (std::abs(apart_ns) > nearest_ns.at(side)) continue;
-    nearest_ns.at(side) = std::abs(apart_ns);
-    neighbours.at(side) = k;
-  }
-  return std::all_of(neighbours.begin(), neighbours.end(),
-                     [&](const auto& k) { return !k || falls_between(target, *k); });
-}
-
-bool SeveralTargets::falls_between(std::size_t one, std::size_t other) {
-  const DelayLine& a = all_.at.targets.at(one).line;
-  const DelayLine& b = all_.at.targets.at(other).line;
-  const DelayLine middle = {
-      a.delay_ns + std::remainder(b.delay_ns - a.delay_ns, train_.circle_ns) / 2,
-      (a.travel_ns + b.travel_ns) / 2};
-  const double between = light_about(one, middle);
-  const double least = std::min(light_about(one, a), light_about(other, b));
-  return between < most_between * least &&
-         least - between > deviations_of_fall * std::sqrt(least + between);
-}
-
-// The photons within half a width of a line that is near a target.
-double SeveralTargets::light_about(std::size_t target, DelayLine line) {
-  const double peak_ns = shape_.peak_offset_ns();
-  const double half_ns = shape_.width_ns() / 2;
-  return joint_.likelihood().count_near(target, line, peak_ns - half_ns, peak_ns + half_ns);
 }
 
 // The part of the joint result that is one target's.
@@ -499,179 +414,13 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
   const std::optional<double> odds_nats = range_odds_nats(target, found.fit);
   if (!odds_nats) return std::nullopt;
   found.range_odds_nats = *odds_nats;
-  found.shape_odds_nats = shape_odds_nats_.at(searched_.at(target));
+  found.shape_odds_nats = claims_.shape_odds_nats(searched_.at(target));
   found.amplitude_misfit = pattern.amplitude_misfit;
   const DelayLine line = found.fit.parameters.line;
   found.moves = !moving && search_.fit_moving(rest_, line).gain_nats >
                                search_.fit_at_rest(rest_, line.delay_ns).gain_nats +
                                    TargetSearch::nats_for_motion_at_rest;
   return found;
-}
-
-// How far apart two targets are over the frame, root mean square, in pulse widths.
-double SeveralTargets::apart_widths(const TargetParameters& a, const TargetParameters& b) const {
-  const double delay_ns = std::remainder(a.line.delay_ns - b.line.delay_ns, train_.circle_ns);
-  const double travel_ns = a.line.travel_ns - b.line.travel_ns;
-  return std::hypot(delay_ns, travel_ns / std::sqrt(12.0)) / shape_.width_ns();
-}
-
-// Whether a target of a joint fit is one, and not what another's pulse leaves over.
-bool SeveralTargets::stands_apart(const FoldedFrame& frame, const JointParameters& at,
-                                  std::size_t target) {
-  const TargetParameters& own = at.targets.at(target);
-  for (std::size_t k = 0; k < at.count; ++k) {
-    if (k == target) continue;
-    const TargetParameters& other = at.targets.at(k);
-    if (apart_widths(own, other) < closest_widths) return false;
-    if (!is_claimed_.at(k) || apart_widths(own, other) > tail_widths) continue;
-    joint_.likelihood().hold(frame, at);
-    const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
-    if (!is_beside(at, is_weaker ? target : k, is_weaker ? k : target)) return false;
-  }
-  return true;
-}
-
-// Whether a weaker target is one beside a bright one.
-bool SeveralTargets::is_beside(const JointParameters& at, std::size_t target, std::size_t bright) {
-  const TargetParameters& own = at.targets.at(target);
-  const TargetParameters& other = at.targets.at(bright);
-  const double apart_ns = std::remainder(other.line.delay_ns - own.line.delay_ns, train_.circle_ns);
-  const double side = apart_ns < 0 ? -1 : 1;
-  const double apart_widths = std::abs(apart_ns) / shape_.width_ns();
-  if (std::abs(own.line.travel_ns - other.line.travel_ns) > together_widths * shape_.width_ns()) {
-    return rise_from(at, target, bright, 2.5, 5.5) > deviations_of_valley &&
-           rise_from(at, target, bright, -2.5, -5.5) > deviations_of_valley;
-  }
-  const bool is_close = apart_widths < flank_widths;
-  if (is_close && own.signal_per_pulse < least_in_flank * other.signal_per_pulse) {
-    const double nats = nats_in_flank(at, target, bright, -side);
-    std::optional<double>& odds_nats = shape_odds_nats_.at(target);
-    odds_nats = std::min(nats, odds_nats.value_or(nats));
-    return nats > nats_for_flank;
-  }
-  const double rise = rise_again(at, target, bright, side, apart_widths);
-  const double behind =
-      rise > deviations_of_clear_valley ? most_deviations_behind : deviations_behind;
-  return rise > deviations_of_valley && has_nothing_behind(at, target, bright, -side, behind) &&
-         (!is_close || has_nothing_behind(at, bright, target, side, deviations_behind));
-}
-
-// By how many nats a weak target on one side of a bright one explains the photons there better than
-// a bright pulse of another shape does.
-double SeveralTargets::nats_in_flank(const JointParameters& at, std::size_t target,
-                                     std::size_t bright, double side) {
-  FlankCheck::Bins counts;
-  const double unit_ns = side * shape_.width_ns();
-  joint_.likelihood().count_near(bright, at.targets.at(bright).line,
-                                 shape_.peak_offset_ns() + FlankCheck::first_widths * unit_ns,
-                                 FlankCheck::bin_widths * unit_ns, counts);
-  std::array<FlankCheck::Bins, most_targets> others;
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < at.count; ++k) {
-    // What is not claimed may be a part of the bright pulse: three of them, of which two are too
-    // close to be claimed, make one that is 2.5 times as wide.
-    if (k == target || k == bright || !is_claimed_.at(k)) continue;
-    if (apart_widths(at.targets.at(k), at.targets.at(bright)) > tail_widths) continue;
-    others.at(count++) = flank_of(at, k, bright, side);
-  }
-  return flank_check_.nats_for_target(counts, side, flank_of(at, target, bright, side),
-                                      std::span(others).first(count));
-}
-
-// The light of one target in the bins beside a bright one.
-FlankCheck::Bins SeveralTargets::flank_of(const JointParameters& at, std::size_t target,
-                                          std::size_t bright, double side) const {
-  constexpr int steps = 8;
-  const DelayLine& line = at.targets.at(target).line;
-  const DelayLine& about = at.targets.at(bright).line;
-  const double delay_ns = std::remainder(line.delay_ns - about.delay_ns, train_.circle_ns);
-  FlankCheck::Bins light{};
-  std::array<double, FlankCheck::bins + 1> ends_ns, integrals;
-  for (int step = 0; step < steps; ++step) {
-    const double s = (step + 0.5) / steps - 0.5;
-    const double off_ns =
-        delay_ns + (line.travel_ns - about.travel_ns) * s - shape_.peak_offset_ns();
-    for (std::size_t i = 0; i < ends_ns.size(); ++i) {
-      const double widths =
-          FlankCheck::first_widths + static_cast<double>(i) * FlankCheck::bin_widths;
-      ends_ns[i] = side * widths * shape_.width_ns() - off_ns;
-    }
-    shape_.integrate(ends_ns, integrals);
-    for (std::size_t i = 0; i < light.size(); ++i) {
-      light[i] += side * (integrals[i + 1] - integrals[i]) / steps;
-    }
-  }
-  return light;
-}
-
-// By how many deviations the light that has fallen on the way from a bright target to a weaker one
-// rises again. The valley is the middle of the way, or from 2.5 to 5.5 widths beside the weaker
-// pulse. 0 where there is too much light in it.
-double SeveralTargets::rise_again(const JointParameters& at, std::size_t target, std::size_t bright,
-                                  double side, double apart_widths) {
-  const double near = apart_widths < 6 ? apart_widths / 2 - 0.5 : 2.5;
-  const double far = apart_widths < 6 ? near + 1 : std::min(5.5, apart_widths - 2.5);
-  return rise_from(at, target, bright, side * near, side * far);
-}
-
-double SeveralTargets::rise_from(const JointParameters& at, std::size_t target, std::size_t bright,
-                                 double from_widths, double to_widths) {
-  const Excess valley = excess_beside(at, target, bright, from_widths, to_widths);
-  const double middle = light_of(at, target, target, -0.5, 0.5);
-  const double widths = std::abs(to_widths - from_widths);
-  const double more = valley.photons / widths;
-  const double deviation = valley.deviation / widths;
-  return more < most_in_valley * middle + deviation ? (middle - more) / deviation : 0;
-}
-
-bool SeveralTargets::has_nothing_behind(const JointParameters& at, std::size_t target,
-                                        std::size_t other, double side, double deviations) {
-  const Excess behind = excess_beside(at, target, other, side * 2, side * 3.5);
-  const double photons = at.targets.at(target).signal_per_pulse * exposure_.amplitude;
-  return behind.photons < deviations * behind.deviation + most_behind * photons;
-}
-
-// The photons at such offsets from a target's pulses, in widths from their peaks, beyond those that
-// the fit's background, this target, another, and all that are claimed have there.
-SeveralTargets::Excess SeveralTargets::excess_beside(const JointParameters& at, std::size_t target,
-                                                     std::size_t other, double from_widths,
-                                                     double to_widths) {
-  const double first = std::min(from_widths, to_widths);
-  const double last = std::max(from_widths, to_widths);
-  const double width_ns = shape_.width_ns();
-  const double peak_ns = shape_.peak_offset_ns();
-  const double counted = joint_.likelihood().count_near(
-      target, at.targets.at(target).line, peak_ns + first * width_ns, peak_ns + last * width_ns);
-  const double dark =
-      at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * (last - first) * width_ns;
-  double expected = dark;
-  for (std::size_t k = 0; k < at.count; ++k) {
-    // What is not claimed may be a part of the target's pulse.
-    if (k == target || k == other || is_claimed_.at(k)) {
-      expected += light_of(at, k, target, first, last);
-    }
-  }
-  return {counted - expected, std::sqrt(std::max(expected, 1.0))};
-}
-
-// The photons that one target has at such offsets from the pulses of another, or of its own.
-double SeveralTargets::light_of(const JointParameters& at, std::size_t target, std::size_t about,
-                                double first_widths, double last_widths) const {
-  const int steps = target == about ? 1 : 32;  // along the frame
-  const DelayLine& line = at.targets.at(target).line;
-  const DelayLine& own = at.targets.at(about).line;
-  const double delay_ns = std::remainder(line.delay_ns - own.delay_ns, train_.circle_ns);
-  double sum = 0;
-  for (int step = 0; step < steps; ++step) {
-    const double s = (step + 0.5) / steps - 0.5;
-    const double off_ns = delay_ns + (line.travel_ns - own.travel_ns) * s - shape_.peak_offset_ns();
-    const double ends_ns[] = {first_widths * shape_.width_ns() - off_ns,
-                              last_widths * shape_.width_ns() - off_ns};
-    double integrals[2];
-    shape_.integrate(ends_ns, integrals);
-    sum += integrals[1] - integrals[0];
-  }
-  return at.targets.at(target).signal_per_pulse * exposure_.amplitude * sum / steps;
 }
 
 }  // namespace splid

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fit/flank_check.hpp"
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
+#include "estimator/fit/target_claims.hpp"
 #include "estimator/search/target_search.hpp"
 
 namespace splid {
@@ -35,19 +35,11 @@ struct FoundTarget {
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
 //     that is plainly there and far from the others waits for this until all have been found.
 //
-// Where the photons of the best target are spread as those of two, these two are fitted at once,
-// without a look at what is left. Two targets of the same signal that are 3 to 5 pulse widths apart
-// then take 2.3 times as long as one, and 2.6 times otherwise.
+// Where the photons of the best target are spread as those of two, or of three in a row, these are
+// fitted at once, without a look at what is left. Two targets of the same signal that are 3 to 5
+// pulse widths apart then take 2.3 times as long as one, and 2.6 times otherwise.
 //
-// Design note: no pulse is quite what the configuration says. What a wrong width or a tail leaves
-// over looks like a target beside the true one that moves with it. So a target is not claimed
-//  - closer than 2.5 pulse widths to another (root mean square over the frame): up to there, two
-//    pulses fit any pulse that is up to 1.6 times as wide;
-//  - within 30 widths of a brighter target, unless the light falls between the two and rises again,
-//    by two standard deviations, and then ends. A tail only falls.
-//    A target of less than a fifth of the bright one's signal that is within 8 widths of it is
-//    claimed where it explains the light there better than a bright pulse of another shape does, by
-//    three nats (FlankCheck). Its light cannot be seen to fall and rise beside so much other.
+// A new target is claimed where it is not what another target's pulse leaves over (TargetClaims).
 // What is not claimed stays in the joint fit while further targets are looked for, so that neither
 // it nor its shoulders are taken for them, and is left out of the fit whose values are published.
 //
@@ -70,7 +62,6 @@ class SeveralTargets {
  private:
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
   bool split(const FoldedFrame& frame, bool moving);
-  [[nodiscard]] std::size_t claimed() const;
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
@@ -89,37 +80,12 @@ class SeveralTargets {
   [[nodiscard]] JointParameters pair_about(const JointParameters& start, std::size_t target,
                                            bool moving);
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
-  [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
-  void claim_in_rows(const FoldedFrame& frame);
-  [[nodiscard]] bool stands_in_row(std::size_t target);
-  [[nodiscard]] bool falls_between(std::size_t one, std::size_t other);
-  [[nodiscard]] double light_about(std::size_t target, DelayLine line);
   void fit_claimed(const FoldedFrame& frame, bool moving);
   bool judge(const FoldedFrame& frame, bool moving);
   [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,
                                                      bool moving);
   [[nodiscard]] FoundTarget target_of(std::size_t target) const;
   [[nodiscard]] std::optional<double> range_odds_nats(std::size_t target, const Fit& fit);
-  [[nodiscard]] bool stands_apart(const FoldedFrame& frame, const JointParameters& at,
-                                  std::size_t target);
-  [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
-  [[nodiscard]] double nats_in_flank(const JointParameters& at, std::size_t target,
-                                     std::size_t bright, double side);
-  [[nodiscard]] FlankCheck::Bins flank_of(const JointParameters& at, std::size_t target,
-                                          std::size_t bright, double side) const;
-  [[nodiscard]] double rise_again(const JointParameters& at, std::size_t target, std::size_t bright,
-                                  double side, double apart_widths);
-  [[nodiscard]] double rise_from(const JointParameters& at, std::size_t target, std::size_t bright,
-                                 double from_widths, double to_widths);
-  [[nodiscard]] bool has_nothing_behind(const JointParameters& at, std::size_t target,
-                                        std::size_t other, double side, double deviations);
-  struct Excess {
-    double photons, deviation;
-  };
-  [[nodiscard]] Excess excess_beside(const JointParameters& at, std::size_t target,
-                                     std::size_t other, double from_widths, double to_widths);
-  [[nodiscard]] double light_of(const JointParameters& at, std::size_t target, std::size_t about,
-                                double first_widths, double last_widths) const;
 
   TargetSearch& search_;
   PatternCheck& pattern_check_;
@@ -128,16 +94,14 @@ class SeveralTargets {
   double threshold_nats_;
   std::size_t most_;
   JointFit joint_;
-  FlankCheck flank_check_;
-  JointMaximum all_;                             // of all that was found
-  JointMaximum best_;                            // of the targets that are claimed
-  std::size_t first_unlooked_ = 0;               // beside the targets from this one on
-  bool is_refined_ = false;                      // all_ is a maximum of the joint likelihood
-  std::size_t split_into_ = 1;                   // so many, the first in all_, were found as one
-  std::array<bool, most_targets> is_claimed_{};  // of each in all_
-  std::array<std::optional<double>, most_targets> shape_odds_nats_{};  // of each in all_
-  // How a target was found: alone, with what had been found before it taken out. Of two that were
-  // found as one, the first has the search that found both.
+  TargetClaims claims_;             // of those in all_
+  JointMaximum all_;                // of all that was found
+  JointMaximum best_;               // of the targets that are claimed
+  std::size_t first_unlooked_ = 0;  // beside the targets from this one on
+  bool is_refined_ = false;         // all_ is a maximum of the joint likelihood
+  std::size_t split_into_ = 1;      // so many, the first in all_, were found as one
+  // How a target was found: alone, with what had been found before it taken out. Of those that were
+  // found as one, the first has the search that found all.
   std::vector<TargetSearch::Search> searches_;        // of each in all_
   std::array<std::size_t, most_targets> searched_{};  // the number in all_ of each in best_
   Exposure exposure_;
