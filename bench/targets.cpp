@@ -256,6 +256,7 @@ int main(int argc, char** argv) {
       {"two, 2 m/s apart", {{0, 2, s}}},
       {"two, 3.1 m/s apart", {{0, 3.12, s}}},
       {"two, 30 m and 20 m/s apart", {{2001.4, 20, s}}},
+      {"two, 63 ns apart", {{630, 0, s}}},
       {"1:20, 1 m apart", {{66.7, 0, s / 5}}, s * 4},
       {"1:20, 30 m and 20 m/s apart", {{2001.4, 20, s / 5}}, s * 4},
       {"the weaker alone", {}, s / 5, 1},

@@ -81,6 +81,8 @@ class SeveralTargets {
                                            bool moving);
   void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   void fit_claimed(const FoldedFrame& frame, bool moving);
+  void compare_with_other_pair(const FoldedFrame& frame, bool moving);
+  void take_pair(const JointMaximum& other, double found_nats, std::size_t one, std::size_t two);
   bool judge(const FoldedFrame& frame, bool moving);
   [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,
                                                      bool moving);
@@ -104,6 +106,9 @@ class SeveralTargets {
   // found as one, the first has the search that found all.
   std::vector<TargetSearch::Search> searches_;        // of each in all_
   std::array<std::size_t, most_targets> searched_{};  // the number in all_ of each in best_
+  // Of each in best_: whether it has that search, and by how much another pair of places is worse.
+  std::array<bool, most_targets> was_searched_{};
+  std::array<std::optional<double>, most_targets> pair_odds_nats_{};
   Exposure exposure_;
   FoldedFrame rest_;
   std::vector<std::uint8_t> keeps_;

@@ -115,6 +115,25 @@ TEST(SeveralTargets, TheShoulderOfAnotherIsNoSecondOfAPair) {
   }
 }
 
+// Two targets whose delays differ by a multiple of 9 ns make two more whole combs. (The two places
+// of these were listed in a frame of ten, with status ok.)
+TEST(SeveralTargets, AreToldFromTheOtherPlacesOfTheirCombs) {
+  const test::FrameMaker first = scene_of(0, 20, 33e-4);
+  FrameEstimator estimator = several(first, 2);
+  for (const double off_ns : {9.0, 27.0, 63.0, 99.0}) {
+    const test::FrameMaker second = scene_of(off_ns, 20, 33e-4);
+    for (std::uint64_t seed = 0; seed < 15; ++seed) {
+      const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+      ASSERT_EQ(e.target_count, 2U) << off_ns << ' ' << seed;
+      if (e.targets[0].status == FrameStatus::ambiguous) continue;
+      const bool in_order = std::abs(off_of(e.targets[0], first)) < 0.1;
+      expect_is(e.targets[in_order ? 0 : 1], first);
+      expect_is(e.targets[in_order ? 1 : 0], second);
+      EXPECT_LT(e.targets[0].range_odds_nats, 80);
+    }
+  }
+}
+
 // Of three targets that stand close to each other two alone do not fit, so that none is told from a
 // wide pulse before all are known. (They used to be listed as one, in their middle.)
 TEST(SeveralTargets, StandInRows) {
