@@ -229,7 +229,7 @@ void TargetClaims::claim_in_rows(const JointParameters& at) {
 }
 
 // Whether the light falls between a target and its neighbours on both sides. A weak target that is
-// not claimed is what the others' fit leaves over.
+// not claimed is what the others' fit leaves over, and one in a bright one's flank is FlankCheck's.
 bool TargetClaims::stands_in_row(const JointParameters& at, std::size_t target) const {
   const TargetParameters& own = at.targets.at(target);
   std::array<std::optional<std::size_t>, 2> neighbours;  // before and behind
@@ -240,6 +240,9 @@ bool TargetClaims::stands_in_row(const JointParameters& at, std::size_t target) 
     if (k == target || widths > tail_widths) continue;
     if (!is_claimed_.at(k) && other.signal_per_pulse < least_in_flank * own.signal_per_pulse) {
       continue;
+    }
+    if (own.signal_per_pulse < least_in_flank * other.signal_per_pulse && widths < flank_widths) {
+      return false;
     }
     const double travel_ns = std::abs(own.line.travel_ns - other.line.travel_ns);
     if (widths < closest_widths || travel_ns > together_widths * shape_.width_ns()) return false;

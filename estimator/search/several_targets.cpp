@@ -54,8 +54,8 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   return found_;
 }
 
-// Finds the targets beside the first one; returns false where that had to be split into two, and
-// one of these is none.
+// Finds the targets beside the first one; returns false where that was split, and one of those that
+// it was split into is none.
 bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split) {
   found_.clear();
   const Fit& first = searches_.front().fit;
@@ -73,7 +73,7 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   }
   if (claims_.count() == 1) return true;
   fit_claimed(frame, moving);
-  // Where all light of one of two is another's, the likelihood does not fall off beside it.
+  // Where all light of one of them is another's, the likelihood does not fall off beside it.
   if (!best_.has_covariance) return split_into_ == 1;
   compare_with_other_pair(frame, moving);
   return judge(frame, moving);
@@ -88,8 +88,8 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   JointParameters row = all_.at;
   row.add({row.targets.front().line, 0});
   row = pair_about(row, 0, moving);
-  if (claims_.apart_widths(row.targets.at(0), row.targets.at(1)) < TargetClaims::closest_widths)
-    return false;
+  const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
+  if (widths < TargetClaims::closest_widths) return false;
   if (most_ > 2) row = with_middle(row);
   joint_.likelihood().hold(frame, row);
   const double least_nats = all_.gain_nats + threshold_nats_;
@@ -434,7 +434,7 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
 }
 
 // Looks at each target in a frame from which the others are taken out; returns false where one of
-// two that the first was split into is none.
+// those that the first was split into is none.
 bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, best_.at);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
@@ -448,8 +448,7 @@ bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   std::sort(found_.begin(), found_.end(), [](const FoundTarget& a, const FoundTarget& b) {
     return a.fit.parameters.signal_per_pulse > b.fit.parameters.signal_per_pulse;
   });
-  if (found_.size() > most_)
-    found_.erase(found_.begin() + static_cast<std::ptrdiff_t>(most_), found_.end());
+  while (found_.size() > most_) found_.pop_back();
   return true;
 }
 
