@@ -330,14 +330,23 @@ TEST(SeveralTargets, AtRestAreFoundAtRest) {
 }
 
 TEST(SeveralTargets, EstimatesDoNotAllocate) {
-  const test::FrameMaker first = scene_of(), second = scene_of(0.4, 20, 9e-4);
+  const double s = 60e-4;
+  const test::FrameMaker first = scene_of(0, 20, s);
   FrameEstimator estimator = several(first, 4);
-  const auto frame = first.make_with({second}, 1);
-  estimator.estimate(frame.view());
-  const std::uint64_t before = test::allocations;
-  const Estimate e = estimator.estimate(frame.view());
-  EXPECT_EQ(test::allocations, before);
-  EXPECT_EQ(e.target_count, 2U);
+  // A pair, a row of three, a pair with two other places, and the shoulder of another target.
+  const std::vector<std::vector<test::FrameMaker>> others = {
+      {scene_of(0.4, 20, s)},
+      {scene_of(0.4, 20, s), scene_of(0.8, 20, s)},
+      {scene_of(63, 20, s)},
+      {scene_of(0.4 - 180, 20, s)}};
+  for (const std::vector<test::FrameMaker>& other : others) {
+    const auto frame = first.make_with(other, 1);
+    estimator.estimate(frame.view());
+    const std::uint64_t before = test::allocations;
+    const Estimate e = estimator.estimate(frame.view());
+    EXPECT_EQ(test::allocations, before);
+    EXPECT_EQ(e.target_count, other.size() + 1);
+  }
 }
 
 TEST(SeveralTargets, AreRefusedWithWhatKnowsOneTarget) {
