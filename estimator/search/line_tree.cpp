@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 namespace splid {
@@ -177,11 +178,13 @@ std::size_t LineTree::add_next_as(std::size_t half) {
     add_fours<From>(half);
     return 4;
   }
-  if (sum_fits<From>(2, half)) {
-    add_pairs<From, From>(half);
-  } else {
-    add_pairs<From, Wide>(half);
+  if constexpr (!std::is_same_v<From, Wide>) {
+    if (!sum_fits<From>(2, half)) {
+      add_pairs<From, Wide>(half);
+      return 2;
+    }
   }
+  add_pairs<From, From>(half);
   return 2;
 }
 
