@@ -230,7 +230,7 @@ void judge_range(const Config& config, const Calibration& found, Pattern& patter
 std::optional<Calibration> calibrate_input(const Config& config, const Reader& reader,
                                            std::size_t input) {
   ChannelOptions channels = config.channels;
-  channels.photon = {config.channels.photon[input]};
+  channels.photon.assign(1, config.channels.photon[input]);
   if (!channels.delays_ps.empty()) channels.delays_ps = {config.channels.delays_ps[input]};
   PhaseHistogram fold(pattern_period_ps(config.pattern), config.pulse.sigma_ps);
   const std::string doing = "folded input " + channels.photon.front();
