@@ -157,7 +157,7 @@ void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
 // Design note: two targets of the same signal whose delays differ by a multiple of 9 ns make two
 // more whole combs with an interleaved pattern of 180 and 189 ns, each of one's pulses at 180 ns
 // and the other's at 189 ns. All four places gain as much. The two pairs differ in the light of the
-// pulses that are of both rates, one in 41: in [P]'s frame by 25 +- 7 nats.
+// pulses that are of both rates, one pulse in 41.
 void SeveralTargets::compare_with_other_pair(const FoldedFrame& frame, bool moving) {
   pair_odds_nats_ = {};
   std::array<DelayLine, most_targets> lines;
