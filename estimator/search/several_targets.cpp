@@ -24,6 +24,18 @@ constexpr double plain_margin_nats = 20;
 // two targets comes from. A shoulder of [P]'s pattern has 0.4 of it.
 constexpr double least_of_gain_elsewhere = 0.7;
 
+using Lines = std::array<DelayLine, most_targets>;
+
+// The lines of the targets from `first` on, but for the target `but` (no target's number: of all).
+std::span<const DelayLine> lines_of(const JointParameters& at, Lines& lines, std::size_t first = 0,
+                                    std::size_t but = most_targets) {
+  std::size_t count = 0;
+  for (std::size_t k = first; k < at.count; ++k) {
+    if (k != but) lines.at(count++) = at.targets.at(k).line;
+  }
+  return std::span(lines).first(count);
+}
+
 }  // namespace
 
 SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check,
@@ -160,9 +172,8 @@ void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
 // pulses that are of both rates, one pulse in 41.
 void SeveralTargets::compare_with_other_pair(const FoldedFrame& frame, bool moving) {
   pair_odds_nats_ = {};
-  std::array<DelayLine, most_targets> lines;
-  for (std::size_t k = 0; k < best_.at.count; ++k) lines.at(k) = best_.at.targets.at(k).line;
-  const auto known = std::span(lines).first(best_.at.count);
+  Lines lines;
+  const auto known = lines_of(best_.at, lines);
   const RangeOdds& odds = searches_.front().peaks.odds;
   const double least_nats = least_of_gain_elsewhere * searches_.front().fit.gain_nats;
   const auto a = odds.best_beside(known);
@@ -304,9 +315,8 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
 
 // The best target of what is left. The search of the frame has often climbed to it already.
 std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
-  std::array<DelayLine, most_targets> lines;
-  for (std::size_t k = 0; k < all_.at.count; ++k) lines.at(k) = all_.at.targets.at(k).line;
-  const auto known = std::span(lines).first(all_.at.count);
+  Lines lines;
+  const auto known = lines_of(all_.at, lines);
   const bool only_split = all_.at.count == split_into_;
   const TargetSearch::Search& last = searches_.at(only_split ? 0 : all_.at.count - 1);
   if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last)) {
@@ -318,14 +328,10 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
 // The best target close to one of those found, of which what is left of the frame may hold less
 // than the frame does. Where a target has been looked beside, nothing has changed since.
 std::optional<Fit> SeveralTargets::find_beside() {
-  std::array<DelayLine, most_targets> lines;
-  std::size_t count = 0;
-  for (std::size_t k = first_unlooked_; k < all_.at.count; ++k) {
-    lines.at(count++) = all_.at.targets.at(k).line;
-  }
+  Lines lines;
+  const auto unlooked = lines_of(all_.at, lines, first_unlooked_);
   first_unlooked_ = all_.at.count;
-  return search_.find_beside(rest_, std::span(lines).first(count),
-                             least_of_threshold * threshold_nats_);
+  return search_.find_beside(rest_, unlooked, least_of_threshold * threshold_nats_);
 }
 
 // Looks for one more target; returns false where there is none.
@@ -416,12 +422,8 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
 // is looked at in rest_, which is the frame without the others: nothing where it is better
 // somewhere else, since a part of the light of a target that was not found looked like this one.
 std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
-  std::array<DelayLine, most_targets> lines;
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < best_.at.count; ++k) {
-    if (k != target) lines.at(count++) = best_.at.targets.at(k).line;
-  }
-  const auto others = std::span(lines).first(count);
+  Lines lines;
+  const auto others = lines_of(best_.at, lines, 0, target);
   if (was_searched_.at(target)) {
     const TargetSearch::Search& search = searches_.at(searched_.at(target));
     return search.peaks.range_odds_nats(search.fit, others);
