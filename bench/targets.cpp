@@ -198,8 +198,8 @@ void run(const Scene& scene, int trials) {
     std::snprintf(text, sizeof text, "%s%.0f %%", comma, 100.0 * score.inside[k] / score.all_right);
     within += text;
   }
-  std::printf(" %s | %s | %s | %.2f | %.2f |\n", delay.c_str(), velocities.c_str(),
-              within.c_str(), all.p50_ms(), all.p50_ms() / one.p50_ms());
+  std::printf(" %s | %s | %s | %.2f | %.2f |\n", delay.c_str(), velocities.c_str(), within.c_str(),
+              all.p50_ms(), all.p50_ms() / one.p50_ms());
   std::fflush(stdout);
 }
 

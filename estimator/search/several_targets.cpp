@@ -49,6 +49,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       most_(most),
       joint_(shape, train, max_photons),
       claims_(shape, train, joint_.likelihood()),
+      profile_(shape),
       rest_(train, max_photons, pattern_check.reach_ns()) {
   keeps_.reserve(max_photons);
   found_.reserve(most_targets);
@@ -103,6 +104,7 @@ bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
   const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
   if (widths < TargetClaims::closest_widths) return false;
   if (most_ > 2) row = with_middle(row);
+  row = as_profile_has_it(row);
   joint_.likelihood().hold(frame, row);
   const double least_nats = all_.gain_nats + threshold_nats_;
   if (!(joint_.gain(exposure_, row) >= least_nats)) return false;
@@ -147,6 +149,54 @@ JointParameters SeveralTargets::with_middle(const JointParameters& pair) {
   row.targets.at(1) = {middle, S};
   row.add({at(1), S});
   return row;
+}
+
+// The row where the light about its middle has it, with what else there is beside it. A pair whose
+// lines cross within the frame is left as it is: its light is not one beside the other.
+JointParameters SeveralTargets::as_profile_has_it(const JointParameters& row) {
+  const DelayLine& a = row.targets.at(0).line;
+  const DelayLine& b = row.targets.at(row.count - 1).line;
+  if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return row;
+  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
+  see_profile(middle, row.background_per_ns);
+  std::array<RangeProfile::Target, most_targets> targets;
+  std::size_t count = row.count;
+  const auto settle = [&] { profile_.settle(std::span(targets).first(count)); };
+  for (std::size_t k = 0; k < count; ++k) {
+    const TargetParameters& target = row.targets.at(k);
+    targets.at(k) = {target.line.delay_ns - middle.delay_ns,
+                     target.signal_per_pulse * exposure_.amplitude};
+  }
+  settle();
+  while (count < most_) {
+    const auto next = profile_.unexplained(std::span(targets).first(count));
+    if (!next) break;
+    targets.at(count++) = *next;
+    settle();
+  }
+  JointParameters settled;
+  double more = -all_.at.targets.front().signal_per_pulse;
+  for (const RangeProfile::Target& target : std::span(targets).first(count)) {
+    const double S = target.photons / exposure_.amplitude;
+    settled.add({{middle.delay_ns + target.offset_ns, middle.travel_ns}, S});
+    more += S;
+  }
+  // Up to now, what the first target's pulse does not explain was background.
+  settled.background_per_ns =
+      row.background_per_ns -
+      std::min(std::max(more, 0.0) * exposure_.amplitude / exposure_.seen_ns,
+               row.background_per_ns / 2);
+  return settled;
+}
+
+// Counts the photons beside a line close to the first target.
+void SeveralTargets::see_profile(DelayLine line, double background_per_ns) {
+  const double width_ns = shape_.width_ns();
+  const double bin_ns = RangeProfile::bin_widths * width_ns;
+  RangeProfile::Counts counts;
+  joint_.likelihood().count_near(
+      0, line, shape_.peak_offset_ns() + RangeProfile::first_widths * width_ns, bin_ns, counts);
+  profile_.see(counts, background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * bin_ns);
 }
 
 // The fit of what is claimed alone.

@@ -8,6 +8,7 @@
 
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
+#include "estimator/fit/range_profile.hpp"
 #include "estimator/fit/target_claims.hpp"
 #include "estimator/search/target_search.hpp"
 
@@ -63,6 +64,8 @@ class SeveralTargets {
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
   bool split(const FoldedFrame& frame, bool moving);
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair);
+  [[nodiscard]] JointParameters as_profile_has_it(const JointParameters& row);
+  void see_profile(DelayLine line, double background_per_ns);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
@@ -96,7 +99,8 @@ class SeveralTargets {
   double threshold_nats_;
   std::size_t most_;
   JointFit joint_;
-  TargetClaims claims_;             // of those in all_
+  TargetClaims claims_;  // of those in all_
+  RangeProfile profile_;
   JointMaximum all_;                // of all that was found
   JointMaximum best_;               // of the targets that are claimed
   std::size_t first_unlooked_ = 0;  // beside the targets from this one on

@@ -1,0 +1,111 @@
+#include "estimator/fit/range_profile.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace splid {
+namespace {
+
+constexpr double profile_width_ns = 0.1;
+constexpr double profile_dark = 2;  // photons in a bin
+
+// What a gaussian pulse has between two places, from the error function: no code of the estimator.
+RangeProfile::Counts light_of(const std::vector<RangeProfile::Target>& targets) {
+  RangeProfile::Counts counts;
+  counts.fill(profile_dark);
+  const double per_width = profile_width_ns * std::sqrt(2.0);
+  for (const RangeProfile::Target& target : targets) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const double first_ns =
+          (RangeProfile::first_widths + static_cast<double>(i) * RangeProfile::bin_widths) *
+              profile_width_ns -
+          target.offset_ns;
+      const double last_ns = first_ns + RangeProfile::bin_widths * profile_width_ns;
+      counts[i] +=
+          target.photons * (std::erf(last_ns / per_width) - std::erf(first_ns / per_width)) / 2;
+    }
+  }
+  return counts;
+}
+
+TEST(RangeProfile, PairsSettleWhereTheirLightIs) {
+  const auto shape = make_gaussian(profile_width_ns);
+  RangeProfile profile(*shape);
+  for (const double apart_ns : {0.3, 0.4, 0.9}) {
+    const std::vector<RangeProfile::Target> truth = {{-0.05, 600}, {apart_ns - 0.05, 450}};
+    profile.see(light_of(truth), profile_dark);
+    std::vector<RangeProfile::Target> found = {{-0.1, 300}, {apart_ns + 0.05, 300}};
+    profile.settle(found);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_NEAR(found[k].offset_ns, truth[k].offset_ns, 0.1 * profile_width_ns) << apart_ns;
+      EXPECT_NEAR(found[k].photons, truth[k].photons, 0.05 * truth[k].photons) << apart_ns;
+    }
+    EXPECT_FALSE(profile.unexplained(found)) << apart_ns;
+  }
+}
+
+TEST(RangeProfile, ShowsLightThatThePairDoesNotExplain) {
+  const auto shape = make_gaussian(profile_width_ns);
+  RangeProfile profile(*shape);
+  for (const double third_ns : {-0.5, 0.8, 1.1}) {
+    profile.see(light_of({{0, 600}, {0.4, 600}, {third_ns, 500}}), profile_dark);
+    std::vector<RangeProfile::Target> found = {{0, 600}, {0.4, 600}};
+    profile.settle(found);
+    const auto next = profile.unexplained(found);
+    ASSERT_TRUE(next) << third_ns;
+    EXPECT_NEAR(next->offset_ns, third_ns, profile_width_ns);
+    found.push_back(*next);
+    profile.settle(found);
+    EXPECT_NEAR(found[2].offset_ns, third_ns, 0.2 * profile_width_ns);
+    EXPECT_NEAR(found[2].photons, 500, 50);
+    EXPECT_FALSE(profile.unexplained(found));
+  }
+}
+
+// A tenth of the light is what a pulse of another shape leaves over, and six photons are chance.
+TEST(RangeProfile, TakesNoTargetFromTheLightOfAFew) {
+  const auto shape = make_gaussian(profile_width_ns);
+  RangeProfile profile(*shape);
+  const std::vector<RangeProfile::Target> bright = {{0, 6000}, {0.4, 6000}};
+  profile.see(light_of({bright[0], bright[1], {1.0, 600}}), profile_dark);
+  EXPECT_FALSE(profile.unexplained(bright));
+  const std::vector<RangeProfile::Target> weak = {{0, 15}, {0.4, 15}};
+  profile.see(light_of({weak[0], weak[1], {1.0, 6}}), profile_dark);
+  EXPECT_FALSE(profile.unexplained(weak));
+}
+
+// Where the pulse's peak is beside its time, and the pulse is not even, offsets are those of the
+// pulse's time all the same.
+TEST(RangeProfile, KnowsThePulsesShape) {
+  TabulatedPulse table;
+  table.first_ps = 100;
+  table.step_ps = 20;
+  for (int n = 0; n < 40; ++n) {
+    table.density.push_back(n < 5 ? n / 5.0 : std::exp(-(n - 5) / 6.0));
+  }
+  const auto shape = make_tabulated(table);
+  RangeProfile profile(*shape);
+  const double bin_ns = RangeProfile::bin_widths * shape->width_ns();
+  const double first_ns =
+      shape->peak_offset_ns() + RangeProfile::first_widths * shape->width_ns() - 0.1;
+  std::vector<double> ends_ns, integrals(RangeProfile::bins + 1);
+  for (std::size_t i = 0; i <= RangeProfile::bins; ++i) {
+    ends_ns.push_back(first_ns + static_cast<double>(i) * bin_ns);
+  }
+  shape->integrate(ends_ns, integrals);
+  RangeProfile::Counts counts;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    counts[i] = profile_dark + 500 * (integrals[i + 1] - integrals[i]);
+  }
+  profile.see(counts, profile_dark);
+  std::vector<RangeProfile::Target> found = {{0.05, 250}};
+  profile.settle(found);
+  EXPECT_NEAR(found[0].offset_ns, 0.1, 0.01);
+}
+
+}  // namespace
+}  // namespace splid
