@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,6 +10,7 @@
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/fit/log_sum.hpp"
+#include "estimator/fit/near_several.hpp"
 #include "estimator/fit/small_matrix.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/options.hpp"
@@ -32,6 +34,12 @@ struct JointParameters {
 
   [[nodiscard]] std::size_t size() const { return 3 * count + 1; }
   void add(const TargetParameters& target) { targets.at(count++) = target; }
+  // Of each target, and 0 where there is none.
+  [[nodiscard]] std::array<double, most_targets> signals() const {
+    std::array<double, most_targets> all{};
+    for (std::size_t k = 0; k < count; ++k) all.at(k) = targets.at(k).signal_per_pulse;
+    return all;
+  }
 };
 
 struct JointPoint {
@@ -71,12 +79,13 @@ class JointLikelihood {
   // The value without one of the targets, with the lines of the others as they are, and with the
   // signals and the background at which it is highest.
   double best_without(std::size_t target, const Exposure& exposure, const JointParameters& at);
-  // Chooses photons so that what is left of the frame is as if only the targets in `stays` were
-  // there: a photon stays with the share that these targets and the background have in its
-  // intensity. Which photons those are is drawn by lots that hang on the frame's photons alone.
-  // stays: one entry for each target.
-  void thin(const Exposure& exposure, const JointParameters& at, std::span<const bool> stays,
-            std::vector<std::uint8_t>& keeps);
+  // Chooses photons so that what is left of the frame is as if some of the targets were not there:
+  // a photon stays with the share that the others and the background have in its intensity. Which
+  // photons those are is drawn by lots that hang on the frame's photons alone. Each photon of the
+  // frame gets a number: its bit k says whether the photon stays where target k alone does, and its
+  // bit stays_without_any whether it stays where none does.
+  void thin(const Exposure& exposure, const JointParameters& at, std::vector<std::uint8_t>& stays);
+  static constexpr unsigned stays_without_any = most_targets;
 
   // The photons whose offset from the pulses of a target at `line` is in [first_ns, last_ns).
   // target: one about whose line, or one nearby, the photons have been collected.
@@ -93,6 +102,10 @@ class JointLikelihood {
   [[nodiscard]] Moments moments_near(std::size_t target, DelayLine line, double reach_ns) const;
 
  private:
+  // So many photons are summed up together, so that the sums are over vectors.
+  static constexpr std::size_t batch = 64;
+  using Column = Eigen::Array<double, static_cast<int>(batch), 1>;
+  using Columns = std::array<Column, most_targets>;
   struct Share {  // of one target in the intensity at one photon
     std::size_t target = 0;
     double density = 0, g1 = 0, g2 = 0, g11 = 0, g12 = 0, g22 = 0;
@@ -112,6 +125,27 @@ class JointLikelihood {
     std::array<std::array<std::array<double, 9>, most_targets>, most_targets> cross{};
     double background = 0, background_squares = 0;
   };
+  // The first derivatives of log lambda of a batch of photons, by a target's parameters.
+  using Slopes = std::array<Column, 3>;
+  // Some photons of a group.
+  struct Batch {
+    const NearSeveral::Group& group;
+    std::size_t first, count;  // photons, from the group's first on
+  };
+  // Visits the photons of all groups.
+  template <class Visit>
+  void visit_batches(const Visit& visit) const {
+    for (const NearSeveral::Group& group : several_.groups()) {
+      for (std::size_t first = 0; first < group.photons(); first += batch) {
+        visit(Batch{group, first, std::min(batch, group.photons() - first)});
+      }
+    }
+  }
+  void densities(const Batch& of, std::span<const double> signals, double background,
+                 Columns& density, Column& lambda) const;
+  void add_batch(const Batch& of, const JointParameters& at, LogSum& logs, Sums& sums) const;
+  void add_curved(const Batch& of, std::size_t t, double S, const Column& inverse,
+                  const Column& density, Slopes& slopes, OfOne& own) const;
   // The rates alone: the signal of each target, and last the background.
   static constexpr Eigen::Index background_rate = most_targets;
   using RateVector = Eigen::Matrix<double, most_targets + 1, 1>;
@@ -121,53 +155,36 @@ class JointLikelihood {
     RateVector gradient = RateVector::Zero();
     Eigen::Matrix<double, most_targets + 1, most_targets + 1> information =
         Eigen::Matrix<double, most_targets + 1, most_targets + 1>::Zero();
-  };
-  // Sums over the photons that a single target has a share in: of that target's density over the
-  // intensity, of 1 over the intensity, and of their squares and products.
-  struct OfOneRate {
-    double share = 0, share_squares = 0, products = 0, background = 0, squares = 0;
+
+    void add(Eigen::Index one, Eigen::Index other, double product) {
+      information(one, other) += product;
+      information(other, one) += product;
+    }
   };
   [[nodiscard]] RateSums sum_by_rates(const RateVector& rates, std::size_t without) const;
-  static void add(const OfOneRate& of_one, std::size_t target, RateSums& sums);
+  void add_batch_rates(const Batch& of, const RateVector& rates, std::size_t without, LogSum& logs,
+                       RateSums& sums) const;
+  void add_crowded_rates(std::size_t photon, const RateVector& rates, std::size_t without,
+                         LogSum& logs, RateSums& sums) const;
   [[nodiscard]] bool is_loaded(const JointParameters& at) const;
   void load(const Exposure& exposure, const JointParameters& at);
   void start(const Exposure& exposure, const JointParameters& at, JointPoint& point) const;
+  [[nodiscard]] double crowded_light(std::size_t entry, const JointParameters& at) const;
   std::size_t shares_of(std::size_t photon, const JointParameters& at,
                         std::array<Share, most_targets>& shares) const;
-  void add_alone(std::size_t target, const JointParameters& at, LogSum& logs, Sums& sums) const;
-  // Photons that two targets are near, from first to behind last.
-  struct Shared {
-    std::size_t first = 0, last = 0;
-    std::array<std::size_t, 2> targets{};
-  };
-  void add_shared(const Shared& by_two, const JointParameters& at, LogSum& logs, Sums& sums) const;
-  void add_any(std::size_t photon, const JointParameters& at, LogSum& logs, Sums& sums) const;
+  void add_crowded(std::size_t photon, const JointParameters& at, LogSum& logs, Sums& sums) const;
   static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
                   Sums& sums);
   static void add(const Sums& sums, std::size_t targets, JointPoint& point);
-
-  const PulseShape& shape_;
-  void merge(std::size_t targets);
-  void merge_two(std::size_t one, std::size_t other);
-  void merge_more(std::size_t targets);
-  void take_photon(std::uint32_t photon);
-  void take_entries(std::size_t target, std::size_t photon);
   [[nodiscard]] bool serves(std::size_t target, const JointParameters& at) const;
 
+  const PulseShape& shape_;
   const PulseTrain& train_;
   double margin_ns_;
   std::vector<CombWindow> windows_;
-  std::vector<NearSet> near_;  // of each target
-  std::size_t photons_ = 0;    // of the frame
-  // The photons near any target, and their entries, target by target.
-  std::vector<std::uint32_t> index_, first_;
-  std::array<std::size_t, most_targets> alone_end_{};  // where those near one target alone end
-  std::array<Shared, most_targets*(most_targets - 1) / 2> shared_;
-  std::size_t pairs_ = 0;          // of shared_
-  std::vector<std::uint8_t> who_;  // scratch: which targets each photon of the frame is near
-  std::size_t entries_ = 0;        // that have been taken
-  std::vector<std::uint8_t> target_;
-  std::vector<double> residual_, position_, amplitude_;
+  std::vector<NearSet> near_;                  // of each target
+  std::size_t photons_ = 0;                    // of the frame
+  NearSeveral several_;                        // the photons of all of near_
   std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry
   std::array<Stretching, most_targets> by_{};  // at what was loaded last
   JointParameters about_;

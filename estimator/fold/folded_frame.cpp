@@ -142,7 +142,8 @@ void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
 
 // Design note: every photon is written, and the next one overwrites those that are left out. No
 // branch hangs on which these are, which takes a third of the time.
-void FoldedFrame::take_some(const std::vector<std::uint8_t>& keeps, const FoldedFrame& all) {
+void FoldedFrame::take_some(std::span<const std::uint8_t> stays, unsigned bit,
+                            const FoldedFrame& all) {
   begin_like(all, *this);
   for (auto* values : {&phase_ns, &time_ns}) values->resize(all.size());
   phase_32.resize(all.size());
@@ -152,7 +153,7 @@ void FoldedFrame::take_some(const std::vector<std::uint8_t>& keeps, const Folded
       phase_ns[taken] = all.phase_ns[i];
       time_ns[taken] = all.time_ns[i];
       phase_32[taken] = all.phase_32[i];
-      taken += keeps[i] != 0 ? 1 : 0;
+      taken += stays[i] >> bit & 1U;
     }
     group_end.push_back(taken);
   }

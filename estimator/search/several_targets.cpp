@@ -51,7 +51,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       claims_(shape, train, joint_.likelihood()),
       profile_(shape),
       rest_(train, max_photons, pattern_check.reach_ns()) {
-  keeps_.reserve(max_photons);
+  stays_.reserve(max_photons);
   found_.reserve(most_targets);
   searches_.reserve(most_targets);
   for (std::size_t k = 0; k < most_targets; ++k) searches_.push_back({{}, search.no_peaks()});
@@ -257,16 +257,6 @@ void SeveralTargets::take_pair(const JointMaximum& other, double found_nats, std
   for (const std::size_t k : {one, two}) was_searched_.at(k) = false;
 }
 
-// Leaves in rest_ what the frame is without the targets `at`, about which the likelihood has been
-// collected, but for the target `except` (no target's number: without all).
-void SeveralTargets::take_out(const FoldedFrame& frame, const JointParameters& at,
-                              std::size_t except) {
-  std::array<bool, most_targets> stays{};
-  if (except < most_targets) stays.at(except) = true;
-  joint_.likelihood().thin(exposure_, at, stays, keeps_);
-  rest_.take_some(keeps_, frame);
-}
-
 // How the photons about a line lie beside it, as if two targets of equal signals had made them: the
 // line in their middle, and how far off that they are, at +-(d + t s). Beyond the pulse's width and
 // the background, the offsets o then have the moments
@@ -387,7 +377,8 @@ std::optional<Fit> SeveralTargets::find_beside() {
 // Looks for one more target; returns false where there is none.
 bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most) {
   joint_.likelihood().hold(frame, all_.at);
-  take_out(frame, all_.at, most_targets);
+  joint_.likelihood().thin(exposure_, all_.at, stays_);
+  rest_.take_some(stays_, JointLikelihood::stays_without_any, frame);
   if (rest_.size() == 0) return false;
   const double least_nats = least_of_threshold * threshold_nats_;
   const auto beside = find_beside();
@@ -489,6 +480,7 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
 // those that the first was split into is none.
 bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, best_.at);
+  joint_.likelihood().thin(exposure_, best_.at, stays_);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
     if (const auto found = judge_one(frame, k, moving)) {
       found_.push_back(*found);
@@ -509,7 +501,7 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
   FoundTarget found = target_of(target);
   found.fit.gain_nats = best_.gain_nats - joint_.gain_without(target, exposure_, best_);
   if (found.fit.gain_nats < threshold_nats_) return std::nullopt;
-  take_out(frame, best_.at, target);
+  rest_.take_some(stays_, static_cast<unsigned>(target), frame);
   const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
   if (pattern.fault != PatternFault::none) return std::nullopt;
   const std::optional<double> odds_nats = range_odds_nats(target, found.fit);

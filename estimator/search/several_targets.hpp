@@ -82,7 +82,6 @@ class SeveralTargets {
   [[nodiscard]] Spread spread_about(const JointParameters& at, std::size_t target, DelayLine line);
   [[nodiscard]] JointParameters pair_about(const JointParameters& start, std::size_t target,
                                            bool moving);
-  void take_out(const FoldedFrame& frame, const JointParameters& at, std::size_t except);
   void fit_claimed(const FoldedFrame& frame, bool moving);
   void compare_with_other_pair(const FoldedFrame& frame, bool moving);
   void take_pair(const JointMaximum& other, double found_nats, std::size_t one, std::size_t two);
@@ -115,7 +114,7 @@ class SeveralTargets {
   std::array<std::optional<double>, most_targets> pair_odds_nats_{};
   Exposure exposure_;
   FoldedFrame rest_;
-  std::vector<std::uint8_t> keeps_;
+  std::vector<std::uint8_t> stays_;
   std::vector<FoundTarget> found_;
 };
 
