@@ -49,7 +49,8 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       most_(most),
       joint_(shape, train, max_photons),
       claims_(shape, train, joint_.likelihood()),
-      profile_(shape),
+      start_(search, shape, train, joint_.likelihood(), claims_, threshold_nats + plain_margin_nats,
+             most),
       rest_(train, max_photons, pattern_check.reach_ns()) {
   stays_.reserve(max_photons);
   found_.reserve(most_targets);
@@ -67,9 +68,9 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
   return found_;
 }
 
-// Finds the targets beside the first one; returns false where that was split, and one of those that
-// it was split into is none.
-bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split) {
+// Finds the targets beside the first one; returns false where some were fitted at once, and one of
+// these is none.
+bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most, bool at_once) {
   found_.clear();
   const Fit& first = searches_.front().fit;
   all_ = {};
@@ -79,124 +80,46 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   is_refined_ = false;
   first_unlooked_ = 0;
   claims_.begin(exposure_);
-  split_into_ = 1;
-  if (may_split) split(frame, moving);
+  started_with_ = 1;
+  least_nats_ = {};
+  if (at_once) start_together(frame, moving);
   while (claims_.count() < most_ && all_.at.count < most_targets) {
     if (!add_next(frame, moving, most)) break;
   }
   if (claims_.count() == 1) return true;
   fit_claimed(frame, moving);
   // Where all light of one of them is another's, the likelihood does not fall off beside it.
-  if (!best_.has_covariance) return split_into_ == 1;
+  if (!best_.has_covariance) return started_with_ == 1;
   compare_with_other_pair(frame, moving);
   return judge(frame, moving);
 }
 
-// Two targets in place of the first one, where its photons are spread as those of two that are far
-// enough apart to be told apart, or three where that is brighter in the middle; returns false where
-// they are not, or not all of these can be claimed. Then the first is what it was, since the light
-// may be that of others too.
-bool SeveralTargets::split(const FoldedFrame& frame, bool moving) {
+// Fits all that is seen at once together; returns false where that is one target, or not all of it
+// can be claimed. Then the first is what it was, since the light may be that of others too.
+bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, all_.at);
-  JointParameters row = all_.at;
-  row.add({row.targets.front().line, 0});
-  row = pair_about(row, 0, moving);
-  const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
-  if (widths < TargetClaims::closest_widths) return false;
-  if (most_ > 2) row = with_middle(row);
-  row = as_profile_has_it(row);
-  joint_.likelihood().hold(frame, row);
+  const JointStart::Guess guess = start_.guess(exposure_, all_.at, searches_.front(), moving);
+  if (guess.at.count == 1) return false;
+  joint_.likelihood().hold(frame, guess.at);
   const double least_nats = all_.gain_nats + threshold_nats_;
-  if (!(joint_.gain(exposure_, row) >= least_nats)) return false;
-  const JointMaximum together = joint_.climb(frame, exposure_, row, moving);
+  if (!(joint_.gain(exposure_, guess.at) >= least_nats)) return false;
+  const JointMaximum together = joint_.climb(frame, exposure_, guess.at, moving);
   if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
-  const JointMaximum one = all_;
-  all_ = together;
-  if (row.count == 2) {
-    claims_.judge(all_.at, 1);
+  for (std::size_t k = guess.row; k < guess.at.count; ++k) claims_.claim(k);
+  if (guess.row == 2) {
+    claims_.judge(together.at, 1);
   } else {
-    claims_.claim_in_rows(all_.at);
+    claims_.claim_in_rows(together.at);
   }
-  if (claims_.count() < all_.at.count) {
-    all_ = one;
+  if (claims_.count() < together.at.count) {
     claims_.begin(exposure_);
     return false;
   }
+  all_ = together;
   is_refined_ = true;
-  split_into_ = row.count;
+  started_with_ = guess.at.count;
+  least_nats_ = guess.least_nats;
   return true;
-}
-
-// Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
-// pair where the light between the two is less than theirs.
-//
-// Design note: at +-d a pair is spread by d d, and so are three at -e, 0 and e with e e = 1.5 d d.
-JointParameters SeveralTargets::with_middle(const JointParameters& pair) {
-  const DelayLine& a = pair.targets.at(0).line;
-  const DelayLine& b = pair.targets.at(1).line;
-  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
-  if (claims_.light_about(0, middle) <=
-      std::max(claims_.light_about(0, a), claims_.light_about(0, b)))
-    return pair;
-  const double e = std::sqrt(1.5);
-  const auto at = [&](double side) {
-    return DelayLine{middle.delay_ns + side * e * (b.delay_ns - middle.delay_ns),
-                     middle.travel_ns + side * e * (b.travel_ns - middle.travel_ns)};
-  };
-  const double S = pair.targets.at(0).signal_per_pulse;
-  JointParameters row = pair;
-  row.targets.at(0) = {at(-1), S};
-  row.targets.at(1) = {middle, S};
-  row.add({at(1), S});
-  return row;
-}
-
-// The row where the light about its middle has it, with what else there is beside it. A pair whose
-// lines cross within the frame is left as it is: its light is not one beside the other.
-JointParameters SeveralTargets::as_profile_has_it(const JointParameters& row) {
-  const DelayLine& a = row.targets.at(0).line;
-  const DelayLine& b = row.targets.at(row.count - 1).line;
-  if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return row;
-  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
-  see_profile(middle, row.background_per_ns);
-  std::array<RangeProfile::Target, most_targets> targets;
-  std::size_t count = row.count;
-  const auto settle = [&] { profile_.settle(std::span(targets).first(count)); };
-  for (std::size_t k = 0; k < count; ++k) {
-    const TargetParameters& target = row.targets.at(k);
-    targets.at(k) = {target.line.delay_ns - middle.delay_ns,
-                     target.signal_per_pulse * exposure_.amplitude};
-  }
-  settle();
-  while (count < most_) {
-    const auto next = profile_.unexplained(std::span(targets).first(count));
-    if (!next) break;
-    targets.at(count++) = *next;
-    settle();
-  }
-  JointParameters settled;
-  double more = -all_.at.targets.front().signal_per_pulse;
-  for (const RangeProfile::Target& target : std::span(targets).first(count)) {
-    const double S = target.photons / exposure_.amplitude;
-    settled.add({{middle.delay_ns + target.offset_ns, middle.travel_ns}, S});
-    more += S;
-  }
-  // Up to now, what the first target's pulse does not explain was background.
-  settled.background_per_ns =
-      row.background_per_ns -
-      std::min(std::max(more, 0.0) * exposure_.amplitude / exposure_.seen_ns,
-               row.background_per_ns / 2);
-  return settled;
-}
-
-// Counts the photons beside a line close to the first target.
-void SeveralTargets::see_profile(DelayLine line, double background_per_ns) {
-  const double width_ns = shape_.width_ns();
-  const double bin_ns = RangeProfile::bin_widths * width_ns;
-  RangeProfile::Counts counts;
-  joint_.likelihood().count_near(
-      0, line, shape_.peak_offset_ns() + RangeProfile::first_widths * width_ns, bin_ns, counts);
-  profile_.see(counts, background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * bin_ns);
 }
 
 // The fit of what is claimed alone.
@@ -206,7 +129,7 @@ void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
   for (std::size_t k = 0; k < all_.at.count; ++k) {
     if (!claims_.is_claimed(k)) continue;
     searched_.at(claimed.count) = k;
-    was_searched_.at(claimed.count) = split_into_ == 1 || k >= split_into_;
+    was_searched_.at(claimed.count) = started_with_ == 1 || k >= started_with_;
     claimed.add(all_.at.targets.at(k));
   }
   const bool is_fitted = is_refined_ && claimed.count == all_.at.count;
@@ -257,55 +180,6 @@ void SeveralTargets::take_pair(const JointMaximum& other, double found_nats, std
   for (const std::size_t k : {one, two}) was_searched_.at(k) = false;
 }
 
-// How the photons about a line lie beside it, as if two targets of equal signals had made them: the
-// line in their middle, and how far off that they are, at +-(d + t s). Beyond the pulse's width and
-// the background, the offsets o then have the moments
-//   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
-SeveralTargets::Spread SeveralTargets::spread_about(const JointParameters& at, std::size_t target,
-                                                    DelayLine line) {
-  constexpr double reach_widths = 7;
-  const double width_ns = shape_.width_ns();
-  const double reach_ns = reach_widths * width_ns;
-  const JointLikelihood::Moments sums = joint_.likelihood().moments_near(target, line, reach_ns);
-  const double dark =
-      at.background_per_ns * exposure_.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
-  const double photons = std::max(sums.photons - dark, 1.0);
-  const double off_ns = sums.o / photons;
-  const double turn_ns = 12 * sums.os / photons;
-  const double square = (sums.oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
-                        off_ns * off_ns - turn_ns * turn_ns / 12;
-  const double cross = sums.oos / photons - off_ns * turn_ns / 6;
-  const double bow = (sums.ooss - sums.oo / 12) / photons - turn_ns * turn_ns / 180;
-  const double t = std::sqrt(std::max(0.0, 180 * bow));
-  const double d = std::sqrt(std::max(0.0, square - t * t / 12));
-  return {{line.delay_ns + off_ns, line.travel_ns + turn_ns}, {d, cross < 0 ? -t : t}};
-}
-
-// Two targets of equal signals in place of one and the last one, which are close to each other.
-JointParameters SeveralTargets::pair_about(const JointParameters& start, std::size_t target,
-                                           bool moving) {
-  constexpr double least_widths = 0.6;
-  const TargetParameters& one = start.targets.at(target);
-  const TargetParameters& last = start.targets.at(start.count - 1);
-  const double S = one.signal_per_pulse + last.signal_per_pulse;
-  const double share = last.signal_per_pulse / S;
-  const double apart_ns = std::remainder(last.line.delay_ns - one.line.delay_ns, train_.circle_ns);
-  const DelayLine about = {one.line.delay_ns + share * apart_ns,
-                           one.line.travel_ns + share * (last.line.travel_ns - one.line.travel_ns)};
-  Spread spread = spread_about(start, target, about);
-  if (!moving) spread.middle.travel_ns = spread.off.travel_ns = 0;
-  if (std::abs(spread.off.travel_ns) < spread.off.delay_ns || !moving) {
-    spread.off.delay_ns = std::max(spread.off.delay_ns, least_widths * shape_.width_ns());
-  }
-  const auto& [middle, off] = spread;
-  JointParameters pair = start;
-  pair.targets.at(target) = {{middle.delay_ns - off.delay_ns, middle.travel_ns - off.travel_ns},
-                             S / 2};
-  pair.targets.at(start.count - 1) = {
-      {middle.delay_ns + off.delay_ns, middle.travel_ns + off.travel_ns}, S / 2};
-  return pair;
-}
-
 // Two targets that are close to each other may first look like one in their middle, and what that
 // leaves over like another beside it, or at a shoulder of the comb. So the climb may also begin at
 // a pair about the middle, where that is the likelier place.
@@ -326,7 +200,7 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
       if (!may_be_shoulder(start.targets.at(last), start.targets.at(k))) continue;
       pair.targets.at(last) = {start.targets.at(k).line, 0};
     }
-    pair = pair_about(pair, k, moving);
+    pair = start_.pair_about(exposure_, pair, k, moving);
     const bool is_one =
         claims_.apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
     if (is_far && is_one) continue;
@@ -357,8 +231,8 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
 std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   Lines lines;
   const auto known = lines_of(all_.at, lines);
-  const bool only_split = all_.at.count == split_into_;
-  const TargetSearch::Search& last = searches_.at(only_split ? 0 : all_.at.count - 1);
+  const bool only_started = all_.at.count == started_with_;
+  const TargetSearch::Search& last = searches_.at(only_started ? 0 : all_.at.count - 1);
   if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last)) {
     return kept;
   }
@@ -477,14 +351,14 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
 }
 
 // Looks at each target in a frame from which the others are taken out; returns false where one of
-// those that the first was split into is none.
+// those that were fitted at once is none.
 bool SeveralTargets::judge(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, best_.at);
   joint_.likelihood().thin(exposure_, best_.at, stays_);
   for (std::size_t k = 0; k < best_.at.count; ++k) {
     if (const auto found = judge_one(frame, k, moving)) {
       found_.push_back(*found);
-    } else if (split_into_ > 1 && !was_searched_.at(k)) {
+    } else if (started_with_ > 1 && !was_searched_.at(k)) {
       return false;
     }
   }
@@ -500,7 +374,8 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
                                                      bool moving) {
   FoundTarget found = target_of(target);
   found.fit.gain_nats = best_.gain_nats - joint_.gain_without(target, exposure_, best_);
-  if (found.fit.gain_nats < threshold_nats_) return std::nullopt;
+  const double least_nats = least_nats_.at(searched_.at(target));
+  if (found.fit.gain_nats < std::max(threshold_nats_, least_nats)) return std::nullopt;
   rest_.take_some(stays_, static_cast<unsigned>(target), frame);
   const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
   if (pattern.fault != PatternFault::none) return std::nullopt;

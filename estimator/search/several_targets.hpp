@@ -8,8 +8,8 @@
 
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
-#include "estimator/fit/range_profile.hpp"
 #include "estimator/fit/target_claims.hpp"
+#include "estimator/search/joint_start.hpp"
 #include "estimator/search/target_search.hpp"
 
 namespace splid {
@@ -61,11 +61,8 @@ class SeveralTargets {
                                     Effort most);
 
  private:
-  bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool may_split);
-  bool split(const FoldedFrame& frame, bool moving);
-  [[nodiscard]] JointParameters with_middle(const JointParameters& pair);
-  [[nodiscard]] JointParameters as_profile_has_it(const JointParameters& row);
-  void see_profile(DelayLine line, double background_per_ns);
+  bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool at_once);
+  bool start_together(const FoldedFrame& frame, bool moving);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
@@ -76,12 +73,6 @@ class SeveralTargets {
                      bool moving);
   [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
                                      const TargetParameters& bright) const;
-  struct Spread {
-    DelayLine middle, off;
-  };
-  [[nodiscard]] Spread spread_about(const JointParameters& at, std::size_t target, DelayLine line);
-  [[nodiscard]] JointParameters pair_about(const JointParameters& start, std::size_t target,
-                                           bool moving);
   void fit_claimed(const FoldedFrame& frame, bool moving);
   void compare_with_other_pair(const FoldedFrame& frame, bool moving);
   void take_pair(const JointMaximum& other, double found_nats, std::size_t one, std::size_t two);
@@ -99,12 +90,13 @@ class SeveralTargets {
   std::size_t most_;
   JointFit joint_;
   TargetClaims claims_;  // of those in all_
-  RangeProfile profile_;
+  JointStart start_;
   JointMaximum all_;                // of all that was found
   JointMaximum best_;               // of the targets that are claimed
   std::size_t first_unlooked_ = 0;  // beside the targets from this one on
   bool is_refined_ = false;         // all_ is a maximum of the joint likelihood
-  std::size_t split_into_ = 1;      // so many, the first in all_, were found as one
+  std::size_t started_with_ = 1;    // so many, the first in all_, were fitted at once
+  std::array<double, most_targets> least_nats_{};  // that each of these must gain
   // How a target was found: alone, with what had been found before it taken out. Of those that were
   // found as one, the first has the search that found all.
   std::vector<TargetSearch::Search> searches_;        // of each in all_

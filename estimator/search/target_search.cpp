@@ -451,11 +451,9 @@ std::optional<RangeOdds::Place> TargetSearch::weaker_rival(const Fit& fit,
                                                            std::span<const DelayLine> known,
                                                            const Search& last) const {
   const DelayLine& line = fit.parameters.line;
-  if (std::abs(line.travel_ns - last.fit.parameters.line.travel_ns) > recheck_.bin_ns) {
-    return std::nullopt;
-  }
+  if (!has_looked_beside(last.fit, line)) return std::nullopt;
   std::optional<RangeOdds::Place> rival = last.peaks.odds.best_beside(known, line);
-  if (!rival || most_gain_nats(rival->gain_nats) > fit.gain_nats - rival_nats_) return std::nullopt;
+  if (!rival || counts_against(*rival, fit.gain_nats)) return std::nullopt;
   return rival;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -114,6 +115,15 @@ class TargetSearch {
                                  double least_nats);
   // A target anywhere. most: as in find().
   std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats);
+  // Whether the look at all delays about a fit was one about a line of another target too: the line
+  // has much the same travel.
+  [[nodiscard]] bool has_looked_beside(const Fit& fit, DelayLine line) const {
+    return std::abs(line.travel_ns - fit.parameters.line.travel_ns) <= recheck_.bin_ns;
+  }
+  // Whether a place may gain so much that it counts against the range of a target of this gain.
+  [[nodiscard]] bool counts_against(const RangeOdds::Place& place, double gain_nats) const {
+    return most_gain_nats(place.gain_nats) > gain_nats - rival_nats_;
+  }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // travel, in a frame from which all others have been taken out. Nothing where another delay is
   // better.

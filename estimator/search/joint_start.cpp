@@ -1,0 +1,196 @@
+#include "estimator/search/joint_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace splid {
+namespace {
+
+// Peaks so high, as parts of the best one's gain, are targets. A shoulder of [P]'s pattern has 0.4
+// of it.
+constexpr double least_of_best = 0.7;
+// Such a target keeps so much of its gain when all others are fitted with it. Where the combs of
+// two targets meet, half of the photons are one's, and half the other's.
+constexpr double least_kept = 0.75;
+
+// A signal that is added was background up to now.
+void take_from_background(const Exposure& exposure, double signal, JointParameters& at) {
+  const double added = std::max(signal, 0.0) * exposure.amplitude / exposure.seen_ns;
+  at.background_per_ns -= std::min(added, at.background_per_ns / 2);
+}
+
+}  // namespace
+
+JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
+                                    const TargetSearch::Search& first, bool moving) {
+  Guess guess;
+  guess.at = row_about(exposure, alone, moving);
+  guess.row = guess.at.count;
+  return with_peaks(exposure, guess, first);
+}
+
+// The best target, or two or more in its place that are far enough apart to be told apart.
+JointParameters JointStart::row_about(const Exposure& exposure, const JointParameters& alone,
+                                      bool moving) {
+  JointParameters row = alone;
+  row.add({row.targets.front().line, 0});
+  row = pair_about(exposure, row, 0, moving);
+  const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
+  if (widths < TargetClaims::closest_widths) return alone;
+  if (most_ > 2) row = with_middle(row);
+  return as_profile_has_it(exposure, row, alone.targets.front().signal_per_pulse);
+}
+
+// With the peaks that are nearly as high as the best one, unless there are more of them than there
+// may be targets, or a lower one may count against them: where combs meet, the light of two targets
+// makes other places as high as they are.
+JointStart::Guess JointStart::with_peaks(const Exposure& exposure, const Guess& row,
+                                         const TargetSearch::Search& first) const {
+  Guess guess = row;
+  double weakest_nats = first.fit.gain_nats;
+  const double least_nats = std::max(least_of_best * first.fit.gain_nats, sure_nats_);
+  std::array<DelayLine, most_targets> lines;
+  for (std::size_t k = 0; k < row.at.count; ++k) lines.at(k) = row.at.targets.at(k).line;
+  const auto next = [&] {
+    return first.peaks.odds.best_beside(std::span(lines).first(guess.at.count));
+  };
+  std::optional<RangeOdds::Place> peak = next();
+  for (; peak && peak->gain_nats >= least_nats; peak = next()) {
+    const bool is_looked_at = search_.has_looked_beside(first.fit, peak->line);
+    if (guess.at.count == most_ || !is_looked_at || !is_far_from(guess.at, peak->line)) return row;
+    const double S = first.fit.parameters.signal_per_pulse * peak->gain_nats / first.fit.gain_nats;
+    guess.least_nats.at(guess.at.count) = least_kept * peak->gain_nats;
+    lines.at(guess.at.count) = peak->line;
+    guess.at.add({peak->line, S});
+    take_from_background(exposure, S, guess.at);
+    weakest_nats = peak->gain_nats;
+  }
+  return peak && search_.counts_against(*peak, weakest_nats) ? row : guess;
+}
+
+bool JointStart::is_far_from(const JointParameters& others, DelayLine line) const {
+  const auto* const end = others.targets.begin() + others.count;
+  return std::all_of(others.targets.begin(), end, [&](const TargetParameters& other) {
+    return claims_.apart_widths({line, 0}, other) > TargetClaims::tail_widths;
+  });
+}
+
+// How the photons about a line lie beside it, as if two targets of equal signals had made them: the
+// line in their middle, and how far off that they are, at +-(d + t s). Beyond the pulse's width and
+// the background, the offsets o then have the moments
+//   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
+JointStart::Spread JointStart::spread_about(const Exposure& exposure, const JointParameters& at,
+                                            std::size_t target, DelayLine line) const {
+  constexpr double reach_widths = 7;
+  const double width_ns = shape_.width_ns();
+  const double reach_ns = reach_widths * width_ns;
+  const JointLikelihood::Moments sums = likelihood_.moments_near(target, line, reach_ns);
+  const double dark = at.background_per_ns * exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
+  const double photons = std::max(sums.photons - dark, 1.0);
+  const double off_ns = sums.o / photons;
+  const double turn_ns = 12 * sums.os / photons;
+  const double square = (sums.oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
+                        off_ns * off_ns - turn_ns * turn_ns / 12;
+  const double cross = sums.oos / photons - off_ns * turn_ns / 6;
+  const double bow = (sums.ooss - sums.oo / 12) / photons - turn_ns * turn_ns / 180;
+  const double t = std::sqrt(std::max(0.0, 180 * bow));
+  const double d = std::sqrt(std::max(0.0, square - t * t / 12));
+  return {{line.delay_ns + off_ns, line.travel_ns + turn_ns}, {d, cross < 0 ? -t : t}};
+}
+
+JointParameters JointStart::pair_about(const Exposure& exposure, const JointParameters& start,
+                                       std::size_t target, bool moving) const {
+  constexpr double least_widths = 0.6;
+  const TargetParameters& one = start.targets.at(target);
+  const TargetParameters& last = start.targets.at(start.count - 1);
+  const double S = one.signal_per_pulse + last.signal_per_pulse;
+  const double share = last.signal_per_pulse / S;
+  const double apart_ns = std::remainder(last.line.delay_ns - one.line.delay_ns, train_.circle_ns);
+  const DelayLine about = {one.line.delay_ns + share * apart_ns,
+                           one.line.travel_ns + share * (last.line.travel_ns - one.line.travel_ns)};
+  Spread spread = spread_about(exposure, start, target, about);
+  if (!moving) spread.middle.travel_ns = spread.off.travel_ns = 0;
+  if (std::abs(spread.off.travel_ns) < spread.off.delay_ns || !moving) {
+    spread.off.delay_ns = std::max(spread.off.delay_ns, least_widths * shape_.width_ns());
+  }
+  const auto& [middle, off] = spread;
+  JointParameters pair = start;
+  pair.targets.at(target) = {{middle.delay_ns - off.delay_ns, middle.travel_ns - off.travel_ns},
+                             S / 2};
+  pair.targets.at(start.count - 1) = {
+      {middle.delay_ns + off.delay_ns, middle.travel_ns + off.travel_ns}, S / 2};
+  return pair;
+}
+
+// Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
+// pair where the light between the two is less than theirs.
+//
+// Design note: at +-d a pair is spread by d d, and so are three at -e, 0 and e with e e = 1.5 d d.
+JointParameters JointStart::with_middle(const JointParameters& pair) const {
+  const DelayLine& a = pair.targets.at(0).line;
+  const DelayLine& b = pair.targets.at(1).line;
+  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
+  if (claims_.light_about(0, middle) <=
+      std::max(claims_.light_about(0, a), claims_.light_about(0, b)))
+    return pair;
+  const double e = std::sqrt(1.5);
+  const auto at = [&](double side) {
+    return DelayLine{middle.delay_ns + side * e * (b.delay_ns - middle.delay_ns),
+                     middle.travel_ns + side * e * (b.travel_ns - middle.travel_ns)};
+  };
+  const double S = pair.targets.at(0).signal_per_pulse;
+  JointParameters row = pair;
+  row.targets.at(0) = {at(-1), S};
+  row.targets.at(1) = {middle, S};
+  row.add({at(1), S});
+  return row;
+}
+
+// The row where the light about its middle has it, with what else there is beside it. A pair whose
+// lines cross within the frame is left as it is: its light is not one beside the other.
+JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const JointParameters& row,
+                                              double alone_signal) {
+  const DelayLine& a = row.targets.at(0).line;
+  const DelayLine& b = row.targets.at(row.count - 1).line;
+  if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return row;
+  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
+  see_profile(exposure, middle, row.background_per_ns);
+  std::array<RangeProfile::Target, most_targets> targets;
+  std::size_t count = row.count;
+  const auto settle = [&] { profile_.settle(std::span(targets).first(count)); };
+  for (std::size_t k = 0; k < count; ++k) {
+    const TargetParameters& target = row.targets.at(k);
+    targets.at(k) = {target.line.delay_ns - middle.delay_ns,
+                     target.signal_per_pulse * exposure.amplitude};
+  }
+  settle();
+  while (count < most_) {
+    const auto next = profile_.unexplained(std::span(targets).first(count));
+    if (!next) break;
+    targets.at(count++) = *next;
+    settle();
+  }
+  JointParameters settled;
+  settled.background_per_ns = row.background_per_ns;
+  double all = 0;
+  for (const RangeProfile::Target& target : std::span(targets).first(count)) {
+    const double S = target.photons / exposure.amplitude;
+    settled.add({{middle.delay_ns + target.offset_ns, middle.travel_ns}, S});
+    all += S;
+  }
+  take_from_background(exposure, all - alone_signal, settled);
+  return settled;
+}
+
+// Counts the photons beside a line close to the first target.
+void JointStart::see_profile(const Exposure& exposure, DelayLine line, double background_per_ns) {
+  const double width_ns = shape_.width_ns();
+  const double bin_ns = RangeProfile::bin_widths * width_ns;
+  RangeProfile::Counts counts;
+  likelihood_.count_near(0, line, shape_.peak_offset_ns() + RangeProfile::first_widths * width_ns,
+                         bin_ns, counts);
+  profile_.see(counts, background_per_ns * exposure.seen_ns * train_.pulses_per_ns * bin_ns);
+}
+
+}  // namespace splid

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "estimator/fit/joint_likelihood.hpp"
+#include "estimator/fit/range_profile.hpp"
+#include "estimator/fit/target_claims.hpp"
+#include "estimator/search/target_search.hpp"
+
+namespace splid {
+
+// Where a joint fit of several targets begins: what the search of the frame, and the photons about
+// its best target, already show of others. Nothing is looked for.
+//
+// Threads: one thread for each object, which holds scratch. Errors: none. No allocation.
+class JointStart {
+ public:
+  // search, shape, train, likelihood, claims: outlive this. sure_nats: a target that gains so much
+  // is there, however the others are refitted. most: targets, 1 to most_targets.
+  JointStart(const TargetSearch& search, const PulseShape& shape, const PulseTrain& train,
+             const JointLikelihood& likelihood, const TargetClaims& claims, double sure_nats,
+             std::size_t most)
+      : search_(search),
+        shape_(shape),
+        train_(train),
+        likelihood_(likelihood),
+        claims_(claims),
+        sure_nats_(sure_nats),
+        most_(most),
+        profile_(shape) {}
+
+  struct Guess {
+    JointParameters at;
+    std::size_t row = 1;  // so many, the first ones, are in place of the best target
+    // Of each target, the gain without which it is none: a half of what it gains alone, for those
+    // that stand elsewhere.
+    std::array<double, most_targets> least_nats{};
+  };
+  // What the frame shows at once: in place of the best target, two or a row of more where its
+  // photons are spread as those of so many; and targets at the other peaks of the search that are
+  // nearly as high as the best one. The guess is the best target alone where there is no such.
+  //
+  // alone: the best target, about which the likelihood has been collected. first: its search.
+  // moving: whether targets may move.
+  [[nodiscard]] Guess guess(const Exposure& exposure, const JointParameters& alone,
+                            const TargetSearch::Search& first, bool moving);
+  // Two targets of equal signals in place of one and the last one, which are close to each other.
+  // The likelihood has been collected about `start`.
+  [[nodiscard]] JointParameters pair_about(const Exposure& exposure, const JointParameters& start,
+                                           std::size_t target, bool moving) const;
+
+ private:
+  struct Spread {
+    DelayLine middle, off;
+  };
+  [[nodiscard]] Spread spread_about(const Exposure& exposure, const JointParameters& at,
+                                    std::size_t target, DelayLine line) const;
+  [[nodiscard]] JointParameters row_about(const Exposure& exposure, const JointParameters& alone,
+                                          bool moving);
+  [[nodiscard]] JointParameters with_middle(const JointParameters& pair) const;
+  [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
+                                                  const JointParameters& row, double alone_signal);
+  void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
+  [[nodiscard]] Guess with_peaks(const Exposure& exposure, const Guess& row,
+                                 const TargetSearch::Search& first) const;
+  [[nodiscard]] bool is_far_from(const JointParameters& others, DelayLine line) const;
+
+  const TargetSearch& search_;
+  const PulseShape& shape_;
+  const PulseTrain& train_;
+  const JointLikelihood& likelihood_;
+  const TargetClaims& claims_;
+  double sure_nats_;
+  std::size_t most_;
+  RangeProfile profile_;
+};
+
+}  // namespace splid
