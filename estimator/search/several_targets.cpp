@@ -20,9 +20,9 @@ constexpr double least_of_threshold = 0.4;
 constexpr double lost_nats = 3;
 // A target that gains so much more than the threshold is there, however the others are refitted.
 constexpr double plain_margin_nats = 20;
-// Two other places of which each has so much of the first target's gain may be where the light of
-// two targets comes from. A shoulder of [P]'s pattern has 0.4 of it.
-constexpr double least_of_gain_elsewhere = 0.7;
+// The light of two targets looks like that of others where they move alike: where the ends of their
+// lines part by no more than this.
+constexpr double most_apart_widths = 3;
 
 using Lines = std::array<DelayLine, most_targets>;
 
@@ -51,7 +51,9 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       claims_(shape, train, joint_.likelihood()),
       start_(search, shape, train, joint_.likelihood(), claims_, threshold_nats + plain_margin_nats,
              most),
+      meetings_(train, shape.width_ns()),
       rest_(train, max_photons, pattern_check.reach_ns()) {
+  places_ns_.reserve(CombMeetings::most_places);
   stays_.reserve(max_photons);
   found_.reserve(most_targets);
   searches_.reserve(most_targets);
@@ -90,7 +92,7 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   fit_claimed(frame, moving);
   // Where all light of one of them is another's, the likelihood does not fall off beside it.
   if (!best_.has_covariance) return started_with_ == 1;
-  compare_with_other_pair(frame, moving);
+  compare_with_other_places(frame, moving);
   return judge(frame, moving);
 }
 
@@ -136,48 +138,66 @@ void SeveralTargets::fit_claimed(const FoldedFrame& frame, bool moving) {
   best_ = is_fitted ? all_ : joint_.climb(frame, exposure_, claimed, moving);
 }
 
-// Puts two targets where other two places explain the light better, and notes by how much one of
-// the two pairs does.
+// Puts targets where other places explain the light better, and notes by how much they do or do
+// not.
 //
 // Design note: two targets of the same signal whose delays differ by a multiple of 9 ns make two
-// more whole combs with an interleaved pattern of 180 and 189 ns, each of one's pulses at 180 ns
-// and the other's at 189 ns. All four places gain as much. The two pairs differ in the light of the
-// pulses that are of both rates, one pulse in 41.
-void SeveralTargets::compare_with_other_pair(const FoldedFrame& frame, bool moving) {
-  pair_odds_nats_ = {};
-  Lines lines;
-  const auto known = lines_of(best_.at, lines);
-  const RangeOdds& odds = searches_.front().peaks.odds;
-  const double least_nats = least_of_gain_elsewhere * searches_.front().fit.gain_nats;
-  const auto a = odds.best_beside(known);
-  if (!a || a->gain_nats < least_nats) return;
-  const auto b = odds.best_beside(known, a->line);
-  if (!b || b->gain_nats < least_nats) return;
-  const JointMaximum found = best_;
-  for (std::size_t k = 0; k < found.at.count; ++k) {
-    for (std::size_t m = k + 1; m < found.at.count; ++m) {
+// more whole combs with an interleaved pattern of 180 and 189 ns (CombMeetings). All four places
+// gain as much, and the two pairs differ in the light of the pulses that are of both rates alone,
+// one pulse in 41. Of three targets and more, several pairs may have to change places.
+void SeveralTargets::compare_with_other_places(const FoldedFrame& frame, bool moving) {
+  for (std::size_t round = 0; round < most_targets; ++round) {
+    const JointMaximum found = best_;
+    pair_odds_nats_ = {};
+    for (std::size_t k = 0; k < found.at.count; ++k) {
+      for (std::size_t m = k + 1; m < found.at.count; ++m) {
+        try_other_places(frame, found, {k, m}, moving);
+      }
+    }
+    if (best_.gain_nats <= found.gain_nats) return;
+  }
+}
+
+// Two that take each other's light have the same signal. One that has taken a part of another's is
+// weaker, and the other is brighter than it is.
+void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaximum& found,
+                                      std::array<std::size_t, 2> pair, bool moving) {
+  constexpr double least_alike = 0.5, most_alike = 0.7;  // of the brighter one's signal
+  const TargetParameters& a = found.at.targets.at(pair[0]);
+  const TargetParameters& b = found.at.targets.at(pair[1]);
+  if (std::abs(a.line.travel_ns - b.line.travel_ns) > most_apart_widths * shape_.width_ns()) return;
+  meetings_.find(a.line.delay_ns, b.line.delay_ns, places_ns_);
+  const auto [less, more] = std::minmax(a.signal_per_pulse, b.signal_per_pulse);
+  const double travel_ns = (a.line.travel_ns + b.line.travel_ns) / 2;
+  const double S = (less + more) / 2;
+  for (std::size_t n = 0; n < places_ns_.size(); ++n) {
+    const TargetParameters there = {{places_ns_[n], travel_ns}, S};
+    for (std::size_t m = 0; m < n && less > least_alike * more; ++m) {
       JointParameters other = found.at;
-      TargetParameters& one = other.targets.at(k);
-      TargetParameters& two = other.targets.at(m);
-      const double S = (one.signal_per_pulse + two.signal_per_pulse) / 2;
-      one = {a->line, S};
-      two = {b->line, S};
-      take_pair(joint_.climb(frame, exposure_, other, moving), found.gain_nats, k, m);
+      other.targets.at(pair[0]) = there;
+      other.targets.at(pair[1]) = {{places_ns_[m], travel_ns}, S};
+      take_places(joint_.climb(frame, exposure_, other, moving), found, pair);
+    }
+    for (std::size_t k = 0; k < 2 && less < most_alike * more; ++k) {
+      JointParameters other = found.at;
+      other.targets.at(pair.at(k)) = there;
+      other.targets.at(pair.at(1 - k)).signal_per_pulse = S;
+      take_places(joint_.climb(frame, exposure_, other, moving), found, pair);
     }
   }
 }
 
 // Takes a joint fit with other places for two of the targets, where it is the better one.
-void SeveralTargets::take_pair(const JointMaximum& other, double found_nats, std::size_t one,
-                               std::size_t two) {
+void SeveralTargets::take_places(const JointMaximum& other, const JointMaximum& found,
+                                 std::span<const std::size_t> pair) {
   if (!other.has_covariance) return;
-  for (const std::size_t k : {one, two}) {
-    const double odds_nats = std::abs(other.gain_nats - found_nats);
+  const double odds_nats = std::abs(other.gain_nats - found.gain_nats);
+  for (const std::size_t k : pair) {
     pair_odds_nats_.at(k) = std::min(odds_nats, pair_odds_nats_.at(k).value_or(odds_nats));
   }
   if (!(other.gain_nats > best_.gain_nats)) return;
   best_ = other;
-  for (const std::size_t k : {one, two}) was_searched_.at(k) = false;
+  for (const std::size_t k : pair) was_searched_.at(k) = false;
 }
 
 // Two targets that are close to each other may first look like one in their middle, and what that
@@ -332,10 +352,12 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
 
 // How sure a target's range is, against all places but those of the frame's other targets.
 //
-// Targets that were found as one have not been searched for. Each is compared with what the light
+// Targets that were fitted at once have not been searched for. Each is compared with what the light
 // of all of them has elsewhere, which is more than its own has. Where that leaves a doubt, its own
 // is looked at in rest_, which is the frame without the others: nothing where it is better
 // somewhere else, since a part of the light of a target that was not found looked like this one.
+// Where combs meet it may be better elsewhere by chance. The joint fit with the other places has
+// said then that it is here, and its range is in doubt.
 std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
   Lines lines;
   const auto others = lines_of(best_.at, lines, 0, target);
@@ -347,7 +369,9 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
   const double odds_nats = of_all.range_odds_nats(fit, others);
   const bool is_sure =
       of_all.odds.best_beside(others, fit.parameters.line) && odds_nats > plain_margin_nats;
-  return is_sure ? odds_nats : search_.range_odds_in(rest_, fit);
+  if (is_sure) return odds_nats;
+  const std::optional<double> in_rest = search_.range_odds_in(rest_, fit);
+  return !in_rest && pair_odds_nats_.at(target) ? 0 : in_rest;
 }
 
 // Looks at each target in a frame from which the others are taken out; returns false where one of

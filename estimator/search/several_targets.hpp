@@ -9,6 +9,7 @@
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/target_claims.hpp"
+#include "estimator/model/comb_meetings.hpp"
 #include "estimator/search/joint_start.hpp"
 #include "estimator/search/target_search.hpp"
 
@@ -74,8 +75,11 @@ class SeveralTargets {
   [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
                                      const TargetParameters& bright) const;
   void fit_claimed(const FoldedFrame& frame, bool moving);
-  void compare_with_other_pair(const FoldedFrame& frame, bool moving);
-  void take_pair(const JointMaximum& other, double found_nats, std::size_t one, std::size_t two);
+  void compare_with_other_places(const FoldedFrame& frame, bool moving);
+  void try_other_places(const FoldedFrame& frame, const JointMaximum& found,
+                        std::array<std::size_t, 2> pair, bool moving);
+  void take_places(const JointMaximum& other, const JointMaximum& found,
+                   std::span<const std::size_t> pair);
   bool judge(const FoldedFrame& frame, bool moving);
   [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,
                                                      bool moving);
@@ -104,6 +108,8 @@ class SeveralTargets {
   // Of each in best_: whether it has that search, and by how much another pair of places is worse.
   std::array<bool, most_targets> was_searched_{};
   std::array<std::optional<double>, most_targets> pair_odds_nats_{};
+  CombMeetings meetings_;
+  std::vector<double> places_ns_;  // scratch
   Exposure exposure_;
   FoldedFrame rest_;
   std::vector<std::uint8_t> stays_;

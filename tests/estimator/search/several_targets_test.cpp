@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <span>
 
 #include "estimator/frame_estimator.hpp"
 #include "protocol/error.hpp"
@@ -131,6 +132,35 @@ TEST(SeveralTargets, AreToldFromTheOtherPlacesOfTheirCombs) {
       expect_is(e.targets[in_order ? 1 : 0], second);
       EXPECT_LT(e.targets[0].range_odds_nats, 80);
     }
+  }
+}
+
+// The combs of three targets and more meet at many places. Some that are not there were listed in
+// every tenth of such frames, with status ok.
+TEST(SeveralTargets, OfManyWhoseCombsMeetEachIsWhereItIs) {
+  const double s = 33e-4;
+  const std::vector<std::vector<test::FrameMaker>> scenes = {
+      {scene_of(0, 20, s), scene_of(360, 20, s)},
+      {scene_of(0, 20, s), scene_of(-207, 20, s), scene_of(288, 20, s)},
+      {scene_of(0, 20, 1.7 * s), scene_of(455.1, 20, s), scene_of(203.1, 20, s)},
+      {scene_of(0, 20, s), scene_of(234, 20, s), scene_of(-261, 20, s), scene_of(-306, 20, s)}};
+  for (const std::vector<test::FrameMaker>& scene : scenes) {
+    FrameEstimator estimator = several(scene.front(), 4);
+    const std::vector<test::FrameMaker> others(scene.begin() + 1, scene.end());
+    std::size_t sure = 0;
+    for (std::uint64_t seed = 0; seed < 15; ++seed) {
+      const Estimate e = estimator.estimate(scene.front().make_with(others, seed).view());
+      ASSERT_EQ(e.target_count, scene.size()) << seed;
+      for (const TargetEstimate& target : std::span(e.targets).first(scene.size())) {
+        if (target.status == FrameStatus::ambiguous) continue;
+        ++sure;
+        expect_is(target,
+                  *std::min_element(scene.begin(), scene.end(), [&](const auto& a, const auto& b) {
+                    return std::abs(off_of(target, a)) < std::abs(off_of(target, b));
+                  }));
+      }
+    }
+    EXPECT_GE(sure, 10 * scene.size()) << scene.size();
   }
 }
 

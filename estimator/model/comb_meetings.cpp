@@ -1,0 +1,62 @@
+#include "estimator/model/comb_meetings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace splid {
+
+CombMeetings::CombMeetings(const PulseTrain& train, double width_ns)
+    : circle_ns_(train.circle_ns), tolerance_ns_(3 * width_ns) {
+  if (train.single()) {
+    periods_ns_ = train.stretches.front().subperiods_ns;
+  } else {
+    for (const PulseTrain::Stretch& stretch : train.stretches) {
+      if (stretch.comb.times_ns.size() == 1) periods_ns_.push_back(stretch.comb.period_ns);
+    }
+    if (periods_ns_.size() < train.stretches.size()) periods_ns_.clear();
+  }
+  if (periods_ns_.size() < 2) periods_ns_.clear();
+}
+
+void CombMeetings::find(double one_ns, double other_ns, std::vector<double>& places_ns) const {
+  places_ns.clear();
+  if (periods_ns_.empty()) return;
+  const double period_ns = periods_ns_.front();
+  const auto turns = static_cast<std::size_t>(std::ceil(circle_ns_ / period_ns));
+  const auto is_at = [&](double place_ns) {
+    return [=, this](double other) {
+      return std::abs(std::remainder(place_ns - other, circle_ns_)) < 2 * tolerance_ns_;
+    };
+  };
+  for (const double from_ns : {one_ns, other_ns}) {
+    for (std::size_t n = 0; n < turns && places_ns.size() < most_places; ++n) {
+      double place_ns = from_ns + static_cast<double>(n) * period_ns;
+      double off_ns = 0;
+      if (!meets_at(place_ns, one_ns, other_ns, off_ns)) continue;
+      place_ns += off_ns;
+      place_ns -= circle_ns_ * std::floor(place_ns / circle_ns_);
+      const auto is_here = is_at(place_ns);
+      if (is_here(one_ns) || is_here(other_ns)) continue;
+      if (std::none_of(places_ns.begin(), places_ns.end(), is_here)) places_ns.push_back(place_ns);
+    }
+  }
+}
+
+// Whether each rate has its pulses at one of the two there, and not all at the same one. off_ns:
+// how far off their mean is.
+bool CombMeetings::meets_at(double place_ns, double one_ns, double other_ns, double& off_ns) const {
+  bool all_one = true, all_other = true;
+  off_ns = 0;
+  for (const double period_ns : periods_ns_) {
+    const double to_one = std::remainder(one_ns - place_ns, period_ns);
+    const double to_other = std::remainder(other_ns - place_ns, period_ns);
+    const double nearest = std::abs(to_one) < std::abs(to_other) ? to_one : to_other;
+    if (std::abs(nearest) > tolerance_ns_) return false;
+    all_one = all_one && std::abs(to_one) <= tolerance_ns_;
+    all_other = all_other && std::abs(to_other) <= tolerance_ns_;
+    off_ns += nearest / static_cast<double>(periods_ns_.size());
+  }
+  return !all_one && !all_other;
+}
+
+}  // namespace splid

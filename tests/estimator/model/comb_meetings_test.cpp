@@ -1,0 +1,102 @@
+#include "estimator/model/comb_meetings.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+// The share of the pulses of a target at `place_ns` that come with those of one of the two.
+double share_met(const Pattern& pattern, double place_ns, const std::vector<double>& targets_ns) {
+  const std::vector<double>& times_ps = pattern.segments.front().pulse_times_ps;
+  const double period_ns = static_cast<double>(pattern.segments.front().period_ps) * 1e-3;
+  int met = 0;
+  for (const double time_ps : times_ps) {
+    met += std::any_of(targets_ns.begin(), targets_ns.end(), [&](double target_ns) {
+      return std::any_of(times_ps.begin(), times_ps.end(), [&](double other_ps) {
+        const double apart_ns = place_ns + (time_ps - other_ps) * 1e-3 - target_ns;
+        return std::abs(std::remainder(apart_ns, period_ns)) < 0.4;
+      });
+    });
+  }
+  return met / static_cast<double>(times_ps.size());
+}
+
+TEST(CombMeetings, OfTwoRatesAreTwoWhereDelaysDifferByAMultipleOfTheirDifference) {
+  const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  const PulseTrain train(pattern);
+  const CombMeetings meetings(train, 0.1);
+  std::vector<double> places_ns;
+  for (const double apart_ns : {63.0, -252.0, 1044.1, 9.0}) {
+    const double one_ns = 1900, other_ns = one_ns + apart_ns;
+    meetings.find(one_ns, other_ns, places_ns);
+    ASSERT_EQ(places_ns.size(), 2U) << apart_ns;
+    for (const double place_ns : places_ns) {
+      EXPECT_EQ(share_met(pattern, place_ns, {one_ns, other_ns}), 1) << apart_ns;
+      EXPECT_LT(share_met(pattern, place_ns, {one_ns}), 0.6) << apart_ns;
+      EXPECT_LT(share_met(pattern, place_ns, {other_ns}), 0.6) << apart_ns;
+    }
+    // And the two are where the combs of these places meet.
+    const std::vector<double> of_first = places_ns;
+    meetings.find(of_first[0], of_first[1], places_ns);
+    ASSERT_EQ(places_ns.size(), 2U) << apart_ns;
+    std::sort(places_ns.begin(), places_ns.end());
+    EXPECT_NEAR(places_ns[0], std::min(one_ns, other_ns), 0.2) << apart_ns;
+    EXPECT_NEAR(places_ns[1], std::max(one_ns, other_ns), 0.2) << apart_ns;
+  }
+  // Delays that differ by a multiple of a period meet at their own places alone.
+  for (const double apart_ns : {360.0, 189.0, 100.0, 67.5}) {
+    meetings.find(1900, 1900 + apart_ns, places_ns);
+    EXPECT_TRUE(places_ns.empty()) << apart_ns;
+  }
+}
+
+// A target at one place and a part of another's light may look like one that is not there: the
+// place of the other is where their combs meet.
+TEST(CombMeetings, TellWhereTheLightOfAWrongPlaceComesFrom) {
+  const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  const CombMeetings meetings(PulseTrain(pattern), 0.1);
+  const double right_ns = 1900;
+  const double wrong_ns = right_ns - 7 * 189, other_ns = right_ns + 2 * 180;
+  std::vector<double> places_ns;
+  meetings.find(wrong_ns, other_ns, places_ns);
+  EXPECT_TRUE(std::any_of(places_ns.begin(), places_ns.end(),
+                          [&](double place_ns) { return std::abs(place_ns - right_ns) < 0.1; }));
+}
+
+TEST(CombMeetings, OfThreeRatesNeedAllOfThem) {
+  const PulseTrain train(test::interleaved_pattern({180000, 189000, 200000}, 37800000));
+  const CombMeetings meetings(train, 0.1);
+  std::vector<double> places_ns;
+  // One rate of the second target, and two of the first, meet where 180 and 189 ns come together.
+  meetings.find(1900, 1900 + 3780 + 3 * 200, places_ns);
+  ASSERT_FALSE(places_ns.empty());
+  for (const double place_ns : places_ns) {
+    for (const double period_ns : {180.0, 189.0, 200.0}) {
+      const double to_one = std::abs(std::remainder(place_ns - 1900, period_ns));
+      const double to_other = std::abs(std::remainder(place_ns - 6280, period_ns));
+      EXPECT_LT(std::min(to_one, to_other), 0.31);
+    }
+  }
+  // 180 and 189 ns differ by multiples of 9 ns, and 180 and 200 ns by multiples of 20 ns.
+  meetings.find(1900, 1900 + 7, places_ns);
+  EXPECT_TRUE(places_ns.empty());
+}
+
+TEST(CombMeetings, PatternsOfOneRateHaveNone) {
+  Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  pattern.mode = Mode::random;
+  pattern.subperiods_ps.clear();
+  const CombMeetings meetings(PulseTrain(pattern), 0.1);
+  std::vector<double> places_ns = {1};
+  meetings.find(1900, 1963, places_ns);
+  EXPECT_TRUE(places_ns.empty());
+}
+
+}  // namespace
+}  // namespace splid
