@@ -214,7 +214,9 @@ double JointLikelihood::count_near(std::size_t target, DelayLine line, double fi
   std::size_t count = 0;
   for (std::size_t j = 0; j < near.entries(); ++j) {
     const double offset = near.residual_ns[j] - delay_ns - travel_ns * near.position[j];
-    count += offset >= first_ns && offset < last_ns ? 1 : 0;
+    // Both are compared in any case, so that this is a loop over vectors.
+    count +=
+        static_cast<std::size_t>(offset >= first_ns) & static_cast<std::size_t>(offset < last_ns);
   }
   return static_cast<double>(count);
 }

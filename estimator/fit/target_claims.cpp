@@ -221,6 +221,7 @@ double TargetClaims::light_of(const JointParameters& at, std::size_t target, std
 
 void TargetClaims::claim_in_rows(const JointParameters& at) {
   if (count() == at.count) return;
+  for (std::size_t k = 0; k < at.count; ++k) light_.at(k) = light_about(k, at.targets.at(k).line);
   std::array<bool, most_targets> stands{};
   for (std::size_t k = 0; k < at.count; ++k) {
     stands.at(k) = is_claimed_.at(k) || stands_in_row(at, k);
@@ -265,7 +266,7 @@ bool TargetClaims::falls_between(const JointParameters& at, std::size_t one,
       a.delay_ns + std::remainder(b.delay_ns - a.delay_ns, train_.circle_ns) / 2,
       (a.travel_ns + b.travel_ns) / 2};
   const double between = light_about(one, middle);
-  const double least = std::min(light_about(one, a), light_about(other, b));
+  const double least = std::min(light_.at(one), light_.at(other));
   return between < most_between * least &&
          least - between > deviations_of_fall * std::sqrt(least + between);
 }

@@ -86,6 +86,7 @@ class TargetClaims {
   FlankCheck flank_check_;
   Exposure exposure_;
   std::array<bool, most_targets> is_claimed_{};
+  std::array<double, most_targets> light_{};  // about the peak of each, see claim_in_rows()
   std::array<std::optional<double>, most_targets> shape_odds_nats_{};
 };
 

@@ -1,6 +1,7 @@
 #include "estimator/search/target_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -421,25 +422,46 @@ void TargetSearch::keep_peaks(Peaks& kept) const {
   kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 
-// The peak has been climbed already, in the frame, and is much the same in what is left.
+// The peak has been climbed already, in the frame, and is much the same in what is left. Where the
+// combs of two targets meet there are peaks as high as theirs, which lose half of their gain with
+// one of the two. So where a peak that is no shoulder of the last target is none, the next one is
+// looked at.
 std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                            std::span<const DelayLine> known, const Search& last) {
   constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
-  const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(known);
-  if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
+  constexpr double no_shoulder = 0.7;
+  constexpr std::size_t most_looked_at = 3;
+  std::array<DelayLine, most_targets + most_looked_at> seen;
+  std::copy(known.begin(), known.end(), seen.begin());
+  const Exposure exposure(rest, train_);
+  for (std::size_t n = 0; n < most_looked_at; ++n) {
+    const auto but = std::span(seen).first(known.size() + n);
+    const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(but);
+    if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
+    if (n > 0 && kept->gain_nats < no_shoulder * last.fit.gain_nats) return std::nullopt;
+    seen.at(known.size() + n) = kept->line;
+    const Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
+    const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
+    if (fit.has_covariance && fit.gain_nats >= least_nats) {
+      return with_rivals(rest, fit, peaks, known, last);
+    }
+  }
+  return std::nullopt;
+}
+
+// The best of a target that was kept and those places that may be taken for its own.
+Fit TargetSearch::with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
+                              std::span<const DelayLine> known, const Search& last) {
   odds_.clear();
   sample_odds_nats_.reset();
   until_ = Refinement::Until::near_top;
-  const Exposure exposure(rest, train_);
-  Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
-  const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
-  if (!fit.has_covariance || fit.gain_nats < least_nats) return std::nullopt;
-  odds_.add(fit);
+  odds_.add(kept);
+  Fit fit = kept;
   if (!has_shoulders()) return fit;
   if (const auto rival = weaker_rival(fit, known, last)) {
     odds_.add(rival->line, rival->gain_nats);
   } else {
-    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+    recheck_delay(rest, levels_.front(), Exposure(rest, train_), fit, {&peaks, known, true});
   }
   return fit;
 }

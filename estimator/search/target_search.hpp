@@ -105,8 +105,8 @@ class TargetSearch {
   // What follows looks for one more target in a frame from which the targets at `known` have been
   // taken out. A target that surely gains less than least_nats may be left out.
   //
-  // A target at the strongest of such peaks beside those of the known targets. Empty where the peak
-  // is not so plainly a target in what is left that find() would be over with it: it may have been
+  // A target at one of the strongest of such peaks beside those of the known targets. Empty where
+  // none is so plainly a target in what is left that find() would be over with it: it may have been
   // the shoulder of one that was taken out. last: the search for the last of the known targets.
   std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known, const Search& last);
@@ -178,6 +178,8 @@ class TargetSearch {
                                    double least_nats = -std::numeric_limits<double>::infinity());
   Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
+  Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
+                  std::span<const DelayLine> known, const Search& last);
   [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
                                                              std::span<const DelayLine> known,
                                                              const Search& last) const;
