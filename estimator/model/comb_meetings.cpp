@@ -18,28 +18,29 @@ CombMeetings::CombMeetings(const PulseTrain& train, double width_ns)
   if (periods_ns_.size() < 2) periods_ns_.clear();
 }
 
-void CombMeetings::find(double one_ns, double other_ns, std::vector<double>& places_ns) const {
-  places_ns.clear();
-  if (periods_ns_.empty()) return;
+CombMeetings::Places CombMeetings::find(double one_ns, double other_ns) const {
+  Places places;
+  if (periods_ns_.empty()) return places;
   const double period_ns = periods_ns_.front();
   const auto turns = static_cast<std::size_t>(std::ceil(circle_ns_ / period_ns));
-  const auto is_at = [&](double place_ns) {
-    return [=, this](double other) {
-      return std::abs(std::remainder(place_ns - other, circle_ns_)) < 2 * tolerance_ns_;
-    };
-  };
   for (const double from_ns : {one_ns, other_ns}) {
-    for (std::size_t n = 0; n < turns && places_ns.size() < most_places; ++n) {
+    for (std::size_t n = 0; n < turns && !places.is_full(); ++n) {
       double place_ns = from_ns + static_cast<double>(n) * period_ns;
       double off_ns = 0;
       if (!meets_at(place_ns, one_ns, other_ns, off_ns)) continue;
       place_ns += off_ns;
       place_ns -= circle_ns_ * std::floor(place_ns / circle_ns_);
-      const auto is_here = is_at(place_ns);
+      const auto is_here = [&](double delay_ns) { return is_same(place_ns, delay_ns); };
+      const auto known = places.delays_ns();
       if (is_here(one_ns) || is_here(other_ns)) continue;
-      if (std::none_of(places_ns.begin(), places_ns.end(), is_here)) places_ns.push_back(place_ns);
+      if (std::none_of(known.begin(), known.end(), is_here)) places.add(place_ns);
     }
   }
+  return places;
+}
+
+bool CombMeetings::is_same(double one_ns, double other_ns) const {
+  return std::abs(std::remainder(one_ns - other_ns, circle_ns_)) < 2 * tolerance_ns_;
 }
 
 // Whether each rate has its pulses at one of the two there, and not all at the same one. off_ns:

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "estimator/model/pulse_train.hpp"
@@ -19,10 +21,23 @@ class CombMeetings {
   // three widths of a pulse is where that pulse is.
   CombMeetings(const PulseTrain& train, double width_ns);
 
-  // Writes the delays, in [0, circle), at which the combs of two targets meet, but for the targets'
-  // own. places_ns: is cleared, and gets most_places at most.
-  void find(double one_ns, double other_ns, std::vector<double>& places_ns) const;
-  static constexpr std::size_t most_places = 8;
+  // Delays in [0, circle).
+  class Places {
+   public:
+    [[nodiscard]] std::span<const double> delays_ns() const {
+      return std::span(delays_ns_).first(count_);
+    }
+    void add(double delay_ns) { delays_ns_.at(count_++) = delay_ns; }
+    [[nodiscard]] bool is_full() const { return count_ == delays_ns_.size(); }
+
+   private:
+    std::array<double, 8> delays_ns_{};
+    std::size_t count_ = 0;
+  };
+  // Where the combs of two targets meet, but for the targets' own delays.
+  [[nodiscard]] Places find(double one_ns, double other_ns) const;
+  // Whether two delays are the same to within what the combs' places are known.
+  [[nodiscard]] bool is_same(double one_ns, double other_ns) const;
 
  private:
   [[nodiscard]] bool meets_at(double place_ns, double one_ns, double other_ns,

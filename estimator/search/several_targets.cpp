@@ -51,9 +51,8 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       claims_(shape, train, joint_.likelihood()),
       start_(search, shape, train, joint_.likelihood(), claims_, threshold_nats + plain_margin_nats,
              most),
-      meetings_(train, shape.width_ns()),
+      meetings_(search.meetings()),
       rest_(train, max_photons, pattern_check.reach_ns()) {
-  places_ns_.reserve(CombMeetings::most_places);
   stays_.reserve(max_photons);
   found_.reserve(most_targets);
   searches_.reserve(most_targets);
@@ -166,16 +165,17 @@ void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaxim
   const TargetParameters& a = found.at.targets.at(pair[0]);
   const TargetParameters& b = found.at.targets.at(pair[1]);
   if (std::abs(a.line.travel_ns - b.line.travel_ns) > most_apart_widths * shape_.width_ns()) return;
-  meetings_.find(a.line.delay_ns, b.line.delay_ns, places_ns_);
+  const CombMeetings::Places places = meetings_.find(a.line.delay_ns, b.line.delay_ns);
+  const auto delays_ns = places.delays_ns();
   const auto [less, more] = std::minmax(a.signal_per_pulse, b.signal_per_pulse);
   const double travel_ns = (a.line.travel_ns + b.line.travel_ns) / 2;
   const double S = (less + more) / 2;
-  for (std::size_t n = 0; n < places_ns_.size(); ++n) {
-    const TargetParameters there = {{places_ns_[n], travel_ns}, S};
+  for (std::size_t n = 0; n < delays_ns.size(); ++n) {
+    const TargetParameters there = {{delays_ns[n], travel_ns}, S};
     for (std::size_t m = 0; m < n && less > least_alike * more; ++m) {
       JointParameters other = found.at;
       other.targets.at(pair[0]) = there;
-      other.targets.at(pair[1]) = {{places_ns_[m], travel_ns}, S};
+      other.targets.at(pair[1]) = {{delays_ns[m], travel_ns}, S};
       take_places(joint_.climb(frame, exposure_, other, moving), found, pair);
     }
     for (std::size_t k = 0; k < 2 && less < most_alike * more; ++k) {

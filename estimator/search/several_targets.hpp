@@ -9,7 +9,6 @@
 #include "estimator/fit/joint_fit.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/target_claims.hpp"
-#include "estimator/model/comb_meetings.hpp"
 #include "estimator/search/joint_start.hpp"
 #include "estimator/search/target_search.hpp"
 
@@ -108,8 +107,7 @@ class SeveralTargets {
   // Of each in best_: whether it has that search, and by how much another pair of places is worse.
   std::array<bool, most_targets> was_searched_{};
   std::array<std::optional<double>, most_targets> pair_odds_nats_{};
-  CombMeetings meetings_;
-  std::vector<double> places_ns_;  // scratch
+  const CombMeetings& meetings_;
   Exposure exposure_;
   FoldedFrame rest_;
   std::vector<std::uint8_t> stays_;

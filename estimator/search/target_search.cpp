@@ -96,6 +96,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
           fitting_bins(train))),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
                                    : std::vector<double>()),
+      meetings_(train, shape.width_ns()),
       sample_(train, max_photons < sampled_from ? 0 : sampled_from),
       search_(train, max_photons, grids()),
       near_(max_photons, max_photons * widest_level_overlap()),
@@ -414,7 +415,33 @@ Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
 
 double TargetSearch::range_odds_nats(const Fit& fit) const {
   const double of_all = odds_.of(fit);
-  return sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
+  const double odds_nats = sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
+  return odds_nats > 0 && is_where_combs_meet(fit) ? 0 : odds_nats;
+}
+
+// Design note: a place where two combs meet has a half of the photons of each target. It is higher
+// than the brighter of the two, by chance, only where their photons differ by some deviations.
+bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
+  constexpr double deviations = 4;
+  const double deviation = std::sqrt(fit.covariance(2, 2)) / fit.parameters.signal_per_pulse;
+  const double least_nats = fit.gain_nats * (1 - deviations * deviation);
+  std::array<DelayLine, 4> seen = {fit.parameters.line};
+  for (std::size_t count = 1; count < seen.size(); ++count) {
+    const auto known = std::span(seen).first(count);
+    const std::optional<RangeOdds::Place> place = odds_.best_beside(known);
+    if (!place || place->gain_nats < least_nats) return false;
+    seen.at(count) = place->line;
+    for (std::size_t k = 1; k < count; ++k) {
+      const CombMeetings::Places places = meetings_.find(place->line.delay_ns, seen.at(k).delay_ns);
+      const auto delays_ns = places.delays_ns();
+      if (std::any_of(delays_ns.begin(), delays_ns.end(), [&](double delay_ns) {
+            return meetings_.is_same(delay_ns, fit.parameters.line.delay_ns);
+          })) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 void TargetSearch::keep_peaks(Peaks& kept) const {

@@ -10,6 +10,7 @@
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/comb_meetings.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -84,7 +85,12 @@ class TargetSearch {
   // How sure a fit's range is, in nats (see RangeOdds), against the peaks that the last find(), or
   // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
   // photons, the odds are not above those of the sample.
+  //
+  // There are no odds, 0, where the combs of two other places meet at the fit's that are as high as
+  // it is: then either pair may be the two targets of the frame, and the highest one is chance.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
+  // Where the combs of two targets meet.
+  [[nodiscard]] const CombMeetings& meetings() const { return meetings_; }
   // The peaks that a search came by, which outlive the next search.
   struct Peaks {
     RangeOdds odds;
@@ -190,6 +196,7 @@ class TargetSearch {
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
+  [[nodiscard]] bool is_where_combs_meet(const Fit& fit) const;
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
@@ -211,7 +218,8 @@ class TargetSearch {
   std::vector<Level> levels_;
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
-  FoldedFrame sample_;             // of a frame with very many photons
+  CombMeetings meetings_;
+  FoldedFrame sample_;  // of a frame with very many photons
   LineSearch search_;
   NearSet near_;
   Zoom zoom_;

@@ -31,10 +31,13 @@ TEST(CombMeetings, OfTwoRatesAreTwoWhereDelaysDifferByAMultipleOfTheirDifference
   const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   const PulseTrain train(pattern);
   const CombMeetings meetings(train, 0.1);
-  std::vector<double> places_ns;
+  const auto find = [&](double one_ns, double other_ns) {
+    const CombMeetings::Places places = meetings.find(one_ns, other_ns);
+    return std::vector<double>(places.delays_ns().begin(), places.delays_ns().end());
+  };
   for (const double apart_ns : {63.0, -252.0, 1044.1, 9.0}) {
     const double one_ns = 1900, other_ns = one_ns + apart_ns;
-    meetings.find(one_ns, other_ns, places_ns);
+    std::vector<double> places_ns = find(one_ns, other_ns);
     ASSERT_EQ(places_ns.size(), 2U) << apart_ns;
     for (const double place_ns : places_ns) {
       EXPECT_EQ(share_met(pattern, place_ns, {one_ns, other_ns}), 1) << apart_ns;
@@ -42,8 +45,7 @@ TEST(CombMeetings, OfTwoRatesAreTwoWhereDelaysDifferByAMultipleOfTheirDifference
       EXPECT_LT(share_met(pattern, place_ns, {other_ns}), 0.6) << apart_ns;
     }
     // And the two are where the combs of these places meet.
-    const std::vector<double> of_first = places_ns;
-    meetings.find(of_first[0], of_first[1], places_ns);
+    places_ns = find(places_ns[0], places_ns[1]);
     ASSERT_EQ(places_ns.size(), 2U) << apart_ns;
     std::sort(places_ns.begin(), places_ns.end());
     EXPECT_NEAR(places_ns[0], std::min(one_ns, other_ns), 0.2) << apart_ns;
@@ -51,8 +53,7 @@ TEST(CombMeetings, OfTwoRatesAreTwoWhereDelaysDifferByAMultipleOfTheirDifference
   }
   // Delays that differ by a multiple of a period meet at their own places alone.
   for (const double apart_ns : {360.0, 189.0, 100.0, 67.5}) {
-    meetings.find(1900, 1900 + apart_ns, places_ns);
-    EXPECT_TRUE(places_ns.empty()) << apart_ns;
+    EXPECT_TRUE(find(1900, 1900 + apart_ns).empty()) << apart_ns;
   }
 }
 
@@ -63,20 +64,21 @@ TEST(CombMeetings, TellWhereTheLightOfAWrongPlaceComesFrom) {
   const CombMeetings meetings(PulseTrain(pattern), 0.1);
   const double right_ns = 1900;
   const double wrong_ns = right_ns - 7 * 189, other_ns = right_ns + 2 * 180;
-  std::vector<double> places_ns;
-  meetings.find(wrong_ns, other_ns, places_ns);
-  EXPECT_TRUE(std::any_of(places_ns.begin(), places_ns.end(),
+  const CombMeetings::Places places = meetings.find(wrong_ns, other_ns);
+  const auto delays_ns = places.delays_ns();
+  EXPECT_TRUE(std::any_of(delays_ns.begin(), delays_ns.end(),
                           [&](double place_ns) { return std::abs(place_ns - right_ns) < 0.1; }));
+  EXPECT_TRUE(meetings.is_same(right_ns, right_ns + 3780.1));
+  EXPECT_FALSE(meetings.is_same(right_ns, right_ns + 1));
 }
 
 TEST(CombMeetings, OfThreeRatesNeedAllOfThem) {
   const PulseTrain train(test::interleaved_pattern({180000, 189000, 200000}, 37800000));
   const CombMeetings meetings(train, 0.1);
-  std::vector<double> places_ns;
   // One rate of the second target, and two of the first, meet where 180 and 189 ns come together.
-  meetings.find(1900, 1900 + 3780 + 3 * 200, places_ns);
-  ASSERT_FALSE(places_ns.empty());
-  for (const double place_ns : places_ns) {
+  const CombMeetings::Places places = meetings.find(1900, 1900 + 3780 + 3 * 200);
+  ASSERT_FALSE(places.delays_ns().empty());
+  for (const double place_ns : places.delays_ns()) {
     for (const double period_ns : {180.0, 189.0, 200.0}) {
       const double to_one = std::abs(std::remainder(place_ns - 1900, period_ns));
       const double to_other = std::abs(std::remainder(place_ns - 6280, period_ns));
@@ -84,8 +86,7 @@ TEST(CombMeetings, OfThreeRatesNeedAllOfThem) {
     }
   }
   // 180 and 189 ns differ by multiples of 9 ns, and 180 and 200 ns by multiples of 20 ns.
-  meetings.find(1900, 1900 + 7, places_ns);
-  EXPECT_TRUE(places_ns.empty());
+  EXPECT_TRUE(meetings.find(1900, 1900 + 7).delays_ns().empty());
 }
 
 TEST(CombMeetings, PatternsOfOneRateHaveNone) {
@@ -93,9 +94,7 @@ TEST(CombMeetings, PatternsOfOneRateHaveNone) {
   pattern.mode = Mode::random;
   pattern.subperiods_ps.clear();
   const CombMeetings meetings(PulseTrain(pattern), 0.1);
-  std::vector<double> places_ns = {1};
-  meetings.find(1900, 1963, places_ns);
-  EXPECT_TRUE(places_ns.empty());
+  EXPECT_TRUE(meetings.find(1900, 1963).delays_ns().empty());
 }
 
 }  // namespace

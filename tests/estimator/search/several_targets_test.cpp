@@ -135,6 +135,27 @@ TEST(SeveralTargets, AreToldFromTheOtherPlacesOfTheirCombs) {
   }
 }
 
+// Where one target alone is looked for, one of the places where the combs of two meet may be the
+// highest by chance. (7 % of such frames showed one, with status ok.) Other targets leave no doubt.
+TEST(SeveralTargets, LookedForAsOneAreInDoubtWhereTheirCombsMeet) {
+  const test::FrameMaker first = scene_of(0, 20, 33e-4);
+  FrameEstimator estimator = several(first, 1);
+  for (const auto& [off_ns, least_sure] : {std::pair{63.0, 0}, {65.0, 50}}) {
+    const test::FrameMaker second = scene_of(off_ns, 20, 33e-4);
+    int sure = 0;
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+      const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+      if (e.status != FrameStatus::ok) continue;
+      ++sure;
+      EXPECT_LT(std::min(std::abs(off_of(e.first_target(), first)),
+                         std::abs(off_of(e.first_target(), second))),
+                0.1)
+          << seed;
+    }
+    EXPECT_GE(sure, least_sure) << off_ns;
+  }
+}
+
 // The combs of three targets and more meet at many places. Some that are not there were listed in
 // every tenth of such frames, with status ok.
 TEST(SeveralTargets, OfManyWhoseCombsMeetEachIsWhereItIs) {
