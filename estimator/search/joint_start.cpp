@@ -27,6 +27,14 @@ JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParamet
   Guess guess;
   guess.at = row_about(exposure, alone, moving);
   guess.row = guess.at.count;
+  // The one that stands where the best target was has its photons collected already.
+  const TargetParameters& best = alone.targets.front();
+  std::iter_swap(guess.at.targets.begin(),
+                 std::min_element(guess.at.targets.begin(), guess.at.targets.begin() + guess.row,
+                                  [&](const TargetParameters& a, const TargetParameters& b) {
+                                    return claims_.apart_widths(a, best) <
+                                           claims_.apart_widths(b, best);
+                                  }));
   return with_peaks(exposure, guess, first);
 }
 

@@ -420,11 +420,13 @@ double TargetSearch::range_odds_nats(const Fit& fit) const {
 }
 
 // Design note: a place where two combs meet has a half of the photons of each target. It is higher
-// than the brighter of the two, by chance, only where their photons differ by some deviations.
+// than the brighter of the two, by chance, only where their photons differ by some deviations. The
+// combs of two shoulders meet at the target itself, but gain less than half of what it does.
 bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
   constexpr double deviations = 4;
+  constexpr double no_shoulder = 0.75;
   const double deviation = std::sqrt(fit.covariance(2, 2)) / fit.parameters.signal_per_pulse;
-  const double least_nats = fit.gain_nats * (1 - deviations * deviation);
+  const double least_nats = fit.gain_nats * std::max(no_shoulder, 1 - deviations * deviation);
   std::array<DelayLine, 4> seen = {fit.parameters.line};
   for (std::size_t count = 1; count < seen.size(); ++count) {
     const auto known = std::span(seen).first(count);
