@@ -24,18 +24,8 @@ void take_from_background(const Exposure& exposure, double signal, JointParamete
 
 JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
                                     const TargetSearch::Search& first, bool moving) {
-  Guess guess;
-  guess.at = row_about(exposure, alone, moving);
-  guess.row = guess.at.count;
-  // The one that stands where the best target was has its photons collected already.
-  const TargetParameters& best = alone.targets.front();
-  std::iter_swap(guess.at.targets.begin(),
-                 std::min_element(guess.at.targets.begin(), guess.at.targets.begin() + guess.row,
-                                  [&](const TargetParameters& a, const TargetParameters& b) {
-                                    return claims_.apart_widths(a, best) <
-                                           claims_.apart_widths(b, best);
-                                  }));
-  return with_peaks(exposure, guess, first);
+  const JointParameters row = row_about(exposure, alone, moving);
+  return row.count > 1 ? Guess{row, true, {}} : with_peaks(exposure, alone, first);
 }
 
 // The best target, or two or more in its place that are far enough apart to be told apart.
@@ -47,34 +37,41 @@ JointParameters JointStart::row_about(const Exposure& exposure, const JointParam
   const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
   if (widths < TargetClaims::closest_widths) return alone;
   if (most_ > 2) row = with_middle(row);
-  return as_profile_has_it(exposure, row, alone.targets.front().signal_per_pulse);
+  row = as_profile_has_it(exposure, row, alone.targets.front().signal_per_pulse);
+  // The one that stands where the best target was has its photons collected already.
+  const auto apart = [&](const TargetParameters& target) {
+    return claims_.apart_widths(target, alone.targets.front());
+  };
+  auto* const begin = row.targets.begin();
+  std::iter_swap(begin, std::min_element(begin, begin + row.count,
+                                         [&](auto& a, auto& b) { return apart(a) < apart(b); }));
+  return row;
 }
 
-// With the peaks that are nearly as high as the best one, unless there are more of them than there
-// may be targets, or a lower one may count against them: where combs meet, the light of two targets
-// makes other places as high as they are.
-JointStart::Guess JointStart::with_peaks(const Exposure& exposure, const Guess& row,
+// The best target with the peaks that are nearly as high as it is, unless there are more of them
+// than there may be targets: where combs meet, the light of two targets makes other places as high
+// as they are.
+JointStart::Guess JointStart::with_peaks(const Exposure& exposure, const JointParameters& alone,
                                          const TargetSearch::Search& first) const {
-  Guess guess = row;
-  double weakest_nats = first.fit.gain_nats;
-  const double least_nats = std::max(least_of_best * first.fit.gain_nats, sure_nats_);
-  std::array<DelayLine, most_targets> lines;
-  for (std::size_t k = 0; k < row.at.count; ++k) lines.at(k) = row.at.targets.at(k).line;
+  Guess guess = {alone, false, {}};
+  const Fit& best = first.fit;
+  const double least_nats = std::max(least_of_best * best.gain_nats, sure_nats_);
+  std::array<DelayLine, most_targets> lines = {alone.targets.front().line};
   const auto next = [&] {
     return first.peaks.odds.best_beside(std::span(lines).first(guess.at.count));
   };
-  std::optional<RangeOdds::Place> peak = next();
-  for (; peak && peak->gain_nats >= least_nats; peak = next()) {
-    const bool is_looked_at = search_.has_looked_beside(first.fit, peak->line);
-    if (guess.at.count == most_ || !is_looked_at || !is_far_from(guess.at, peak->line)) return row;
-    const double S = first.fit.parameters.signal_per_pulse * peak->gain_nats / first.fit.gain_nats;
+  for (auto peak = next(); peak && peak->gain_nats >= least_nats; peak = next()) {
+    const bool is_looked_at = search_.has_looked_beside(best, peak->line);
+    if (guess.at.count == most_ || !is_looked_at || !is_far_from(guess.at, peak->line)) {
+      return {alone, false, {}};
+    }
+    const double S = best.parameters.signal_per_pulse * peak->gain_nats / best.gain_nats;
     guess.least_nats.at(guess.at.count) = least_kept * peak->gain_nats;
     lines.at(guess.at.count) = peak->line;
     guess.at.add({peak->line, S});
     take_from_background(exposure, S, guess.at);
-    weakest_nats = peak->gain_nats;
   }
-  return peak && search_.counts_against(*peak, weakest_nats) ? row : guess;
+  return guess;
 }
 
 bool JointStart::is_far_from(const JointParameters& others, DelayLine line) const {

@@ -32,14 +32,14 @@ class JointStart {
 
   struct Guess {
     JointParameters at;
-    std::size_t row = 1;  // so many, the first ones, are in place of the best target
-    // Of each target, the gain without which it is none: a half of what it gains alone, for those
-    // that stand elsewhere.
+    bool is_row = false;  // they are in place of the best target, close to each other
+    // Of each target, the gain without which it is none: three quarters of what it gains alone, for
+    // those that stand elsewhere.
     std::array<double, most_targets> least_nats{};
   };
-  // What the frame shows at once: in place of the best target, two or a row of more where its
-  // photons are spread as those of so many; and targets at the other peaks of the search that are
-  // nearly as high as the best one. The guess is the best target alone where there is no such.
+  // What the frame shows at once: two targets or a row of more in place of the best one, where its
+  // photons are spread as those of so many; or else targets at the other peaks of the search that
+  // are nearly as high as the best one. The guess is the best target alone where there is no such.
   //
   // alone: the best target, about which the likelihood has been collected. first: its search.
   // moving: whether targets may move.
@@ -62,7 +62,7 @@ class JointStart {
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
                                                   const JointParameters& row, double alone_signal);
   void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
-  [[nodiscard]] Guess with_peaks(const Exposure& exposure, const Guess& row,
+  [[nodiscard]] Guess with_peaks(const Exposure& exposure, const JointParameters& alone,
                                  const TargetSearch::Search& first) const;
   [[nodiscard]] bool is_far_from(const JointParameters& others, DelayLine line) const;
 

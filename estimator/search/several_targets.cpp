@@ -106,8 +106,9 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   if (!(joint_.gain(exposure_, guess.at) >= least_nats)) return false;
   const JointMaximum together = joint_.climb(frame, exposure_, guess.at, moving);
   if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
-  for (std::size_t k = guess.row; k < guess.at.count; ++k) claims_.claim(k);
-  if (guess.row == 2) {
+  if (!guess.is_row) {
+    for (std::size_t k = 0; k < guess.at.count; ++k) claims_.claim(k);
+  } else if (guess.at.count == 2) {
     claims_.judge(together.at, 1);
   } else {
     claims_.claim_in_rows(together.at);

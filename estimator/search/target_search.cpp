@@ -504,7 +504,7 @@ std::optional<RangeOdds::Place> TargetSearch::weaker_rival(const Fit& fit,
   const DelayLine& line = fit.parameters.line;
   if (!has_looked_beside(last.fit, line)) return std::nullopt;
   std::optional<RangeOdds::Place> rival = last.peaks.odds.best_beside(known, line);
-  if (!rival || counts_against(*rival, fit.gain_nats)) return std::nullopt;
+  if (!rival || most_gain_nats(rival->gain_nats) > fit.gain_nats - rival_nats_) return std::nullopt;
   return rival;
 }
 

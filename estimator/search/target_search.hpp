@@ -126,10 +126,6 @@ class TargetSearch {
   [[nodiscard]] bool has_looked_beside(const Fit& fit, DelayLine line) const {
     return std::abs(line.travel_ns - fit.parameters.line.travel_ns) <= recheck_.bin_ns;
   }
-  // Whether a place may gain so much that it counts against the range of a target of this gain.
-  [[nodiscard]] bool counts_against(const RangeOdds::Place& place, double gain_nats) const {
-    return most_gain_nats(place.gain_nats) > gain_nats - rival_nats_;
-  }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // travel, in a frame from which all others have been taken out. Nothing where another delay is
   // better.

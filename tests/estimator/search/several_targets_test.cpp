@@ -164,6 +164,7 @@ TEST(SeveralTargets, OfManyWhoseCombsMeetEachIsWhereItIs) {
       {scene_of(0, 20, s), scene_of(360, 20, s)},
       {scene_of(0, 20, s), scene_of(-207, 20, s), scene_of(288, 20, s)},
       {scene_of(0, 20, 1.7 * s), scene_of(455.1, 20, s), scene_of(203.1, 20, s)},
+      {scene_of(0, 20, 2 * s), scene_of(-45, 20, 2.2 * s), scene_of(162, 20, 2.6 * s)},
       {scene_of(0, 20, s), scene_of(234, 20, s), scene_of(-261, 20, s), scene_of(-306, 20, s)}};
   for (const std::vector<test::FrameMaker>& scene : scenes) {
     FrameEstimator estimator = several(scene.front(), 4);
