@@ -68,8 +68,8 @@ class NearSeveral {
   // A number's lowest bits are the targets that a photon is near, and the next one says that it is
   // near several pulses of one of them.
   static constexpr unsigned is_crowded = 1U << most_targets;
-  std::vector<std::uint8_t> who_;                      // of each photon of the frame
-  std::array<std::size_t, 2 * is_crowded> photons_{};  // of each such number
+  std::vector<std::uint8_t> who_;                                   // of each photon of the frame
+  std::array<std::size_t, std::size_t{2} * is_crowded> photons_{};  // of each such number
   std::vector<Group> groups_;
   std::vector<std::uint32_t> index_, crowded_;
   std::size_t entries_ = 0;  // that have been taken
