@@ -24,7 +24,9 @@ struct FoundTarget {
   bool moves = false;                     // although targets are taken to be at rest
 };
 
-// Finds the targets that a frame shows beside its best one. They are found one after the other:
+// Finds the targets that a frame shows beside its best one. What the frame shows at once is fitted
+// at once (JointStart). Where not all of that is targets, and for those beyond, they are found one
+// after the other:
 //
 //  1. Photons are taken out of the frame with the share that the targets found so far have in the
 //     intensity at each of them. What is left is as if these targets were not there: their
@@ -35,10 +37,6 @@ struct FoundTarget {
 //  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
 //     that is plainly there and far from the others waits for this until all have been found.
-//
-// Where the photons of the best target are spread as those of two, or of three in a row, these are
-// fitted at once, without a look at what is left. Two targets of the same signal that are 3 to 5
-// pulse widths apart then take 2.3 times as long as one, and 2.6 times otherwise.
 //
 // A new target is claimed where it is not what another target's pulse leaves over (TargetClaims).
 // What is not claimed stays in the joint fit while further targets are looked for, so that neither
@@ -101,7 +99,7 @@ class SeveralTargets {
   std::size_t started_with_ = 1;    // so many, the first in all_, were fitted at once
   std::array<double, most_targets> least_nats_{};  // that each of these must gain
   // How a target was found: alone, with what had been found before it taken out. Of those that were
-  // found as one, the first has the search that found all.
+  // fitted at once, the first has the search that showed them.
   std::vector<TargetSearch::Search> searches_;        // of each in all_
   std::array<std::size_t, most_targets> searched_{};  // the number in all_ of each in best_
   // Of each in best_: whether it has that search, and by how much another pair of places is worse.

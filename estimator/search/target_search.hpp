@@ -22,6 +22,7 @@
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
 //   several_targets.hpp   the targets of a frame beside its best one
+//   joint_start.hpp     where the fit of several targets begins
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
 //   line_tree.hpp       the tree: sums along all straight lines of a block of delays
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
