@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
 namespace {

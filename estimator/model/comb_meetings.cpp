@@ -39,6 +39,13 @@ CombMeetings::Places CombMeetings::find(double one_ns, double other_ns) const {
   return places;
 }
 
+bool CombMeetings::do_meet(double one_ns, double other_ns, double place_ns) const {
+  const Places places = find(one_ns, other_ns);
+  const auto delays_ns = places.delays_ns();
+  return std::any_of(delays_ns.begin(), delays_ns.end(),
+                     [&](double delay_ns) { return is_same(delay_ns, place_ns); });
+}
+
 bool CombMeetings::is_same(double one_ns, double other_ns) const {
   return std::abs(std::remainder(one_ns - other_ns, circle_ns_)) < 2 * tolerance_ns_;
 }

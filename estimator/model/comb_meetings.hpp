@@ -36,10 +36,11 @@ class CombMeetings {
   };
   // Where the combs of two targets meet, but for the targets' own delays.
   [[nodiscard]] Places find(double one_ns, double other_ns) const;
-  // Whether two delays are the same to within what the combs' places are known.
-  [[nodiscard]] bool is_same(double one_ns, double other_ns) const;
+  // Whether they meet at a place, to within what the combs' places are known.
+  [[nodiscard]] bool do_meet(double one_ns, double other_ns, double place_ns) const;
 
  private:
+  [[nodiscard]] bool is_same(double one_ns, double other_ns) const;
   [[nodiscard]] bool meets_at(double place_ns, double one_ns, double other_ns,
                               double& off_ns) const;
 

@@ -434,11 +434,8 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
     if (!place || place->gain_nats < least_nats) return false;
     seen.at(count) = place->line;
     for (std::size_t k = 1; k < count; ++k) {
-      const CombMeetings::Places places = meetings_.find(place->line.delay_ns, seen.at(k).delay_ns);
-      const auto delays_ns = places.delays_ns();
-      if (std::any_of(delays_ns.begin(), delays_ns.end(), [&](double delay_ns) {
-            return meetings_.is_same(delay_ns, fit.parameters.line.delay_ns);
-          })) {
+      if (meetings_.do_meet(place->line.delay_ns, seen.at(k).delay_ns,
+                            fit.parameters.line.delay_ns)) {
         return true;
       }
     }
