@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace splid {
 namespace {
@@ -179,7 +180,7 @@ void JointLikelihood::thin(const Exposure& exposure, const JointParameters& at,
   const std::span<const std::uint32_t> index = several_.index();
   const auto draw = [&](std::uint32_t photon, const std::array<double, most_targets>& light) {
     const double b = at.background_per_ns;
-    const double lot = lot_of(photon) * (b + light[0] + light[1] + light[2] + light[3]);
+    const double lot = lot_of(photon) * std::accumulate(light.begin(), light.end(), b);
     unsigned bits = lot < b ? 1U << stays_without_any : 0;
     for (std::size_t k = 0; k < light.size(); ++k) bits |= lot < b + light[k] ? 1U << k : 0;
     stays[photon] = static_cast<std::uint8_t>(bits);
