@@ -30,8 +30,8 @@ void JointLikelihood::densities(const Batch& of, std::span<const double> signals
 // Adds log lambda of a batch of photons and its derivatives.
 //
 // Design note: the first derivatives lie in columns, one for each parameter, and the second ones
-// are sums of products of two columns. For photons near three targets, that is three times as fast
-// as to add each photon's products to sums.
+// are sums of products of two columns, over vectors. To add each photon's products to sums, one
+// photon after the other, waits for the memory that the photon before it wrote.
 void JointLikelihood::add_batch(const Batch& of, const JointParameters& at, LogSum& logs,
                                 Sums& sums) const {
   const std::size_t targets = of.group.target_count;

@@ -421,7 +421,8 @@ double TargetSearch::range_odds_nats(const Fit& fit) const {
 
 // Design note: a place where two combs meet has a half of the photons of each target. It is higher
 // than the brighter of the two, by chance, only where their photons differ by some deviations. The
-// combs of two shoulders meet at the target itself, but gain less than half of what it does.
+// combs of two shoulders meet at the target itself, but share its photons: one of the two gains
+// half of what it does at most.
 bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
   constexpr double deviations = 4;
   constexpr double no_shoulder = 0.75;

@@ -86,6 +86,18 @@ TEST(CombMeetings, OfThreeRatesNeedAllOfThem) {
   EXPECT_TRUE(meetings.find(1900, 1900 + 7).delays_ns().empty());
 }
 
+// 124 periods of the one rate are 119 of the other to within 0.3 ns: there a target's comb nearly
+// falls on itself, which is no meeting with another's.
+TEST(CombMeetings, NearCopiesOfATargetAreNone) {
+  const PulseTrain train(test::interleaved_pattern({99900, 104100}, 34665300));
+  const CombMeetings meetings(train, 0.11);
+  for (const double other_ns : {1900 + 42.0, 1900 + 5000.1}) {
+    for (const double target_ns : {1900.0, other_ns}) {
+      EXPECT_FALSE(meetings.do_meet(1900, other_ns, target_ns + 12387.75)) << other_ns;
+    }
+  }
+}
+
 TEST(CombMeetings, PatternsOfOneRateHaveNone) {
   Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   pattern.mode = Mode::random;

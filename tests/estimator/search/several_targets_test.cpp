@@ -136,7 +136,7 @@ TEST(SeveralTargets, AreToldFromTheOtherPlacesOfTheirCombs) {
 }
 
 // Where one target alone is looked for, one of the places where the combs of two meet may be the
-// highest by chance. (7 % of such frames showed one, with status ok.) Other targets leave no doubt.
+// highest by chance. (Some such frames showed one, with status ok.) Other targets leave no doubt.
 TEST(SeveralTargets, LookedForAsOneAreInDoubtWhereTheirCombsMeet) {
   const test::FrameMaker first = scene_of(0, 20, 33e-4);
   FrameEstimator estimator = several(first, 1);
@@ -156,8 +156,8 @@ TEST(SeveralTargets, LookedForAsOneAreInDoubtWhereTheirCombsMeet) {
   }
 }
 
-// The combs of three targets and more meet at many places. Some that are not there were listed in
-// every tenth of such frames, with status ok.
+// The combs of three targets and more meet at many places. (Some where no target is were listed,
+// with status ok.)
 TEST(SeveralTargets, OfManyWhoseCombsMeetEachIsWhereItIs) {
   const double s = 33e-4;
   const std::vector<std::vector<test::FrameMaker>> scenes = {
