@@ -169,8 +169,8 @@ struct FrameEstimator::Workspace {
   std::optional<Fit> find_as_paper(const FrameView& view);
   Fit drop_motion_unless_seen(const Fit& moving_fit);
   bool moves_after_all(const Fit& still_fit);
-  bool estimate_several(const FrameView& view, const Fit& best, Estimate& estimate,
-                        TargetTrack* track, Effort most);
+  bool estimate_several(const FrameView& view, Fit& best, Estimate& estimate, TargetTrack* track,
+                        Effort most);
   std::optional<BentFit> find_bent(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<BentFit> bent_if_seen(const std::optional<Fit>& straight, Effort most);
   void estimate_bent(const FrameView& view, Estimate& estimate, TargetTrack* track, Effort most);
@@ -434,7 +434,7 @@ bool FrameEstimator::Workspace::moves_after_all(const Fit& still_fit) {
 }
 
 // Returns false where the frame shows no other target than the one that has been found.
-bool FrameEstimator::Workspace::estimate_several(const FrameView& view, const Fit& best,
+bool FrameEstimator::Workspace::estimate_several(const FrameView& view, Fit& best,
                                                  Estimate& estimate, TargetTrack* track,
                                                  Effort most) {
   const auto found = several->find(frame, best, moving(), most);
@@ -539,6 +539,7 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
     return estimate;
   }
   std::optional<Fit> fit = w.find(view, track, most);
+  if (fit && w.scene.motion == Motion::automatic) fit = w.search.climb_on(w.frame, *fit);
   if (fit) fit = w.with_blind_time(view, *fit);
   w.say_blind_time(estimate);
   const double odds_nats = fit && fit->gain_nats >= w.threshold_nats && fit->has_covariance

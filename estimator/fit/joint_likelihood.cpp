@@ -25,9 +25,9 @@ JointLikelihood::JointLikelihood(const PulseShape& shape, const PulseTrain& trai
       margin_ns_(margin_ns),
       windows_(
           comb_windows(train, shape.first_ns() - 2 * margin_ns, shape.last_ns() + 2 * margin_ns)),
+      sets_(kept_sets, max_photons, max_photons * widest_overlap(windows_)),
       several_(max_photons, most_targets * max_photons * widest_overlap(windows_)) {
   const std::size_t of_one = max_photons * widest_overlap(windows_);
-  for (std::size_t k = 0; k < most_targets; ++k) near_.emplace_back(max_photons, of_one, true);
   for (auto* values : {&offset_, &h_, &d1_, &d2_}) values->reserve(most_targets * of_one);
 }
 
@@ -36,29 +36,29 @@ void JointLikelihood::collect(const FoldedFrame& frame, const JointParameters& a
   hold(frame, about);
 }
 
+void JointLikelihood::forget() {
+  near_.fill(nullptr);
+  sets_.forget();
+}
+
 void JointLikelihood::hold(const FoldedFrame& frame, const JointParameters& about) {
   if (serves(about)) return;
   photons_ = frame.size();
+  near_.fill(nullptr);
   for (std::size_t k = 0; k < about.count; ++k) {
-    if (k < about_.count && serves(k, about)) continue;
-    about_.targets.at(k) = about.targets.at(k);
-    near_[k].collect(frame, windows_, train_, about.targets.at(k).line);
+    near_.at(k) = &sets_.about(frame, windows_, train_, about.targets.at(k).line, margin_ns_);
   }
-  about_.count = about.count;
-  several_.sort(std::span(near_).first(about.count), photons_);
+  is_sorted_ = false;
   loaded_.count = 0;
 }
 
-bool JointLikelihood::serves(std::size_t target, const JointParameters& at) const {
-  const DelayLine& a = about_.targets.at(target).line;
-  const DelayLine& b = at.targets.at(target).line;
-  return std::abs(a.delay_ns - b.delay_ns) + std::abs(a.travel_ns - b.travel_ns) / 2 <= margin_ns_;
-}
-
 bool JointLikelihood::serves(const JointParameters& at) const {
-  if (at.count != about_.count) return false;
-  for (std::size_t k = 0; k < at.count; ++k) {
-    if (!serves(k, at)) return false;
+  for (std::size_t k = 0; k < near_.size(); ++k) {
+    if ((near_.at(k) != nullptr) != (k < at.count)) return false;
+    if (k < at.count &&
+        NearSets::ends_apart_ns(near_.at(k)->line, at.targets.at(k).line) > margin_ns_) {
+      return false;
+    }
   }
   return true;
 }
@@ -76,12 +76,14 @@ bool JointLikelihood::is_loaded(const JointParameters& at) const {
 
 void JointLikelihood::load(const Exposure& exposure, const JointParameters& at) {
   if (is_loaded(at)) return;
+  if (!is_sorted_) several_.sort(std::span(near_).first(at.count), photons_);
+  is_sorted_ = true;
   loaded_ = at;
   std::array<double, most_targets> delay{}, travel{};
   for (std::size_t k = 0; k < at.count; ++k) {
     const DelayLine& line = at.targets.at(k).line;
-    delay.at(k) = line.delay_ns - about_.targets.at(k).line.delay_ns;
-    travel.at(k) = line.travel_ns - about_.targets.at(k).line.travel_ns;
+    delay.at(k) = line.delay_ns - near_.at(k)->line.delay_ns;
+    travel.at(k) = line.travel_ns - near_.at(k)->line.travel_ns;
     const double one_less_g = 1 - line.travel_ns / exposure.length_ns;
     by_.at(k) = {exposure.scale / one_less_g, 1 / (one_less_g * exposure.length_ns)};
   }
@@ -206,7 +208,7 @@ void JointLikelihood::thin(const Exposure& exposure, const JointParameters& at,
 
 double JointLikelihood::count_near(std::size_t target, DelayLine line, double first_ns,
                                    double last_ns) const {
-  const NearSet& near = near_[target];
+  const NearSet& near = *near_[target];
   const double delay_ns = line.delay_ns - near.line.delay_ns;
   const double travel_ns = line.travel_ns - near.line.travel_ns;
   std::size_t count = 0;
@@ -221,7 +223,7 @@ double JointLikelihood::count_near(std::size_t target, DelayLine line, double fi
 
 void JointLikelihood::count_near(std::size_t target, DelayLine line, double first_ns, double bin_ns,
                                  std::span<double> counts) const {
-  const NearSet& near = near_[target];
+  const NearSet& near = *near_[target];
   const double start_ns = line.delay_ns - near.line.delay_ns + first_ns;
   const double travel_ns = line.travel_ns - near.line.travel_ns;
   std::fill(counts.begin(), counts.end(), 0.0);
@@ -235,7 +237,7 @@ void JointLikelihood::count_near(std::size_t target, DelayLine line, double firs
 
 JointLikelihood::Moments JointLikelihood::moments_near(std::size_t target, DelayLine line,
                                                        double reach_ns) const {
-  const NearSet& near = near_[target];
+  const NearSet& near = *near_[target];
   const double delay_ns = line.delay_ns - near.line.delay_ns + shape_.peak_offset_ns();
   const double travel_ns = line.travel_ns - near.line.travel_ns;
   Moments sums;

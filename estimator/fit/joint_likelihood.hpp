@@ -10,6 +10,7 @@
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/fit/log_sum.hpp"
+#include "estimator/fit/near_sets.hpp"
 #include "estimator/fit/near_several.hpp"
 #include "estimator/fit/small_matrix.hpp"
 #include "estimator/fold/near_set.hpp"
@@ -68,7 +69,7 @@ class JointLikelihood {
   // the last collect() or forget().
   void hold(const FoldedFrame& frame, const JointParameters& about);
   // Another frame comes next.
-  void forget() { about_.count = 0; }
+  void forget();
   // Whether what was collected last serves for these targets: no end of a line is more than the
   // margin away from where it was seen.
   [[nodiscard]] bool serves(const JointParameters& at) const;
@@ -102,6 +103,8 @@ class JointLikelihood {
   [[nodiscard]] Moments moments_near(std::size_t target, DelayLine line, double reach_ns) const;
 
  private:
+  // Four targets, and two others in the places of two of them.
+  static constexpr std::size_t kept_sets = most_targets + 2;
   // So many photons are summed up together, so that the sums are over vectors.
   static constexpr std::size_t batch = 64;
   using Column = Eigen::Array<double, static_cast<int>(batch), 1>;
@@ -176,18 +179,18 @@ class JointLikelihood {
   static void add(std::span<const Share> shares, const JointParameters& at, double lambda,
                   Sums& sums);
   static void add(const Sums& sums, std::size_t targets, JointPoint& point);
-  [[nodiscard]] bool serves(std::size_t target, const JointParameters& at) const;
 
   const PulseShape& shape_;
   const PulseTrain& train_;
   double margin_ns_;
   std::vector<CombWindow> windows_;
-  std::vector<NearSet> near_;                  // of each target
-  std::size_t photons_ = 0;                    // of the frame
-  NearSeveral several_;                        // the photons of all of near_
+  NearSets sets_;
+  std::array<const NearSet*, most_targets> near_{};  // of each target; nullptr: of none
+  std::size_t photons_ = 0;                          // of the frame
+  NearSeveral several_;  // the photons of all of near_, where is_sorted_
+  bool is_sorted_ = false;
   std::vector<double> offset_, h_, d1_, d2_;   // scratch: one value for each entry
   std::array<Stretching, most_targets> by_{};  // at what was loaded last
-  JointParameters about_;
   JointParameters loaded_;  // the lines that the scratch is for; no targets: of none
 };
 

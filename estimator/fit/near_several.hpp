@@ -38,7 +38,7 @@ class NearSeveral {
   NearSeveral(std::size_t max_photons, std::size_t max_entries);
 
   // near: of each target, with the photons' numbers noted. photons: of the frame.
-  void sort(std::span<const NearSet> near, std::size_t photons);
+  void sort(std::span<const NearSet* const> near, std::size_t photons);
 
   [[nodiscard]] std::span<const Group> groups() const { return groups_; }
   // Which photons of the frame these are: those of the groups first, and then the crowded ones,
@@ -60,10 +60,10 @@ class NearSeveral {
 
  private:
   template <class Take>
-  void visit(std::span<const NearSet> near, unsigned who, const Take& take) const;
-  void note_who(std::span<const NearSet> near, std::size_t photons);
-  void take_group(std::span<const NearSet> near, unsigned targets, std::size_t photons);
-  void take_crowded(std::span<const NearSet> near, unsigned targets);
+  void visit(std::span<const NearSet* const> near, unsigned who, const Take& take) const;
+  void note_who(std::span<const NearSet* const> near, std::size_t photons);
+  void take_group(std::span<const NearSet* const> near, unsigned targets, std::size_t photons);
+  void take_crowded(std::span<const NearSet* const> near, unsigned targets);
 
   // A number's lowest bits are the targets that a photon is near, and the next one says that it is
   // near several pulses of one of them.

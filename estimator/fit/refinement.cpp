@@ -128,7 +128,7 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
   const Way way = {frame, exposure, moving, to_beat_nats, until};
   Fit fit = climb_gathered(way, start, NearSet::gathered_roughly_from);
   const bool is_exact = !near_.gathers || near_.likely_near >= NearSet::gathered_from;
-  if (!is_exact && !roughly && fit.stop != Stop::beaten) {
+  if (!is_exact && !roughly && fit.stop != Stop::beaten && fit.stop != Stop::spread) {
     fit = climb_gathered(way, fit.parameters.line, NearSet::gathered_from);
   }
   if (until == Until::near_top && fit.gain_nats < to_beat_nats) fit.stop = Stop::beaten;
@@ -175,28 +175,31 @@ Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const 
   return fit;
 }
 
-// Whether the photons are spread by more than one pulse is, by four deviations of chance, or a
-// climb need not get to the top in any case.
-bool Refinement::is_near_enough(const Way& way, const Likelihood::Profile& at) const {
+// Whether the photons about a line are spread by more than one pulse is, by four deviations of
+// chance, wherever their own line is. Where a climb may end near the top in any case, nobody asks.
+bool Refinement::is_spread(const Way& way, const Likelihood::Profile& at) const {
   constexpr double deviations = 4;
-  if (way.until != Until::top_of_one) return way.until == Until::near_top;
   const double reach_ns = spread_widths * width_ns_;
   const double delay_ns = at.parameters.line.delay_ns - near_.line.delay_ns + peak_ns_;
   const double travel_ns = at.parameters.line.travel_ns - near_.line.travel_ns;
-  double photons = 0, squares = 0, fourths = 0;
+  double photons = 0, offsets = 0, turns = 0, squares = 0, fourths = 0;
   for (std::size_t k = 0; k < near_.photons(); ++k) {
     for (std::size_t j = near_.first[k]; j < near_.first[k + 1]; ++j) {
       const double offset = near_.residual_ns[j] - delay_ns - travel_ns * near_.position[j];
       const double square = offset * offset;
       const double weight = std::abs(offset) < reach_ns ? near_.weight[k] : 0;
       photons += weight;
+      offsets += weight * offset;
+      turns += weight * offset * near_.position[j];
       squares += weight * square;
       fourths += weight * square * square;
     }
   }
   const double dark =
       at.parameters.background_per_ns * way.exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
-  const double excess = squares - dark * reach_ns * reach_ns / 3 - (photons - dark) * spread_ns2_;
+  const double light = std::max(photons - dark, 1.0);
+  const double off_line = (offsets * offsets + 12 * turns * turns) / light;
+  const double excess = squares - off_line - dark * reach_ns * reach_ns / 3 - light * spread_ns2_;
   return excess > deviations * std::sqrt(fourths);
 }
 
@@ -207,6 +210,9 @@ Fit Refinement::climb_within(const Way& way, DelayLine start) {
   const bool moving = way.moving;
   Fit fit;
   Likelihood::Profile best = likelihood_.profile(near_, exposure, start);
+  if (way.until == Until::top_of_one && is_spread(way, best)) {
+    return {best.parameters, best.gain_nats, Eigen::Matrix4d::Zero(), false, Stop::spread};
+  }
   const double step_small = 1e-6 * width_ns_;
   const double gain_small = 1e-10;
   fit.stop = Stop::rounds_spent;
@@ -234,8 +240,10 @@ Fit Refinement::climb_within(const Way& way, DelayLine start) {
     if (is_loaded) best = next;
     const double length_ns = step.cwiseAbs().maxCoeff();
     const bool small = length_ns < step_small;
-    const bool is_near = gained < enough_nats && length_ns < short_step_widths * width_ns_;
-    if (small || gained < gain_small || (is_near && is_near_enough(way, best))) {
+    const bool is_near =
+        gained < enough_nats && length_ns < short_step_widths * width_ns_ &&
+        (way.until == Until::near_top || (way.until == Until::top_of_one && is_spread(way, best)));
+    if (small || gained < gain_small || is_near) {
       fit.stop = small ? Stop::step_small : Stop::gain_small;
       break;
     }

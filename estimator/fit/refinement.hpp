@@ -29,9 +29,9 @@ struct Fit {
 class Refinement {
  public:
   // Where a climb may end: at the top; or near it, with a short step of Newton's method that gained
-  // less than 0.1 nats, after which some hundredths of a deviation are left. top_of_one:
-  // near the top is enough where the photons are spread as those of a single pulse are not, since
-  // what they show is then fitted by several targets.
+  // less than 0.1 nats, after which some hundredths of a deviation are left. top_of_one: where the
+  // photons are spread as those of a single pulse are not, the climb ends where it is, with the
+  // stop reason `spread`, or near the top, since what they show is then fitted by several targets.
   enum class Until { top, near_top, top_of_one };
 
   // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
@@ -68,7 +68,7 @@ class Refinement {
   void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns,
                std::size_t gather_from);
   Fit climb_within(const Way& way, DelayLine start);
-  [[nodiscard]] bool is_near_enough(const Way& way, const Likelihood::Profile& at) const;
+  [[nodiscard]] bool is_spread(const Way& way, const Likelihood::Profile& at) const;
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
   const PulseTrain& train_;

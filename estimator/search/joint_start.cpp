@@ -25,7 +25,10 @@ void take_from_background(const Exposure& exposure, double signal, JointParamete
 JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
                                     const TargetSearch::Search& first, bool moving) {
   const JointParameters row = row_about(exposure, alone, moving);
-  return row.count > 1 ? Guess{row, true, {}} : with_peaks(exposure, alone, first);
+  if (row.count > 1) return {row, true, {}};
+  // Peaks are compared with a maximum.
+  return first.fit.stop == Stop::spread ? Guess{alone, false, {}}
+                                        : with_peaks(exposure, alone, first);
 }
 
 // The best target, or two or more in its place that are far enough apart to be told apart.

@@ -58,13 +58,14 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
   for (std::size_t k = 0; k < most_targets; ++k) searches_.push_back({{}, search.no_peaks()});
 }
 
-std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, const Fit& first,
-                                                  bool moving, Effort most) {
+std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, Fit& first, bool moving,
+                                                  Effort most) {
   searches_.front().fit = first;
   search_.keep_peaks(searches_.front().peaks);
   exposure_ = Exposure(frame, train_);
   joint_.begin(frame, exposure_);
   if (!find_all(frame, moving, most, true)) find_all(frame, moving, most, false);
+  if (found_.empty()) first = search_.climb_on(frame, searches_.front().fit);
   return found_;
 }
 
@@ -72,6 +73,24 @@ std::span<const FoundTarget> SeveralTargets::find(const FoldedFrame& frame, cons
 // these is none.
 bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most, bool at_once) {
   found_.clear();
+  start_with_first();
+  if (!at_once || !start_together(frame, moving)) {
+    Fit& first = searches_.front().fit;
+    first = search_.climb_on(frame, first);
+    start_with_first();
+  }
+  while (claims_.count() < most_ && all_.at.count < most_targets) {
+    if (!add_next(frame, moving, most)) break;
+  }
+  if (claims_.count() == 1) return true;
+  fit_claimed(frame, moving);
+  // Where all light of one of them is another's, the likelihood does not fall off beside it.
+  if (!best_.has_covariance) return started_with_ == 1;
+  compare_with_other_places(frame, moving);
+  return judge(frame, moving);
+}
+
+void SeveralTargets::start_with_first() {
   const Fit& first = searches_.front().fit;
   all_ = {};
   all_.at.add({first.parameters.line, first.parameters.signal_per_pulse});
@@ -82,16 +101,6 @@ bool SeveralTargets::find_all(const FoldedFrame& frame, bool moving, Effort most
   claims_.begin(exposure_);
   started_with_ = 1;
   least_nats_ = {};
-  if (at_once) start_together(frame, moving);
-  while (claims_.count() < most_ && all_.at.count < most_targets) {
-    if (!add_next(frame, moving, most)) break;
-  }
-  if (claims_.count() == 1) return true;
-  fit_claimed(frame, moving);
-  // Where all light of one of them is another's, the likelihood does not fall off beside it.
-  if (!best_.has_covariance) return started_with_ == 1;
-  compare_with_other_places(frame, moving);
-  return judge(frame, moving);
 }
 
 // Fits all that is seen at once together; returns false where that is one target, or not all of it
@@ -112,10 +121,7 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   } else {
     claims_.claim_in_rows(together.at);
   }
-  if (claims_.count() < together.at.count) {
-    claims_.begin(exposure_);
-    return false;
-  }
+  if (claims_.count() < together.at.count) return false;
   all_ = together;
   is_refined_ = true;
   started_with_ = guess.at.count;

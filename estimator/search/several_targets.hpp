@@ -54,12 +54,13 @@ class SeveralTargets {
   // The targets of a frame, the one with the most signal first. first: the frame's best target, as
   // search.find() has just found it; it is significant and has a covariance. moving: whether
   // targets may move. The result is empty where there is no other target than the first, whose fit
-  // then stands. Valid until the next call.
-  std::span<const FoundTarget> find(const FoldedFrame& frame, const Fit& first, bool moving,
-                                    Effort most);
+  // then stands, and is the maximum even where its climb had been left out. Valid until the next
+  // call.
+  std::span<const FoundTarget> find(const FoldedFrame& frame, Fit& first, bool moving, Effort most);
 
  private:
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool at_once);
+  void start_with_first();
   bool start_together(const FoldedFrame& frame, bool moving);
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();

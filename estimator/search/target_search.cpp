@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "estimator/fold/vector_level.hpp"
 
@@ -247,8 +248,23 @@ Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, De
                         double to_beat_nats) {
   const bool roughly = &photons == &sample_;
   Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly, until_);
+  // Elsewhere the maximum may be what makes a target significant.
+  const bool is_plain =
+      fit.gain_nats > threshold_nats_ + shoulder_margin_nats && fit.has_covariance;
+  if (fit.stop == Stop::spread && !is_plain) {
+    fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly,
+                            Refinement::Until::near_top);
+  }
   odds_.add(fit);
   return fit;
+}
+
+Fit TargetSearch::climb_on(const FoldedFrame& frame, const Fit& fit) {
+  if (fit.stop != Stop::spread) return fit;
+  const Refinement::Until until = std::exchange(until_, Refinement::Until::near_top);
+  const Fit top = climb(frame, Exposure(frame, train_), fit.parameters.line);
+  until_ = until;
+  return top;
 }
 
 Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
@@ -271,7 +287,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   // What is no better is fitted together with the best one, if at all.
   if (until == Refinement::Until::top_of_one) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
-  bool is_first = true;
+  bool is_first = true, is_moved = false;
   for (const DelayCell& cell : search_.best_delays(photons, found.travel_ns, recheck_)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
@@ -287,7 +303,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
       odds_.add(line, climbed_nats);
     } else if ((is_first && !climbed.is_rest) ||
                most_gain_nats(gain) > best.gain_nats - rival_nats_) {
-      try_delay(photons, level, exposure, apart, found, best);
+      is_moved |= try_delay(photons, level, exposure, apart, found, best);
     } else {
       odds_.add(line, gain);
     }
@@ -296,10 +312,11 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
     const DelayLine from = best.parameters.line;
-    for (const double copy : copies_ns_) try_delay(photons, level, exposure, copy, from, best);
+    for (const double copy : copies_ns_) {
+      is_moved |= try_delay(photons, level, exposure, copy, from, best);
+    }
     if (best.gain_nats == before) break;
   }
-  const bool is_moved = best.parameters.line.delay_ns != found.delay_ns;
   if (is_moved && until_ != until) {
     until_ = until;
     best = climb(photons, exposure, best.parameters.line);
@@ -307,13 +324,17 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   until_ = until;
 }
 
-void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
+// Returns whether there is a better maximum there, which is then the best one.
+bool TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
                              const Exposure& exposure, double shift_ns, DelayLine from, Fit& best) {
-  if (is_tried(from.delay_ns + shift_ns)) return;
+  if (is_tried(from.delay_ns + shift_ns)) return false;
+  best = climb_on(photons, best);
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.travel_ns},
                            best.gain_nats - left_behind_nats);
-  if (fit.gain_nats > best.gain_nats) best = fit;
+  if (fit.gain_nats <= best.gain_nats) return false;
+  best = fit;
+  return true;
 }
 
 // Whether a delay has been tried since tried_ns_ was cleared, to within what a zoom corrects. Notes

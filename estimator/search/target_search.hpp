@@ -77,6 +77,9 @@ class TargetSearch {
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
   // result is the best of them and the fit.
   Fit look_beside(const FoldedFrame& frame, const Fit& fit);
+  // Climbs to the maximum from where a climb has ended since the photons are spread as those of
+  // several targets are; a fit that is the maximum already is returned as it is.
+  Fit climb_on(const FoldedFrame& frame, const Fit& fit);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
   // The maximum near a line for a target that may move.
@@ -188,7 +191,7 @@ class TargetSearch {
                                                              const Search& last) const;
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                      Fit& best, const Climbed& climbed);
-  void try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
+  bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
