@@ -21,6 +21,7 @@ class CombMeetings {
   // three widths of a pulse is where that pulse is.
   CombMeetings(const PulseTrain& train, double width_ns);
 
+  static constexpr std::size_t most_places = 8;
   // Delays in [0, circle).
   class Places {
    public:
@@ -31,7 +32,7 @@ class CombMeetings {
     [[nodiscard]] bool is_full() const { return count_ == delays_ns_.size(); }
 
    private:
-    std::array<double, 8> delays_ns_{};
+    std::array<double, most_places> delays_ns_{};
     std::size_t count_ = 0;
   };
   // Where the combs of two targets meet, but for the targets' own delays.

@@ -13,6 +13,8 @@ constexpr double least_of_best = 0.7;
 // Such a target keeps so much of its gain when all others are fitted with it. Where the combs of
 // two targets meet, half of the photons are one's, and half the other's.
 constexpr double least_kept = 0.75;
+// With two rates the light of two targets has two more places, with three rates six.
+constexpr std::size_t most_peaks = 8;
 
 // A signal that is added was background up to now.
 void take_from_background(const Exposure& exposure, double signal, JointParameters& at) {
@@ -25,10 +27,9 @@ void take_from_background(const Exposure& exposure, double signal, JointParamete
 JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
                                     const TargetSearch::Search& first, bool moving) {
   const JointParameters row = row_about(exposure, alone, moving);
-  if (row.count > 1) return {row, true, {}};
+  if (row.count > 1) return {row, true};
   // Peaks are compared with a maximum.
-  return first.fit.stop == Stop::spread ? Guess{alone, false, {}}
-                                        : with_peaks(exposure, alone, first);
+  return first.fit.stop == Stop::spread ? Guess{alone} : with_peaks(exposure, alone, first);
 }
 
 // The best target, or two or more in its place that are far enough apart to be told apart.
@@ -51,36 +52,60 @@ JointParameters JointStart::row_about(const Exposure& exposure, const JointParam
   return row;
 }
 
-// The best target with the peaks that are nearly as high as it is, unless there are more of them
-// than there may be targets: where combs meet, the light of two targets makes other places as high
-// as they are.
+// The best target with the peaks that are nearly as high as it is. Where combs meet, the light of
+// two targets makes other places as high as they are: then the two whose combs meet at all others.
+// The best target alone where there are more peaks than there may be targets.
 JointStart::Guess JointStart::with_peaks(const Exposure& exposure, const JointParameters& alone,
                                          const TargetSearch::Search& first) const {
-  Guess guess = {alone, false, {}};
   const Fit& best = first.fit;
   const double least_nats = std::max(least_of_best * best.gain_nats, sure_nats_);
-  std::array<DelayLine, most_targets> lines = {alone.targets.front().line};
-  const auto next = [&] {
-    return first.peaks.odds.best_beside(std::span(lines).first(guess.at.count));
-  };
+  std::array<DelayLine, most_peaks> lines = {alone.targets.front().line};
+  std::array<double, most_peaks> gains = {best.gain_nats};
+  std::size_t count = 1;
+  const auto next = [&] { return first.peaks.odds.best_beside(std::span(lines).first(count)); };
   for (auto peak = next(); peak && peak->gain_nats >= least_nats; peak = next()) {
-    const bool is_looked_at = search_.has_looked_beside(best, peak->line);
-    if (guess.at.count == most_ || !is_looked_at || !is_far_from(guess.at, peak->line)) {
-      return {alone, false, {}};
-    }
-    const double S = best.parameters.signal_per_pulse * peak->gain_nats / best.gain_nats;
-    guess.least_nats.at(guess.at.count) = least_kept * peak->gain_nats;
-    lines.at(guess.at.count) = peak->line;
-    guess.at.add({peak->line, S});
+    const auto known = std::span(lines).first(count);
+    if (count == most_peaks || !search_.has_looked_beside(best, peak->line)) return {alone};
+    if (!is_far_from(known, peak->line)) return {alone};
+    gains.at(count) = peak->gain_nats;
+    lines.at(count++) = peak->line;
+  }
+  const std::size_t partner = partner_of_first(std::span(lines).first(count));
+  if (partner > 0) {
+    std::swap(lines.at(1), lines.at(partner));
+    std::swap(gains.at(1), gains.at(partner));
+    count = 2;
+  }
+  if (count > most_) return {alone};
+  Guess guess = {alone};
+  for (std::size_t k = 1; k < count; ++k) {
+    const double S = best.parameters.signal_per_pulse * gains.at(k) / best.gain_nats;
+    guess.least_nats.at(k) = least_kept * gains.at(k);
+    guess.at.add({lines.at(k), S});
     take_from_background(exposure, S, guess.at);
   }
   return guess;
 }
 
-bool JointStart::is_far_from(const JointParameters& others, DelayLine line) const {
-  const auto* const end = others.targets.begin() + others.count;
-  return std::all_of(others.targets.begin(), end, [&](const TargetParameters& other) {
-    return claims_.apart_widths({line, 0}, other) > TargetClaims::tail_widths;
+// The peak whose comb meets that of the first at all other peaks; 0 where there is none, or none
+// other.
+std::size_t JointStart::partner_of_first(std::span<const DelayLine> peaks) const {
+  const double first_ns = peaks.front().delay_ns;
+  for (std::size_t k = 1; k < peaks.size() && peaks.size() > 2; ++k) {
+    std::size_t others = 0;
+    for (std::size_t m = 1; m < peaks.size(); ++m) {
+      const bool is_other =
+          m != k && search_.meetings().do_meet(first_ns, peaks[k].delay_ns, peaks[m].delay_ns);
+      others += is_other ? 1 : 0;
+    }
+    if (others + 2 == peaks.size()) return k;
+  }
+  return 0;
+}
+
+bool JointStart::is_far_from(std::span<const DelayLine> others, DelayLine line) const {
+  return std::all_of(others.begin(), others.end(), [&](DelayLine other) {
+    return claims_.apart_widths({line, 0}, {other, 0}) > TargetClaims::tail_widths;
   });
 }
 

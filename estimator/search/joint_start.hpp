@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "estimator/fit/joint_likelihood.hpp"
 #include "estimator/fit/range_profile.hpp"
@@ -64,7 +65,8 @@ class JointStart {
   void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
   [[nodiscard]] Guess with_peaks(const Exposure& exposure, const JointParameters& alone,
                                  const TargetSearch::Search& first) const;
-  [[nodiscard]] bool is_far_from(const JointParameters& others, DelayLine line) const;
+  [[nodiscard]] std::size_t partner_of_first(std::span<const DelayLine> peaks) const;
+  [[nodiscard]] bool is_far_from(std::span<const DelayLine> others, DelayLine line) const;
 
   const TargetSearch& search_;
   const PulseShape& shape_;

@@ -55,6 +55,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
   stays_.reserve(max_photons);
   found_.reserve(most_targets);
   searches_.reserve(most_targets);
+  compared_.reserve(most_targets + most_targets * CombMeetings::most_places);
   for (std::size_t k = 0; k < most_targets; ++k) searches_.push_back({{}, search.no_peaks()});
 }
 
@@ -163,6 +164,10 @@ void SeveralTargets::compare_with_other_places(const FoldedFrame& frame, bool mo
   }
 }
 
+bool SeveralTargets::move_alike(DelayLine one, DelayLine other) const {
+  return std::abs(one.travel_ns - other.travel_ns) <= most_apart_widths * shape_.width_ns();
+}
+
 // Two that take each other's light have the same signal. One that has taken a part of another's is
 // weaker, and the other is brighter than it is.
 void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaximum& found,
@@ -170,7 +175,7 @@ void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaxim
   constexpr double least_alike = 0.5, most_alike = 0.7;  // of the brighter one's signal
   const TargetParameters& a = found.at.targets.at(pair[0]);
   const TargetParameters& b = found.at.targets.at(pair[1]);
-  if (std::abs(a.line.travel_ns - b.line.travel_ns) > most_apart_widths * shape_.width_ns()) return;
+  if (!move_alike(a.line, b.line)) return;
   const CombMeetings::Places places = meetings_.find(a.line.delay_ns, b.line.delay_ns);
   const auto delays_ns = places.delays_ns();
   const auto [less, more] = std::minmax(a.signal_per_pulse, b.signal_per_pulse);
@@ -363,7 +368,8 @@ FoundTarget SeveralTargets::target_of(std::size_t target) const {
 // is looked at in rest_, which is the frame without the others: nothing where it is better
 // somewhere else, since a part of the light of a target that was not found looked like this one.
 // Where combs meet it may be better elsewhere by chance. The joint fit with the other places has
-// said then that it is here, and its range is in doubt.
+// said then that it is here, and its range is in doubt. Where combs meet, the joint fits with these
+// places say how sure the targets' are.
 std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const Fit& fit) {
   Lines lines;
   const auto others = lines_of(best_.at, lines, 0, target);
@@ -372,12 +378,26 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
     return search.peaks.range_odds_nats(search.fit, others);
   }
   const TargetSearch::Peaks& of_all = searches_.front().peaks;
-  const double odds_nats = of_all.range_odds_nats(fit, others);
+  compared_.assign(others.begin(), others.end());
+  if (pair_odds_nats_.at(target)) add_meetings(target, compared_);
+  const double odds_nats = of_all.range_odds_nats(fit, compared_);
   const bool is_sure =
-      of_all.odds.best_beside(others, fit.parameters.line) && odds_nats > plain_margin_nats;
+      of_all.odds.best_beside(compared_, fit.parameters.line) && odds_nats > plain_margin_nats;
   if (is_sure) return odds_nats;
   const std::optional<double> in_rest = search_.range_odds_in(rest_, fit);
   return !in_rest && pair_odds_nats_.at(target) ? 0 : in_rest;
+}
+
+// The places where a target's comb meets those of others that move as it does.
+void SeveralTargets::add_meetings(std::size_t target, std::vector<DelayLine>& lines) const {
+  const DelayLine& own = best_.at.targets.at(target).line;
+  for (std::size_t k = 0; k < best_.at.count; ++k) {
+    const DelayLine& other = best_.at.targets.at(k).line;
+    if (k == target || !move_alike(own, other)) continue;
+    const CombMeetings::Places places = meetings_.find(own.delay_ns, other.delay_ns);
+    const double travel_ns = (own.travel_ns + other.travel_ns) / 2;
+    for (const double delay_ns : places.delays_ns()) lines.push_back({delay_ns, travel_ns});
+  }
 }
 
 // Looks at each target in a frame from which the others are taken out; returns false where one of
@@ -407,7 +427,7 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
   const double least_nats = least_nats_.at(searched_.at(target));
   if (found.fit.gain_nats < std::max(threshold_nats_, least_nats)) return std::nullopt;
   rest_.take_some(stays_, static_cast<unsigned>(target), frame);
-  const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
+  const PatternVerdict pattern = pattern_check_.judge_light(rest_, found.fit.parameters);
   if (pattern.fault != PatternFault::none) return std::nullopt;
   const std::optional<double> odds_nats = range_odds_nats(target, found.fit);
   if (!odds_nats) return std::nullopt;

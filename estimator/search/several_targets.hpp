@@ -83,6 +83,8 @@ class SeveralTargets {
                                                      bool moving);
   [[nodiscard]] FoundTarget target_of(std::size_t target) const;
   [[nodiscard]] std::optional<double> range_odds_nats(std::size_t target, const Fit& fit);
+  void add_meetings(std::size_t target, std::vector<DelayLine>& lines) const;
+  [[nodiscard]] bool move_alike(DelayLine one, DelayLine other) const;
 
   TargetSearch& search_;
   PatternCheck& pattern_check_;
@@ -111,6 +113,7 @@ class SeveralTargets {
   FoldedFrame rest_;
   std::vector<std::uint8_t> stays_;
   std::vector<FoundTarget> found_;
+  std::vector<DelayLine> compared_;  // scratch: places that a target's has been compared with
 };
 
 }  // namespace splid

@@ -213,6 +213,7 @@ class TargetSearch {
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
   bool moving_;
+  std::size_t most_delays_;        // that a look at all delays tells
   Refinement::Until first_until_;  // of climbs in a frame as it is
   Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;
