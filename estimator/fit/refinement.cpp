@@ -128,7 +128,11 @@ Fit Refinement::climb(const FoldedFrame& frame, const Exposure& exposure, DelayL
   const Way way = {frame, exposure, moving, to_beat_nats, until};
   Fit fit = climb_gathered(way, start, NearSet::gathered_roughly_from);
   const bool is_exact = !near_.gathers || near_.likely_near >= NearSet::gathered_from;
-  if (!is_exact && !roughly && fit.stop != Stop::beaten && fit.stop != Stop::spread) {
+  if (fit.stop == Stop::spread) {
+    add_covariance_of_spread(exposure, moving, fit);
+    return fit;
+  }
+  if (!is_exact && !roughly && fit.stop != Stop::beaten) {
     fit = climb_gathered(way, fit.parameters.line, NearSet::gathered_from);
   }
   if (until == Until::near_top && fit.gain_nats < to_beat_nats) fit.stop = Stop::beaten;
@@ -175,13 +179,12 @@ Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const 
   return fit;
 }
 
-// Whether the photons about a line are spread by more than one pulse is, by four deviations of
-// chance, wherever their own line is. Where a climb may end near the top in any case, nobody asks.
-bool Refinement::is_spread(const Way& way, const Likelihood::Profile& at) const {
-  constexpr double deviations = 4;
+// How far the photons about a line are from their mean line, wherever that is.
+Refinement::Spread Refinement::spread_about(const Exposure& exposure,
+                                            const FrameParameters& at) const {
   const double reach_ns = spread_widths * width_ns_;
-  const double delay_ns = at.parameters.line.delay_ns - near_.line.delay_ns + peak_ns_;
-  const double travel_ns = at.parameters.line.travel_ns - near_.line.travel_ns;
+  const double delay_ns = at.line.delay_ns - near_.line.delay_ns + peak_ns_;
+  const double travel_ns = at.line.travel_ns - near_.line.travel_ns;
   double photons = 0, offsets = 0, turns = 0, squares = 0, fourths = 0;
   for (std::size_t k = 0; k < near_.photons(); ++k) {
     for (std::size_t j = near_.first[k]; j < near_.first[k + 1]; ++j) {
@@ -195,12 +198,28 @@ bool Refinement::is_spread(const Way& way, const Likelihood::Profile& at) const 
       fourths += weight * square * square;
     }
   }
-  const double dark =
-      at.parameters.background_per_ns * way.exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
+  const double dark = at.background_per_ns * exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
   const double light = std::max(photons - dark, 1.0);
   const double off_line = (offsets * offsets + 12 * turns * turns) / light;
-  const double excess = squares - off_line - dark * reach_ns * reach_ns / 3 - light * spread_ns2_;
-  return excess > deviations * std::sqrt(fourths);
+  const double own = squares - off_line - dark * reach_ns * reach_ns / 3;
+  return {photons, light, own / light, (own - light * spread_ns2_) / std::sqrt(fourths)};
+}
+
+// Whether the photons about a line are spread by more than one pulse is, by four deviations of
+// chance.
+bool Refinement::is_of_several(const Way& way, const FrameParameters& at) const {
+  constexpr double deviations = 4;
+  return way.until == Until::top_of_one && spread_about(way.exposure, at).deviations > deviations;
+}
+
+// The covariance of the mean line of photons that are spread as those of several targets are.
+void Refinement::add_covariance_of_spread(const Exposure& exposure, bool moving, Fit& fit) const {
+  const Spread spread = spread_about(exposure, fit.parameters);
+  const double variance_ns2 = spread.mean_square_ns2 / spread.light;
+  fit.covariance.diagonal() << variance_ns2, moving ? 12 * variance_ns2 : 0,
+      spread.photons / (exposure.amplitude * exposure.amplitude),
+      fit.parameters.background_per_ns / exposure.seen_ns;
+  fit.has_covariance = true;
 }
 
 Fit Refinement::climb_within(const Way& way, DelayLine start) {
@@ -210,8 +229,11 @@ Fit Refinement::climb_within(const Way& way, DelayLine start) {
   const bool moving = way.moving;
   Fit fit;
   Likelihood::Profile best = likelihood_.profile(near_, exposure, start);
-  if (way.until == Until::top_of_one && is_spread(way, best)) {
-    return {best.parameters, best.gain_nats, Eigen::Matrix4d::Zero(), false, Stop::spread};
+  if (is_of_several(way, best.parameters)) {
+    fit.parameters = best.parameters;
+    fit.gain_nats = best.gain_nats;
+    fit.stop = Stop::spread;
+    return fit;
   }
   const double step_small = 1e-6 * width_ns_;
   const double gain_small = 1e-10;
@@ -240,10 +262,8 @@ Fit Refinement::climb_within(const Way& way, DelayLine start) {
     if (is_loaded) best = next;
     const double length_ns = step.cwiseAbs().maxCoeff();
     const bool small = length_ns < step_small;
-    const bool is_near =
-        gained < enough_nats && length_ns < short_step_widths * width_ns_ &&
-        (way.until == Until::near_top || (way.until == Until::top_of_one && is_spread(way, best)));
-    if (small || gained < gain_small || is_near) {
+    const bool is_near = gained < enough_nats && length_ns < short_step_widths * width_ns_;
+    if (small || gained < gain_small || (is_near && way.until == Until::near_top)) {
       fit.stop = small ? Stop::step_small : Stop::gain_small;
       break;
     }

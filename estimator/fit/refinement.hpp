@@ -30,8 +30,9 @@ class Refinement {
  public:
   // Where a climb may end: at the top; or near it, with a short step of Newton's method that gained
   // less than 0.1 nats, after which some hundredths of a deviation are left. top_of_one: where the
-  // photons are spread as those of a single pulse are not, the climb ends where it is, with the
-  // stop reason `spread`, or near the top, since what they show is then fitted by several targets.
+  // photons are spread as those of a single pulse are not, the climb ends where it begins, with the
+  // stop reason `spread` and the covariance of these photons' mean line, since what they show is
+  // then fitted by several targets.
   enum class Until { top, near_top, top_of_one };
 
   // Memory is reserved for max_photons, each of them near as many pulses as overlap at most.
@@ -68,7 +69,15 @@ class Refinement {
   void collect(const FoldedFrame& frame, DelayLine about, double gather_width_ns,
                std::size_t gather_from);
   Fit climb_within(const Way& way, DelayLine start);
-  [[nodiscard]] bool is_spread(const Way& way, const Likelihood::Profile& at) const;
+  struct Spread {
+    double photons;          // about the line
+    double light;            // of these, without the background's
+    double mean_square_ns2;  // of the light's offsets from its mean line
+    double deviations;       // by which it is spread by more than a pulse is
+  };
+  [[nodiscard]] Spread spread_about(const Exposure& exposure, const FrameParameters& at) const;
+  [[nodiscard]] bool is_of_several(const Way& way, const FrameParameters& at) const;
+  void add_covariance_of_spread(const Exposure& exposure, bool moving, Fit& fit) const;
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 
   const PulseTrain& train_;

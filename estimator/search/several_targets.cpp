@@ -122,7 +122,6 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   } else {
     claims_.claim_in_rows(together.at);
   }
-  if (claims_.count() < together.at.count) return false;
   all_ = together;
   is_refined_ = true;
   started_with_ = guess.at.count;

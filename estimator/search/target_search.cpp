@@ -254,9 +254,7 @@ Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, De
   const bool roughly = &photons == &sample_;
   Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly, until_);
   // Elsewhere the maximum may be what makes a target significant.
-  const bool is_plain =
-      fit.gain_nats > threshold_nats_ + shoulder_margin_nats && fit.has_covariance;
-  if (fit.stop == Stop::spread && !is_plain) {
+  if (fit.stop == Stop::spread && fit.gain_nats < threshold_nats_ + shoulder_margin_nats) {
     fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly,
                             Refinement::Until::near_top);
   }
