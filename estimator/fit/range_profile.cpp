@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace splid {
 namespace {
@@ -12,7 +13,6 @@ constexpr int rounds = 8;
 // Light in so many bins together, which are three widths, is taken for that of one more target.
 constexpr std::size_t bins_of_one = 6;
 constexpr double least_deviations = 6;
-constexpr double least_of_weakest = 0.3;
 
 }  // namespace
 
@@ -35,7 +35,8 @@ void RangeProfile::light_of(const Target& target, Counts& light) {
   for (double& photons : light) photons *= target.photons * bin_ns_;
 }
 
-RangeProfile::Counts& RangeProfile::light_of_all(std::span<const Target> targets) {
+const RangeProfile::Counts& RangeProfile::light_of_all(const Row& row) {
+  const auto targets = row.all();
   all_.fill(dark_);
   for (std::size_t k = 0; k < targets.size(); ++k) {
     light_of(targets[k], light_[k]);
@@ -46,9 +47,10 @@ RangeProfile::Counts& RangeProfile::light_of_all(std::span<const Target> targets
 
 // A target moves by as much as the middle of the photons that are its own is off from the middle of
 // its light.
-void RangeProfile::settle(std::span<Target> targets) {
+void RangeProfile::settle(Row& row) {
+  const auto targets = row.all();
   for (int round = 0; round < rounds; ++round) {
-    const Counts& all = light_of_all(targets);
+    const Counts& all = light_of_all(row);
     for (std::size_t k = 0; k < targets.size(); ++k) {
       double photons = 0, place = 0, light = 0, middle = 0;
       for (std::size_t i = 0; i < bins; ++i) {
@@ -65,10 +67,29 @@ void RangeProfile::settle(std::span<Target> targets) {
   }
 }
 
-std::optional<RangeProfile::Target> RangeProfile::unexplained(std::span<const Target> targets) {
-  const Counts& all = light_of_all(targets);
-  double weakest = targets.empty() ? 0 : targets.front().photons;
-  for (const Target& target : targets) weakest = std::min(weakest, target.photons);
+void RangeProfile::add_unexplained(Row& row, std::size_t most, double least_of_weakest) {
+  while (row.count() < most) {
+    const auto next = unexplained(row, least_of_weakest);
+    if (!next) return;
+    row.add(*next);
+    settle(row);
+  }
+}
+
+double RangeProfile::nats(const Row& row) {
+  const Counts& all = light_of_all(row);
+  double sum = 0;
+  for (std::size_t i = 0; i < bins; ++i) {
+    sum += (counts_[i] > 0 ? counts_[i] * std::log(all[i]) : 0) - all[i];
+  }
+  return sum;
+}
+
+std::optional<RangeProfile::Target> RangeProfile::unexplained(const Row& row,
+                                                              double least_of_weakest) {
+  const Counts& all = light_of_all(row);
+  double weakest = std::numeric_limits<double>::infinity();
+  for (const Target& target : row.all()) weakest = std::min(weakest, target.photons);
   Target most;
   for (std::size_t first = 0; first + bins_of_one <= bins; ++first) {
     double expected = 0, excess = 0, place = 0;

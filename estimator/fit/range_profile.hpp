@@ -32,16 +32,32 @@ class RangeProfile {
 
   // counts: photons in the bins. dark: photons of the background in each bin.
   void see(const Counts& counts, double dark);
+  // Targets whose light it is.
+  class Row {
+   public:
+    void add(const Target& target) { targets_.at(count_++) = target; }
+    [[nodiscard]] std::size_t count() const { return count_; }
+    [[nodiscard]] std::span<Target> all() { return std::span(targets_).first(count_); }
+    [[nodiscard]] std::span<const Target> all() const { return std::span(targets_).first(count_); }
+
+   private:
+    std::array<Target, most_targets> targets_;
+    std::size_t count_ = 0;
+  };
   // Moves targets towards where they explain the counts best, and gives them the photons that they
-  // explain (expectation maximisation). targets: up to most_targets.
-  void settle(std::span<Target> targets);
-  // The brightest light that these targets and the background do not explain, where it is more than
-  // chance and not much less than that of the weakest of them.
-  std::optional<Target> unexplained(std::span<const Target> targets);
+  // explain (expectation maximisation).
+  void settle(Row& row);
+  // Adds the brightest light that the targets and the background do not explain, and lets all
+  // settle, while there are less than `most` and that light is more than chance and no less than
+  // such a part of the weakest of them.
+  void add_unexplained(Row& row, std::size_t most, double least_of_weakest);
+  // The logarithm of the likelihood of the counts, less what is the same for all rows.
+  double nats(const Row& row);
 
  private:
   void light_of(const Target& target, Counts& light);
-  Counts& light_of_all(std::span<const Target> targets);
+  const Counts& light_of_all(const Row& row);
+  std::optional<Target> unexplained(const Row& row, double least_of_weakest);
 
   const PulseShape& shape_;
   double bin_ns_;

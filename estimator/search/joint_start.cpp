@@ -13,6 +13,8 @@ constexpr double least_of_best = 0.7;
 // Such a target keeps so much of its gain when all others are fitted with it. Where the combs of
 // two targets meet, half of the photons are one's, and half the other's.
 constexpr double least_kept = 0.75;
+// What is seen beside a bright target, as a part of its light, and what is seen in a row.
+constexpr double least_of_bright = 0.02, least_in_row = 0.3;
 // With two rates the light of two targets has two more places, with three rates six.
 constexpr std::size_t most_peaks = 8;
 
@@ -39,9 +41,10 @@ JointParameters JointStart::row_about(const Exposure& exposure, const JointParam
   row.add({row.targets.front().line, 0});
   row = pair_about(exposure, row, 0, moving);
   const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
-  if (widths < TargetClaims::closest_widths) return alone;
-  if (most_ > 2) row = with_middle(row);
-  row = as_profile_has_it(exposure, row, alone.targets.front().signal_per_pulse);
+  if (widths < least_spread_widths) return alone;
+  if (most_ > 2 && widths > TargetClaims::closest_widths) row = with_middle(row);
+  row = as_profile_has_it(exposure, row, alone.targets.front());
+  if (!are_told_apart(row)) return alone;
   // The one that stands where the best target was has its photons collected already.
   const auto apart = [&](const TargetParameters& target) {
     return claims_.apart_widths(target, alone.targets.front());
@@ -50,6 +53,16 @@ JointParameters JointStart::row_about(const Exposure& exposure, const JointParam
   std::iter_swap(begin, std::min_element(begin, begin + row.count,
                                          [&](auto& a, auto& b) { return apart(a) < apart(b); }));
   return row;
+}
+
+bool JointStart::are_told_apart(const JointParameters& row) const {
+  for (std::size_t k = 0; k < row.count; ++k) {
+    for (std::size_t m = 0; m < k; ++m) {
+      const double widths = claims_.apart_widths(row.targets.at(k), row.targets.at(m));
+      if (widths < TargetClaims::closest_widths) return false;
+    }
+  }
+  return true;
 }
 
 // The best target with the peaks that are nearly as high as it is. Where combs meet, the light of
@@ -180,39 +193,38 @@ JointParameters JointStart::with_middle(const JointParameters& pair) const {
   return row;
 }
 
-// The row where the light about its middle has it, with what else there is beside it. A pair whose
-// lines cross within the frame is left as it is: its light is not one beside the other.
+// The row where the light beside the best target has it, with what else there is: settled from
+// where the row is, or from the best target with a weaker one beside it, where that explains the
+// light better. A pair whose lines cross within the frame is left as it is: its light is not one
+// beside the other.
 JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const JointParameters& row,
-                                              double alone_signal) {
+                                              const TargetParameters& alone) {
   const DelayLine& a = row.targets.at(0).line;
   const DelayLine& b = row.targets.at(row.count - 1).line;
   if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return row;
   const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
   see_profile(exposure, middle, row.background_per_ns);
-  std::array<RangeProfile::Target, most_targets> targets;
-  std::size_t count = row.count;
-  const auto settle = [&] { profile_.settle(std::span(targets).first(count)); };
-  for (std::size_t k = 0; k < count; ++k) {
-    const TargetParameters& target = row.targets.at(k);
-    targets.at(k) = {target.line.delay_ns - middle.delay_ns,
-                     target.signal_per_pulse * exposure.amplitude};
-  }
-  settle();
-  while (count < most_) {
-    const auto next = profile_.unexplained(std::span(targets).first(count));
-    if (!next) break;
-    targets.at(count++) = *next;
-    settle();
-  }
+  const auto light_of = [&](const TargetParameters& target) {
+    return RangeProfile::Target{target.line.delay_ns - middle.delay_ns,
+                                target.signal_per_pulse * exposure.amplitude};
+  };
+  RangeProfile::Row found, uneven;
+  for (std::size_t k = 0; k < row.count; ++k) found.add(light_of(row.targets.at(k)));
+  profile_.settle(found);
+  uneven.add(light_of(alone));
+  profile_.settle(uneven);
+  profile_.add_unexplained(uneven, 2, least_of_bright);
+  if (profile_.nats(uneven) > profile_.nats(found)) found = uneven;
+  profile_.add_unexplained(found, most_, least_in_row);
   JointParameters settled;
   settled.background_per_ns = row.background_per_ns;
   double all = 0;
-  for (const RangeProfile::Target& target : std::span(targets).first(count)) {
+  for (const RangeProfile::Target& target : found.all()) {
     const double S = target.photons / exposure.amplitude;
     settled.add({{middle.delay_ns + target.offset_ns, middle.travel_ns}, S});
     all += S;
   }
-  take_from_background(exposure, all - alone_signal, settled);
+  take_from_background(exposure, all - alone.signal_per_pulse, settled);
   return settled;
 }
 

@@ -17,6 +17,10 @@ namespace splid {
 // Threads: one thread for each object, which holds scratch. Errors: none. No allocation.
 class JointStart {
  public:
+  // The photons of a target whose pulse fits are spread as those of two that are less than so far
+  // apart: a gaussian pulse of 100 photons has half of that by chance.
+  static constexpr double least_spread_widths = 1.5;
+
   // search, shape, train, likelihood, claims: outlive this. sure_nats: a target that gains so much
   // is there, however the others are refitted. most: targets, 1 to most_targets.
   JointStart(const TargetSearch& search, const PulseShape& shape, const PulseTrain& train,
@@ -59,9 +63,11 @@ class JointStart {
                                     std::size_t target, DelayLine line) const;
   [[nodiscard]] JointParameters row_about(const Exposure& exposure, const JointParameters& alone,
                                           bool moving);
+  [[nodiscard]] bool are_told_apart(const JointParameters& row) const;
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair) const;
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
-                                                  const JointParameters& row, double alone_signal);
+                                                  const JointParameters& row,
+                                                  const TargetParameters& alone);
   void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
   [[nodiscard]] Guess with_peaks(const Exposure& exposure, const JointParameters& alone,
                                  const TargetSearch::Search& first) const;

@@ -8,9 +8,6 @@ namespace {
 
 // Pairs that are closer than this are climbed to from several places.
 constexpr double close_widths = 7;
-// The photons of a target whose pulse fits are spread as those of two that are less than so far
-// apart: a gaussian pulse of 100 photons has half of that by chance.
-constexpr double least_spread_widths = 1.5;
 // What is left of the frame may hold less of a target than the frame does, where the target is
 // close to another. A candidate with so much of the threshold is fitted together with the others.
 constexpr double least_of_threshold = 0.4;
@@ -122,6 +119,7 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   } else {
     claims_.claim_in_rows(together.at);
   }
+  if (claims_.count() < together.at.count) return false;
   all_ = together;
   is_refined_ = true;
   started_with_ = guess.at.count;
@@ -231,8 +229,8 @@ JointMaximum SeveralTargets::climb(const FoldedFrame& frame, const JointParamete
       pair.targets.at(last) = {start.targets.at(k).line, 0};
     }
     pair = start_.pair_about(exposure_, pair, k, moving);
-    const bool is_one =
-        claims_.apart_widths(pair.targets.at(last), pair.targets.at(k)) < least_spread_widths;
+    const bool is_one = claims_.apart_widths(pair.targets.at(last), pair.targets.at(k)) <
+                        JointStart::least_spread_widths;
     if (is_far && is_one) continue;
     joint_.likelihood().hold(frame, pair);
     const double nats = joint_.gain(exposure_, pair);
