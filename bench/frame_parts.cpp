@@ -168,8 +168,7 @@ class Parts {
                           CombRows(train_, 0, best_search_kernels()).fitting_bins());
     LineSearch search(train_, frame_.size(), {&grid, 1});
     row("a look at all delays of one travel", static_cast<double>(frame_.size() + grid.bins),
-        limits_.increment,
-        [&] { search.best_delays(frame_, line_.travel_ns, grid, LineSearch::max_delays); });
+        limits_.increment, [&] { search.best_delays(frame_, line_.travel_ns, grid); });
   }
 
   void print_fit() {

@@ -102,19 +102,19 @@ void LineSearch::keep(const SearchCell& cell, double bin_ns) {
 }
 
 std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double travel_ns,
-                                                   const SearchGrid& grid, std::size_t most) {
+                                                   const SearchGrid& grid) {
   rows_.load(frame, travel_ns, 1);
   delays_.clear();
   if (rows_.most_in_slice(grid.bin_ns) <= std::numeric_limits<std::uint16_t>::max()) {
-    look_at_delays<std::uint16_t>(grid, most);
+    look_at_delays<std::uint16_t>(grid);
   } else {
-    look_at_delays<std::uint32_t>(grid, most);
+    look_at_delays<std::uint32_t>(grid);
   }
   return delays_;
 }
 
 template <class Count>
-void LineSearch::look_at_delays(const SearchGrid& grid, std::size_t most) {
+void LineSearch::look_at_delays(const SearchGrid& grid) {
   auto* row = buffer<Count>(0);
   rows_.fill(grid, row, buffer<Count>(1), buffer<Count>(2));
   std::uint32_t least = 0;
@@ -122,13 +122,12 @@ void LineSearch::look_at_delays(const SearchGrid& grid, std::size_t most) {
     if (row[bin] <= least) continue;
     const std::uint32_t before = row[bin == 0 ? grid.bins - 1 : bin - 1];
     const std::uint32_t after = row[bin + 1 == grid.bins ? 0 : bin + 1];
-    keep_delay({(bin + 0.5) * grid.bin_ns, row[bin], row[bin] + std::max(before, after)}, grid,
-               most);
-    if (delays_.size() == most) least = delays_.back().count;
+    keep_delay({(bin + 0.5) * grid.bin_ns, row[bin], row[bin] + std::max(before, after)}, grid);
+    if (delays_.size() == max_delays) least = delays_.back().count;
   }
 }
 
-void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid, std::size_t most) {
+void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
   const auto same_pulse = [&](const DelayCell& other) {
     const double apart = std::abs(cell.delay_ns - other.delay_ns);
     return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;
@@ -140,7 +139,7 @@ void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid, std::
   const auto place = std::find_if(delays_.begin(), delays_.end(),
                                   [&](const DelayCell& other) { return other.count < cell.count; });
   delays_.insert(place, cell);
-  if (delays_.size() > most) delays_.pop_back();
+  if (delays_.size() > max_delays) delays_.pop_back();
 }
 
 }  // namespace splid

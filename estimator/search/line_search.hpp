@@ -51,10 +51,10 @@ class LineSearch {
   static constexpr std::size_t max_delays = 5;
   // The best delays for a known travel, those with the most photons first and at least four bins
   // apart, in a grid of one slice. It is a look at all delays at once, for patterns that partly
-  // fall on themselves at other delays, as half of an interleaved pattern does. most: so many, up
-  // to max_delays. Valid until the next call.
+  // fall on themselves at other delays, as half of an interleaved pattern does. Valid until the
+  // next call.
   std::span<const DelayCell> best_delays(const FoldedFrame& frame, double travel_ns,
-                                         const SearchGrid& grid, std::size_t most);
+                                         const SearchGrid& grid);
 
  private:
   template <class Count>
@@ -62,8 +62,8 @@ class LineSearch {
   void keep_best(const SearchGrid& grid, const LineTree::Block& block);
   void keep(const SearchCell& cell, double bin_ns);
   template <class Count>
-  void look_at_delays(const SearchGrid& grid, std::size_t most);
-  void keep_delay(const DelayCell& cell, const SearchGrid& grid, std::size_t most);
+  void look_at_delays(const SearchGrid& grid);
+  void keep_delay(const DelayCell& cell, const SearchGrid& grid);
   template <class Count>
   Count* buffer(std::size_t which);
 

@@ -38,10 +38,6 @@ constexpr double rival_margin_nats = 3;
 // not mistaken for one of its own shoulders.
 constexpr double sample_margin_nats = 30;
 
-// A look at all delays tells those of a target and its highest shoulders; and of two targets, the
-// two places where their combs meet, and what is next.
-constexpr std::size_t delays_of_one = 4, delays_of_two = 5;
-
 // Near copies of a comb have near copies of their own, which lead back to the same delays. Each
 // delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
@@ -93,7 +89,6 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_travel_ns / scope.frame_length_ns),
       moving_(scope.max_travel_ns > 0),
-      most_delays_(scope.one_of_several ? delays_of_two : delays_of_one),
       first_until_(scope.one_of_several ? Refinement::Until::top_of_one : Refinement::Until::top),
       until_(first_until_),
       levels_(make_levels(scope)),
@@ -291,11 +286,10 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   if (until == Refinement::Until::top_of_one) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true, is_moved = false;
-  for (const DelayCell& cell :
-       search_.best_delays(photons, found.travel_ns, recheck_, most_delays_)) {
+  for (const DelayCell& cell : best_delays(photons, found.travel_ns)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
-    const double gain = box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
+    const double gain = delay_gain_nats(photons, cell);
     const DelayLine line = {found.delay_ns + apart, found.travel_ns};
     const double climbed_nats =
         climbed.peaks == nullptr
@@ -326,6 +320,23 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     best = climb(photons, exposure, best.parameters.line);
   }
   until_ = until;
+}
+
+// The best delays of a travel, which are those of a target and its highest shoulders. Where combs
+// meet, these are two targets and the places that both make, and one more says how far they stand
+// out.
+std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double travel_ns) {
+  constexpr std::size_t of_one = 4;
+  constexpr double least_where_combs_meet = 0.7;  // of the best one's gain
+  const std::span<const DelayCell> all = search_.best_delays(photons, travel_ns, recheck_);
+  if (all.size() <= of_one) return all;
+  const double least_nats = least_where_combs_meet * delay_gain_nats(photons, all.front());
+  const bool do_meet = delay_gain_nats(photons, all[of_one - 1]) > least_nats;
+  return do_meet ? all : all.first(of_one);
+}
+
+double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const {
+  return box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
 }
 
 // Returns whether there is a better maximum there, which is then the best one.

@@ -191,6 +191,8 @@ class TargetSearch {
                                                              const Search& last) const;
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                      Fit& best, const Climbed& climbed);
+  std::span<const DelayCell> best_delays(const FoldedFrame& photons, double travel_ns);
+  [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
@@ -213,7 +215,6 @@ class TargetSearch {
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
   bool moving_;
-  std::size_t most_delays_;        // that a look at all delays tells
   Refinement::Until first_until_;  // of climbs in a frame as it is
   Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;

@@ -96,7 +96,7 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
     LineSearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
     const auto expected = generic.run(folded.frame, grid, 2);
     const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
-    const auto delays = generic.best_delays(folded.frame, 0.4, row, LineSearch::max_delays);
+    const auto delays = generic.best_delays(folded.frame, 0.4, row);
     ASSERT_EQ(delays.size(), LineSearch::max_delays);
     for (const VectorLevel level : runnable_vector_levels()) {
       LineSearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
@@ -107,7 +107,7 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
         EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
         EXPECT_EQ(cells[k].line.travel_ns, expected[k].line.travel_ns);
       }
-      const auto same = search.best_delays(folded.frame, 0.4, row, LineSearch::max_delays);
+      const auto same = search.best_delays(folded.frame, 0.4, row);
       ASSERT_EQ(same.size(), delays.size());
       for (std::size_t k = 0; k < same.size(); ++k) {
         EXPECT_EQ(same[k].delay_ns, delays[k].delay_ns);

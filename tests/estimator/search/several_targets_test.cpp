@@ -380,6 +380,25 @@ TEST(SeveralTargets, AWidePulseIsNoTwoTargets) {
   EXPECT_LE(claimed, 5);
 }
 
+// Its photons are spread as those of several targets are, so that its climb is left out at first.
+// What is published is the maximum all the same.
+TEST(SeveralTargets, AWidePulseHasTheValuesOfOneTarget) {
+  test::FrameMaker made = scene_of(0, 20, 40e-4);
+  made.sigma_ns = 0.2;
+  FrameEstimator one = several(made, 1), four = several(made, 4);
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const auto frame = made.make(seed);
+    const Estimate a = one.estimate(frame.view()), b = four.estimate(frame.view());
+    if (b.target_count > 0) continue;
+    EXPECT_EQ(a.status, b.status);
+    EXPECT_NEAR(a.delay_ns, b.delay_ns, 0.05 * a.std_delay_ns) << seed;
+    EXPECT_NEAR(a.velocity_mps, b.velocity_mps, 0.05 * a.std_velocity_mps) << seed;
+    EXPECT_NEAR(a.signal_per_pulse, b.signal_per_pulse, 0.05 * a.std_signal_per_pulse) << seed;
+    EXPECT_NEAR(a.std_delay_ns, b.std_delay_ns, 0.01 * a.std_delay_ns) << seed;
+    EXPECT_NEAR(a.significance_nats, b.significance_nats, 0.1) << seed;
+  }
+}
+
 TEST(SeveralTargets, AtRestAreFoundAtRest) {
   const test::FrameMaker first = scene_of(0, 0), second = scene_of(0.5, 0, 9e-4);
   SceneOptions still;
