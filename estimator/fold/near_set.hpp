@@ -88,8 +88,8 @@ struct NearSet {
   template <class Add>
   void visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                      const PulseTrain& train, const Add& add) const;
-  void add_photon(const FoldedFrame& frame, std::size_t photon, double phase_ns,
-                  std::span<const CombWindow::Pulse> pulses, const CombWindow& window);
+  void take_photons(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                    const PulseTrain& train);
   void add_to_cell(const FoldedFrame& frame, std::size_t photon, double residual_ns,
                    const Cells& cells);
   void take_cells(double amplitude);

@@ -77,7 +77,7 @@ std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, d
   return windows;
 }
 
-std::size_t widest_overlap(const std::vector<CombWindow>& windows) {
+std::size_t widest_overlap(std::span<const CombWindow> windows) {
   std::size_t overlap = 1;
   for (const CombWindow& window : windows) overlap = std::max(overlap, window.max_overlap());
   return overlap;

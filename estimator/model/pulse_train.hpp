@@ -48,6 +48,6 @@ std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns);
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns);
 
 // The largest number of candidates that any phase has in any of the windows, at least 1.
-std::size_t widest_overlap(const std::vector<CombWindow>& windows);
+std::size_t widest_overlap(std::span<const CombWindow> windows);
 
 }  // namespace splid
