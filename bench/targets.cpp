@@ -78,10 +78,10 @@ std::vector<TargetEstimate> listed(const Estimate& e) {
   return {e.targets.begin(), e.targets.begin() + static_cast<std::ptrdiff_t>(e.target_count)};
 }
 
-// A target is right where its delay and velocity are off by no more than twelve deviations of the
-// bound of several targets, both together. It is elsewhere where no true target is within five
-// widths.
-void judge(const Estimate& e, const std::vector<Truth>& truths, const std::vector<Bound>& bounds,
+// Returns whether all are resolved. A target is right where its delay and velocity are off by no
+// more than twelve deviations of the bound of several targets, both together. It is elsewhere where
+// no true target is within five widths.
+bool judge(const Estimate& e, const std::vector<Truth>& truths, const std::vector<Bound>& bounds,
            Score& score) {
   const std::vector<TargetEstimate> found = listed(e);
   score.listed += static_cast<int>(found.size());
@@ -111,7 +111,7 @@ void judge(const Estimate& e, const std::vector<Truth>& truths, const std::vecto
     });
     if (!is_near) ++score.extra;
   }
-  if (std::count(of.begin(), of.end(), nullptr) > 0) return;
+  if (std::count(of.begin(), of.end(), nullptr) > 0) return false;
   ++score.all_right;
   for (std::size_t k = 0; k < truths.size(); ++k) {
     const double off = std::remainder(of[k]->delay_ns - truths[k].delay_ns, 3780.0);
@@ -120,12 +120,19 @@ void judge(const Estimate& e, const std::vector<Truth>& truths, const std::vecto
         std::pow((of[k]->velocity_mps - truths[k].velocity_mps) / bounds[k].velocity_mps, 2);
     score.inside[k] += std::abs(off) <= of[k]->std_delay_ns ? 1 : 0;
   }
+  return true;
 }
 
-// An estimator, and how long it took for each frame.
+double median(std::vector<double> of) {
+  const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
+  std::nth_element(of.begin(), middle, of.end());
+  return *middle;
+}
+
+// An estimator, and how long it took for its last frame.
 struct Timed {
   FrameEstimator estimator;
-  std::vector<double> took_ms = {};
+  double took_ms = 0;
 
   Timed(const Pattern& pattern, std::int64_t targets)
       : estimator(pattern, {}, scene_of(targets), {}, length_ms, 200000) {}
@@ -138,13 +145,27 @@ struct Timed {
   Estimate estimate(const test::FrameMaker::Frame& frame) {
     const double begin_ms = bench::thread_ms();
     Estimate e = estimator.estimate(frame.view());
-    took_ms.push_back(bench::thread_ms() - begin_ms);
+    took_ms = bench::thread_ms() - begin_ms;
     return e;
   }
-  double p50_ms() {
-    const auto middle = took_ms.begin() + static_cast<std::ptrdiff_t>(took_ms.size() / 2);
-    std::nth_element(took_ms.begin(), middle, took_ms.end());
-    return *middle;
+};
+
+// How long the frames of a scene took: those in which all targets are resolved, the others, and
+// those of the first target alone.
+struct Times {
+  std::vector<double> resolved_ms, others_ms, alone_ms;
+
+  void print() const {
+    const double one_ms = median(alone_ms);
+    for (const auto* of : {&resolved_ms, &others_ms}) {
+      if (of->empty()) {
+        std::printf(" |  | ");
+      } else {
+        std::printf(" | %.2f | %.2f", median(*of), median(*of) / one_ms);
+      }
+    }
+    std::printf(" |\n");
+    std::fflush(stdout);
   }
 };
 
@@ -156,6 +177,7 @@ void run(const Scene& scene, int trials) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> velocity(-100, 100), distance(284, 285), sign(-1, 1);
   Score score;
+  Times times;
   const std::size_t count = scene.others.size() + (scene.first_signal > 0 ? 1 : 0);
   score.squares_delay.resize(count);
   score.squares_velocity.resize(count);
@@ -181,7 +203,9 @@ void run(const Scene& scene, int trials) {
       bounds = joint_bound(pattern, *make_gaussian(sigma_ns), scenes);
     }
     one.estimate(frame_of_first);
-    judge(all.estimate(frame), truths, bounds, score);
+    times.alone_ms.push_back(one.took_ms);
+    const bool is_resolved = judge(all.estimate(frame), truths, bounds, score);
+    (is_resolved ? times.resolved_ms : times.others_ms).push_back(all.took_ms);
   }
   std::printf("| %s | %d | %.1f %% | %.2f %% |", scene.name, static_cast<int>(scene.targets),
               100.0 * score.all_right / trials, 100.0 * score.extra / trials);
@@ -198,9 +222,8 @@ void run(const Scene& scene, int trials) {
     std::snprintf(text, sizeof text, "%s%.0f %%", comma, 100.0 * score.inside[k] / score.all_right);
     within += text;
   }
-  std::printf(" %s | %s | %s | %.2f | %.2f |\n", delay.c_str(), velocities.c_str(), within.c_str(),
-              all.p50_ms(), all.p50_ms() / one.p50_ms());
-  std::fflush(stdout);
+  std::printf(" %s | %s | %s", delay.c_str(), velocities.c_str(), within.c_str());
+  times.print();
 }
 
 // A pulse that is not the configured one: its light has another width, or an eighth of it comes
@@ -300,7 +323,8 @@ int main(int argc, char** argv) {
   };
   std::printf(
       "| scene | targets | all resolved | claimed elsewhere | distance / bound | velocity / bound "
-      "| within | p50, ms | of the first alone |\n|---|---|---|---|---|---|---|---|---|\n");
+      "| within | p50, ms | of the first alone | not resolved: p50, ms | of the first alone |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
   }
