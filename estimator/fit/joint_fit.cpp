@@ -165,7 +165,8 @@ void JointFit::add_covariance(const Exposure& exposure, const Fixed& fixed, Join
 
 double JointFit::gain_without(std::size_t target, const Exposure& exposure,
                               const JointMaximum& of) {
-  return likelihood_.best_without(target, exposure, of.at) - no_target_nats_;
+  const double of_all = of.gain_nats + no_target_nats_;
+  return likelihood_.best_without(target, exposure, of.at, of_all) - no_target_nats_;
 }
 
 }  // namespace splid

@@ -78,8 +78,10 @@ class JointLikelihood {
   // The value alone.
   double value(const Exposure& exposure, const JointParameters& at);
   // The value without one of the targets, with the lines of the others as they are, and with the
-  // signals and the background at which it is highest.
-  double best_without(std::size_t target, const Exposure& exposure, const JointParameters& at);
+  // signals and the background at which it is highest; to within some thousandths of a nat, or a
+  // ten-thousandth of its difference from value_of_all, the value with all targets.
+  double best_without(std::size_t target, const Exposure& exposure, const JointParameters& at,
+                      double value_of_all);
   // Chooses photons so that what is left of the frame is as if some of the targets were not there:
   // a photon stays with the share that the others and the background have in its intensity. Which
   // photons those are is drawn by lots that hang on the frame's photons alone. Each photon of the

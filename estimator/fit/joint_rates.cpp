@@ -12,10 +12,12 @@ namespace splid {
 // The likelihood is concave in the rates, so that Newton's method finds their best. All photons but
 // those of the other targets are background at first, which is right where targets are far apart.
 double JointLikelihood::best_without(std::size_t target, const Exposure& exposure,
-                                     const JointParameters& at) {
+                                     const JointParameters& at, double value_of_all) {
   constexpr int rounds = 30;
-  // So near the top a parabola says what is left to gain to within some thousandths of a nat.
+  // So near the top a parabola says what is left to gain to within some thousandths of a nat; and
+  // where a thousandth of what the target adds is left, to within a ten-thousandth of that.
   constexpr double settled_nats = 0.05;
+  constexpr double settled_of_added = 1e-3;
   constexpr double least_rate_kept = 0.1;  // of a rate in one step, so that it stays above 0
   load(exposure, at);
   RateVector scales = RateVector::Zero(), rates = RateVector::Zero();
@@ -41,7 +43,8 @@ double JointLikelihood::best_without(std::size_t target, const Exposure& exposur
     const RateVector slope = sums.gradient - scales;
     const RateVector step = solution_of_semidefinite(sums.information, slope);
     const double to_gain = slope.dot(step) / 2;
-    if (!(to_gain > settled_nats)) return best + std::max(to_gain, 0.0);
+    const double settled = std::max(settled_nats, settled_of_added * (value_of_all - best));
+    if (!(to_gain > settled)) return best + std::max(to_gain, 0.0);
     from = rates;
     rates = (rates + step).cwiseMax(least_rate_kept * rates);
   }
