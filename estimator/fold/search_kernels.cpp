@@ -123,20 +123,32 @@ void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restri
   }
 }
 
+// All bits where the highest one is set, and none where it is not.
+inline std::uint64_t mask_of_sign(std::uint64_t bits) { return 0 - (bits >> 63U); }
+
 // Design note: without SSE 4.1, floor() is a call into the library. Adding 1.5 * 2^52 and taking it
-// off again rounds to a whole number, in vectors of any width.
+// off again rounds to a whole number, in vectors of any width. A whole number that is added to the
+// bits of 1.5 * 2^52 is added to its value. Both choices are made with masks, since a compiler may
+// not add 1 where the sum is not asked for. Without vectors, and with a branch that no processor
+// foresees, the loop takes ten times as long.
 void fold(double* __restrict times_ns, double* __restrict phases_ns,
           std::uint32_t* __restrict phases_32, const std::int64_t* __restrict photons_ps,
           const SearchKernels::Fold& by, std::size_t count) {
   constexpr double rounder = 0x1.8p52;
+  constexpr auto rounder_bits = __builtin_bit_cast(std::int64_t, rounder);
+  constexpr auto one_bits = __builtin_bit_cast(std::uint64_t, 1.0);
   const SearchKernels::Fold fold_by = by;
   for (std::size_t i = 0; i < count; ++i) {
-    const auto time_ps = static_cast<double>(photons_ps[i] - fold_by.zero_ps);
+    const std::int64_t since_ps = photons_ps[i] - fold_by.zero_ps;
+    const double time_ps = __builtin_bit_cast(double, since_ps + rounder_bits) - rounder;
     const double per_ps = fold_by.turns_per_ps - fold_by.bend * time_ps;
     const double all = time_ps * per_ps - fold_by.turns_at_zero;
     double part = all - ((all + rounder) - rounder);  // -1/2 to 1/2
-    part = part < 0 ? part + 1 : part;
-    part = part < 1 ? part : 0;  // -1e-17 + 1 rounds to 1
+    part +=
+        __builtin_bit_cast(double, one_bits& mask_of_sign(__builtin_bit_cast(std::uint64_t, part)));
+    // -1e-17 + 1 rounds to 1, which is 0.
+    const auto bits = __builtin_bit_cast(std::uint64_t, part);
+    part = __builtin_bit_cast(double, bits& mask_of_sign(bits - one_bits));
     times_ns[i] = time_ps * fold_by.ns_per_ps;
     phases_ns[i] = part * fold_by.period_ns;
     const double low = part * 0x1p32 + rounder;
