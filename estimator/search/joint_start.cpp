@@ -129,13 +129,21 @@ bool JointStart::is_far_from(std::span<const DelayLine> others, DelayLine line) 
 JointStart::Spread JointStart::spread_about(const Exposure& exposure, const JointParameters& at,
                                             std::size_t target, DelayLine line) const {
   constexpr double reach_widths = 7;
+  constexpr double settled_widths = 0.25;
+  constexpr int most_rounds = 4;
   const double width_ns = shape_.width_ns();
   const double reach_ns = reach_widths * width_ns;
-  const JointLikelihood::Moments sums = likelihood_.moments_near(target, line, reach_ns);
   const double dark = at.background_per_ns * exposure.seen_ns * train_.pulses_per_ns * 2 * reach_ns;
-  const double photons = std::max(sums.photons - dark, 1.0);
-  const double off_ns = sums.o / photons;
-  const double turn_ns = 12 * sums.os / photons;
+  JointLikelihood::Moments sums;
+  double photons = 0, off_ns = 0, turn_ns = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    line = {line.delay_ns + off_ns, line.travel_ns + turn_ns};
+    sums = likelihood_.moments_near(target, line, reach_ns);
+    photons = std::max(sums.photons - dark, 1.0);
+    off_ns = sums.o / photons;
+    turn_ns = 12 * sums.os / photons;
+    if (std::abs(off_ns) + std::abs(turn_ns) / 2 < settled_widths * width_ns) break;
+  }
   const double square = (sums.oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
                         off_ns * off_ns - turn_ns * turn_ns / 12;
   const double cross = sums.oos / photons - off_ns * turn_ns / 6;
