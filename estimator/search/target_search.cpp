@@ -42,6 +42,9 @@ constexpr double sample_margin_nats = 30;
 // delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
 
+// Where combs meet, the places that two targets make have so much of the best one's gain.
+constexpr double least_where_combs_meet = 0.7;
+
 // A climb is given up where it surely ends so much below the best maximum.
 constexpr double left_behind_nats = 60;
 
@@ -286,7 +289,8 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
   if (until == Refinement::Until::top_of_one) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true, is_moved = false;
-  for (const DelayCell& cell : best_delays(photons, found.travel_ns)) {
+  const std::span<const DelayCell> cells = best_delays(photons, found.travel_ns);
+  for (const DelayCell& cell : cells) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = delay_gain_nats(photons, cell);
@@ -297,6 +301,9 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
             : climbed.peaks->odds.gain_near(line, 3 * recheck_.bin_ns, climbed.gone);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
+    } else if (until == Refinement::Until::top_of_one &&
+               is_made_by_two(photons, cell, cells, found)) {
+      odds_.add(line, gain);
     } else if (climbed_nats > gain && climbed_nats <= best.gain_nats) {
       odds_.add(line, climbed_nats);
     } else if ((is_first && !climbed.is_rest) ||
@@ -327,12 +334,23 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
 // out.
 std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double travel_ns) {
   constexpr std::size_t of_one = 4;
-  constexpr double least_where_combs_meet = 0.7;  // of the best one's gain
   const std::span<const DelayCell> all = search_.best_delays(photons, travel_ns, recheck_);
   if (all.size() <= of_one) return all;
   const double least_nats = least_where_combs_meet * delay_gain_nats(photons, all.front());
   const bool do_meet = delay_gain_nats(photons, all[of_one - 1]) > least_nats;
   return do_meet ? all : all.first(of_one);
+}
+
+// Whether a delay is one where the best target's comb meets that of another delay that is as high:
+// what is there is the light of these two, and compared with them by a joint fit.
+bool TargetSearch::is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
+                                  std::span<const DelayCell> cells, DelayLine found) const {
+  const double least_nats = least_where_combs_meet * delay_gain_nats(photons, cells.front());
+  const double peak_ns = shape_.peak_offset_ns();
+  return std::any_of(cells.begin(), cells.end(), [&](const DelayCell& other) {
+    return delay_gain_nats(photons, other) > least_nats &&
+           meetings_.do_meet(found.delay_ns, other.delay_ns - peak_ns, cell.delay_ns - peak_ns);
+  });
 }
 
 double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const {

@@ -192,6 +192,8 @@ class TargetSearch {
   void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                      Fit& best, const Climbed& climbed);
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double travel_ns);
+  [[nodiscard]] bool is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
+                                    std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
