@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
@@ -172,6 +173,61 @@ TEST(SearchKernels, ADelayCellIsThatOfTheExactPhase) {
         ASSERT_EQ(cells[i], rows[i] + bin) << vector_level_name(level);
       }
     }
+  }
+}
+
+// Phases against those of long doubles, over frames of a millisecond to a minute, with photons on
+// whole turns, just beside them, and anywhere. Every level has the same bits.
+TEST(SearchKernels, PhotonsAreFoldedAsLongDoublesSay) {
+  for (const double half_ps : {5e8, 2.5e10, 3e13}) {
+    SearchKernels::Fold by = {1'000'000'000'000'007, 0.999e-3, 1 / 3780000.0, 0.25, 0, 3780};
+    by.bend = 0.3 / (half_ps * half_ps);
+    std::vector<std::int64_t> photons;
+    for (const std::int64_t turn : {-200, -1, 0, 1, 77}) {
+      for (const std::int64_t beside : {-1, 0, 1}) {
+        photons.push_back(by.zero_ps + turn * 3780000 + 945000 + beside);
+      }
+    }
+    std::mt19937_64 random(3);
+    std::uniform_real_distribution<double> any(-half_ps, half_ps);
+    while (photons.size() < 1061) photons.push_back(by.zero_ps + std::llround(any(random)));
+    std::vector<double> times, phases;
+    std::vector<std::uint32_t> phases_32;
+    for (const VectorLevel level : runnable_vector_levels()) {
+      std::vector<double> t(photons.size()), p(photons.size());
+      std::vector<std::uint32_t> p_32(photons.size());
+      search_kernels(level).fold(t.data(), p.data(), p_32.data(), photons.data(), by,
+                                 photons.size());
+      if (times.empty()) times = t, phases = p, phases_32 = p_32;
+      ASSERT_EQ(t, times) << vector_level_name(level);
+      ASSERT_EQ(p, phases) << vector_level_name(level);
+      ASSERT_EQ(p_32, phases_32) << vector_level_name(level);
+    }
+    const double rounding = 4e-16 * half_ps * by.turns_per_ps + 1e-15;  // of a turn
+    for (std::size_t i = 0; i < photons.size(); ++i) {
+      const auto x = static_cast<long double>(photons[i] - by.zero_ps);
+      const long double turns = x * by.turns_per_ps - by.turns_at_zero - by.bend * x * x;
+      const auto off = static_cast<double>(std::remainder(phases[i] / 3780.0L - turns, 1.0L));
+      ASSERT_EQ(times[i], static_cast<double>(x) * by.ns_per_ps);
+      ASSERT_LT(std::abs(off), rounding) << photons[i];
+      ASSERT_GE(phases[i], 0);
+      ASSERT_LT(phases[i], 3780);
+      const auto whole = static_cast<std::uint32_t>(std::llround(phases[i] / 3780 * 0x1p32));
+      ASSERT_LE(std::min(whole - phases_32[i], phases_32[i] - whole), 1U);
+    }
+  }
+}
+
+// Just below a whole turn, where the phase rounds to a whole period, it is 0.
+TEST(SearchKernels, APhaseIsBelowThePeriod) {
+  const std::vector<std::int64_t> photons(9, 0);
+  for (const VectorLevel level : runnable_vector_levels()) {
+    std::vector<double> times(9), phases(9);
+    std::vector<std::uint32_t> phases_32(9);
+    search_kernels(level).fold(times.data(), phases.data(), phases_32.data(), photons.data(),
+                               {0, 1e-3, 1 / 3780000.0, 1e-17, 0, 3780}, photons.size());
+    for (const double phase : phases) EXPECT_EQ(phase, 0);
+    for (const std::uint32_t phase : phases_32) EXPECT_EQ(phase, 0U);
   }
 }
 
