@@ -539,7 +539,6 @@ Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Eff
     return estimate;
   }
   std::optional<Fit> fit = w.find(view, track, most);
-  if (fit && w.scene.motion == Motion::automatic) fit = w.search.climb_on(w.frame, *fit);
   if (fit) fit = w.with_blind_time(view, *fit);
   w.say_blind_time(estimate);
   const double odds_nats = fit && fit->gain_nats >= w.threshold_nats && fit->has_covariance

@@ -130,7 +130,7 @@ inline std::uint64_t mask_of_sign(std::uint64_t bits) { return 0 - (bits >> 63U)
 // off again rounds to a whole number, in vectors of any width. A whole number that is added to the
 // bits of 1.5 * 2^52 is added to its value. Both choices are made with masks, since a compiler may
 // not add 1 where the sum is not asked for. Without vectors, and with a branch that no processor
-// foresees, the loop takes ten times as long.
+// foresees, the loop takes seven times as long.
 void fold(double* __restrict times_ns, double* __restrict phases_ns,
           std::uint32_t* __restrict phases_32, const std::int64_t* __restrict photons_ps,
           const SearchKernels::Fold& by, std::size_t count) {
@@ -144,11 +144,13 @@ void fold(double* __restrict times_ns, double* __restrict phases_ns,
     const double per_ps = fold_by.turns_per_ps - fold_by.bend * time_ps;
     const double all = time_ps * per_ps - fold_by.turns_at_zero;
     double part = all - ((all + rounder) - rounder);  // -1/2 to 1/2
-    part +=
-        __builtin_bit_cast(double, one_bits& mask_of_sign(__builtin_bit_cast(std::uint64_t, part)));
-    // -1e-17 + 1 rounds to 1, which is 0.
     const auto bits = __builtin_bit_cast(std::uint64_t, part);
-    part = __builtin_bit_cast(double, bits& mask_of_sign(bits - one_bits));
+    const std::uint64_t one_below_0 = one_bits & mask_of_sign(bits);
+    part += __builtin_bit_cast(double, one_below_0);
+    // -1e-17 + 1 rounds to 1, which is 0.
+    const auto added_bits = __builtin_bit_cast(std::uint64_t, part);
+    const std::uint64_t below_1 = added_bits & mask_of_sign(added_bits - one_bits);
+    part = __builtin_bit_cast(double, below_1);
     times_ns[i] = time_ps * fold_by.ns_per_ps;
     phases_ns[i] = part * fold_by.period_ns;
     const double low = part * 0x1p32 + rounder;

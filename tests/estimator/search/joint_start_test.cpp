@@ -107,6 +107,27 @@ TEST(JointStart, HasTheRowInPlaceOfTheBest) {
   }
 }
 
+// The best target is often the first or the last of a row, and has the light of the others in its
+// reach for a part of the frame alone. The row's travels are those of the targets all the same: a
+// row that starts with half a width from one end of the frame to the other takes a step more.
+TEST(JointStart, HasTheRowsTravel) {
+  for (const double first_mps : {20.0, -13.0}) {
+    StartScene scene({0, 0.4, 0.8}, {first_mps, first_mps, first_mps});
+    for (const double turned_ns : {-0.3, 0.0, 0.3}) {
+      JointParameters& alone = scene.alone;
+      alone.targets[0].line = {scene.makers[0].distance_m * start_ns_per_m,
+                               2 * first_mps / 299792458.0 * 2e7 + turned_ns};
+      scene.likelihood.collect(scene.folded, alone);
+      const JointStart::Guess guess = scene.guess(3);
+      ASSERT_EQ(guess.at.count, 3U) << turned_ns;
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(guess.at.targets.at(k).line.travel_ns, 2 * first_mps / 299792458.0 * 2e7, 0.05)
+            << turned_ns;
+      }
+    }
+  }
+}
+
 // The photons of a twentieth 6 widths from a bright target are spread as those of a pair of equals
 // 2.6 widths apart, which it does not start as.
 TEST(JointStart, HasAWeakOneWhereItsLightIs) {
