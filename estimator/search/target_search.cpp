@@ -263,7 +263,7 @@ Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, De
 Fit TargetSearch::climb_on(const FoldedFrame& frame, const Fit& fit) {
   if (fit.stop != Stop::spread) return fit;
   const Refinement::Until until = std::exchange(until_, Refinement::Until::near_top);
-  const Fit top = climb(frame, Exposure(frame, train_), fit.parameters.line);
+  Fit top = climb(frame, Exposure(frame, train_), fit.parameters.line);
   until_ = until;
   return top;
 }
@@ -282,11 +282,11 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 // higher. So where such a peak is below the best one, it is not climbed again.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best, const Climbed& climbed) {
-  constexpr int most_steps = 8;
   const DelayLine found = best.parameters.line;
-  const Refinement::Until until = until_;
+  Refinement::Until until = until_;
   // What is no better is fitted together with the best one, if at all.
-  if (until == Refinement::Until::top_of_one) until_ = Refinement::Until::near_top;
+  const bool one_of_several = until == Refinement::Until::top_of_one;
+  if (one_of_several) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true, is_moved = false;
   const std::span<const DelayCell> cells = best_delays(photons, found.travel_ns);
@@ -301,19 +301,28 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
             : climbed.peaks->odds.gain_near(line, 3 * recheck_.bin_ns, climbed.gone);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
-    } else if (until == Refinement::Until::top_of_one &&
-               is_made_by_two(photons, cell, cells, found)) {
-      odds_.add(line, gain);
     } else if (climbed_nats > gain && climbed_nats <= best.gain_nats) {
       odds_.add(line, climbed_nats);
-    } else if ((is_first && !climbed.is_rest) ||
-               most_gain_nats(gain) > best.gain_nats - rival_nats_) {
+    } else if (((is_first && !climbed.is_rest) ||
+                most_gain_nats(gain) > best.gain_nats - rival_nats_) &&
+               !(one_of_several && is_made_by_two(photons, cell, cells, found))) {
       is_moved |= try_delay(photons, level, exposure, apart, found, best);
     } else {
       odds_.add(line, gain);
     }
     is_first = false;
   }
+  is_moved |= try_copies(photons, level, exposure, best);
+  std::swap(until_, until);
+  if (is_moved && until != until_) best = climb(photons, exposure, best.parameters.line);
+}
+
+// Tries the near copies of the best one's comb, and those of a copy that is better. Returns whether
+// there was one.
+bool TargetSearch::try_copies(const FoldedFrame& photons, const Level& level,
+                              const Exposure& exposure, Fit& best) {
+  constexpr int most_steps = 8;
+  bool is_moved = false;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
     const DelayLine from = best.parameters.line;
@@ -322,11 +331,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     }
     if (best.gain_nats == before) break;
   }
-  if (is_moved && until_ != until) {
-    until_ = until;
-    best = climb(photons, exposure, best.parameters.line);
-  }
-  until_ = until;
+  return is_moved;
 }
 
 // The best delays of a travel, which are those of a target and its highest shoulders. Where combs

@@ -195,6 +195,8 @@ class TargetSearch {
   [[nodiscard]] bool is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
                                     std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
+  bool try_copies(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
+                  Fit& best);
   bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                  double shift_ns, DelayLine from, Fit& best);
   Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
