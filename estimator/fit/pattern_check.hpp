@@ -49,7 +49,7 @@ class PatternCheck {
   // where a pattern of less than eight pulses, in all its stretches together, has as much light
   // between its pulses as three pulses like its own would have, or more.
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
-  // The same, in half the time, where nobody will ask for the pulse and the path.
+  // The same, in less time, where nobody will ask for the pulse and the path.
   PatternVerdict judge_light(const FoldedFrame& frame, const FrameParameters& found);
   // Whether the photons that the last judge() counted, with the same arguments, lie about their
   // pulses as the configured pulse says.

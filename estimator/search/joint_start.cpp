@@ -122,9 +122,9 @@ bool JointStart::is_far_from(std::span<const DelayLine> others, DelayLine line) 
   });
 }
 
-// How the photons about a line lie beside it, as if two targets of equal signals had made them: the
-// line in their middle, and how far off that they are, at +-(d + t s). Beyond the pulse's width and
-// the background, the offsets o then have the moments
+// How the photons about a line lie beside their own mean line, as if two targets of equal signals
+// had made them: the line in their middle, and how far off that they are, at +-(d + t s). Beyond
+// the pulse's width and the background, the offsets o then have the moments
 //   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
 JointStart::Spread JointStart::spread_about(const Exposure& exposure, const JointParameters& at,
                                             std::size_t target, DelayLine line) const {

@@ -44,7 +44,8 @@ class JointStart {
   };
   // What the frame shows at once: two targets or a row of more in place of the best one, where its
   // photons are spread as those of so many; or else targets at the other peaks of the search that
-  // are nearly as high as the best one. The guess is the best target alone where there is no such.
+  // are nearly as high as the best one, but for peaks where the combs of two others meet. The guess
+  // is the best target alone where there is no such.
   //
   // alone: the best target, about which the likelihood has been collected. first: its search.
   // moving: whether targets may move.

@@ -70,7 +70,8 @@ class TargetSearch {
                std::size_t max_photons);
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
-  // are left out.
+  // are left out. With one_of_several the climb to it may be left out, as that of find_near() may
+  // (see climb_on()).
   std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Fit find_near(const FoldedFrame& frame, DelayLine line);

@@ -66,9 +66,8 @@ TEST(Refinement, BrightClimbsEndWithEachPhotonByItself) {
 }
 
 // Light of two pulses 4 widths apart is not climbed to the top of one, wherever the climb begins.
-// That of one pulse is, with the same bits. The covariance is that of the light's mean line: 500
-// frames would show a deviation of the mean offset of the photons within 7 widths that is off by no
-// more than a twentieth; here it is computed from these photons.
+// That of one pulse is, with the same bits. The covariance is that of the light's mean line, which
+// follows from what the two pulses are.
 TEST(Refinement, LightOfSeveralIsNotClimbedToTheTopOfOne) {
   constexpr auto no_rival = -std::numeric_limits<double>::infinity();
   for (const double off_ns : {0.0, 0.4}) {

@@ -108,8 +108,7 @@ TEST(JointStart, HasTheRowInPlaceOfTheBest) {
 }
 
 // The best target is often the first or the last of a row, and has the light of the others in its
-// reach for a part of the frame alone. The row's travels are those of the targets all the same: a
-// row that starts with half a width from one end of the frame to the other takes a step more.
+// reach for a part of the frame alone. The row's travels are those of the targets all the same.
 TEST(JointStart, HasTheRowsTravel) {
   for (const double first_mps : {20.0, -13.0}) {
     StartScene scene({0, 0.4, 0.8}, {first_mps, first_mps, first_mps});

@@ -1,0 +1,112 @@
+#include <algorithm>
+#include <array>
+
+#include "estimator/search/target_search.hpp"
+
+// The search for one more target, in what is left of a frame without those that were found.
+
+namespace splid {
+
+// The peak has been climbed already, in the frame, and is much the same in what is left. Where the
+// combs of two targets meet there are peaks as high as theirs, which lose half of their gain with
+// one of the two. So where a peak that is no shoulder of the last target is none, the next one is
+// looked at.
+std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks& peaks,
+                                           std::span<const DelayLine> known, const Search& last) {
+  constexpr double least_left = 0.5;  // a shoulder loses most of its gain with its target
+  constexpr double no_shoulder = 0.7;
+  constexpr std::size_t most_looked_at = 3;
+  std::array<DelayLine, most_targets + most_looked_at> seen;
+  std::copy(known.begin(), known.end(), seen.begin());
+  const Exposure exposure(rest, train_);
+  for (std::size_t n = 0; n < most_looked_at; ++n) {
+    const auto but = std::span(seen).first(known.size() + n);
+    const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(but);
+    if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
+    if (n > 0 && kept->gain_nats < no_shoulder * last.fit.gain_nats) return std::nullopt;
+    seen.at(known.size() + n) = kept->line;
+    const Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
+    const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
+    if (fit.has_covariance && fit.gain_nats >= least_nats) {
+      return with_rivals(rest, fit, peaks, known, last);
+    }
+  }
+  return std::nullopt;
+}
+
+// The best of a target that was kept and those places that may be taken for its own.
+Fit TargetSearch::with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
+                              std::span<const DelayLine> known, const Search& last) {
+  odds_.clear();
+  sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
+  odds_.add(kept);
+  Fit fit = kept;
+  if (!has_shoulders()) return fit;
+  if (const auto rival = weaker_rival(fit, known, last)) {
+    odds_.add(rival->line, rival->gain_nats);
+  } else {
+    recheck_delay(rest, levels_.front(), Exposure(rest, train_), fit, {&peaks, known, true});
+  }
+  return fit;
+}
+
+// What stood against this target already when the last one was looked for, with the same travel,
+// and had the most: what is left of the frame has no more there. Nothing where that may be as good
+// as this target, or was not looked at.
+std::optional<RangeOdds::Place> TargetSearch::weaker_rival(const Fit& fit,
+                                                           std::span<const DelayLine> known,
+                                                           const Search& last) const {
+  const DelayLine& line = fit.parameters.line;
+  if (!has_looked_beside(last.fit, line)) return std::nullopt;
+  std::optional<RangeOdds::Place> rival = last.peaks.odds.best_beside(known, line);
+  if (!rival || most_gain_nats(rival->gain_nats) > fit.gain_nats - rival_nats_) return std::nullopt;
+  return rival;
+}
+
+std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
+                                             std::span<const DelayLine> known, double least_nats) {
+  odds_.clear();
+  sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
+  const Level& level = levels_.back();
+  Spot best = {{}, 0};
+  for (DelayLine line : known) {
+    line.delay_ns += shape_.peak_offset_ns();
+    const ZoomResult zoomed = zoom_into(rest, level, line);
+    const Spot spot = {zoomed.line, box_gain_nats(rest, zoomed.count, zoomed.box_ns)};
+    if (spot.box_gain_nats > best.box_gain_nats) best = spot;
+  }
+  if (best.box_gain_nats < least_nats) return std::nullopt;
+  const Exposure exposure(rest, train_);
+  const Fit beside = climb(rest, exposure, best.line);
+  Fit fit = beside;
+  if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {nullptr, known, true});
+  // Where another delay is better, these were a few photons of a target that is elsewhere.
+  if (fit.gain_nats > beside.gain_nats) return std::nullopt;
+  return fit;
+}
+
+std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Fit& fit) {
+  odds_.clear();
+  sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
+  odds_.add(fit);
+  Fit best = fit;
+  if (has_shoulders()) {
+    recheck_delay(rest, levels_.back(), Exposure(rest, train_), best, {nullptr, {}, true});
+  }
+  if (best.gain_nats > fit.gain_nats) return std::nullopt;
+  return odds_.of(fit);
+}
+
+std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
+                                           double least_nats) {
+  if (rest.size() >= sampled_from) return find(rest, most);
+  odds_.clear();
+  sample_odds_nats_.reset();
+  until_ = Refinement::Until::near_top;
+  return find_at_level(rest, levels_[levels(most) - 1], least_nats);
+}
+
+}  // namespace splid
