@@ -94,7 +94,7 @@ TEST(RangeProfile, TakesNoTargetFromTheLightOfAFew) {
 TEST(RangeProfile, NatsAreThoseOfPoissonCounts) {
   const auto shape = make_gaussian(profile_width_ns);
   RangeProfile profile(*shape);
-  const std::vector<RangeProfile::Target> one = {{0, 600}, {0.4, 300}}, other = {{0.1, 900}};
+  const std::vector<RangeProfile::Target> one = {{0, 600}, {0.4, 300}}, other = {{0.1, 700}};
   const RangeProfile::Counts counts = light_of({{0, 500}, {0.4, 400}});
   profile.see(counts, profile_dark);
   const auto brute = [&](const std::vector<RangeProfile::Target>& targets) {
