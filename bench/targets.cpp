@@ -209,6 +209,11 @@ void run(const Scene& scene, int trials) {
   }
   std::printf("| %s | %d | %.1f %% | %.2f %% |", scene.name, static_cast<int>(scene.targets),
               100.0 * score.all_right / trials, 100.0 * score.extra / trials);
+  if (!bounds.empty()) {
+    std::printf(" %.2f, %.1f", bounds[0].delay_ns * m_per_ns_of_delay * 1e3,
+                bounds[0].velocity_mps * 1e2);
+  }
+  std::printf(" |");
   std::string delay, velocities, within;
   char text[40];
   for (std::size_t k = 0; k < count && score.all_right > 0; ++k) {
@@ -297,7 +302,10 @@ int main(int argc, char** argv) {
       {"two, 1 m apart", {{66.7, 0, s}}},
       {"1:3, 5 widths apart", {{5, 0, s / 3}}, s},
       {"two, 30 m apart", {{2001.4, 0, s}}},
+      {"two, 0.7 m/s apart", {{0, 0.7, s}}},
       {"two, 1 m/s apart", {{0, 1, s}}},
+      {"two, 1.2 m/s apart", {{0, 1.2, s}}},
+      {"two, 1.4 m/s apart", {{0, 1.4, s}}},
       {"two, 2 m/s apart", {{0, 2, s}}},
       {"two, 3.1 m/s apart", {{0, 3.12, s}}},
       {"two, 30 m and 20 m/s apart", {{2001.4, 20, s}}},
@@ -322,9 +330,11 @@ int main(int argc, char** argv) {
       {"four, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}, {200.1, 0, s}}, s, 4},
   };
   std::printf(
-      "| scene | targets | all resolved | claimed elsewhere | distance / bound | velocity / bound "
-      "| within | p50, ms | of the first alone | not resolved: p50, ms | of the first alone |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "| scene | targets | all resolved | claimed elsewhere | bound, mm and cm/s | distance / "
+      "bound "
+      "| velocity / bound | within | p50, ms | of the first alone | not resolved: p50, ms | of the "
+      "first alone |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
   }

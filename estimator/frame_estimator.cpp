@@ -103,7 +103,7 @@ struct FrameEstimator::Workspace {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
     std::optional<BlindTime> straight_blind;
-    if (scene.targets > 1) look_for_several(max_photons);
+    if (scene.targets > 1) look_for_several(options.false_alarm_rate, max_photons);
     width = make_width_fit(pulse, scene, options, train, max_photons);
     if (models_dead_time(detector, options, pulse)) {
       for (auto* room : {&blind, &straight_blind}) {
@@ -123,7 +123,7 @@ struct FrameEstimator::Workspace {
            options.method == Method::search && scene.targets == 1 &&
            pulse.width == PulseWidth::fixed;
   }
-  void look_for_several(std::size_t max_photons);
+  void look_for_several(double false_alarm_rate, std::size_t max_photons);
 
   [[nodiscard]] bool may_accelerate() const {
     return moving() && scene.max_acceleration_mps2 > 0 &&
@@ -312,13 +312,14 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
   return moving_fit.gain_nats - fit.gain_nats < nats_for_motion ? fit : moving_fit;
 }
 
-void FrameEstimator::Workspace::look_for_several(std::size_t max_photons) {
+void FrameEstimator::Workspace::look_for_several(double false_alarm_rate, std::size_t max_photons) {
   if (by_paper) {
     throw Error(Fault::usage, "scene.targets is " + std::to_string(scene.targets) +
                                   ", but the method of [P] knows one target; take "
                                   "estimator.method search, or scene.targets 1");
   }
   several = std::make_unique<SeveralTargets>(search, pattern_check, train, *shape, threshold_nats,
+                                             false_alarm_rate,
                                              static_cast<std::size_t>(scene.targets), max_photons);
 }
 

@@ -103,6 +103,8 @@ class JointLikelihood {
     double photons = 0, o = 0, os = 0, oo = 0, oos = 0, ooss = 0;
   };
   [[nodiscard]] Moments moments_near(std::size_t target, DelayLine line, double reach_ns) const;
+  // The photons that have been collected about a target.
+  [[nodiscard]] const NearSet& near(std::size_t target) const { return *near_.at(target); }
 
  private:
   // Four targets, and two others in the places of two of them.

@@ -26,6 +26,10 @@ constexpr double most_deviations_behind = 3;
 // deviations, and to so much of it: to 0.71 between two of the same signal 3 widths apart.
 constexpr double deviations_of_fall = 3;
 constexpr double most_between = 0.85;
+// Two targets whose lines part by less than this over the frame move alike. The light of those that
+// are further apart than this at one end of the frame shows which is which.
+constexpr double least_parting_widths = 2;
+constexpr double most_parted_widths = 6;
 // Closer to a brighter target than this, a target of less than so much of its signal may be what
 // the pulse's flank is beside its model.
 constexpr double flank_widths = 8;
@@ -39,8 +43,12 @@ constexpr double nats_for_flank = 3;
 }  // namespace
 
 TargetClaims::TargetClaims(const PulseShape& shape, const PulseTrain& train,
-                           const JointLikelihood& likelihood)
-    : shape_(shape), train_(train), likelihood_(likelihood), flank_check_(shape) {}
+                           const JointLikelihood& likelihood, double false_alarm_rate)
+    : shape_(shape),
+      train_(train),
+      likelihood_(likelihood),
+      crossing_check_(shape, train, false_alarm_rate),
+      flank_check_(shape) {}
 
 void TargetClaims::begin(const Exposure& exposure) {
   exposure_ = exposure;
@@ -68,12 +76,26 @@ bool TargetClaims::stands_apart(const JointParameters& at, std::size_t target) {
   for (std::size_t k = 0; k < at.count; ++k) {
     if (k == target) continue;
     const TargetParameters& other = at.targets.at(k);
+    if (crossing(at, target, k).are_two()) continue;
     if (apart_widths(own, other) < closest_widths) return false;
     if (!is_claimed_.at(k) || apart_widths(own, other) > tail_widths) continue;
     const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
     if (!is_beside(at, is_weaker ? target : k, is_weaker ? k : target)) return false;
   }
   return true;
+}
+
+CrossingCheck::Verdict TargetClaims::crossing(const JointParameters& at, std::size_t one,
+                                              std::size_t other) const {
+  const DelayLine& a = at.targets.at(one).line;
+  const DelayLine& b = at.targets.at(other).line;
+  const double apart_ns = std::remainder(b.delay_ns - a.delay_ns, train_.circle_ns);
+  const double parting_ns = std::abs(b.travel_ns - a.travel_ns);
+  const double widths = (std::abs(apart_ns) + parting_ns / 2) / shape_.width_ns();
+  if (parting_ns < least_parting_widths * shape_.width_ns() || widths > most_parted_widths) {
+    return {};
+  }
+  return crossing_check_.judge(likelihood_.near(one), at, one, other);
 }
 
 // Whether a weaker target is one beside a bright one.

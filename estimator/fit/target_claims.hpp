@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "estimator/fit/crossing_check.hpp"
 #include "estimator/fit/flank_check.hpp"
 #include "estimator/fit/joint_likelihood.hpp"
 
@@ -15,7 +16,8 @@ namespace splid {
 // Design note: no pulse is quite what the configuration says. What a wrong width or a tail leaves
 // over looks like a target beside the true one that moves with it. So a target is not claimed
 //  - closer than 2.5 pulse widths to another (root mean square over the frame): up to there, two
-//    pulses fit any pulse that is up to 1.6 times as wide;
+//    pulses fit any pulse that is up to 1.6 times as wide. Two whose lines part over the frame, as
+//    the light of no pulse does, may be as close as that shows them (CrossingCheck);
 //  - within 30 widths of a brighter target, unless the light falls between the two and rises again,
 //    by two standard deviations, and then ends. A tail only falls.
 //    A target of less than a fifth of the bright one's signal that is within 8 widths of it is
@@ -33,8 +35,9 @@ class TargetClaims {
   // A pulse's tail reaches so far.
   static constexpr double tail_widths = 30;
 
-  // shape, train, likelihood: outlive this.
-  TargetClaims(const PulseShape& shape, const PulseTrain& train, const JointLikelihood& likelihood);
+  // shape, train, likelihood: outlive this. false_alarm_rate: see CrossingCheck.
+  TargetClaims(const PulseShape& shape, const PulseTrain& train, const JointLikelihood& likelihood,
+               double false_alarm_rate);
 
   // Forgets all claims but that of the first target.
   void begin(const Exposure& exposure);
@@ -53,6 +56,17 @@ class TargetClaims {
   }
   // How far apart two targets are over the frame, root mean square, in pulse widths.
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
+  // What the photons say of whether two targets' lines part over the frame. The likelihood holds
+  // the photons about them. Nothing is said of lines that hardly part, nor of those that are too
+  // far apart to be seen as one.
+  [[nodiscard]] CrossingCheck::Verdict crossing(const JointParameters& at, std::size_t one,
+                                                std::size_t other) const;
+  // See CrossingCheck; about a line that is near a target.
+  [[nodiscard]] std::optional<DelayLine> parting_about(std::size_t target,
+                                                       const TargetParameters& about,
+                                                       double background_per_ns) const {
+    return crossing_check_.parting_about(likelihood_.near(target), about, background_per_ns);
+  }
   // The photons within half a width of a line that is near a target.
   [[nodiscard]] double light_about(std::size_t target, DelayLine line) const;
 
@@ -83,6 +97,7 @@ class TargetClaims {
   const PulseShape& shape_;
   const PulseTrain& train_;
   const JointLikelihood& likelihood_;
+  CrossingCheck crossing_check_;
   FlankCheck flank_check_;
   Exposure exposure_;
   std::array<bool, most_targets> is_claimed_{};

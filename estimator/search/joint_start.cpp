@@ -28,23 +28,26 @@ void take_from_background(const Exposure& exposure, double signal, JointParamete
 
 JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
                                     const TargetSearch::Search& first, bool moving) {
-  const JointParameters row = row_about(exposure, alone, moving);
-  if (row.count > 1) return {row, true};
+  const Guess row = row_about(exposure, alone, moving);
+  if (row.at.count > 1) return row;
   // Peaks are compared with a maximum.
   return first.fit.stop == Stop::spread ? Guess{alone} : with_peaks(exposure, alone, first);
 }
 
 // The best target, or two or more in its place that are far enough apart to be told apart.
-JointParameters JointStart::row_about(const Exposure& exposure, const JointParameters& alone,
-                                      bool moving) {
+JointStart::Guess JointStart::row_about(const Exposure& exposure, const JointParameters& alone,
+                                        bool moving) {
   JointParameters row = alone;
   row.add({row.targets.front().line, 0});
   row = pair_about(exposure, row, 0, moving);
   const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
-  if (widths < least_spread_widths) return alone;
+  if (moving && widths < TargetClaims::closest_widths) {
+    if (const auto parting = parting_pair(row)) return {*parting, true, true};
+  }
+  if (widths < least_spread_widths) return {alone};
   if (most_ > 2 && widths > TargetClaims::closest_widths) row = with_middle(row);
   row = as_profile_has_it(exposure, row, alone.targets.front());
-  if (!are_told_apart(row)) return alone;
+  if (!are_told_apart(row)) return {alone};
   // The one that stands where the best target was has its photons collected already.
   const auto apart = [&](const TargetParameters& target) {
     return claims_.apart_widths(target, alone.targets.front());
@@ -52,7 +55,34 @@ JointParameters JointStart::row_about(const Exposure& exposure, const JointParam
   auto* const begin = row.targets.begin();
   std::iter_swap(begin, std::min_element(begin, begin + row.count,
                                          [&](auto& a, auto& b) { return apart(a) < apart(b); }));
-  return row;
+  return {row, true};
+}
+
+// A pair whose lines part over the frame, in place of one that the photons are spread as; nothing
+// where they do not surely part.
+//
+// Design note: of a pair that parts by three widths the moments of the photons tell the distance at
+// mid-frame to a width, since the squares of the background's offsets count as much as theirs. What
+// the likelihood has of each photon tells it to a tenth, but takes a wide spread for less than it
+// is, which costs the climb a step.
+std::optional<JointParameters> JointStart::parting_pair(const JointParameters& pair) const {
+  const TargetParameters& a = pair.targets.at(0);
+  const TargetParameters& b = pair.targets.at(1);
+  const TargetParameters middle = {
+      {(a.line.delay_ns + b.line.delay_ns) / 2, (a.line.travel_ns + b.line.travel_ns) / 2},
+      a.signal_per_pulse + b.signal_per_pulse};
+  const auto off = claims_.parting_about(0, middle, pair.background_per_ns);
+  if (!off) return std::nullopt;
+  const auto at = [&](double side) {
+    return TargetParameters{{middle.line.delay_ns + side * off->delay_ns,
+                             middle.line.travel_ns + side * off->travel_ns},
+                            middle.signal_per_pulse / 2};
+  };
+  JointParameters parting = pair;
+  parting.targets.at(0) = at(-1);
+  parting.targets.at(1) = at(1);
+  if (!claims_.crossing(parting, 0, 1).does_part) return std::nullopt;
+  return parting;
 }
 
 bool JointStart::are_told_apart(const JointParameters& row) const {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "estimator/fit/joint_likelihood.hpp"
@@ -37,7 +38,8 @@ class JointStart {
 
   struct Guess {
     JointParameters at;
-    bool is_row = false;  // they are in place of the best target, close to each other
+    bool is_row = false;   // they are in place of the best target, close to each other
+    bool do_part = false;  // two that part over the frame, closer than others are told apart
     // Of each target, the gain without which it is none: three quarters of what it gains alone, for
     // those that stand elsewhere.
     std::array<double, most_targets> least_nats{};
@@ -62,8 +64,9 @@ class JointStart {
   };
   [[nodiscard]] Spread spread_about(const Exposure& exposure, const JointParameters& at,
                                     std::size_t target, DelayLine line) const;
-  [[nodiscard]] JointParameters row_about(const Exposure& exposure, const JointParameters& alone,
-                                          bool moving);
+  [[nodiscard]] std::optional<JointParameters> parting_pair(const JointParameters& pair) const;
+  [[nodiscard]] Guess row_about(const Exposure& exposure, const JointParameters& alone,
+                                bool moving);
   [[nodiscard]] bool are_told_apart(const JointParameters& row) const;
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair) const;
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,

@@ -36,7 +36,8 @@ std::span<const DelayLine> lines_of(const JointParameters& at, Lines& lines, std
 
 SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check,
                                const PulseTrain& train, const PulseShape& shape,
-                               double threshold_nats, std::size_t most, std::size_t max_photons)
+                               double threshold_nats, double false_alarm_rate, std::size_t most,
+                               std::size_t max_photons)
     : search_(search),
       pattern_check_(pattern_check),
       train_(train),
@@ -44,7 +45,7 @@ SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check
       threshold_nats_(threshold_nats),
       most_(most),
       joint_(shape, train, max_photons),
-      claims_(shape, train, joint_.likelihood()),
+      claims_(shape, train, joint_.likelihood(), false_alarm_rate),
       start_(search, shape, train, joint_.likelihood(), claims_, threshold_nats + plain_margin_nats,
              most),
       meetings_(search.meetings()),
@@ -98,6 +99,7 @@ void SeveralTargets::start_with_first() {
   first_unlooked_ = 0;
   claims_.begin(exposure_);
   started_with_ = 1;
+  do_started_part_ = false;
   least_nats_ = {};
 }
 
@@ -108,8 +110,8 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   const JointStart::Guess guess = start_.guess(exposure_, all_.at, searches_.front(), moving);
   if (guess.at.count == 1) return false;
   joint_.likelihood().hold(frame, guess.at);
-  const double least_nats = all_.gain_nats + threshold_nats_;
-  if (!(joint_.gain(exposure_, guess.at) >= least_nats)) return false;
+  const double least_nats = all_.gain_nats + (guess.do_part ? 0 : threshold_nats_);
+  if (!guess.do_part && !(joint_.gain(exposure_, guess.at) >= least_nats)) return false;
   const JointMaximum together = joint_.climb(frame, exposure_, guess.at, moving);
   if (!(together.gain_nats >= least_nats) || !together.has_covariance) return false;
   if (!guess.is_row) {
@@ -123,6 +125,7 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   all_ = together;
   is_refined_ = true;
   started_with_ = guess.at.count;
+  do_started_part_ = guess.do_part;
   least_nats_ = guess.least_nats;
   return true;
 }
@@ -375,6 +378,9 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
     return search.peaks.range_odds_nats(search.fit, others);
   }
   const TargetSearch::Peaks& of_all = searches_.front().peaks;
+  if (do_started_part_ && searched_.at(target) < 2) {
+    return of_all.range_odds_nats(searches_.front().fit, others);
+  }
   compared_.assign(others.begin(), others.end());
   if (pair_odds_nats_.at(target)) add_meetings(target, compared_);
   const double odds_nats = of_all.range_odds_nats(fit, compared_);

@@ -48,8 +48,8 @@ class SeveralTargets {
  public:
   // search, pattern_check, train, shape: outlive this. most: targets, 1 to most_targets.
   SeveralTargets(TargetSearch& search, PatternCheck& pattern_check, const PulseTrain& train,
-                 const PulseShape& shape, double threshold_nats, std::size_t most,
-                 std::size_t max_photons);
+                 const PulseShape& shape, double threshold_nats, double false_alarm_rate,
+                 std::size_t most, std::size_t max_photons);
 
   // The targets of a frame, the one with the most signal first. first: the frame's best target, as
   // search.find() has just found it; it is significant and has a covariance. moving: whether
@@ -100,6 +100,7 @@ class SeveralTargets {
   std::size_t first_unlooked_ = 0;  // beside the targets from this one on
   bool is_refined_ = false;         // all_ is a maximum of the joint likelihood
   std::size_t started_with_ = 1;    // so many, the first in all_, were fitted at once
+  bool do_started_part_ = false;    // these are two in place of the first that part
   std::array<double, most_targets> least_nats_{};  // that each of these must gain
   // How a target was found: alone, with what had been found before it taken out. Of those that were
   // fitted at once, the first has the search that showed them.

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "tests/support/frame_maker.hpp"
@@ -51,7 +52,7 @@ struct StartScene {
                {2e7, 30, 22, {3780, 30, 0.1}, 7, Effort::balanced, true, false, true},
                frame.photons_ps.size()),
         likelihood(*shape, train, frame.photons_ps.size(), 0.4),
-        claims(*shape, train, likelihood),
+        claims(*shape, train, likelihood, 1e-3),
         first{{}, search.no_peaks()} {
     folded.fold(frame.view(), train);
     first.fit = search.find(folded).value();
@@ -104,6 +105,21 @@ TEST(JointStart, HasTheRowInPlaceOfTheBest) {
     // The first of them is where the best target of the search was.
     const auto& begin = guess.at.targets.front();
     EXPECT_LT(scene.claims.apart_widths(begin, scene.alone.targets.front()), 2.5);
+  }
+}
+
+// Closer together than others are told apart, since they cross.
+TEST(JointStart, HasTwoWhoseLinesCross) {
+  for (const double off_ns : {0.0, 0.08}) {
+    StartScene scene({0, off_ns}, {20, 24});
+    const JointStart::Guess guess = scene.guess(2);
+    ASSERT_EQ(guess.at.count, 2U);
+    EXPECT_TRUE(guess.do_part);
+    const auto& [a, b] = std::tie(guess.at.targets[0].line, guess.at.targets[1].line);
+    EXPECT_NEAR(std::abs(b.travel_ns - a.travel_ns), 2 * 4 / 299792458.0 * 2e7, 0.2);
+    EXPECT_NEAR(std::abs(b.delay_ns - a.delay_ns), off_ns, 0.06);
+    EXPECT_LT(scene.claims.apart_widths(guess.at.targets[0], guess.at.targets[1]),
+              TargetClaims::closest_widths);
   }
 }
 
