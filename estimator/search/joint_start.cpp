@@ -28,7 +28,7 @@ void take_from_background(const Exposure& exposure, double signal, JointParamete
 
 JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParameters& alone,
                                     const TargetSearch::Search& first, bool moving) {
-  const Guess row = row_about(exposure, alone, moving);
+  const Guess row = row_about(exposure, alone, first, moving);
   if (row.at.count > 1) return row;
   // Peaks are compared with a maximum.
   return first.fit.stop == Stop::spread ? Guess{alone} : with_peaks(exposure, alone, first);
@@ -36,12 +36,15 @@ JointStart::Guess JointStart::guess(const Exposure& exposure, const JointParamet
 
 // The best target, or two or more in its place that are far enough apart to be told apart.
 JointStart::Guess JointStart::row_about(const Exposure& exposure, const JointParameters& alone,
-                                        bool moving) {
+                                        const TargetSearch::Search& first, bool moving) {
   JointParameters row = alone;
   row.add({row.targets.front().line, 0});
   row = pair_about(exposure, row, 0, moving);
   const double widths = claims_.apart_widths(row.targets.at(0), row.targets.at(1));
-  if (moving && widths < TargetClaims::closest_widths) {
+  // Where another place is as bright, half of its pulses may be what parts from this one.
+  const auto rival = first.peaks.odds.best_beside({&alone.targets.front().line, 1});
+  const bool is_brightest = !rival || rival->gain_nats < least_of_best * first.fit.gain_nats;
+  if (moving && is_brightest && widths < TargetClaims::closest_widths) {
     if (const auto parting = parting_pair(row)) return {*parting, true, true};
   }
   if (widths < least_spread_widths) return {alone};

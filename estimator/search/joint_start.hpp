@@ -66,7 +66,7 @@ class JointStart {
                                     std::size_t target, DelayLine line) const;
   [[nodiscard]] std::optional<JointParameters> parting_pair(const JointParameters& pair) const;
   [[nodiscard]] Guess row_about(const Exposure& exposure, const JointParameters& alone,
-                                bool moving);
+                                const TargetSearch::Search& first, bool moving);
   [[nodiscard]] bool are_told_apart(const JointParameters& row) const;
   [[nodiscard]] JointParameters with_middle(const JointParameters& pair) const;
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
