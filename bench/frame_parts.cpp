@@ -11,6 +11,7 @@
 #include <cstring>
 #include <functional>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -133,32 +134,73 @@ class Parts {
         SearchGrid::cover(train_.circle_ns, widths * sigma_ns, travel_ns, rows.fitting_bins());
     std::vector<std::uint8_t> memory[3];
     for (auto& part : memory) part.resize(grid.cells());
-    const auto fill = [&] {
-      rows.load(frame_, 0, grid.slices);
-      rows.fill(grid, memory[0].data(), memory[1].data(), memory[2].data());
-    };
-    const bool interleaved = rows.fitting_bins() > 1;
-    const double counts =
-        interleaved ? 3 : static_cast<double>(train_.stretches[0].comb.times_ns.size());
-    row(cells + ": counts of photons in the slices", counts * static_cast<double>(frame_.size()),
-        limits_.increment, fill);
+    rows.load(frame_, 0, grid.slices);
+    const auto found = rows.part_bins(grid);
+    const std::vector<std::uint32_t> parts(found.begin(), found.end());
+    const double pulses = parts.empty()
+                              ? static_cast<double>(train_.stretches[0].comb.times_ns.size())
+                              : static_cast<double>(parts.size());
+    row(cells + ": counts of photons in the slices", pulses * static_cast<double>(frame_.size()),
+        limits_.increment, [&] {
+          rows.load(frame_, 0, grid.slices);
+          if (parts.empty()) {
+            rows.fill(grid, memory[0].data(), memory[1].data(), memory[2].data());
+          }
+          for (std::size_t k = 0; k < parts.size(); ++k) {
+            rows.fill_part_period(grid, k, memory[k].data());
+          }
+        });
     const auto most = static_cast<std::size_t>(std::ceil(travel_ns / grid.bin_ns));
-    const std::size_t step = LineTree::block_bins(grid, most);
-    LineTree tree(kernels, {&grid, 1});
     double adds = 0;
     for (std::size_t half = 1; half < grid.slices; half *= 2) {
       const std::size_t lines = std::min(2 * half, most * 2 * half / grid.slices + 1);
-      adds += 2.0 * static_cast<double>(grid.slices / (2 * half) * lines) * grid.bins;
+      adds += 2.0 * static_cast<double>(grid.slices / (2 * half) * lines);
     }
-    row(cells + ": sums along the lines", adds, limits_.add, [&] {
-      for (const int sign : {1, -1}) {
-        for (std::size_t bin = 0; bin < grid.bins; bin += step) {
-          const LineTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign};
-          tree.add_up(memory[0].data(), grid, block);
-          for (std::size_t j = 0; j <= most; ++j) found_ += tree.first_above(j, 0, 65534);
-        }
+    const double bins =
+        std::accumulate(parts.begin(), parts.end(), parts.empty() ? grid.bins : 0.0);
+    const std::string name = cells + ": sums along the lines";
+    if (parts.empty()) {
+      LineTree tree(kernels, {&grid, 1});
+      row(name, adds * bins, limits_.add,
+          [&] { add_up_circle(grid, memory[0].data(), most, tree); });
+    } else {
+      PartLines lines(kernels, {&grid, 1}, parts.size());
+      row(name, adds * bins, limits_.add, [&] { add_up_parts(grid, parts, memory, most, lines); });
+    }
+    LineSearch search(train_, frame_.size(), {&grid, 1});
+    row(cells + ": counts, sums and the best of all lines",
+        pulses * static_cast<double>(frame_.size()), limits_.increment,
+        [&] { found_ += search.run(frame_, grid, travel_ns).size(); });
+  }
+
+  // No line holds so many photons.
+  static constexpr std::uint32_t too_many = 65534;
+
+  void add_up_circle(const SearchGrid& grid, const std::uint8_t* rows, std::size_t most,
+                     LineTree& tree) {
+    const std::size_t step = LineTree::block_bins(grid, most);
+    for (const int sign : {1, -1}) {
+      for (std::size_t bin = 0; bin < grid.bins; bin += step) {
+        tree.add_up(rows, grid, {bin, std::min(step, grid.bins - bin), most, sign});
+        for (std::size_t j = 0; j <= most; ++j) found_ += tree.first_above(j, 0, too_many);
       }
-    });
+    }
+  }
+
+  void add_up_parts(const SearchGrid& grid, const std::vector<std::uint32_t>& parts,
+                    const std::vector<std::uint8_t>* rows, std::size_t most, PartLines& lines) {
+    for (const int sign : {1, -1}) {
+      lines.clear();
+      for (std::size_t k = 0; k < parts.size(); ++k) {
+        lines.add_up(rows[k].data(), grid, parts[k], most, sign, 0);
+      }
+      for (std::size_t j = 0; j <= most; ++j) {
+        lines.look_at(j);
+        lines.visit_above(
+            grid.bins, [] { return too_many; },
+            [&](std::size_t, std::uint32_t photons) { found_ += photons; });
+      }
+    }
   }
 
   void print_recheck() {

@@ -40,6 +40,20 @@ std::uint32_t largest(const SearchKernels& kernels, const Count* values, std::si
   }
 }
 
+// For each of some lines, how many photons have the cell that is the line's in their slice.
+void count_equal(std::span<const std::uint32_t> of_photons, const std::uint32_t* slices,
+                 const std::uint32_t* cells, std::uint32_t* counts) {
+  constexpr std::size_t lines = CombRows::lines_at_once;
+  std::array<std::uint32_t, lines> sums{};
+  for (std::size_t i = 0; i < of_photons.size(); ++i) {
+    const std::uint32_t* own = cells + slices[i] * lines;
+    for (std::size_t n = 0; n < lines; ++n) {
+      sums[n] += static_cast<std::uint32_t>(own[n] == of_photons[i]);
+    }
+  }
+  for (std::size_t n = 0; n < lines; ++n) counts[n] += sums[n];
+}
+
 std::uint32_t to_32(double turns) {
   turns -= std::floor(turns);
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
@@ -69,6 +83,7 @@ CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const Searc
     parts += parts_.back().size();
   }
   beside_.reserve(parts);
+  part_bins_.reserve(parts);
   moved_.reserve(max_photons);
   slice_.reserve(max_photons);
   in_slice_.reserve(most_slices);
@@ -224,6 +239,47 @@ template std::uint32_t CombRows::fill(const SearchGrid&, std::uint16_t*, std::ui
 template std::uint32_t CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*,
                                       std::uint32_t*);
 
+std::size_t CombRows::most_parts() const {
+  std::size_t most = 0;
+  for (const std::vector<Part>& parts : parts_) most = std::max(most, parts.size());
+  return most;
+}
+
+std::span<const std::uint32_t> CombRows::part_bins(const SearchGrid& grid) {
+  part_bins_.clear();
+  if (!train_.single()) return {};
+  for (const Part& part : parts_.front()) {
+    if (part.taken_off) continue;
+    if (!stands_beside(grid, 0, part) || part.pulses_32.size() > 1) return {};
+    part_bins_.push_back(grid.bins / part.copies);
+  }
+  std::uint64_t all = 0;
+  for (const std::uint32_t bins : part_bins_) all += bins;
+  if (part_bins_.size() < 2 || all > grid.bins) part_bins_.clear();
+  return part_bins_;
+}
+
+template <class Count>
+std::uint32_t CombRows::fill_part_period(const SearchGrid& grid, std::size_t part, Count* rows) {
+  const std::size_t cells = std::size_t{grid.bins / parts_.front()[part].copies} * grid.slices;
+  std::memset(rows, 0, cells * sizeof(Count));
+  fill_part<Count>(grid, 0, parts_.front()[part], rows, nullptr);
+  return largest(kernels_, rows, cells);
+}
+
+void CombRows::count_twice(const SearchGrid& grid, std::span<const std::uint32_t> cells,
+                           std::span<std::uint32_t, lines_at_once> counts) const {
+  const Part& twice = parts_.front().back();
+  visit_cells(0, twice, true, grid.bins, twice.pulses_32,
+              [&](std::size_t first, std::span<const std::uint32_t> of_photons) {
+                count_equal(of_photons, slice_.data() + first, cells.data(), counts.data());
+              });
+}
+
+template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint8_t*);
+template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint16_t*);
+template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint32_t*);
+
 // Whether one period of a part is a whole number of bins, shorter than the circle.
 bool CombRows::stands_beside(const SearchGrid& grid, std::size_t group, const Part& part) const {
   return has_photons(group, part) && part.copies > 1 && grid.bins % part.copies == 0;
@@ -276,14 +332,14 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   }
 }
 
-// Counts the photons of a group at the delays that each of the pulses gives them.
+// Visits the cells of a group's photons at the delays that each of the pulses gives them.
 //
 // Design note: a few hundred photons at a time, pulse by pulse. The loop over photons is long, even
 // where a part has one pulse, and the rows that the photons of a chunk lie in stay in the
 // first-level cache, since most photons stand in the order in which they came.
-template <class Count>
-void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                             std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
+template <class Visit>
+void CombRows::visit_cells(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                           std::span<const std::uint32_t> pulses, const Visit& visit) const {
   constexpr std::size_t chunk = 256;
   std::array<std::uint32_t, chunk> phases, row_begins, cells;
   const std::size_t end = frame_->group_end[group];
@@ -293,11 +349,20 @@ void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std
     for (std::size_t i = 0; i < count; ++i) row_begins[i] = slice_[begin + i] * bins;
     for (const std::uint32_t pulse : pulses) {
       kernels_.delay_cells(cells.data(), row_begins.data(), phases.data(), pulse, count, bins);
-      for (std::size_t i = 0; i < count; ++i) {
-        rows[cells[i]] = static_cast<Count>(rows[cells[i]] + one);
-      }
+      visit(begin, std::span<const std::uint32_t>(cells).first(count));
     }
   }
+}
+
+template <class Count>
+void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                             std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
+  visit_cells(group, part, fits, bins, pulses,
+              [rows, one](std::size_t, std::span<const std::uint32_t> cells) {
+                for (const std::uint32_t cell : cells) {
+                  rows[cell] = static_cast<Count>(rows[cell] + one);
+                }
+              });
 }
 
 // The phases of some photons in 2^-32 of the part's period or, where the part does not fit into

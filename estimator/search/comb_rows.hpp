@@ -56,6 +56,22 @@ class CombRows {
   template <class Count>
   std::uint32_t fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
 
+  // The most periodic parts that a comb is made of.
+  [[nodiscard]] std::size_t most_parts() const;
+  // Of a comb that is made of periodic parts, how many bins one period of each part has. Rows of
+  // the circle are then the sum of those that fill_part_period() fills, side by side, but that
+  // photons at pulses which are in two parts count twice. Empty where that is not so. Valid until
+  // the next call.
+  [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
+  // Fills grid.slices rows of one period of a part; returns a number that no cell exceeds.
+  template <class Count>
+  std::uint32_t fill_part_period(const SearchGrid& grid, std::size_t part, Count* rows);
+  // Adds to `counts` the photons at pulses that are in two parts, along so many lines. cells: where
+  // the lines are in rows of the circle, those of the first slice first.
+  static constexpr std::size_t lines_at_once = 16;
+  void count_twice(const SearchGrid& grid, std::span<const std::uint32_t> cells,
+                   std::span<std::uint32_t, lines_at_once> counts) const;
+
  private:
   struct Part {
     std::uint32_t turns = 1;   // periods of the part in the period of its comb
@@ -81,6 +97,9 @@ class CombRows {
   template <class Count>
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                  Count* histogram);
+  template <class Visit>
+  void visit_cells(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                   std::span<const std::uint32_t> pulses, const Visit& visit) const;
   template <class Count>
   void count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
                      std::span<const std::uint32_t> pulses, Count one, Count* rows) const;
@@ -101,6 +120,7 @@ class CombRows {
   std::vector<std::uint32_t> moved_;  // scratch: the phase of each photon
   std::vector<std::uint32_t> slice_;  // of each photon
   std::vector<Beside> beside_;
+  std::vector<std::uint32_t> part_bins_;
   std::vector<std::uint32_t> in_slice_;  // number of photons in each slice
 };
 

@@ -9,6 +9,7 @@
 #include "estimator/fold/vector_level.hpp"
 #include "estimator/search/comb_rows.hpp"
 #include "estimator/search/line_tree.hpp"
+#include "estimator/search/part_lines.hpp"
 
 namespace splid {
 
@@ -30,10 +31,12 @@ struct DelayCell {
 // Searches all delays, and all travels up to a limit, at once. The frame is cut into slices so
 // short that the delay of the fastest target travels one bin in each. The photons of each slice are
 // correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
-// lines (LineTree).
+// lines (LineTree). Of a comb that is made of periodic parts, each part is added up over one of its
+// periods (PartLines).
 //
-// Cost: that of CombRows, and 2 bins * slices * log2(slices) additions. Threads: one thread for
-// each object. Errors: none. No allocation in run() and best_delays().
+// Cost: that of CombRows, and 2 bins * slices * log2(slices) additions, where bins are those of the
+// circle, or of the parts' periods. Threads: one thread for each object. Errors: none. No
+// allocation in run() and best_delays().
 class LineSearch {
  public:
   static constexpr std::size_t max_cells = 16;
@@ -57,10 +60,26 @@ class LineSearch {
                                          const SearchGrid& grid);
 
  private:
+  // A line in the rows of a grid.
+  struct GridLine {
+    std::size_t bin;     // where it begins: in the first slice, or in the last where sign < 0
+    std::size_t travel;  // bins on its way through all slices
+    int sign;            // of the travel
+  };
+  struct Kept {
+    SearchCell cell;
+    GridLine line;
+  };
   template <class Count>
   void search(const SearchGrid& grid, double max_travel_ns);
   void keep_best(const SearchGrid& grid, const LineTree::Block& block);
-  void keep(const SearchCell& cell, double bin_ns);
+  template <class Count>
+  void search_parts(const SearchGrid& grid, std::size_t most);
+  void count_once(const SearchGrid& grid);
+  [[nodiscard]] std::uint32_t least_kept() const {
+    return kept_.size() < max_cells ? 0 : kept_.back().cell.count;
+  }
+  void keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid);
   template <class Count>
   void look_at_delays(const SearchGrid& grid);
   void keep_delay(const DelayCell& cell, const SearchGrid& grid);
@@ -71,6 +90,10 @@ class LineSearch {
   const SearchKernels& kernels_;
   CombRows rows_;
   LineTree tree_;
+  PartLines part_lines_;
+  std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
+  std::vector<Kept> kept_;                    // the best cells so far
+  std::vector<std::uint32_t> cells_;          // scratch: where their lines are in each slice
   std::size_t buffer_cells_ = 0;
   std::vector<std::uint32_t> memory_;  // three buffers of rows
   std::vector<SearchCell> best_;

@@ -89,6 +89,15 @@ std::size_t LineTree::block_bins(const SearchGrid& grid, std::size_t most) {
   return std::min<std::size_t>(wanted, grid.bins);
 }
 
+std::size_t LineTree::travelled(std::size_t travel, std::size_t slices, std::size_t slice) {
+  std::size_t bins = 0;
+  for (std::size_t half = slices / 2; half > 0; half /= 2) {
+    if ((slice & half) != 0) bins += (travel + 1) / 2;
+    travel /= 2;
+  }
+  return bins;
+}
+
 LineTree::LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
     : kernels_(kernels) {
   std::size_t widest = 0;
@@ -305,6 +314,36 @@ std::uint32_t LineTree::photons(std::size_t travel, std::size_t bin) const {
   if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(travel));
   return sum(halves<std::uint32_t>(travel));
 }
+
+template <class Wide>
+void LineTree::write_line(std::size_t travel, Wide* line) const {
+  const auto write = [&](auto at) {
+    for (std::size_t bin = 0; bin < block_.bins; ++bin) {
+      line[bin] = static_cast<Wide>(Wide{at.first[bin]} + at.second[bin]);
+    }
+  };
+  if (cell_bytes_ == 1) {
+    const auto at = halves<std::uint8_t>(travel);
+    if constexpr (sizeof(Wide) == 2) {
+      kernels_.add_8_to_16(line, at.first, at.second, block_.bins);
+    } else {
+      write(at);
+    }
+  } else if (cell_bytes_ == 2) {
+    const auto at = halves<std::uint16_t>(travel);
+    if constexpr (sizeof(Wide) == 2) {
+      kernels_.add(line, at.first, at.second, block_.bins);
+    } else {
+      kernels_.add_16_to_32(line, at.first, at.second, block_.bins);
+    }
+  } else if constexpr (sizeof(Wide) == 4) {
+    const auto at = halves<std::uint32_t>(travel);
+    kernels_.add_32(line, at.first, at.second, block_.bins);
+  }
+}
+
+template void LineTree::write_line(std::size_t, std::uint16_t*) const;
+template void LineTree::write_line(std::size_t, std::uint32_t*) const;
 
 double LineTree::smooth_power(std::size_t travel) const {
   const std::size_t count = block_.bins - 2;

@@ -30,6 +30,10 @@ class LineTree {
   // How many delay bins a block has, for lines of up to `most` bins of travel.
   static std::size_t block_bins(const SearchGrid& grid, std::size_t most);
 
+  // How many bins a line has travelled where it comes to a slice. travel: from the first of all
+  // slices to the last.
+  static std::size_t travelled(std::size_t travel, std::size_t slices, std::size_t slice);
+
   // Some bins of a circle, and how far the lines that start in them travel.
   struct Block {
     std::size_t first_bin = 0;
@@ -46,6 +50,12 @@ class LineTree {
   // `least` photons; the number of the block's bins where there is none.
   [[nodiscard]] std::size_t first_above(std::size_t travel, std::size_t from,
                                         std::uint32_t least) const;
+  // Whether sums are of 32 bits.
+  [[nodiscard]] bool has_wide_sums() const { return cell_bytes_ == sizeof(std::uint32_t); }
+  // Writes the lines of this travel, one for each bin of the block. Wide: of 32 bits, or of 16
+  // where the sums are no wider.
+  template <class Wide>
+  void write_line(std::size_t travel, Wide* line) const;
   // How many photons a line holds.
   [[nodiscard]] std::uint32_t photons(std::size_t travel, std::size_t bin) const;
   // How much stands out along the lines of this travel: the sum over the block's bins, without its

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -114,6 +115,42 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
         EXPECT_EQ(same[k].count, delays[k].count);
         EXPECT_EQ(same[k].with_neighbour, delays[k].with_neighbour);
       }
+    }
+  }
+}
+
+// With two rates, which are searched by their own periods, a cell holds each photon that one of the
+// comb's pulses has on its line, and each once, also where the pulse is in both rates.
+TEST(LineSearch, CountsPhotonsOfBothRatesOnce) {
+  for (const double background_per_ns : {1e-3, 1.0}) {
+    test::FrameMaker made = small_maker(test::interleaved_pattern({42000, 63000}, 126000), 300);
+    made.background_per_ns = background_per_ns;
+    const Folded folded(made, 4);
+    const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2, 6);
+    ASSERT_EQ(grid.bins % 6, 0U);
+    LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+    const auto cells = search.run(folded.frame, grid, 2);
+    ASSERT_EQ(cells.size(), LineSearch::max_cells);
+    const double gap = (grid.slices - 1.0) / grid.slices;
+    for (const SearchCell& cell : cells) {
+      const auto travel = std::llround(std::abs(cell.line.travel_ns) * gap / grid.bin_ns);
+      const int sign = cell.line.travel_ns < 0 ? -1 : 1;
+      const double begin = cell.line.delay_ns / grid.bin_ns - 0.5 - static_cast<double>(travel) / 2;
+      std::uint32_t held = 0;
+      for (std::size_t i = 0; i < folded.frame.size(); ++i) {
+        const auto slice = static_cast<std::size_t>(
+            std::clamp((folded.frame.time_ns[i] / folded.frame.length_ns + 0.5) * grid.slices, 0.0,
+                       grid.slices - 1.0));
+        const std::size_t on_way = sign > 0 ? slice : grid.slices - 1 - slice;
+        const double bin = begin + static_cast<double>(LineTree::travelled(
+                                       static_cast<std::size_t>(travel), grid.slices, on_way));
+        for (const double pulse_ns : {0.0, 42.0, 63.0, 84.0}) {
+          const double delay_ns = folded.frame.phase_ns[i] - pulse_ns;
+          const double off = delay_ns / grid.bin_ns - bin;
+          held += std::lround(std::floor(off)) % grid.bins == 0 ? 1 : 0;
+        }
+      }
+      EXPECT_NEAR(cell.count, held, background_per_ns < 1e-2 ? 1 : 5);
     }
   }
 }

@@ -1,0 +1,88 @@
+#include "estimator/search/part_lines.hpp"
+
+#include <algorithm>
+
+namespace splid {
+namespace {
+
+std::uint32_t largest_of(const SearchKernels& kernels, const std::uint16_t* line,
+                         std::size_t count) {
+  return kernels.largest(line, count);
+}
+std::uint32_t largest_of(const SearchKernels&, const std::uint32_t* line, std::size_t count) {
+  return *std::max_element(line, line + count);
+}
+
+}  // namespace
+
+PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
+                     std::size_t parts)
+    : kernels_(kernels) {
+  // A part has two periods in the circle at least.
+  std::vector<SearchGrid> halves(grids.begin(), grids.end());
+  for (SearchGrid& grid : halves) {
+    grid.bins = grid.bins / 2 + 1;
+    longest_ = std::max<std::size_t>(longest_, grid.bins);
+  }
+  if (parts > 1) {
+    trees_.reserve(parts);
+    for (std::size_t k = 0; k < parts; ++k) trees_.emplace_back(kernels, halves);
+  }
+  memory_.resize((trees_.size() + 1) * longest_);
+  parts_.reserve(trees_.size());
+  places_.resize(trees_.size());
+}
+
+template <class Count>
+void PartLines::add_up(const Count* rows, const SearchGrid& grid, std::uint32_t bins,
+                       std::size_t most, int sign, std::uint32_t most_in_cell) {
+  const std::size_t number = parts_.size();
+  SearchGrid period = grid;
+  period.bins = bins;
+  LineTree& tree = trees_[number];
+  tree.add_up(rows, period, {0, bins, most, sign, most_in_cell});
+  is_wide_ = (number > 0 && is_wide_) || tree.has_wide_sums();
+  const std::size_t first = number > 0 ? parts_.front().bins : bins;
+  parts_.push_back({bins, first % bins, memory_.data() + number * longest_});
+}
+
+template void PartLines::add_up(const std::uint8_t*, const SearchGrid&, std::uint32_t, std::size_t,
+                                int, std::uint32_t);
+template void PartLines::add_up(const std::uint16_t*, const SearchGrid&, std::uint32_t, std::size_t,
+                                int, std::uint32_t);
+template void PartLines::add_up(const std::uint32_t*, const SearchGrid&, std::uint32_t, std::size_t,
+                                int, std::uint32_t);
+
+void PartLines::look_at(std::size_t travel) {
+  if (is_wide_) {
+    look_at_as<std::uint32_t>(travel);
+  } else {
+    look_at_as<std::uint16_t>(travel);
+  }
+}
+
+template <class Wide>
+void PartLines::look_at_as(std::size_t travel) {
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    auto* line = reinterpret_cast<Wide*>(parts_[k].line);
+    trees_[k].write_line(travel, line);
+    parts_[k].largest = largest_of(kernels_, line, parts_[k].bins);
+  }
+}
+
+// The first bin of the first part, not before `from`, whose lines in the circle may hold more than
+// `least`; the number of its bins where there is none.
+std::size_t PartLines::next(std::size_t from, std::uint32_t least) const {
+  const Part& first = parts_.front();
+  std::uint32_t others = 0;
+  for (const Part& part : std::span(parts_).subspan(1)) others += part.largest;
+  if (first.largest + others <= least) return first.bins;
+  if (others > least) return from;
+  const std::uint32_t* zeros = memory_.data() + trees_.size() * longest_;
+  if (is_wide_) return kernels_.first_above_32(first.line, zeros, from, first.bins, least - others);
+  return kernels_.first_above(line_of<std::uint16_t>(first),
+                              reinterpret_cast<const std::uint16_t*>(zeros), from, first.bins,
+                              static_cast<std::uint16_t>(least - others));
+}
+
+}  // namespace splid

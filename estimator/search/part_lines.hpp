@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/fold/search_kernels.hpp"
+#include "estimator/search/comb_rows.hpp"
+#include "estimator/search/line_tree.hpp"
+
+namespace splid {
+
+// The lines of a comb that is made of periodic parts, as interleaved combs are. A line of the
+// circle holds the sum of what the lines of all parts hold at its delay, modulo the period of each
+// part. So the slices of each part are added up over one of its periods, which is a twentieth of
+// the circle for [P]'s pattern. A line of the circle is only looked at where the largest sums of
+// the other parts would let it hold enough.
+//
+// Threads: one thread for each object. Errors: none. No allocation after construction.
+class PartLines {
+ public:
+  // grids: all that add_up() will be given. parts: so many at most.
+  PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids, std::size_t parts);
+
+  // Forgets all parts.
+  void clear() { parts_.clear(); }
+  // Adds up the slices of one more part: rows of one of its periods, of so many bins. The other
+  // arguments are those of LineTree.
+  template <class Count>
+  void add_up(const Count* rows, const SearchGrid& grid, std::uint32_t bins, std::size_t most,
+              int sign, std::uint32_t most_in_cell);
+
+  // Looks at all lines of this travel.
+  void look_at(std::size_t travel);
+  // Calls keep(bin, photons) for each line that holds more than least() photons. least() may grow
+  // from call to call. bins: of the circle.
+  template <class Least, class Keep>
+  void visit_above(std::size_t bins, const Least& least, const Keep& keep) const {
+    if (is_wide_) {
+      visit_above_as<std::uint32_t>(bins, least, keep);
+    } else {
+      visit_above_as<std::uint16_t>(bins, least, keep);
+    }
+  }
+
+ private:
+  struct Part {
+    std::size_t bins;           // of its period
+    std::size_t step;           // of these, that a period of the first part is longer than its own
+    std::uint32_t* line;        // sums of 16 or 32 bits, of the travel that is looked at
+    std::uint32_t largest = 0;  // of these
+  };
+  template <class Wide>
+  void look_at_as(std::size_t travel);
+  template <class Wide>
+  [[nodiscard]] static const Wide* line_of(const Part& part) {
+    return reinterpret_cast<const Wide*>(part.line);
+  }
+  [[nodiscard]] std::size_t next(std::size_t from, std::uint32_t least) const;
+  // For each bin of the first part's period that may do, all its copies around the circle. Where
+  // these are in the periods of the other parts is counted on, since a division takes longer than
+  // all else.
+  template <class Wide, class Least, class Keep>
+  void visit_above_as(std::size_t bins, const Least& least, const Keep& keep) const {
+    const Part& first = parts_.front();
+    const std::span<const Part> others = std::span(parts_).subspan(1);
+    for (std::size_t bin = next(0, least()); bin < first.bins; bin = next(bin + 1, least())) {
+      for (std::size_t k = 0; k < others.size(); ++k) places_[k] = bin % others[k].bins;
+      const std::uint32_t own = line_of<Wide>(first)[bin];
+      for (std::size_t copy = bin; copy < bins; copy += first.bins) {
+        std::uint32_t held = own;
+        for (std::size_t k = 0; k < others.size(); ++k) {
+          held += line_of<Wide>(others[k])[places_[k]];
+          places_[k] += others[k].step;
+          if (places_[k] >= others[k].bins) places_[k] -= others[k].bins;
+        }
+        if (held > least()) keep(copy, held);
+      }
+    }
+  }
+
+  const SearchKernels& kernels_;
+  std::size_t longest_ = 0;  // cells of a part's line
+  std::vector<LineTree> trees_;
+  std::vector<std::uint32_t> memory_;  // a line of each part, and one of zeros
+  std::vector<Part> parts_;
+  mutable std::vector<std::size_t> places_;  // scratch: a bin of each other part
+  bool is_wide_ = false;                     // sums are of 32 bits
+};
+
+}  // namespace splid
