@@ -85,16 +85,16 @@ bool TargetClaims::stands_apart(const JointParameters& at, std::size_t target) {
   return true;
 }
 
-bool TargetClaims::may_part(DelayLine one, DelayLine other) const {
-  const double apart_ns = std::remainder(other.delay_ns - one.delay_ns, train_.circle_ns);
-  const double parting_ns = std::abs(other.travel_ns - one.travel_ns);
-  return parting_ns >= least_parting_widths * shape_.width_ns() &&
-         std::abs(apart_ns) + parting_ns / 2 <= most_parted_widths * shape_.width_ns();
-}
-
 CrossingCheck::Verdict TargetClaims::crossing(const JointParameters& at, std::size_t one,
                                               std::size_t other) const {
-  if (!may_part(at.targets.at(one).line, at.targets.at(other).line)) return {};
+  const DelayLine& a = at.targets.at(one).line;
+  const DelayLine& b = at.targets.at(other).line;
+  const double apart_ns = std::remainder(b.delay_ns - a.delay_ns, train_.circle_ns);
+  const double parting_ns = std::abs(b.travel_ns - a.travel_ns);
+  const double widths = (std::abs(apart_ns) + parting_ns / 2) / shape_.width_ns();
+  if (parting_ns < least_parting_widths * shape_.width_ns() || widths > most_parted_widths) {
+    return {};
+  }
   return crossing_check_.judge(likelihood_.near(one), at, one, other);
 }
 

@@ -56,8 +56,6 @@ class TargetClaims {
   }
   // How far apart two targets are over the frame, root mean square, in pulse widths.
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
-  // Whether two lines part over the frame, but are not too far apart to be seen as one.
-  [[nodiscard]] bool may_part(DelayLine one, DelayLine other) const;
   // What the photons say of whether two targets' lines part over the frame. The likelihood holds
   // the photons about them. Nothing is said of lines that may not.
   [[nodiscard]] CrossingCheck::Verdict crossing(const JointParameters& at, std::size_t one,

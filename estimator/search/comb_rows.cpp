@@ -15,6 +15,8 @@ namespace {
 // those of another row.
 constexpr std::size_t adds_per_increment = 20;
 
+constexpr std::size_t chunk = 256;  // photons that are counted at a time
+
 constexpr std::uint64_t most_fitting_bins = 1U << 20;
 constexpr std::uint32_t most_slices = 1U << 16;
 
@@ -270,10 +272,18 @@ std::uint32_t CombRows::fill_part_period(const SearchGrid& grid, std::size_t par
 void CombRows::count_twice(const SearchGrid& grid, std::span<const std::uint32_t> cells,
                            std::span<std::uint32_t, lines_at_once> counts) const {
   const Part& twice = parts_.front().back();
-  visit_cells(0, twice, true, grid.bins, twice.pulses_32,
-              [&](std::size_t first, std::span<const std::uint32_t> of_photons) {
-                count_equal(of_photons, slice_.data() + first, cells.data(), counts.data());
-              });
+  std::array<std::uint32_t, chunk> phases, row_begins, of_photons;
+  for (std::size_t begin = 0; begin < frame_->group_end[0]; begin += chunk) {
+    const std::size_t count = std::min(chunk, frame_->group_end[0] - begin);
+    const std::uint32_t* slices = slice_.data() + begin;
+    part_phases(twice, true, begin, std::span(phases).first(count));
+    for (std::size_t i = 0; i < count; ++i) row_begins[i] = slices[i] * grid.bins;
+    for (const std::uint32_t pulse : twice.pulses_32) {
+      kernels_.delay_cells(of_photons.data(), row_begins.data(), phases.data(), pulse, count,
+                           grid.bins);
+      count_equal(std::span(of_photons).first(count), slices, cells.data(), counts.data());
+    }
+  }
 }
 
 template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint8_t*);
@@ -332,15 +342,14 @@ void CombRows::fill_part(const SearchGrid& grid, std::size_t group, const Part& 
   }
 }
 
-// Visits the cells of a group's photons at the delays that each of the pulses gives them.
+// Counts the photons of a group at the delays that each of the pulses gives them.
 //
 // Design note: a few hundred photons at a time, pulse by pulse. The loop over photons is long, even
 // where a part has one pulse, and the rows that the photons of a chunk lie in stay in the
 // first-level cache, since most photons stand in the order in which they came.
-template <class Visit>
-void CombRows::visit_cells(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                           std::span<const std::uint32_t> pulses, const Visit& visit) const {
-  constexpr std::size_t chunk = 256;
+template <class Count>
+void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
+                             std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
   std::array<std::uint32_t, chunk> phases, row_begins, cells;
   const std::size_t end = frame_->group_end[group];
   for (std::size_t begin = frame_->group_begin(group); begin < end; begin += chunk) {
@@ -349,20 +358,11 @@ void CombRows::visit_cells(std::size_t group, const Part& part, bool fits, std::
     for (std::size_t i = 0; i < count; ++i) row_begins[i] = slice_[begin + i] * bins;
     for (const std::uint32_t pulse : pulses) {
       kernels_.delay_cells(cells.data(), row_begins.data(), phases.data(), pulse, count, bins);
-      visit(begin, std::span<const std::uint32_t>(cells).first(count));
+      for (std::size_t i = 0; i < count; ++i) {
+        rows[cells[i]] = static_cast<Count>(rows[cells[i]] + one);
+      }
     }
   }
-}
-
-template <class Count>
-void CombRows::count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                             std::span<const std::uint32_t> pulses, Count one, Count* rows) const {
-  visit_cells(group, part, fits, bins, pulses,
-              [rows, one](std::size_t, std::span<const std::uint32_t> cells) {
-                for (const std::uint32_t cell : cells) {
-                  rows[cell] = static_cast<Count>(rows[cell] + one);
-                }
-              });
 }
 
 // The phases of some photons in 2^-32 of the part's period or, where the part does not fit into

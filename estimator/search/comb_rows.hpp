@@ -97,9 +97,6 @@ class CombRows {
   template <class Count>
   void fill_part(const SearchGrid& grid, std::size_t group, const Part& part, Count* rows,
                  Count* histogram);
-  template <class Visit>
-  void visit_cells(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
-                   std::span<const std::uint32_t> pulses, const Visit& visit) const;
   template <class Count>
   void count_photons(std::size_t group, const Part& part, bool fits, std::uint32_t bins,
                      std::span<const std::uint32_t> pulses, Count one, Count* rows) const;

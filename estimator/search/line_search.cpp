@@ -127,7 +127,8 @@ void LineSearch::count_once(const SearchGrid& grid) {
     const auto& [bin, travel, sign] = kept_[n].line;
     for (std::size_t slice = 0; slice < grid.slices; ++slice) {
       const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-      const std::size_t here = (bin + LineTree::travelled(travel, grid.slices, slice)) % grid.bins;
+      std::size_t here = bin + LineTree::travelled(travel, grid.slices, slice);
+      while (here >= grid.bins) here -= grid.bins;
       cells_[row * lines + n] = static_cast<std::uint32_t>(row * grid.bins + here);
     }
   }

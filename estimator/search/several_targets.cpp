@@ -16,10 +16,9 @@ constexpr double least_of_threshold = 0.4;
 constexpr double lost_nats = 3;
 // A target that gains so much more than the threshold is there, however the others are refitted.
 constexpr double plain_margin_nats = 20;
-// The light that parts from a target may be that of half of the pulses of another one, which is
-// elsewhere. Its pulses then deviate from the pattern by as much as they have light on average,
-// less what light of the first is taken for theirs.
-constexpr double most_uneven = 0.5;
+// What parts from a target may be half of the pulses of another one, which is elsewhere. It then
+// has less than so much of this target's signal, or that other place is as bright as this one.
+constexpr double most_of_half = 0.8;
 // The light of two targets looks like that of others where they move alike: where the ends of their
 // lines part by no more than this.
 constexpr double most_apart_widths = 3;
@@ -303,25 +302,13 @@ bool SeveralTargets::add(const FoldedFrame& frame, const Fit& next, bool moving,
   const std::size_t last = all_.at.count;
   searches_.at(last).fit = next;
   search_.keep_peaks(searches_.at(last).peaks);
-  if (!is_plain(next)) {
-    if (may_part(next.parameters.line) && !search_.range_odds_in(rest_, next)) return false;
-    return add_together(frame, next, moving);
-  }
+  if (!is_plain(next)) return add_together(frame, next, moving);
   claims_.claim(last);
   is_refined_ = false;
   all_.at.add({next.parameters.line, next.parameters.signal_per_pulse});
   all_.at.background_per_ns = next.parameters.background_per_ns;
   all_.gain_nats += next.gain_nats;
   return true;
-}
-
-// Whether a line may be found to part from one of the targets'. The light of a target elsewhere may
-// do so, where half of its comb is on that of another.
-bool SeveralTargets::may_part(DelayLine line) const {
-  const auto* const end = all_.at.targets.begin() + all_.at.count;
-  return std::any_of(all_.at.targets.begin(), end, [&](const TargetParameters& target) {
-    return claims_.may_part(line, target.line);
-  });
 }
 
 // Whether a target of what is left is one for sure, and has nothing to do with the others.
@@ -363,6 +350,16 @@ bool SeveralTargets::started_as_parting(std::size_t target) const {
   return do_started_part_ && searched_.at(target) < 2;
 }
 
+// Whether a target is one of two that part and are both where the best target is.
+bool SeveralTargets::is_half_of_best(std::size_t target) const {
+  if (!started_as_parting(target)) return false;
+  double most = 0;
+  for (std::size_t k = 0; k < best_.at.count; ++k) {
+    if (started_as_parting(k)) most = std::max(most, best_.at.targets.at(k).signal_per_pulse);
+  }
+  return best_.at.targets.at(target).signal_per_pulse >= most_of_half * most;
+}
+
 // The part of the joint result that is one target's.
 FoundTarget SeveralTargets::target_of(std::size_t target) const {
   FoundTarget found;
@@ -399,17 +396,18 @@ std::optional<double> SeveralTargets::range_odds_nats(std::size_t target, const 
     return search.peaks.range_odds_nats(search.fit, others);
   }
   const TargetSearch::Peaks& of_all = searches_.front().peaks;
-  // Two that part are where the best target is.
-  if (started_as_parting(target)) {
+  if (is_half_of_best(target)) {
     return of_all.range_odds_nats(searches_.front().fit, others);
   }
   compared_.assign(others.begin(), others.end());
   if (pair_odds_nats_.at(target)) add_meetings(target, compared_);
-  const double odds_nats = of_all.range_odds_nats(fit, compared_);
+  // What one of two that part adds to the other is little of what it has.
+  const Fit own = started_as_parting(target) ? search_.judge(rest_, fit.parameters) : fit;
+  const double odds_nats = of_all.range_odds_nats(own, compared_);
   const bool is_sure =
       of_all.odds.best_beside(compared_, fit.parameters.line) && odds_nats > plain_margin_nats;
   if (is_sure) return odds_nats;
-  const std::optional<double> in_rest = search_.range_odds_in(rest_, fit);
+  const std::optional<double> in_rest = search_.range_odds_in(rest_, own);
   return !in_rest && pair_odds_nats_.at(target) ? 0 : in_rest;
 }
 
@@ -454,9 +452,6 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
   rest_.take_some(stays_, static_cast<unsigned>(target), frame);
   const PatternVerdict pattern = pattern_check_.judge_light(rest_, found.fit.parameters);
   if (pattern.fault != PatternFault::none) return std::nullopt;
-  if (started_as_parting(target) && pattern.amplitude_misfit.value_or(0) > most_uneven) {
-    return std::nullopt;
-  }
   const std::optional<double> odds_nats = range_odds_nats(target, found.fit);
   if (!odds_nats) return std::nullopt;
   found.range_odds_nats = std::min(*odds_nats, pair_odds_nats_.at(target).value_or(*odds_nats));

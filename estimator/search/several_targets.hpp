@@ -68,7 +68,6 @@ class SeveralTargets {
   bool add(const FoldedFrame& frame, const Fit& next, bool moving, double least_nats);
   bool add_together(const FoldedFrame& frame, const Fit& next, bool moving);
   [[nodiscard]] bool is_plain(const Fit& next) const;
-  [[nodiscard]] bool may_part(DelayLine line) const;
   JointMaximum climb(const FoldedFrame& frame, const JointParameters& start, double sum_nats,
                      bool moving);
   [[nodiscard]] bool may_be_shoulder(const TargetParameters& target,
@@ -83,6 +82,7 @@ class SeveralTargets {
   [[nodiscard]] std::optional<FoundTarget> judge_one(const FoldedFrame& frame, std::size_t target,
                                                      bool moving);
   [[nodiscard]] bool started_as_parting(std::size_t target) const;
+  [[nodiscard]] bool is_half_of_best(std::size_t target) const;
   [[nodiscard]] FoundTarget target_of(std::size_t target) const;
   [[nodiscard]] std::optional<double> range_odds_nats(std::size_t target, const Fit& fit);
   void add_meetings(std::size_t target, std::vector<DelayLine>& lines) const;

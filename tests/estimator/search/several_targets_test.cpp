@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <span>
@@ -353,6 +354,56 @@ TEST(SeveralTargets, ThatCrossAreToldApart) {
       }
       EXPECT_GE(resolved, 29);
       EXPECT_NEAR(squares / resolved, 1, 4 * std::sqrt(2.0 / 30));
+    }
+  }
+}
+
+// Where the delays of two differ by a multiple of one rate's period, half of each one's light is on
+// the other's place, and parts from it there.
+TEST(SeveralTargets, HalfOfAnotherCombIsNotWhatCrosses) {
+  const test::FrameMaker first = scene_of(0, 20, 40e-4);
+  const test::FrameMaker scenes[] = {scene_of(360, 22.8, 40e-4), scene_of(-180, 16.5, 25e-4),
+                                     scene_of(189.02, 24, 20e-4), scene_of(180, 17.9, 38e-4)};
+  for (const std::int64_t targets : {2, 3}) {
+    FrameEstimator estimator = several(first, targets);
+    for (const test::FrameMaker& second : scenes) {
+      int resolved = 0;
+      for (std::uint64_t seed = 0; seed < 30; ++seed) {
+        const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+        const auto found = std::span(e.targets).first(e.target_count);
+        if (std::any_of(found.begin(), found.end(),
+                        [](const auto& target) { return target.status != FrameStatus::ok; })) {
+          continue;
+        }
+        resolved += found.size() == 2 ? 1 : 0;
+        for (const TargetEstimate& target : found) {
+          const bool is_first = std::abs(target.velocity_mps - 20) <
+                                std::abs(target.velocity_mps - second.velocity_mps);
+          expect_is(target, is_first ? first : second);
+        }
+      }
+      EXPECT_GE(resolved, 20);
+    }
+  }
+}
+
+// The same of a fourth target, which is looked for beside those that have been found.
+TEST(SeveralTargets, HalfOfAFourthCombIsNotWhatCrosses) {
+  const test::FrameMaker first = scene_of(0, 20, 33e-4);
+  const std::vector<test::FrameMaker> others = {
+      scene_of(1042.6, 20.4, 33e-4), scene_of(823.2, 20.5, 33e-4), scene_of(-2646.1, 25, 18e-4)};
+  FrameEstimator estimator = several(first, 4);
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const Estimate e = estimator.estimate(first.make_with(others, seed).view());
+    ASSERT_EQ(e.target_count, 4U) << seed;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double off_ns = off_of(e.targets.at(k), first);
+      EXPECT_TRUE(std::abs(off_ns) < 0.1 || std::abs(off_ns - 1042.6) < 0.1 ||
+                  std::abs(off_ns - 823.2) < 0.1 || std::abs(off_ns - 1133.9) < 0.1)
+          << seed << ' ' << off_ns;
+      if (std::abs(off_ns) < 0.1) {
+        EXPECT_NEAR(e.targets.at(k).velocity_mps, 20, 1);
+      }
     }
   }
 }
