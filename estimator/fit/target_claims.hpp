@@ -57,7 +57,8 @@ class TargetClaims {
   // How far apart two targets are over the frame, root mean square, in pulse widths.
   [[nodiscard]] double apart_widths(const TargetParameters& a, const TargetParameters& b) const;
   // What the photons say of whether two targets' lines part over the frame. The likelihood holds
-  // the photons about them. Nothing is said of lines that may not.
+  // the photons about them. Nothing is said of lines that hardly part, nor of those that are too
+  // far apart to be seen as one.
   [[nodiscard]] CrossingCheck::Verdict crossing(const JointParameters& at, std::size_t one,
                                                 std::size_t other) const;
   // See CrossingCheck; about a line that is near a target.
