@@ -15,6 +15,7 @@ constexpr double fewest_for_bend = 40;
 constexpr double fewest_for_gap = 15;  // of signal
 // Squared deviations of the bend. Chance reaches the first in one frame of a million.
 constexpr double surely_bent = 24;
+constexpr double surely_parted = 24;
 constexpr double may_be_straight = 4;
 // With fewer photons a part of the frame may be empty by chance.
 constexpr double fewest_for_straight = 100;
@@ -33,15 +34,23 @@ bool PathVerdict::is_straight() const {
   return photons >= fewest_for_straight && is_even && deviations * deviations < may_be_straight;
 }
 
+bool PathVerdict::parts() const {
+  return !bends() && parting_deviations * parting_deviations >= surely_parted;
+}
+
 void PathVerdict::widen(Estimate& estimate, double scale, double length_ns) const {
-  if (!bends() && signal_gap == 0) return;
+  if (!bends() && !parts() && signal_gap == 0) return;
   if (bends()) estimate.acceleration_misfit_mps2 = acceleration_of_bend(bend_ns, length_ns);
   if (signal_gap > 0) estimate.signal_gap = signal_gap;
-  estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, off_delay_ns * scale);
+  const bool is_straight = !bends() && signal_gap == 0;
+  const double delay_ns = is_straight ? 0 : off_delay_ns;
+  const double travel_ns = is_straight ? 0 : off_travel_ns;
+  estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, delay_ns * scale);
   // The velocity of a travel is c g / (2 - g), g = travel / length.
   if (estimate.std_velocity_mps == 0) return;  // the target was taken to be at rest
+  const double off_ns = std::hypot(travel_ns, parts() ? parting_ns : 0);
   estimate.std_velocity_mps =
-      std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_travel_ns / (2 * length_ns));
+      std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_ns / (2 * length_ns));
 }
 
 PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
@@ -59,6 +68,9 @@ void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool se
   moments_.setZero();
   signal_.fill(0);
   spread_ = 0;
+  spread_score_.setZero();
+  spread_moments_.setZero();
+  curves_ = 0;
   if (steps_per_ns_ == 0) return;
   std::array<double, steps> offset{}, h{}, d1{}, d2{};
   for (std::size_t i = 0; i < steps; ++i) {
@@ -69,6 +81,7 @@ void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool se
     const double lambda = background_per_ns + signal_per_pulse * h[i];
     slope_[i] = lambda > 0 ? -signal_per_pulse * d1[i] / lambda : 0;
     chance_[i] = lambda > 0 ? signal_per_pulse * h[i] / lambda : 0;
+    curve_[i] = lambda > 0 ? signal_per_pulse * d2[i] / lambda / 2 : 0;
   }
 }
 
@@ -83,7 +96,10 @@ PathVerdict PathCheck::judge(double pulses) const {
   verdict.photons = all - dark;
   if (verdict.photons < fewest_for_gap || all * all < fewest_for_bend * spread_) return verdict;
   judge_light(dark, verdict);
-  if (verdict.photons >= fewest_for_bend) step_to_bend(verdict);
+  if (verdict.photons >= fewest_for_bend) {
+    step_to_bend(verdict);
+    part(verdict);
+  }
   if (verdict.signal_gap > 0) bend_away(dark, verdict);
   return verdict;
 }
@@ -113,6 +129,21 @@ void PathCheck::step_to_bend(PathVerdict& verdict) const {
   verdict.deviations = step[2] / std::sqrt(covariance(2, 2));
   verdict.off_delay_ns = std::abs(mid.dot(step));
   verdict.off_travel_ns = std::abs(step[1]);
+}
+
+// The curvature of the spread over the frame, by one step of scoring from none: two at +-(d + t s)
+// have t t.
+void PathCheck::part(PathVerdict& verdict) const {
+  const auto inverse = inverse_of_positive(spread_moments_);
+  if (!inverse || !(curves_ > 0)) return;
+  const Eigen::Matrix3d solution = *inverse;
+  const double photons = spread_moments_(0, 0);
+  const double curvature = solution.row(2).dot(spread_score_);
+  const double mean = spread_score_[0] / photons;
+  const double variance = solution(2, 2) * (curves_ / photons - mean * mean);
+  if (!(curvature > 0) || !(variance > 0)) return;
+  verdict.parting_ns = std::sqrt(curvature * photons / curves_);
+  verdict.parting_deviations = curvature / std::sqrt(variance);
 }
 
 // A line that touches a path holds the light of the part in which the path is within some three

@@ -21,15 +21,21 @@ struct PathVerdict {
   double signal_gap = 0;
   // What the straight line leaves uncertain of the delay at mid-frame and of the travel.
   double off_delay_ns = 0, off_travel_ns = 0;
+  // The spread of the light is larger at the frame's ends, by so many deviations, as that of two
+  // targets whose travels are off by -+parting_ns. Travels that differ much are off by more.
+  double parting_ns = 0, parting_deviations = 0;
 
   // The path surely bends; chance says so in one frame of a million.
   [[nodiscard]] bool bends() const;
+  // The light surely parts over the frame, and is not that of a path that bends.
+  [[nodiscard]] bool parts() const;
   // Nothing speaks for a bend, and no part of the frame is without its signal, as it would be where
   // the line touches a path that bends away from it.
   [[nodiscard]] bool is_straight() const;
   // Says in an estimate with a straight path what speaks against that path, and puts into the
-  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap. scale:
-  // the estimate's clock over the pattern's. length_ns: of the frame, pattern's clock.
+  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap, nor
+  // the light parts. scale: the estimate's clock over the pattern's. length_ns: of the frame,
+  // pattern's clock.
   void widen(Estimate& estimate, double scale, double length_ns) const;
 };
 
@@ -39,6 +45,10 @@ struct PathVerdict {
 //
 // Where a path bends by many pulse widths, the best straight line touches it in a part of the
 // frame, and the rest of the frame is without signal. A target that comes and goes looks the same.
+//
+// Two targets at the same distance that move otherwise look like one between them, whose velocity
+// is neither's. Their light is spread by more at the frame's ends than in its middle (see
+// CrossingCheck).
 //
 // Design note: each photon's part of the slope is looked up in 64 steps of its time about the
 // pulse, which costs 2 us a frame and loses 2 % of the bend's information.
@@ -67,6 +77,10 @@ class PathCheck {
     signal_[part < parts ? part : parts - 1] += chance_[step];
     spread_ += chance_[step] * chance_[step];
     moments_ += chance_[step] * Eigen::Vector2d(share, share * share);
+    const double curve = curve_[step];
+    spread_score_ += curve * by;
+    spread_moments_ += by * by.transpose();
+    curves_ += curve * curve;
   }
 
   // What the photons added since begin() say. pulses: whose photons were added, all over the frame.
@@ -79,6 +93,7 @@ class PathCheck {
   void judge_light(double dark, PathVerdict& verdict) const;
   void step_to_bend(PathVerdict& verdict) const;
   void bend_away(double dark, PathVerdict& verdict) const;
+  void part(PathVerdict& verdict) const;
 
   const PulseShape& shape_;
   double first_ns_ = 0, steps_per_ns_ = 0;
@@ -86,11 +101,16 @@ class PathCheck {
   bool sends_evenly_ = false;
   std::array<double, steps> slope_{};   // of log lambda by the delay, at a time about the pulse
   std::array<double, steps> chance_{};  // that a photon there is signal
+  std::array<double, steps> curve_{};   // the slope of log lambda by the pulse's variance
   std::array<double, parts> signal_{};  // photons of signal in each part of the frame
   double spread_ = 0;                   // the variance of all signal_ together
   Eigen::Vector2d moments_ = Eigen::Vector2d::Zero();  // of the signal over the frame
   Eigen::Vector3d score_ = Eigen::Vector3d::Zero();    // by delay, travel and bend
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
+  // Of the spread by its mean, slope and curvature over the frame.
+  Eigen::Vector3d spread_score_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d spread_moments_ = Eigen::Matrix3d::Zero();
+  double curves_ = 0;  // squares of the photons' parts
 };
 
 }  // namespace splid

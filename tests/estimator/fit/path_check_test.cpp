@@ -18,6 +18,8 @@ constexpr double sent_width_ns = 0.1;
 struct PathLight {
   int photons = 700;
   double bend_ns = 0;
+  double parting_ns = 0;     // of two that cross at mid-frame, half of what they part by
+  double wide = 1;           // the pulse, in widths
   double from_share = -0.5;  // of the frame, from which on the target is there
   double background_per_ns = 30;
   bool sends_evenly = true;
@@ -25,24 +27,29 @@ struct PathLight {
   // What the check says of one draw. The line is as far off in delay and travel as chance has it.
   PathVerdict drawn(PathCheck& check, std::mt19937_64& random) const {
     std::normal_distribution<double> pulse(0, sent_width_ns);
-    std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), wide(-0.5, 0.5);
+    std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), around(-0.5, 0.5);
     std::poisson_distribution<int> light(photons), dark(background_per_ns);
     const double off_ns = pulse(random) / std::sqrt(photons);
     const double travel_off_ns = pulse(random) * std::sqrt(12.0 / photons);
     check.begin(photons, background_per_ns, sends_evenly);
     for (int n = light(random); n > 0; --n) {
       const double s = over(random);
-      check.add(pulse(random) + off_ns + travel_off_ns * s + bend_ns * (s * s - 1.0 / 12), s);
+      const double side = parting_ns > 0 && n % 2 == 0 ? -1 : 1;
+      check.add(wide * pulse(random) + off_ns + travel_off_ns * s + bend_ns * (s * s - 1.0 / 12) +
+                    side * parting_ns * s,
+                s);
     }
-    for (int n = dark(random); n > 0; --n) check.add(wide(random), all(random));
+    for (int n = dark(random); n > 0; --n) check.add(around(random), all(random));
     return check.judge(1);
   }
 };
 
 struct Drawn {
   double mean_bend_ns = 0, mean_deviations = 0, rms_deviations = 0;
-  int bent = 0, straight = 0;
+  int bent = 0, straight = 0, parted = 0;
   double mean_gap = 0;
+  double rms_parting_deviations = 0;  // of those above 0
+  double mean_parting_ns = 0;
 };
 
 Drawn draw(const PathLight& light, int draws) {
@@ -58,6 +65,9 @@ Drawn draw(const PathLight& light, int draws) {
     drawn.mean_gap += verdict.signal_gap / draws;
     drawn.bent += verdict.bends() ? 1 : 0;
     drawn.straight += verdict.is_straight() ? 1 : 0;
+    drawn.parted += verdict.parts() ? 1 : 0;
+    drawn.rms_parting_deviations += std::pow(verdict.parting_deviations, 2) / draws;
+    drawn.mean_parting_ns += verdict.parting_ns / draws;
   }
   drawn.rms_deviations = std::sqrt(drawn.rms_deviations);
   return drawn;
@@ -90,6 +100,35 @@ TEST(PathCheck, SaysHowMuchAPathBends) {
   const Drawn drawn = draw(light, 300);
   EXPECT_EQ(drawn.bent, 300);
   EXPECT_EQ(drawn.straight, 0);
+}
+
+// Whatever the pulse's width, its light is spread alike over the frame: half of the draws are above
+// none, with the mean square of one. Of 2000 draws that is known to 0.05.
+TEST(PathCheck, APulseDoesNotPart) {
+  for (const double wide : {1.0, 1.5, 2.5}) {
+    PathLight light;
+    light.wide = wide;
+    const Drawn drawn = draw(light, 2000);
+    EXPECT_EQ(drawn.parted, 0) << wide;
+    EXPECT_NEAR(drawn.rms_parting_deviations, 0.5, 0.1) << wide;
+  }
+}
+
+// One step of scoring tells half of how far two part at a few widths, and the more of it the less
+// that is.
+TEST(PathCheck, SaysHowFarTwoPart) {
+  PathLight light;
+  light.photons = 1400;
+  for (const double widths : {2.0, 3.0}) {
+    light.parting_ns = widths * sent_width_ns;
+    const Drawn drawn = draw(light, 200);
+    EXPECT_GE(drawn.parted, widths > 2 ? 199 : 150);
+    EXPECT_GT(drawn.mean_parting_ns, 0.5 * light.parting_ns);
+    EXPECT_LT(drawn.mean_parting_ns, light.parting_ns);
+  }
+  light.parting_ns = 0;
+  light.bend_ns = 8 * sent_width_ns;
+  EXPECT_EQ(draw(light, 200).parted, 0);  // it bends
 }
 
 TEST(PathCheck, SeesTheGapOfATargetThatIsThereInAPartOfTheFrame) {
@@ -182,6 +221,25 @@ TEST(PathOfAFrame, ThatALineOnlyTouchesHasAGapAndWideDeviations) {
   }
   EXPECT_LT(delays_off, 4);
   EXPECT_LT(velocities_off, 4);
+}
+
+// Two at the same distance are taken for one whose velocity is between theirs.
+TEST(PathOfAFrame, OfTwoThatPartHasADeviationThatHoldsBothVelocities) {
+  const test::FrameMaker first = accelerating_target(0);
+  for (const double faster_mps : {1.5, 2.0, 3.0}) {
+    test::FrameMaker second = first;
+    second.velocity_mps += faster_mps;
+    FrameEstimator estimator(first.pattern, {}, {}, {}, first.length_ms, 100'000);
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+      ASSERT_EQ(e.status, FrameStatus::ok);
+      EXPECT_TRUE(e.pulse_misfit);
+      for (const test::FrameMaker& target : {first, second}) {
+        const double off_mps = std::abs(e.velocity_mps - target.velocity_mps);
+        EXPECT_LT(off_mps, 2.5 * e.std_velocity_mps) << faster_mps << ' ' << seed;
+      }
+    }
+  }
 }
 
 TEST(PathOfAFrame, ThatIsStraightOrWhoseBendIsFittedSaysNothing) {
