@@ -164,7 +164,7 @@ class Parts {
       row(name, adds * bins, limits_.add,
           [&] { add_up_circle(grid, memory[0].data(), most, tree); });
     } else {
-      PartLines lines(kernels, {&grid, 1}, parts.size());
+      PartLines lines(kernels, {&grid, 1}, rows.part_copies());
       row(name, adds * bins, limits_.add, [&] { add_up_parts(grid, parts, memory, most, lines); });
     }
     LineSearch search(train_, frame_.size(), {&grid, 1});

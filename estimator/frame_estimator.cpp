@@ -181,7 +181,8 @@ struct FrameEstimator::Workspace {
   void fill(Estimate& estimate, const Fit& fit, const SyncFit& sync, double bend_ns = 0) const;
   void fill_acceleration(Estimate& estimate, const BentFit& bent) const;
   void fill_one(Estimate& estimate, const Fit& fit, const SyncFit& sync);
-  void say_pulse(Estimate& estimate) const;
+  void say_light(Estimate& estimate, const PathVerdict& path, const PulseVerdict& pulse) const;
+  void say_pulse(Estimate& estimate, const PulseVerdict& pulse) const;
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
@@ -415,7 +416,7 @@ void FrameEstimator::Workspace::take(const BentFit& found, const FrameView& view
   if (!has_pattern(bends->straightened(frame, bent.bend_ns), bent.fit, estimate)) return;
   fill(estimate, at_mid, view.sync, bent.bend_ns);
   fill_acceleration(estimate, bent);
-  say_pulse(estimate);
+  say_pulse(estimate, pulse_verdict);
   finish(view, estimate, track);
 }
 
@@ -447,6 +448,7 @@ bool FrameEstimator::Workspace::estimate_several(const FrameView& view, Fit& bes
     fill(estimate, found[k].fit, view.sync);
     estimate.range_odds_nats = found[k].range_odds_nats;
     estimate.amplitude_misfit = found[k].amplitude_misfit;
+    say_light(estimate, found[k].path, found[k].pulse);
     finish(view, estimate, k == 0 ? track : nullptr);
     estimate.targets.at(k) = estimate.first_target();
     estimate.targets.at(k).shape_odds_nats = found[k].shape_odds_nats;
@@ -487,16 +489,27 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   std::optional<FittedWidth> fitted;
   if (width) fitted = width->climb(frame, Exposure(frame, train), fit, fit.covariance(1, 1) > 0);
   fill(estimate, fitted ? fitted->fit : fit, sync);
-  pattern_check.judge_path(frame).widen(estimate, to_reference(), frame.length_ns);
-  if (fitted) return fitted->say_width(estimate);
-  say_pulse(estimate);
+  const PathVerdict path = pattern_check.judge_path(frame);
+  if (!fitted) return say_light(estimate, path, pulse_verdict);
+  path.widen(estimate, to_reference(), frame.length_ns);
+  fitted->say_width(estimate);
 }
 
-void FrameEstimator::Workspace::say_pulse(Estimate& estimate) const {
-  estimate.pulse_excess = pulse_verdict.excess;
-  estimate.std_pulse_excess = pulse_verdict.std_excess;
-  if (!pulse_verdict.misfit) return;
-  pulse_verdict.misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
+// What speaks against a straight path and the configured pulse.
+void FrameEstimator::Workspace::say_light(Estimate& estimate, const PathVerdict& path,
+                                          const PulseVerdict& pulse) const {
+  estimate.acceleration_misfit_mps2.reset();
+  estimate.signal_gap.reset();
+  path.widen(estimate, to_reference(), frame.length_ns);
+  say_pulse(estimate, pulse);
+}
+
+void FrameEstimator::Workspace::say_pulse(Estimate& estimate, const PulseVerdict& pulse) const {
+  estimate.pulse_excess = pulse.excess;
+  estimate.std_pulse_excess = pulse.std_excess;
+  estimate.pulse_misfit.reset();
+  if (!pulse.misfit) return;
+  pulse.misfit->widen(estimate, shape->width_ns() * to_reference(), train.amplitude_per_ns);
 }
 
 void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate,

@@ -57,6 +57,9 @@ void write_targets(JsonWriter& json, const FrameMessage& message) {
         .number("significance", target.significance)
         .number("range_odds_nats", target.range_odds_nats)
         .number("amplitude_misfit", target.amplitude_misfit)
+        .number("pulse_misfit", target.pulse_misfit)
+        .number("acceleration_misfit_mps2", target.acceleration_misfit_mps2)
+        .number("signal_gap", target.signal_gap)
         .number("shape_odds_nats", target.shape_odds_nats);
     JsonWriter std_members;
     std_members.number("distance_m", target.std_distance_m)
@@ -219,6 +222,9 @@ FrameMessage::Target target_from(const Members& members, const std::string& wher
   target.significance = members.number("significance");
   target.range_odds_nats = members.number("range_odds_nats");
   target.amplitude_misfit = members.number("amplitude_misfit");
+  target.pulse_misfit = members.number("pulse_misfit");
+  target.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
+  target.signal_gap = members.number("signal_gap");
   target.shape_odds_nats = members.number("shape_odds_nats");
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, where + "/std");

@@ -62,6 +62,9 @@ struct FrameMessage {
     std::optional<double> significance;  // nats gained over the frame's other targets alone
     std::optional<double> range_odds_nats;
     std::optional<double> amplitude_misfit;
+    std::optional<double> pulse_misfit;
+    std::optional<double> acceleration_misfit_mps2;
+    std::optional<double> signal_gap;
     // Log of the odds that it is a target, against the flank of a brighter one's pulse.
     std::optional<double> shape_odds_nats;
   };

@@ -17,7 +17,7 @@ constexpr double bytes_a_mib = 1 << 20;
 constexpr double program_mib = 17;  // with its libraries
 constexpr double estimator_mib = 2;
 // Of a search over velocities; less where the fastest target moves less than that in a frame.
-constexpr double search_mib = 10;
+constexpr double search_mib = 12;
 constexpr double widest_m = 0.05 * 150;
 
 double frame_mib(const FrameCapacity& capacity) {

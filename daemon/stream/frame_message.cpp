@@ -109,6 +109,9 @@ FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameC
   target.significance = estimate.significance_nats;
   target.range_odds_nats = estimate.range_odds_nats;
   target.amplitude_misfit = estimate.amplitude_misfit;
+  target.pulse_misfit = estimate.pulse_misfit;
+  target.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
+  target.signal_gap = estimate.signal_gap;
   target.shape_odds_nats = estimate.shape_odds_nats;
   return target;
 }

@@ -43,6 +43,7 @@ struct TargetEstimate {
   double significance_nats = 0;
   double range_odds_nats = 0;
   std::optional<double> amplitude_misfit;
+  std::optional<double> pulse_misfit, acceleration_misfit_mps2, signal_gap;
   // How sure it is that this weak target is not the flank of a brighter one's pulse, close to which
   // it is; see FlankCheck.
   std::optional<double> shape_odds_nats;
@@ -121,6 +122,9 @@ struct Estimate {
             significance_nats,
             range_odds_nats,
             amplitude_misfit,
+            pulse_misfit,
+            acceleration_misfit_mps2,
+            signal_gap,
             std::nullopt};
   }
 };

@@ -241,10 +241,14 @@ template std::uint32_t CombRows::fill(const SearchGrid&, std::uint16_t*, std::ui
 template std::uint32_t CombRows::fill(const SearchGrid&, std::uint32_t*, std::uint32_t*,
                                       std::uint32_t*);
 
-std::size_t CombRows::most_parts() const {
-  std::size_t most = 0;
-  for (const std::vector<Part>& parts : parts_) most = std::max(most, parts.size());
-  return most;
+std::vector<std::uint32_t> CombRows::part_copies() const {
+  std::vector<std::uint32_t> copies;
+  if (!train_.single()) return copies;
+  for (const Part& part : parts_.front()) {
+    if (!part.taken_off) copies.push_back(part.copies);
+  }
+  if (copies.size() < 2) copies.clear();
+  return copies;
 }
 
 std::span<const std::uint32_t> CombRows::part_bins(const SearchGrid& grid) {

@@ -56,8 +56,9 @@ class CombRows {
   template <class Count>
   std::uint32_t fill(const SearchGrid& grid, Count* rows, Count* histogram, Count* parts);
 
-  // The most periodic parts that a comb is made of.
-  [[nodiscard]] std::size_t most_parts() const;
+  // Of a comb that is made of periodic parts, how many periods of each part the circle has; empty
+  // where it is made of less than two.
+  [[nodiscard]] std::vector<std::uint32_t> part_copies() const;
   // Of a comb that is made of periodic parts, how many bins one period of each part has. Rows of
   // the circle are then the sum of those that fill_part_period() fills, side by side, but that
   // photons at pulses which are in two parts count twice. Empty where that is not so. Valid until

@@ -15,7 +15,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
       kernels_(search_kernels(level)),
       rows_(train, max_photons, kernels_),
       tree_(kernels_, grids),
-      part_lines_(kernels_, grids, rows_.most_parts()) {
+      part_lines_(kernels_, grids, rows_.part_copies()) {
   std::size_t most_slices = 0;
   for (const SearchGrid& grid : grids) {
     buffer_cells_ = std::max(buffer_cells_, grid.cells());
@@ -26,7 +26,7 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
   kept_.reserve(max_cells + 1);
   cells_.reserve(most_slices * max_cells);
   delays_.reserve(max_delays + 1);
-  most_in_parts_.reserve(rows_.most_parts());
+  most_in_parts_.reserve(rows_.part_copies().size());
 }
 
 template <class Count>

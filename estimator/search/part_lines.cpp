@@ -16,17 +16,16 @@ std::uint32_t largest_of(const SearchKernels&, const std::uint32_t* line, std::s
 }  // namespace
 
 PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
-                     std::size_t parts)
+                     std::span<const std::uint32_t> copies)
     : kernels_(kernels) {
-  // A part has two periods in the circle at least.
-  std::vector<SearchGrid> halves(grids.begin(), grids.end());
-  for (SearchGrid& grid : halves) {
-    grid.bins = grid.bins / 2 + 1;
-    longest_ = std::max<std::size_t>(longest_, grid.bins);
-  }
-  if (parts > 1) {
-    trees_.reserve(parts);
-    for (std::size_t k = 0; k < parts; ++k) trees_.emplace_back(kernels, halves);
+  trees_.reserve(copies.size());
+  for (const std::uint32_t periods : copies) {
+    std::vector<SearchGrid> own(grids.begin(), grids.end());
+    for (SearchGrid& grid : own) {
+      grid.bins = std::max(1U, grid.bins / periods);
+      longest_ = std::max<std::size_t>(longest_, grid.bins);
+    }
+    trees_.emplace_back(kernels, own);
   }
   memory_.resize((trees_.size() + 1) * longest_);
   parts_.reserve(trees_.size());

@@ -20,8 +20,9 @@ namespace splid {
 // Threads: one thread for each object. Errors: none. No allocation after construction.
 class PartLines {
  public:
-  // grids: all that add_up() will be given. parts: so many at most.
-  PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids, std::size_t parts);
+  // grids: all that add_up() will be given. copies: how many periods of each part the circle has.
+  PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
+            std::span<const std::uint32_t> copies);
 
   // Forgets all parts.
   void clear() { parts_.clear(); }

@@ -450,13 +450,15 @@ std::optional<FoundTarget> SeveralTargets::judge_one(const FoldedFrame& frame, s
   const double least_nats = least_nats_.at(searched_.at(target));
   if (found.fit.gain_nats < std::max(threshold_nats_, least_nats)) return std::nullopt;
   rest_.take_some(stays_, static_cast<unsigned>(target), frame);
-  const PatternVerdict pattern = pattern_check_.judge_light(rest_, found.fit.parameters);
+  const PatternVerdict pattern = pattern_check_.judge(rest_, found.fit.parameters);
   if (pattern.fault != PatternFault::none) return std::nullopt;
   const std::optional<double> odds_nats = range_odds_nats(target, found.fit);
   if (!odds_nats) return std::nullopt;
   found.range_odds_nats = std::min(*odds_nats, pair_odds_nats_.at(target).value_or(*odds_nats));
   found.shape_odds_nats = claims_.shape_odds_nats(searched_.at(target));
   found.amplitude_misfit = pattern.amplitude_misfit;
+  found.pulse = pattern_check_.judge_pulse(rest_, found.fit.parameters);
+  found.path = pattern_check_.judge_path(rest_);
   const DelayLine line = found.fit.parameters.line;
   found.moves = !moving && search_.fit_moving(rest_, line).gain_nats >
                                search_.fit_at_rest(rest_, line.delay_ns).gain_nats +

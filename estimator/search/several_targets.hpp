@@ -21,7 +21,10 @@ struct FoundTarget {
   double range_odds_nats = 0;
   std::optional<double> amplitude_misfit;
   std::optional<double> shape_odds_nats;  // where FlankCheck was asked
-  bool moves = false;                     // although targets are taken to be at rest
+  // Of its light in what is left of the frame without the others.
+  PulseVerdict pulse;
+  PathVerdict path;
+  bool moves = false;  // although targets are taken to be at rest
 };
 
 // Finds the targets that a frame shows beside its best one. What the frame shows at once is fitted

@@ -93,6 +93,15 @@ class Target:
     @property
     def range_odds_nats(self) -> float: ...
     @property
+    def pulse_misfit(self) -> float:
+        """By how much its pulse is wider than configured; NaN where it is not surely so."""
+    @property
+    def acceleration_misfit_mps2(self) -> float:
+        """About how much it accelerates though it is taken not to; NaN where it is not surely so."""
+    @property
+    def signal_gap(self) -> float:
+        """The share of the frame without its light; NaN where there is surely none."""
+    @property
     def shape_odds_nats(self) -> float:
         """How surely a weak target is no part of the pulse of a brighter one; NaN where none is close."""
 

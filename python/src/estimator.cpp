@@ -221,6 +221,9 @@ void bind_target(py::module_& module) {
   const auto value = [](double TargetEstimate::*member, double factor = 1) {
     return [=](const TargetResult& self) { return factor * (self.target.*member); };
   };
+  const auto if_there = [](std::optional<double> TargetEstimate::*member) {
+    return [=](const TargetResult& self) { return (self.target.*member).value_or(unknown); };
+  };
   py::class_<TargetResult>(module, "Target", target_doc)
       .def_property_readonly("status",
                              [](const TargetResult& self) { return to_string(self.target.status); })
@@ -240,9 +243,11 @@ void bind_target(py::module_& module) {
       .def_property_readonly("std_signal_per_pulse", value(&TargetEstimate::std_signal_per_pulse))
       .def_property_readonly("significance", value(&TargetEstimate::significance_nats))
       .def_property_readonly("range_odds_nats", value(&TargetEstimate::range_odds_nats))
-      .def_property_readonly("shape_odds_nats", [](const TargetResult& self) {
-        return self.target.shape_odds_nats.value_or(unknown);
-      });
+      .def_property_readonly("pulse_misfit", if_there(&TargetEstimate::pulse_misfit))
+      .def_property_readonly("acceleration_misfit_mps2",
+                             if_there(&TargetEstimate::acceleration_misfit_mps2))
+      .def_property_readonly("signal_gap", if_there(&TargetEstimate::signal_gap))
+      .def_property_readonly("shape_odds_nats", if_there(&TargetEstimate::shape_odds_nats));
 }
 
 void bind_clock(py::class_<FrameResult>& type) {

@@ -85,6 +85,8 @@ def test_a_frame_has_all_its_targets(scene):
     assert first.distance_m == found.distance_m and first.significance > 100
     assert first.signal_per_pulse > second.signal_per_pulse
     assert np.isnan(second.shape_odds_nats)  # too far to be a part of the first one's pulse
+    for target in (first, second):
+        assert np.isnan([target.pulse_misfit, target.acceleration_misfit_mps2, target.signal_gap]).all()
     apart_m = first.distance_m - second.distance_m
     assert abs(apart_m - 2) < 5 * np.hypot(first.std_distance_m, second.std_distance_m)
     assert abs(second.velocity_mps - 20) < 5 * second.std_velocity_mps

@@ -134,6 +134,10 @@ void check_targets(const Estimate& e) {
       must(std::isfinite(value), "a target's values are finite");
     }
     must(target.signal_per_pulse >= 0, "a target's flux is not negative");
+    must(target.pulse_misfit.value_or(0) > -1, "a pulse has a width");
+    must(std::isfinite(target.acceleration_misfit_mps2.value_or(0)), "a bend is finite");
+    must(target.signal_gap.value_or(0) >= 0 && target.signal_gap.value_or(0) <= 1,
+         "a gap is a share of the frame");
     must(target.shape_odds_nats.value_or(1) > 0, "a target is likelier than a pulse's flank");
     must(k == 0 || target.signal_per_pulse <= e.targets.at(k - 1).signal_per_pulse,
          "the brightest target is first");

@@ -123,6 +123,9 @@ FrameMessage with_targets() {
   first.significance = 2210.5;
   first.range_odds_nats = 1180.25;
   first.amplitude_misfit = 0.25;
+  first.pulse_misfit = 0.5;
+  first.acceleration_misfit_mps2 = -12;
+  first.signal_gap = 0.125;
   first.shape_odds_nats = 3.5;
   FrameMessage::Target second;
   second.status = FrameStatus::ambiguous;
@@ -138,6 +141,7 @@ TEST(FrameMessage, ListsItsTargets) {
       HasSubstr(R"("targets":[{"status":"ok","distance_m":278.0625,"velocity_mps":-12.5,)"
                 R"("signal_per_pulse":0.00135,"signal_per_period":0.054,"delay_ns":1855.125,)"
                 R"("significance":2210.5,"range_odds_nats":1180.25,"amplitude_misfit":0.25,)"
+                R"("pulse_misfit":0.5,"acceleration_misfit_mps2":-12,"signal_gap":0.125,)"
                 R"("shape_odds_nats":3.5,)"
                 R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05}},)"
                 R"({"status":"ambiguous","distance_m":276}])"));

@@ -109,6 +109,9 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   estimate.targets[1].delay_ns = 2100;
   estimate.targets[1].std_delay_ns = 0.02;
   estimate.targets[1].shape_odds_nats = 4.5;
+  estimate.targets[1].pulse_misfit = 0.4;
+  estimate.targets[1].acceleration_misfit_mps2 = 30;
+  estimate.targets[1].signal_gap = 0.25;
   estimate.targets[1].signal_per_pulse = 5e-4;
   estimate.targets[1].std_velocity_mps = 0;
   const FrameMessage message = make();
@@ -120,6 +123,10 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   EXPECT_FALSE(second.std_velocity_mps);
   EXPECT_DOUBLE_EQ(second.signal_per_period.value(), 0.02);
   EXPECT_EQ(second.shape_odds_nats, 4.5);
+  EXPECT_EQ(second.pulse_misfit, 0.4);
+  EXPECT_EQ(second.acceleration_misfit_mps2, 30);
+  EXPECT_EQ(second.signal_gap, 0.25);
+  EXPECT_FALSE(message.targets->front().pulse_misfit);
   EXPECT_FALSE(message.targets->front().shape_odds_nats);
   estimate.status = FrameStatus::no_target;
   estimate.has_values = false;

@@ -47,7 +47,9 @@ struct PartsOfAComb {
 template <class Count>
 void expect_lines_above(const PartsOfAComb<Count>& parts, const SearchKernels& kernels) {
   const std::size_t most = parts.grid.slices - 1;
-  PartLines lines(kernels, {&parts.grid, 1}, parts.bins.size());
+  std::vector<std::uint32_t> copies;
+  for (const std::uint32_t period : parts.bins) copies.push_back(parts.grid.bins / period);
+  PartLines lines(kernels, {&parts.grid, 1}, copies);
   for (const int sign : {1, -1}) {
     lines.clear();
     for (std::size_t k = 0; k < parts.bins.size(); ++k) {
