@@ -109,19 +109,9 @@ void PatternCheck::add_bins(const PulseTrain::Stretch& stretch, const PulseShape
 }
 
 PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParameters& found) {
-  notes_places_ = true;
   path_.begin(found.signal_per_pulse * train_.amplitude_per_ns / train_.pulses_per_ns,
               found.background_per_ns,
               train_.single() && frame.seen_ns > 0.99 * frame.length_ns * frame.scale);
-  return judge_counts(frame, found);
-}
-
-PatternVerdict PatternCheck::judge_light(const FoldedFrame& frame, const FrameParameters& found) {
-  notes_places_ = false;
-  return judge_counts(frame, found);
-}
-
-PatternVerdict PatternCheck::judge_counts(const FoldedFrame& frame, const FrameParameters& found) {
   PatternVerdict verdict;
   if (frame.size() == 0) return verdict;
   const double part_seen = count(frame, found.line);
@@ -310,7 +300,6 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns, do
     const double residual_ns = phase * period_ns - pulse.time_ns;
     const bool inside = residual_ns >= first_ns_ && residual_ns <= last_ns_;
     counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
-    if (!notes_places_) continue;
     if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
     if (pulse_.looks()) pulse_.add(residual_ns);
     path_.add(residual_ns, share);

@@ -49,8 +49,6 @@ class PatternCheck {
   // where a pattern of less than eight pulses, in all its stretches together, has as much light
   // between its pulses as three pulses like its own would have, or more.
   PatternVerdict judge(const FoldedFrame& frame, const FrameParameters& found);
-  // The same, in less time, where nobody will ask for the pulse and the path.
-  PatternVerdict judge_light(const FoldedFrame& frame, const FrameParameters& found);
   // Whether the photons that the last judge() counted, with the same arguments, lie about their
   // pulses as the configured pulse says.
   [[nodiscard]] PulseVerdict judge_pulse(const FoldedFrame& frame,
@@ -81,7 +79,6 @@ class PatternCheck {
   };
 
   void add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape, Part& part);
-  PatternVerdict judge_counts(const FoldedFrame& frame, const FrameParameters& found);
   double count(const FoldedFrame& frame, DelayLine line);
   void expect(const FoldedFrame& frame, const FrameParameters& found, double part_seen,
               double periods);
@@ -100,7 +97,6 @@ class PatternCheck {
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;
-  bool notes_places_ = true;           // of the photons, for pulse_ and path_
   std::vector<Part> parts_;            // of each stretch
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern
   std::vector<double> turns_;          // of each pulse: the `turns` of its part

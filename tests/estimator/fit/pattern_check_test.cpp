@@ -54,32 +54,6 @@ TEST(PatternCheck, SaysNothingWhereThePatternIsRight) {
   EXPECT_EQ(look(made, made.pattern, 50).frames, 0);
 }
 
-// The quick look says of the light what the whole one does.
-TEST(PatternCheck, JudgesTheLightAloneAlike) {
-  test::FrameMaker made = pattern_scene();
-  made.pattern = uneven(made.pattern, 0.6);
-  made.signal_per_pulse = 9e-3;
-  const auto frame = made.make(3);
-  const Pattern even = pattern_scene().pattern;
-  const PulseTrain train(even);
-  FoldedFrame folded(train, frame.photons_ps.size());
-  folded.fold(frame.view(), train);
-  const auto shape = make_gaussian(0.1);
-  PatternCheck check(train, *shape, folded.reach_ns());
-  const double beta = made.velocity_mps / 299792458.0;
-  FrameParameters at = {
-      {2 * made.distance_m / 0.299792458 / (1 + beta), 2 * beta / (1 + beta) * folded.length_ns},
-      made.signal_per_pulse,
-      made.background_per_ns};
-  const PatternVerdict quick = check.judge_light(folded, at), whole = check.judge(folded, at);
-  ASSERT_TRUE(whole.amplitude_misfit);
-  EXPECT_EQ(quick.fault, whole.fault);
-  EXPECT_EQ(quick.amplitude_misfit, whole.amplitude_misfit);
-  at.line.delay_ns += 180;  // half of the pulses have light there
-  EXPECT_NE(check.judge(folded, at).fault, PatternFault::none);
-  EXPECT_NE(check.judge_light(folded, at).fault, PatternFault::none);
-}
-
 // Of pulses 9 ns apart the first hides the second from a detector that is blind for 50 ns.
 TEST(PatternCheck, KnowsThatABlindDetectorMissesPulses) {
   for (const bool is_uneven : {false, true}) {
