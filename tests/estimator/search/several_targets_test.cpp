@@ -12,42 +12,15 @@
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/frame_maker.hpp"
 #include "tests/support/sanitized.hpp"
+#include "tests/support/several_scene.hpp"
 
 namespace splid {
 namespace {
 
-constexpr double several_c_m_per_ns = 0.299792458;
-
-// [P]'s experiment in 20 ms, with a target at `off_ns` beside [P]'s.
-test::FrameMaker scene_of(double off_ns = 0, double velocity_mps = 20, double signal = 13.5e-4) {
-  test::FrameMaker made;
-  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
-  made.length_ms = 20;
-  made.distance_m += off_ns * several_c_m_per_ns / 2;
-  made.velocity_mps = velocity_mps;
-  made.signal_per_pulse = signal;
-  return made;
-}
-
-FrameEstimator several(const test::FrameMaker& made, std::int64_t targets,
-                       SceneOptions scene = {}) {
-  scene.targets = targets;
-  return {made.pattern, {}, scene, {}, made.length_ms, 100'000};
-}
-
-double off_of(const TargetEstimate& found, const test::FrameMaker& truth) {
-  return std::remainder(found.delay_ns - 2 * truth.distance_m / several_c_m_per_ns, 3780);
-}
-
-void expect_is(const TargetEstimate& found, const test::FrameMaker& truth) {
-  EXPECT_EQ(found.status, FrameStatus::ok);
-  EXPECT_GT(found.std_delay_ns, 0);
-  EXPECT_LT(std::abs(off_of(found, truth)), 5 * found.std_delay_ns);
-  EXPECT_LT(std::abs(found.velocity_mps - truth.velocity_mps), 5 * found.std_velocity_mps);
-  EXPECT_LT(std::abs(found.signal_per_pulse - truth.signal_per_pulse),
-            5 * found.std_signal_per_pulse);
-  EXPECT_GT(found.significance_nats, 20);
-}
+using test::expect_is;
+using test::off_of;
+using test::scene_of;
+using test::several;
 
 TEST(SeveralTargets, AreListedStrongestFirstWithTheirOwnValues) {
   const test::FrameMaker first = scene_of();
@@ -320,123 +293,6 @@ TEST(SeveralTargets, OneOfATwentiethSaysHowSurelyItIsNoFlank) {
   }
 }
 
-// Two lines that cross leave little over beside them, but much at the comb's shoulders.
-TEST(SeveralTargets, CrossingLinesHaveNoShoulders) {
-  const test::FrameMaker first = scene_of(0, 20, 33e-4), second = scene_of(0, 25, 33e-4);
-  FrameEstimator estimator = several(first, 2);
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
-    for (std::size_t k = 0; k < e.target_count; ++k) {
-      EXPECT_LT(std::abs(off_of(e.targets.at(k), first)), 0.5) << seed;
-    }
-  }
-}
-
-// Lines that cross are told apart where they are so close that others are not.
-TEST(SeveralTargets, ThatCrossAreToldApart) {
-  const test::FrameMaker first = scene_of(0, 20, 40e-4);
-  const test::FrameMaker scenes[] = {scene_of(0, 23.4, 40e-4), scene_of(0.05, 16, 30e-4)};
-  for (const std::int64_t targets : {2, 4}) {
-    FrameEstimator estimator = several(first, targets);
-    for (const test::FrameMaker& second : scenes) {
-      double squares = 0;
-      int resolved = 0;
-      for (std::uint64_t seed = 0; seed < 30; ++seed) {
-        const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
-        if (e.target_count != 2) continue;
-        ++resolved;
-        const bool in_order = (e.targets[0].velocity_mps > e.targets[1].velocity_mps) ==
-                              (first.velocity_mps > second.velocity_mps);
-        const TargetEstimate& own = e.targets[in_order ? 0 : 1];
-        expect_is(own, first);
-        expect_is(e.targets[in_order ? 1 : 0], second);
-        squares += std::pow((own.velocity_mps - 20) / own.std_velocity_mps, 2);
-      }
-      EXPECT_GE(resolved, 29);
-      EXPECT_NEAR(squares / resolved, 1, 4 * std::sqrt(2.0 / 30));
-    }
-  }
-}
-
-// Where the delays of two differ by a multiple of one rate's period, half of each one's light is on
-// the other's place, and parts from it there.
-TEST(SeveralTargets, HalfOfAnotherCombIsNotWhatCrosses) {
-  const test::FrameMaker first = scene_of(0, 20, 40e-4);
-  const test::FrameMaker scenes[] = {scene_of(360, 22.8, 40e-4), scene_of(-180, 16.5, 25e-4),
-                                     scene_of(189.02, 24, 20e-4), scene_of(180, 17.9, 38e-4)};
-  for (const std::int64_t targets : {2, 3}) {
-    FrameEstimator estimator = several(first, targets);
-    for (const test::FrameMaker& second : scenes) {
-      int resolved = 0;
-      for (std::uint64_t seed = 0; seed < 30; ++seed) {
-        const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
-        const auto found = std::span(e.targets).first(e.target_count);
-        if (std::any_of(found.begin(), found.end(),
-                        [](const auto& target) { return target.status != FrameStatus::ok; })) {
-          continue;
-        }
-        resolved += found.size() == 2 ? 1 : 0;
-        for (const TargetEstimate& target : found) {
-          const bool is_first = std::abs(target.velocity_mps - 20) <
-                                std::abs(target.velocity_mps - second.velocity_mps);
-          expect_is(target, is_first ? first : second);
-        }
-      }
-      EXPECT_GE(resolved, 20);
-    }
-  }
-}
-
-// The same of a fourth target, which is looked for beside those that have been found.
-TEST(SeveralTargets, HalfOfAFourthCombIsNotWhatCrosses) {
-  const test::FrameMaker first = scene_of(0, 20, 33e-4);
-  const std::vector<test::FrameMaker> others = {
-      scene_of(1042.6, 20.4, 33e-4), scene_of(823.2, 20.5, 33e-4), scene_of(-2646.1, 25, 18e-4)};
-  FrameEstimator estimator = several(first, 4);
-  for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const Estimate e = estimator.estimate(first.make_with(others, seed).view());
-    ASSERT_EQ(e.target_count, 4U) << seed;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const double off_ns = off_of(e.targets.at(k), first);
-      EXPECT_TRUE(std::abs(off_ns) < 0.1 || std::abs(off_ns - 1042.6) < 0.1 ||
-                  std::abs(off_ns - 823.2) < 0.1 || std::abs(off_ns - 1133.9) < 0.1)
-          << seed << ' ' << off_ns;
-      if (std::abs(off_ns) < 0.1) {
-        EXPECT_NEAR(e.targets.at(k).velocity_mps, 20, 1);
-      }
-    }
-  }
-}
-
-// Such lights need not gain what a target does that may be anywhere, only part more surely than the
-// false alarm rate says: these gain 24 nats on average where 22 are asked for elsewhere.
-TEST(SeveralTargets, ThatHardlyCrossAreToldApartInMostFrames) {
-  const test::FrameMaker first = scene_of(0, 20, 40e-4), second = scene_of(0, 22.4, 40e-4);
-  FrameEstimator estimator = several(first, 2);
-  int resolved = 0;
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    resolved +=
-        estimator.estimate(first.make_with({second}, seed).view()).target_count == 2 ? 1 : 0;
-  }
-  EXPECT_GE(resolved, 155);
-}
-
-// Its light is spread over more than a pulse at both ends of the frame and in its middle.
-TEST(SeveralTargets, APathThatBendsIsOneTarget) {
-  SceneOptions scene;
-  scene.motion = Motion::moving;
-  test::FrameMaker made = scene_of(0, 20, 40e-4);
-  FrameEstimator estimator = several(made, 2, scene);
-  for (const double acceleration_mps2 : {300.0, 500.0, 800.0}) {
-    made.acceleration_mps2 = acceleration_mps2;
-    for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      const Estimate e = estimator.estimate(made.make(seed).view());
-      EXPECT_EQ(e.target_count, 0U) << acceleration_mps2;
-      EXPECT_TRUE(e.acceleration_misfit_mps2.has_value()) << acceleration_mps2;
-    }
-  }
-}
-
 // Behind a weak pulse there is more light than the fit has, by two deviations, in one frame of
 // fifty.
 TEST(SeveralTargets, ChanceBehindAClearRiseLosesNoTarget) {
@@ -503,58 +359,6 @@ TEST(SeveralTargets, AWidePulseHasTheValuesOfOneTarget) {
     EXPECT_NEAR(a.std_delay_ns, b.std_delay_ns, 0.01 * a.std_delay_ns) << seed;
     EXPECT_NEAR(a.significance_nats, b.significance_nats, 0.1) << seed;
   }
-}
-
-// Each is judged by itself, in what is left without the other.
-TEST(SeveralTargets, EachSaysWhatItsLightHasAgainstPulseAndPath) {
-  const test::FrameMaker first = scene_of(0, 20, 50e-4);
-  test::FrameMaker wide = scene_of(30, 20, 30e-4), bent = wide, half = wide;
-  wide.sigma_ns = 0.17;
-  bent.acceleration_mps2 = 500;
-  FrameEstimator estimator = several(first, 2);
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Estimate plain = estimator.estimate(first.make_with({half}, seed).view());
-    const Estimate widened = estimator.estimate(first.make_with({wide}, seed).view());
-    const Estimate bends = estimator.estimate(first.make_with({bent}, seed).view());
-    for (const Estimate* e : {&plain, &widened, &bends}) {
-      ASSERT_EQ(e->target_count, 2U);
-      for (std::size_t k = 0; k < 2; ++k) {
-        const bool is_second = k == 1;
-        const TargetEstimate& target = e->targets.at(k);
-        if (e != &bends) {
-          EXPECT_EQ(target.pulse_misfit.has_value(), is_second && e == &widened) << seed;
-        }
-        EXPECT_EQ(target.acceleration_misfit_mps2.has_value(), is_second && e == &bends) << seed;
-        EXPECT_FALSE(target.signal_gap);
-      }
-      EXPECT_FALSE(e->pulse_misfit);  // the first one's
-    }
-    EXPECT_NEAR(*widened.targets[1].pulse_misfit, 0.7, 0.3);
-    EXPECT_GT(widened.targets[1].std_delay_ns, 5 * plain.targets[1].std_delay_ns);
-    EXPECT_LT(widened.targets[0].std_delay_ns, 1.2 * plain.targets[0].std_delay_ns);
-    EXPECT_GT(bends.targets[1].std_velocity_mps, plain.targets[1].std_velocity_mps);
-  }
-}
-
-// Two that cross are not told apart beside a third where two may be listed, and are then one whose
-// deviations hold them both.
-TEST(SeveralTargets, OneOfSeveralMayHoldTwoThatCross) {
-  const test::FrameMaker first = scene_of(30, 20, 50e-4);
-  const test::FrameMaker second = scene_of(0, 20, 40e-4), third = scene_of(0, 24, 40e-4);
-  FrameEstimator estimator = several(first, 2);
-  int held = 0;
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Estimate e = estimator.estimate(first.make_with({second, third}, seed).view());
-    for (std::size_t k = 0; k < e.target_count; ++k) {
-      const TargetEstimate& target = e.targets.at(k);
-      if (std::abs(off_of(target, second)) > 1) continue;
-      const double off_mps =
-          std::min(std::abs(target.velocity_mps - 20), std::abs(target.velocity_mps - 24));
-      EXPECT_LT(off_mps, 5 * target.std_velocity_mps) << seed;
-      held += target.pulse_misfit ? 1 : 0;
-    }
-  }
-  EXPECT_GT(held, 0);
 }
 
 TEST(SeveralTargets, AtRestAreFoundAtRest) {
