@@ -64,10 +64,9 @@ JointStart::Guess JointStart::row_about(const Exposure& exposure, const JointPar
 // A pair whose lines part over the frame, in place of one that the photons are spread as; nothing
 // where they do not surely part.
 //
-// Design note: of a pair that parts by three widths the moments of the photons tell the distance at
-// mid-frame to a width, since the squares of the background's offsets count as much as theirs. What
-// the likelihood has of each photon tells it to a tenth, but takes a wide spread for less than it
-// is, which costs the climb a step.
+// Design note: the moments of the photons do not tell well how far such a pair is apart at
+// mid-frame, since the squares of the background's offsets count as much as theirs. The likelihood
+// weighs each photon by how likely it is light of the pair.
 std::optional<JointParameters> JointStart::parting_pair(const JointParameters& pair) const {
   const TargetParameters& a = pair.targets.at(0);
   const TargetParameters& b = pair.targets.at(1);

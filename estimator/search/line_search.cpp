@@ -114,10 +114,9 @@ void LineSearch::search_parts(const SearchGrid& grid, std::size_t most) {
 
 // Takes off what counts twice in the cells that have been kept, and puts them in order.
 //
-// Design note: one pulse in 41 of [P]'s pattern is in both rates, so that what chance counts in a
-// cell is spread by a percent more. To know each cell's count when it is chosen takes half of the
-// time that is won, since the rows of the circle do not fit into the caches. The best eight, which
-// are tried, are among the sixteen that are chosen but for a few frames in a thousand.
+// Design note: one pulse in 41 of [P]'s pattern is in both rates, so that the choice of the cells
+// sees chance spread by a percent more. To know each cell's count when it is chosen would take rows
+// of the whole circle, which do not fit into the caches.
 void LineSearch::count_once(const SearchGrid& grid) {
   constexpr std::size_t lines = CombRows::lines_at_once;
   static_assert(lines == max_cells);

@@ -83,7 +83,7 @@ TEST(CrossingTargets, HalfOfAnotherCombIsNotWhatCrosses) {
 }
 
 // Such lights need not gain what a target does that may be anywhere, only part more surely than the
-// false alarm rate says: these gain 24 nats on average where 22 are asked for elsewhere.
+// false alarm rate says.
 TEST(CrossingTargets, ThatHardlyCrossAreToldApartInMostFrames) {
   const test::FrameMaker first = scene_of(0, 20, 40e-4), second = scene_of(0, 22.4, 40e-4);
   FrameEstimator estimator = several(first, 2);
