@@ -107,7 +107,8 @@ void SeveralTargets::start_with_first() {
 }
 
 // Fits all that is seen at once together; returns false where that is one target, or not all of it
-// can be claimed. Then the first is what it was, since the light may be that of others too.
+// can be claimed. Then the first is what it was, since the light may be that of others too. But
+// what stands in one light stays together, and what else there is is looked for beside it.
 bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   joint_.likelihood().hold(frame, all_.at);
   const JointStart::Guess guess = start_.guess(exposure_, all_.at, searches_.front(), moving);
@@ -124,13 +125,37 @@ bool SeveralTargets::start_together(const FoldedFrame& frame, bool moving) {
   } else {
     claims_.claim_in_rows(together.at);
   }
-  if (claims_.count() < together.at.count) return false;
+  if (claims_.count() < together.at.count && !is_one_light(together.at)) return false;
   all_ = together;
   is_refined_ = true;
   started_with_ = guess.at.count;
   do_started_part_ = guess.do_part;
   least_nats_ = guess.least_nats;
   return true;
+}
+
+// Whether targets stand in one light: they are three or more, of like signals, move alike, and are
+// so close to each other that their light hardly falls between them.
+//
+// Design note: that is the light of a wide pulse, or of targets that are not told from one. To look
+// for them one after the other ends with the same joint fit, and takes as long again.
+bool SeveralTargets::is_one_light(const JointParameters& at) const {
+  constexpr std::size_t fewest = 3;
+  constexpr double least_alike = 0.5;  // of the brightest one's signal
+  constexpr double most_widths = 3.5;  // to the nearest other
+  if (at.count < fewest) return false;
+  const std::span targets(at.targets.data(), at.count);
+  const auto [dimmest, brightest] = std::minmax_element(
+      targets.begin(), targets.end(), [](const TargetParameters& a, const TargetParameters& b) {
+        return a.signal_per_pulse < b.signal_per_pulse;
+      });
+  if (dimmest->signal_per_pulse < least_alike * brightest->signal_per_pulse) return false;
+  return std::all_of(targets.begin(), targets.end(), [&](const TargetParameters& own) {
+    return move_alike(own.line, targets.front().line) &&
+           std::any_of(targets.begin(), targets.end(), [&](const TargetParameters& other) {
+             return &other != &own && claims_.apart_widths(own, other) < most_widths;
+           });
+  });
 }
 
 // The fit of what is claimed alone.

@@ -65,6 +65,7 @@ class SeveralTargets {
   bool find_all(const FoldedFrame& frame, bool moving, Effort most, bool at_once);
   void start_with_first();
   bool start_together(const FoldedFrame& frame, bool moving);
+  [[nodiscard]] bool is_one_light(const JointParameters& at) const;
   std::optional<Fit> find_in_rest(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
