@@ -1,5 +1,6 @@
 #include "estimator/fit/flank_check.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -36,6 +37,12 @@ FlankCheck::Bins binned(const std::vector<double>& steps) {
     sums.at(i / steps_a_bin) += steps[bins_before * steps_a_bin + i];
   }
   return sums;
+}
+
+// The sum of the products.
+double sum_of(const FlankCheck::Bins& a, const FlankCheck::Bins& b) {
+  using Vector = Eigen::Map<const Eigen::Matrix<double, FlankCheck::bins, 1>>;
+  return Vector(a.data()).dot(Vector(b.data()));
 }
 
 }  // namespace
@@ -95,7 +102,7 @@ double FlankCheck::best_nats(const Bins& counts) {
   }
   Shares at{};
   std::fill_n(at.begin(), parts_.size(), all / static_cast<double>(parts_.size()));
-  for (int round = 0; round < 5; ++round) at = derive(counts, at).next;
+  for (int round = 0; round < 5; ++round) at = maximised(counts, at);
   Slopes slopes = derive(counts, at);
   for (int round = 0; round < rounds; ++round) {
     Shares to = top_of(slopes, at);
@@ -113,32 +120,37 @@ double FlankCheck::best_nats(const Bins& counts) {
   return slopes.nats;
 }
 
-FlankCheck::Slopes FlankCheck::derive(const Bins& counts, const Shares& at) const {
-  Slopes slopes;
-  Bins light{}, ratio, weight;
-  const std::size_t parts = parts_.size();
-  for (std::size_t p = 0; p < parts; ++p) {
+FlankCheck::Bins FlankCheck::light_of(const Shares& at) const {
+  Bins light{};
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
     for (std::size_t i = 0; i < bins; ++i) light[i] += at[p] * parts_[p][i];
   }
+  for (double& all : light) all = std::max(all, 1e-100);
+  return light;
+}
+
+FlankCheck::Shares FlankCheck::maximised(const Bins& counts, const Shares& at) const {
+  Bins ratio = light_of(at);
+  for (std::size_t i = 0; i < bins; ++i) ratio[i] = counts[i] / ratio[i];
+  Shares next{};
+  for (std::size_t p = 0; p < parts_.size(); ++p) next[p] = at[p] * sum_of(ratio, parts_[p]);
+  return next;
+}
+
+FlankCheck::Slopes FlankCheck::derive(const Bins& counts, const Shares& at) const {
+  Slopes slopes;
+  Bins ratio, weight, weighted;
+  const Bins light = light_of(at);
   for (std::size_t i = 0; i < bins; ++i) {
-    const double all = std::max(light[i], 1e-100);
-    ratio[i] = counts[i] / all;
-    weight[i] = ratio[i] / all;
-    slopes.nats += (counts[i] > 0 ? counts[i] * std::log(all) : 0) - light[i];
+    ratio[i] = counts[i] / light[i];
+    weight[i] = ratio[i] / light[i];
+    slopes.nats += (counts[i] > 0 ? counts[i] * std::log(light[i]) : 0) - light[i];
   }
-  for (std::size_t p = 0; p < parts; ++p) {
-    double share = 0;
-    Bins weighted;
-    for (std::size_t i = 0; i < bins; ++i) {
-      share += ratio[i] * parts_[p][i];
-      weighted[i] = weight[i] * parts_[p][i];
-    }
-    slopes.gradient[p] = share - 1;
-    slopes.next[p] = at[p] * share;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    slopes.gradient[p] = sum_of(ratio, parts_[p]) - 1;
+    for (std::size_t i = 0; i < bins; ++i) weighted[i] = weight[i] * parts_[p][i];
     for (std::size_t q = 0; q <= p; ++q) {
-      double product = 0;
-      for (std::size_t i = 0; i < bins; ++i) product += weighted[i] * parts_[q][i];
-      slopes.curvature[p][q] = slopes.curvature[q][p] = product;
+      slopes.curvature[p][q] = slopes.curvature[q][p] = sum_of(weighted, parts_[q]);
     }
   }
   return slopes;

@@ -54,9 +54,13 @@ class FlankCheck {
   // The likelihood of the counts at some shares, in nats, and its derivatives.
   struct Slopes {
     double nats = 0;
-    Shares gradient{}, next{};  // next: the shares of expectation maximisation
+    Shares gradient{};
     std::array<Shares, most_parts> curvature{};
   };
+  // The light in each bin, of which none is dark.
+  [[nodiscard]] Bins light_of(const Shares& at) const;
+  // The shares after a round of expectation maximisation.
+  [[nodiscard]] Shares maximised(const Bins& counts, const Shares& at) const;
   [[nodiscard]] Slopes derive(const Bins& counts, const Shares& at) const;
   [[nodiscard]] Shares top_of(const Slopes& slopes, const Shares& at) const;
   void take(std::span<const Bins> some) { parts_.insert(parts_.end(), some.begin(), some.end()); }
