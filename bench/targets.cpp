@@ -38,6 +38,7 @@ struct Scene {
   std::vector<Beside> others;
   double first_signal = experiment_signal;
   std::int64_t targets = 2;  // scene.targets
+  double side = 0;           // 1: the others are behind the first, -1: before it, 0: either
 };
 
 struct Score {
@@ -186,7 +187,8 @@ void run(const Scene& scene, int trials) {
   for (int n = 0; n < trials; ++n) {
     std::vector<Truth> truths = {
         {distance(random) / m_per_ns_of_delay, velocity(random), scene.first_signal}};
-    const double side = sign(random) < 0 ? -1 : 1;
+    const double either = sign(random) < 0 ? -1 : 1;
+    const double side = scene.side != 0 ? scene.side : either;
     for (const Beside& other : scene.others) {
       truths.push_back({truths[0].delay_ns + side * other.delay_widths * sigma_ns,
                         truths[0].velocity_mps + side * other.velocity_mps, other.signal});
@@ -231,12 +233,13 @@ void run(const Scene& scene, int trials) {
   times.print();
 }
 
-// A pulse that is not the configured one: its light has another width, or an eighth of it comes
-// late by an exponential delay.
+// A pulse that is not the configured one: its light has another width, or a share of it comes late
+// by an exponential delay.
 struct OtherPulse {
   const char* name;
   double sigma_ns = splid::sigma_ns;
   double tail_ns = 0;
+  double late_share = 1.0 / 8;
 };
 
 test::FrameMaker::Frame make_shaped(const OtherPulse& pulse, const Pattern& pattern,
@@ -247,10 +250,10 @@ test::FrameMaker::Frame make_shaped(const OtherPulse& pulse, const Pattern& patt
   maker.velocity_mps = 20;
   maker.sigma_ns = pulse.sigma_ns;
   const double light = 4 * experiment_signal;
-  maker.signal_per_pulse = pulse.tail_ns > 0 ? light * 7 / 8 : light;
+  maker.signal_per_pulse = pulse.tail_ns > 0 ? light * (1 - pulse.late_share) : light;
   auto frame = maker.make(2 * seed);
   if (pulse.tail_ns == 0) return frame;
-  maker.signal_per_pulse = light / 8;
+  maker.signal_per_pulse = light * pulse.late_share;
   maker.background_per_ns = 0;
   std::mt19937_64 random(seed);
   std::exponential_distribution<double> late_ns(1 / pulse.tail_ns);
@@ -320,7 +323,8 @@ int main(int argc, char** argv) {
       {"1:20, 6 widths apart", {{6, 0, s / 5}}, s * 4},
       {"1:20, 5 widths apart", {{5, 0, s / 5}}, s * 4},
       {"1:20, 4 widths apart", {{4, 0, s / 5}}, s * 4},
-      {"1:20, 3 widths apart", {{3, 0, s / 5}}, s * 4},
+      {"1:20, 3 widths before", {{3, 0, s / 5}}, s * 4, 2, -1},
+      {"1:20, 3 widths behind", {{3, 0, s / 5}}, s * 4, 2, 1},
       {"three, 3 widths apart", {{3, 0, s}, {6, 0, s}}, s, 3},
       {"three, 4 widths apart", {{4, 0, s}, {8, 0, s}}, s, 3},
       {"three, 5 widths apart", {{5, 0, s}, {10, 0, s}}, s, 3},
@@ -345,7 +349,7 @@ int main(int argc, char** argv) {
       {"2.5 times as wide", 0.25},    {"3 times as wide", 0.3},
       {"a tail of 0.1 ns", 0.1, 0.1}, {"a tail of 0.15 ns", 0.1, 0.15},
       {"a tail of 0.2 ns", 0.1, 0.2}, {"a tail of 0.3 ns", 0.1, 0.3},
-      {"a tail of 0.5 ns", 0.1, 0.5},
+      {"a tail of 0.5 ns", 0.1, 0.5}, {"a sixth late by 0.13 ns", 0.1, 0.13, 1.0 / 6},
   };
   std::printf("\n| pulse | ok | several claimed | with odds above 5 nats |\n|---|---|---|---|\n");
   for (const splid::OtherPulse& pulse : pulses) {
