@@ -491,7 +491,7 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   fill(estimate, fitted ? fitted->fit : fit, sync);
   const PathVerdict path = pattern_check.judge_path(frame);
   if (!fitted) return say_light(estimate, path, pulse_verdict);
-  path.widen(estimate, to_reference(), frame.length_ns);
+  path.widen(estimate, to_reference(), frame.length_ns, false);
   fitted->say_width(estimate);
 }
 
@@ -500,7 +500,7 @@ void FrameEstimator::Workspace::say_light(Estimate& estimate, const PathVerdict&
                                           const PulseVerdict& pulse) const {
   estimate.acceleration_misfit_mps2.reset();
   estimate.signal_gap.reset();
-  path.widen(estimate, to_reference(), frame.length_ns);
+  path.widen(estimate, to_reference(), frame.length_ns, pulse.misfit.has_value());
   say_pulse(estimate, pulse);
 }
 

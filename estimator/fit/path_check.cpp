@@ -1,5 +1,6 @@
 #include "estimator/fit/path_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/fit/small_matrix.hpp"
@@ -21,6 +22,17 @@ constexpr double may_be_straight = 4;
 constexpr double fewest_for_straight = 100;
 // Of chi squared with 7 degrees of freedom: one even frame of a thousand is taken as uneven.
 constexpr double most_uneven_signal = 24.3;
+// Gaps are told in eighths of the frame.
+constexpr std::size_t eighths = 8;
+// Light beside the pulse is looked for so far from its peak.
+constexpr double beside_widths = 5, most_beside_widths = 8, least_beside_widths = 1;
+// Chance has such light in three frames of a million, and then as much left over in one of twenty.
+constexpr double surely_beside = 4.5;
+constexpr double degrees_left = 7;
+constexpr double most_left = 14.07;
+// What is left is taken to be that of so many of these seven, as large as what the fit has taken
+// for a delay and a travel.
+constexpr double modes_like_these = 3;
 // Chi squared reaches this in one even frame of a million. A part of the frame is without signal
 // where it has less than a quarter of the mean; fading light seldom has that in an eighth.
 constexpr double surely_uneven_signal = 41;
@@ -38,7 +50,18 @@ bool PathVerdict::parts() const {
   return !bends() && parting_deviations * parting_deviations >= surely_parted;
 }
 
-void PathVerdict::widen(Estimate& estimate, double scale, double length_ns) const {
+bool PathVerdict::is_met(bool has_pulse_misfit) const {
+  const bool is_other = has_pulse_misfit || beside_deviations > surely_beside;
+  return !bends() && !parts() && signal_gap == 0 && is_other && left > most_left;
+}
+
+void PathVerdict::widen(Estimate& estimate, double scale, double length_ns,
+                        bool has_pulse_misfit) const {
+  if (is_met(has_pulse_misfit)) {
+    const double more = std::sqrt(1 + (left - degrees_left) / modes_like_these);
+    estimate.std_delay_ns *= more;
+    estimate.std_velocity_mps *= more;
+  }
   if (!bends() && !parts() && signal_gap == 0) return;
   if (bends()) estimate.acceleration_misfit_mps2 = acceleration_of_bend(bend_ns, length_ns);
   if (signal_gap > 0) estimate.signal_gap = signal_gap;
@@ -58,6 +81,11 @@ PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape)
   if (reach_ns > 0.499 * closest_ns) return;
   first_ns_ = shape.peak_offset_ns() - reach_ns;
   steps_per_ns_ = static_cast<double>(steps) / (2 * reach_ns);
+  const double last_ns = std::min(most_beside_widths * shape.width_ns(), 0.499 * closest_ns);
+  const double least_ns = (beside_widths + least_beside_widths) * shape.width_ns();
+  if (last_ns < least_ns) return;
+  beside_first_ns_ = beside_widths * shape.width_ns();
+  beside_last_ns_ = last_ns;
 }
 
 void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool sends_evenly) {
@@ -66,12 +94,19 @@ void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool se
   score_.setZero();
   information_.setZero();
   moments_.setZero();
-  signal_.fill(0);
+  parts_.fill({});
+  beside_ = 0;
   spread_ = 0;
   spread_score_.setZero();
   spread_moments_.setZero();
   curves_ = 0;
   if (steps_per_ns_ == 0) return;
+  const double peak_ns = shape_.peak_offset_ns();
+  const std::array ends_ns = {peak_ns - beside_last_ns_, peak_ns - beside_first_ns_,
+                              peak_ns + beside_first_ns_, peak_ns + beside_last_ns_};
+  std::array<double, 4> come{};
+  shape_.integrate(ends_ns, come);
+  light_beside_ = signal_per_pulse * (come[1] - come[0] + come[3] - come[2]);
   std::array<double, steps> offset{}, h{}, d1{}, d2{};
   for (std::size_t i = 0; i < steps; ++i) {
     offset[i] = first_ns_ + (static_cast<double>(i) + 0.5) / steps_per_ns_;
@@ -92,30 +127,35 @@ PathVerdict PathCheck::judge(double pulses) const {
   double dark = 0;
   for (const double chance : chance_) dark += chance * background_per_ns_ * pulses / steps_per_ns_;
   double all = 0;
-  for (const double photons : signal_) all += photons;
+  for (const Part& part : parts_) all += part.signal;
   verdict.photons = all - dark;
   if (verdict.photons < fewest_for_gap || all * all < fewest_for_bend * spread_) return verdict;
   judge_light(dark, verdict);
   if (verdict.photons >= fewest_for_bend) {
     step_to_bend(verdict);
     part(verdict);
+    verdict.left = left_over(dark, verdict.photons);
+    verdict.beside_deviations = deviations_beside(pulses);
   }
   if (verdict.signal_gap > 0) bend_away(dark, verdict);
   return verdict;
 }
 
 void PathCheck::judge_light(double dark, PathVerdict& verdict) const {
-  const double mean = verdict.photons / parts;
+  const double mean = verdict.photons / eighths;
   double squares = 0;
   int gaps = 0;
-  for (const double photons : signal_) {
-    const double signal = photons - dark / parts;
+  for (std::size_t eighth = 0; eighth < eighths; ++eighth) {
+    double signal = -dark / eighths;
+    for (std::size_t i = 0; i < parts / eighths; ++i) {
+      signal += parts_[eighth * parts / eighths + i].signal;
+    }
     squares += (signal - mean) * (signal - mean);
     gaps += signal < most_in_gap * mean ? 1 : 0;
   }
-  verdict.is_even = squares < most_uneven_signal * spread_ / parts;
-  const bool is_surely_uneven = squares > surely_uneven_signal * spread_ / parts;
-  if (sends_evenly_ && is_surely_uneven) verdict.signal_gap = static_cast<double>(gaps) / parts;
+  verdict.is_even = squares < most_uneven_signal * spread_ / eighths;
+  const bool is_surely_uneven = squares > surely_uneven_signal * spread_ / eighths;
+  if (sends_evenly_ && is_surely_uneven) verdict.signal_gap = static_cast<double>(gaps) / eighths;
 }
 
 void PathCheck::step_to_bend(PathVerdict& verdict) const {
@@ -144,6 +184,47 @@ void PathCheck::part(PathVerdict& verdict) const {
   if (!(curvature > 0) || !(variance > 0)) return;
   verdict.parting_ns = std::sqrt(curvature * photons / curves_);
   verdict.parting_deviations = curvature / std::sqrt(variance);
+}
+
+// Slopes up to the fourth power of the time, by polynomials of Legendre. A fit leaves no mean and
+// no first slope of the offsets' mean; the mean of their spread is that of the pulse, which may be
+// another than the configured one.
+double PathCheck::left_over(double dark, double photons) const {
+  constexpr std::size_t powers = 4;
+  Part all;
+  for (const Part& part : parts_) {
+    all.slopes += part.slopes, all.curve += part.curve, all.products += part.products;
+  }
+  // A late photon of a pulse with a tail is far from its peak, too.
+  const double of_slope = all.slopes > 0 ? all.products / all.slopes : 0;
+  const double of_signal = all.curve / photons;
+  std::array<double, powers> mean{}, means{}, spread{}, spreads{};
+  for (std::size_t i = 0; i < parts; ++i) {
+    const Part& part = parts_[i];
+    const double x = (2.0 * static_cast<double>(i) + 1) / parts - 1;
+    const std::array<double, powers> p = {x, (3 * x * x - 1) / 2, (5 * x * x - 3) * x / 2,
+                                          ((35 * x * x - 30) * x * x + 3) / 8};
+    const double signal = part.signal - dark / parts;
+    const double own = part.curve - of_signal * signal - of_slope * part.slope;
+    const double squares = part.curves + of_slope * (of_slope * part.slopes - 2 * part.products);
+    for (std::size_t k = 0; k < powers; ++k) {
+      mean[k] += part.slope * p[k], means[k] += part.slopes * p[k] * p[k];
+      spread[k] += own * p[k], spreads[k] += squares * p[k] * p[k];
+    }
+  }
+  double left = 0;
+  for (std::size_t k = 0; k < powers; ++k) {
+    if (k > 0 && means[k] > 0) left += mean[k] * mean[k] / means[k];
+    if (spreads[k] > 0) left += spread[k] * spread[k] / spreads[k];
+  }
+  return left;
+}
+
+double PathCheck::deviations_beside(double pulses) const {
+  if (beside_last_ns_ == 0) return 0;
+  const double dark = background_per_ns_ * 2 * (beside_last_ns_ - beside_first_ns_);
+  const double expected = pulses * (dark + light_beside_);
+  return (beside_ - expected) / std::sqrt(std::max(expected, 1.0));
 }
 
 // A line that touches a path holds the light of the part in which the path is within some three

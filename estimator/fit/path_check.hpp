@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "estimator/model/estimate.hpp"
@@ -24,19 +25,28 @@ struct PathVerdict {
   // The spread of the light is larger at the frame's ends, by so many deviations, as that of two
   // targets whose travels are off by -+parting_ns. Travels that differ much are off by more.
   double parting_ns = 0, parting_deviations = 0;
+  // What one straight path and one pulse leave over of the light's mean and spread over the frame,
+  // in squared deviations: chi squared with 7 degrees of freedom where there is nothing else.
+  double left = 0;
+  // Light beside the pulse, 5 to 8 widths from its peak, beyond the fit's, in deviations.
+  double beside_deviations = 0;
 
   // The path surely bends; chance says so in one frame of a million.
   [[nodiscard]] bool bends() const;
   // The light surely parts over the frame, and is not that of a path that bends.
   [[nodiscard]] bool parts() const;
+  // There surely is other light than the configured pulse's, and it may meet the target's in a part
+  // of the frame. Not where the path bends, or the light parts or has a gap, which say more.
+  // has_pulse_misfit: see PulseVerdict.
+  [[nodiscard]] bool is_met(bool has_pulse_misfit) const;
   // Nothing speaks for a bend, and no part of the frame is without its signal, as it would be where
   // the line touches a path that bends away from it.
   [[nodiscard]] bool is_straight() const;
   // Says in an estimate with a straight path what speaks against that path, and puts into the
-  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap, nor
-  // the light parts. scale: the estimate's clock over the pattern's. length_ns: of the frame,
-  // pattern's clock.
-  void widen(Estimate& estimate, double scale, double length_ns) const;
+  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap, and
+  // the light neither parts nor meets other light. scale: the estimate's clock over the pattern's.
+  // length_ns: of the frame, pattern's clock.
+  void widen(Estimate& estimate, double scale, double length_ns, bool has_pulse_misfit) const;
 };
 
 // Checks whether the photons of a found target are late and early over the frame as on a path that
@@ -49,6 +59,11 @@ struct PathVerdict {
 // Two targets at the same distance that move otherwise look like one between them, whose velocity
 // is neither's. Their light is spread by more at the frame's ends than in its middle (see
 // CrossingCheck).
+//
+// Light of another target that meets the path near an end of the frame pulls the line there, and
+// the deviations know nothing of it. Such light is seen beside the pulse, and leaves over what is
+// no straight path and no single pulse: the mean of the offsets of the light, and their spread,
+// have slopes over the frame. Delay and velocity may be off by as much.
 //
 // Design note: each photon's part of the slope is looked up in 64 steps of its time about the
 // pulse, which costs 2 us a frame and loses 2 % of the bend's information.
@@ -67,20 +82,27 @@ class PathCheck {
   // A photon at a time about its pulse, and at a share of the frame from -1/2 to 1/2.
   void add(double residual_ns, double share) {
     const double at = (residual_ns - first_ns_) * steps_per_ns_;
-    if (!(at >= 0 && at < static_cast<double>(steps))) return;
+    if (!(at >= 0 && at < static_cast<double>(steps))) {
+      const double off_ns = std::abs(residual_ns - shape_.peak_offset_ns());
+      beside_ += off_ns >= beside_first_ns_ && off_ns < beside_last_ns_ ? 1 : 0;
+      return;
+    }
     const auto step = static_cast<std::size_t>(at);
     const double slope = slope_[step];
     const Eigen::Vector3d by(1, share, share * share - 1.0 / 12);
     score_ += slope * by;
     information_ += slope * slope * by * by.transpose();
     const auto part = static_cast<std::size_t>((share + 0.5) * parts);
-    signal_[part < parts ? part : parts - 1] += chance_[step];
+    Part& sums = parts_[part < parts ? part : parts - 1];
+    sums.signal += chance_[step];
     spread_ += chance_[step] * chance_[step];
     moments_ += chance_[step] * Eigen::Vector2d(share, share * share);
     const double curve = curve_[step];
     spread_score_ += curve * by;
     spread_moments_ += by * by.transpose();
     curves_ += curve * curve;
+    sums.slope += slope, sums.slopes += slope * slope;
+    sums.curve += curve, sums.curves += curve * curve, sums.products += slope * curve;
   }
 
   // What the photons added since begin() say. pulses: whose photons were added, all over the frame.
@@ -89,21 +111,33 @@ class PathCheck {
 
  private:
   static constexpr std::size_t steps = 64;
-  static constexpr std::size_t parts = 8;
+  static constexpr std::size_t parts = 32;
+  // What the photons of a part of the frame add up to.
+  struct Part {
+    double signal = 0;             // photons of it
+    double slope = 0, slopes = 0;  // of slope_, and its squares
+    double curve = 0, curves = 0;  // of curve_
+    double products = 0;           // of both
+  };
   void judge_light(double dark, PathVerdict& verdict) const;
   void step_to_bend(PathVerdict& verdict) const;
   void bend_away(double dark, PathVerdict& verdict) const;
   void part(PathVerdict& verdict) const;
+  [[nodiscard]] double left_over(double dark, double photons) const;
+  [[nodiscard]] double deviations_beside(double pulses) const;
 
   const PulseShape& shape_;
   double first_ns_ = 0, steps_per_ns_ = 0;
-  double background_per_ns_ = 0;
+  // Where light is looked for beside the pulse, from its peak, on either side; 0: nowhere.
+  double beside_first_ns_ = 0, beside_last_ns_ = 0;
+  double background_per_ns_ = 0, light_beside_ = 0;  // of the fit; that of a pulse
   bool sends_evenly_ = false;
   std::array<double, steps> slope_{};   // of log lambda by the delay, at a time about the pulse
   std::array<double, steps> chance_{};  // that a photon there is signal
   std::array<double, steps> curve_{};   // the slope of log lambda by the pulse's variance
-  std::array<double, parts> signal_{};  // photons of signal in each part of the frame
-  double spread_ = 0;                   // the variance of all signal_ together
+  std::array<Part, parts> parts_{};
+  double beside_ = 0;  // photons
+  double spread_ = 0;  // the variance of the signal of all parts_ together
   Eigen::Vector2d moments_ = Eigen::Vector2d::Zero();  // of the signal over the frame
   Eigen::Vector3d score_ = Eigen::Vector3d::Zero();    // by delay, travel and bend
   Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();

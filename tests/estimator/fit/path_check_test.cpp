@@ -23,12 +23,14 @@ struct PathLight {
   double from_share = -0.5;  // of the frame, from which on the target is there
   double background_per_ns = 30;
   bool sends_evenly = true;
+  int other_photons = 0;  // of another target
+  double other_offset_ns = 0, other_travel_ns = 0;
 
   // What the check says of one draw. The line is as far off in delay and travel as chance has it.
   PathVerdict drawn(PathCheck& check, std::mt19937_64& random) const {
     std::normal_distribution<double> pulse(0, sent_width_ns);
-    std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), around(-0.5, 0.5);
-    std::poisson_distribution<int> light(photons), dark(background_per_ns);
+    std::uniform_real_distribution<double> over(from_share, 0.5), all(-0.5, 0.5), around(-0.9, 0.9);
+    std::poisson_distribution<int> light(photons), dark(1.8 * background_per_ns);
     const double off_ns = pulse(random) / std::sqrt(photons);
     const double travel_off_ns = pulse(random) * std::sqrt(12.0 / photons);
     check.begin(photons, background_per_ns, sends_evenly);
@@ -40,13 +42,18 @@ struct PathLight {
                 s);
     }
     for (int n = dark(random); n > 0; --n) check.add(around(random), all(random));
+    for (int n = 0; n < other_photons; ++n) {
+      const double s = all(random);
+      check.add(other_offset_ns + other_travel_ns * s + pulse(random), s);
+    }
     return check.judge(1);
   }
 };
 
 struct Drawn {
   double mean_bend_ns = 0, mean_deviations = 0, rms_deviations = 0;
-  int bent = 0, straight = 0, parted = 0;
+  int bent = 0, straight = 0, parted = 0, met = 0, met_if_misfit = 0;
+  double mean_left = 0, mean_beside_deviations = 0;
   double mean_gap = 0;
   double rms_parting_deviations = 0;  // of those above 0
   double mean_parting_ns = 0;
@@ -68,6 +75,10 @@ Drawn draw(const PathLight& light, int draws) {
     drawn.parted += verdict.parts() ? 1 : 0;
     drawn.rms_parting_deviations += std::pow(verdict.parting_deviations, 2) / draws;
     drawn.mean_parting_ns += verdict.parting_ns / draws;
+    drawn.met += verdict.is_met(false) ? 1 : 0;
+    drawn.met_if_misfit += verdict.is_met(true) ? 1 : 0;
+    drawn.mean_left += verdict.left / draws;
+    drawn.mean_beside_deviations += verdict.beside_deviations / draws;
   }
   drawn.rms_deviations = std::sqrt(drawn.rms_deviations);
   return drawn;
@@ -129,6 +140,39 @@ TEST(PathCheck, SaysHowFarTwoPart) {
   light.parting_ns = 0;
   light.bend_ns = 8 * sent_width_ns;
   EXPECT_EQ(draw(light, 200).parted, 0);  // it bends
+}
+
+// Chi squared with 7 degrees of freedom has a mean of 7, and is above the limit in 5 %.
+TEST(PathCheck, NothingMeetsATargetThatIsAlone) {
+  for (const int photons : {150, 700, 5000}) {
+    for (const double wide : {1.0, 1.5}) {
+      PathLight light;
+      light.photons = photons;
+      light.wide = wide;
+      const Drawn drawn = draw(light, 3000);
+      EXPECT_NEAR(drawn.mean_left, 7, 0.7) << photons << ' ' << wide;
+      EXPECT_EQ(drawn.met, 0) << photons << ' ' << wide;
+      EXPECT_NEAR(drawn.met_if_misfit, 150, 60) << photons << ' ' << wide;
+      if (wide == 1) {
+        EXPECT_NEAR(drawn.mean_beside_deviations, 0, 0.1) << photons;
+      }
+    }
+  }
+}
+
+// Light that stays 7 widths beside the path does not meet it, and light that comes to it at the
+// frame's end does.
+TEST(PathCheck, SeesOtherLightThatMeetsTheTargets) {
+  PathLight light;
+  light.other_photons = 350;
+  light.other_offset_ns = 7 * sent_width_ns;
+  const Drawn beside = draw(light, 1000);
+  EXPECT_GT(beside.mean_beside_deviations, 15);
+  EXPECT_NEAR(beside.met, 50, 30);
+  light.other_travel_ns = 12 * sent_width_ns;
+  const Drawn meeting = draw(light, 1000);
+  EXPECT_GT(meeting.mean_beside_deviations, 15);
+  EXPECT_GT(meeting.met, 900);
 }
 
 TEST(PathCheck, SeesTheGapOfATargetThatIsThereInAPartOfTheFrame) {
@@ -240,6 +284,30 @@ TEST(PathOfAFrame, OfTwoThatPartHasADeviationThatHoldsBothVelocities) {
       }
     }
   }
+}
+
+// A target of half the signal comes within a pulse width of the path at one end of the frame, and
+// pulls the line there.
+TEST(PathOfAFrame, ThatAnotherTargetMeetsHasDeviationsThatHoldThePull) {
+  const test::FrameMaker first = accelerating_target(0);
+  test::FrameMaker second = first;
+  second.distance_m += 7 * 0.1 * 0.299792458 / 2;
+  second.velocity_mps += 4;
+  second.signal_per_pulse /= 2;
+  FrameEstimator estimator(first.pattern, {}, {}, {}, first.length_ms, 100'000);
+  const Estimate alone = estimator.estimate(first.make(1).view());
+  int pulled = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+    const double off_ns = std::remainder(e.delay_ns - 2 * first.distance_m / 0.299792458, 3780);
+    const double off_mps = e.velocity_mps - first.velocity_mps;
+    EXPECT_LT(std::abs(off_ns), 4.5 * e.std_delay_ns) << seed;
+    EXPECT_LT(std::abs(off_mps), 4.5 * e.std_velocity_mps) << seed;
+    const bool is_pulled = std::abs(off_ns) > 4.5 * alone.std_delay_ns ||
+                           std::abs(off_mps) > 4.5 * alone.std_velocity_mps;
+    pulled += is_pulled ? 1 : 0;
+  }
+  EXPECT_GT(pulled, 8);
 }
 
 TEST(PathOfAFrame, ThatIsStraightOrWhoseBendIsFittedSaysNothing) {
