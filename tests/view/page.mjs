@@ -348,6 +348,18 @@ await check('recording, encoder and several targets are shown as the messages ha
   expect(await rich.end() === 0, rich.err);
 });
 
+await check('a frame says what its light has against the configured pulse', async () => {
+  const scenes = [[[{motion: 'linear', distance_m: 284.545, signal_per_pulse: 0.01}], '^pulse \\d+ % wider, [\\d,]+ photons$'], [[], '^[\\d,]+ photons$']];
+  for (const [more_targets, note] of scenes) {
+    const daemon = new Program('run', '--config', configuration('misfit.json', later, {
+      driver: 'simulator', signal_per_pulse: 0.01, ambient_per_s: 2000, target: {motion: 'linear', distance_m: 284.5}, more_targets,
+    }));
+    await shows(follower, note, (words) => document.getElementById('state').textContent === 'streaming' &&
+      new RegExp(words).test(document.getElementById('frame-note').textContent), note);
+    expect(await daemon.end() === 0, daemon.err);
+  }
+});
+
 await check('a fault of the instrument is shown with its reason, and its recovery', async () => {
   const address = `unix:${join(folder, 'instrument')}`;
   const daemon = new Program('run', '--config', configuration('instrument.json', later, {driver: 'bridge', address},

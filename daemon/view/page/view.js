@@ -175,7 +175,8 @@ function show_frame(frame) {
   put('frame-status', String(frame.status).replaceAll('_', ' '), frame.status);
   at('frame-status').className = 'pill ' + (frame.status === 'ok' ? 'good' : frame.valid ? 'wait' : 'bad');
   const fault = frame.pattern_fault ? String(frame.pattern_fault).replaceAll('_', ' ') + ', ' : '';
-  put('frame-note', `${fault}${rate(frame.photons)} photons`, frame.photons);
+  const misfits = misfits_of(frame);
+  put('frame-note', `${fault}${misfits ? misfits + ', ' : ''}${rate(frame.photons)} photons`, frame.photons);
   put('effort', frame.effort || '–');
   put('clock', clock(frame.timestamp * 1e3));
   document.body.dataset.sequence = frame.sequence;
@@ -199,6 +200,15 @@ function show_beside_best(id, value, best) {
   at(id + '-bar').style.transform = `scaleX(${share})`;
 }
 
+// What the light of a frame, or of one of its targets, surely has against the configured pulse and a
+// straight path.
+const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
+const misfits_of = ({pulse_misfit, acceleration_misfit_mps2, signal_gap}) => [
+  is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
+  is_number(acceleration_misfit_mps2) && `accelerates ${fixed(acceleration_misfit_mps2, 0)} m/s²`,
+  is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
+].filter(Boolean).join(', ');
+
 // The columns of the table of targets: a heading with its unit, and the text of a target's cell.
 const with_deviation = (value, deviation, otherwise) =>
   fixed(value, decimals(deviation, otherwise)) + (is_number(deviation) ? ` ± ${Number(deviation.toPrecision(2))}` : '');
@@ -213,6 +223,7 @@ const TARGET_COLUMNS = [
   ['significance, nats', (target) => fixed(target.significance, 1)],
   ['range odds, nats', (target) => fixed(target.range_odds_nats, 1)],
   ['shape odds, nats', (target) => fixed(target.shape_odds_nats, 1)],
+  ['misfit', (target) => misfits_of(target) || '–'],
 ];
 
 function table_row(cells, kind) {
