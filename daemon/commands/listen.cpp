@@ -19,6 +19,7 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "daemon/study/truth_score.hpp"
+#include "daemon/view/misfit_words.hpp"
 #include "daemon/view/terminal_screen.hpp"
 #include "daemon/view/watch_picture.hpp"
 #include "protocol/error.hpp"
@@ -79,6 +80,9 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
       to_string(frame.status);
   if (frame.status == FrameStatus::ambiguous && frame.mode != Mode::ambiguous) {
     line += "  range odds" + column("{:>+6.1f} nats", frame.range_odds_nats, 1, 0);
+  }
+  if (const std::string misfits = view::misfits_in_words(frame); !misfits.empty()) {
+    line += "  " + misfits;
   }
   if (error) {
     line += fmt::format("  error {:>+8.3f} mm {:>+8.3f} cm/s{}", error->distance_m * 1e3,

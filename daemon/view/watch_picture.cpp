@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/view/misfit_words.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid::view {
@@ -76,6 +77,9 @@ std::string number(fmt::format_string<double> pattern, const std::optional<doubl
                    double factor, int width) {
   return value ? fmt::format(pattern, *value * factor) : fmt::format("{:>{}}", "-", width);
 }
+
+// Words that follow others on a line.
+std::string set_off(const std::string& words) { return words.empty() ? words : "   " + words; }
 
 }  // namespace
 
@@ -181,10 +185,11 @@ void WatchPicture::add_values(std::vector<std::string>& to, std::size_t columns,
     return;
   }
   const FrameMessage& f = *frame_;
-  to.push_back(painted_and_cut(std::string{"frame "} + to_string(f.status), colour_of(f.status),
-                               fmt::format("   effort {}   {} photons", f.effort.value_or("-"),
-                                           f.photons ? grouped(*f.photons) : "-"),
-                               columns, colour));
+  to.push_back(
+      painted_and_cut(std::string{"frame "} + to_string(f.status), colour_of(f.status),
+                      fmt::format("{}   effort {}   {} photons", set_off(misfits_in_words(f)),
+                                  f.effort.value_or("-"), f.photons ? grouped(*f.photons) : "-"),
+                      columns, colour));
   const auto row = [&](const char* name, const std::string& value, const std::string& deviation) {
     to.push_back(fmt::format("{:<11}{}  +- {}", name, value, deviation));
   };
@@ -209,11 +214,12 @@ void WatchPicture::add_further_targets(std::vector<std::string>& to) const {
   const auto& targets = *frame_->targets;
   for (std::size_t i = 1; i < targets.size(); ++i) {
     const FrameMessage::Target& target = targets[i];
-    to.push_back(fmt::format(
-        "target {}   {} m +- {} mm   {} m/s +- {} cm/s   {}", i + 1,
-        number("{:.5f}", target.distance_m, 1, 0), number("{:.3g}", target.std_distance_m, 1e3, 0),
-        number("{:.4f}", target.velocity_mps, 1, 0),
-        number("{:.3g}", target.std_velocity_mps, 1e2, 0), to_string(target.status)));
+    to.push_back(fmt::format("target {}   {} m +- {} mm   {} m/s +- {} cm/s   {}{}", i + 1,
+                             number("{:.5f}", target.distance_m, 1, 0),
+                             number("{:.3g}", target.std_distance_m, 1e3, 0),
+                             number("{:.4f}", target.velocity_mps, 1, 0),
+                             number("{:.3g}", target.std_velocity_mps, 1e2, 0),
+                             to_string(target.status), set_off(misfits_in_words(target))));
   }
 }
 

@@ -92,6 +92,24 @@ TEST(WatchPicture, ListsFurtherTargetsWithTheirDeviations) {
   EXPECT_THAT(all_of(picture), Not(HasSubstr("target ")));
 }
 
+// A frame that is ok may have light of another pulse or path, and says so.
+TEST(WatchPicture, SaysWhatTheLightHasAgainstTheConfiguredPulse) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  FrameMessage frame = frame_at(100, FrameStatus::ok);
+  picture.take("frame", to_json(frame));
+  EXPECT_THAT(all_of(picture), HasSubstr("frame ok   effort -   12,345 photons\n"));
+  frame.pulse_misfit = 0.384;
+  frame.signal_gap = 0.2;
+  frame.targets.emplace(2);
+  frame.targets->back().status = FrameStatus::ok;
+  frame.targets->back().pulse_misfit = -0.25;
+  frame.targets->back().acceleration_misfit_mps2 = -12.3;
+  picture.take("frame", to_json(frame));
+  EXPECT_THAT(all_of(picture, {120, 40}),
+              AllOf(HasSubstr("frame ok   pulse 38 % wider, dark for 20 %   effort -   12,345 p"),
+                    HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2\n")));
+}
+
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
   WatchPicture picture("tcp://[::1]:9872", Characters::utf8);
   picture.take("status", R"({"state":"degraded","reason":"\u001b[2J\u0007 überlang )" +

@@ -18,6 +18,7 @@ namespace {
 using test::Program;
 using test::TerminalProgram;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -68,16 +69,20 @@ class Watch : public ::testing::Test {
  protected:
   std::vector<std::string> watch() const { return {"listen", "--watch", "--endpoint", endpoint}; }
 
+  // source: its members in JSON.
+  std::string config_with(const std::string& source) const {
+    return folder.write("live.json", R"({"schema":"splid.config","v":[1,0],"source":{)" + source +
+                                         R"(},)"
+                                         R"("pattern":{"file":")" SPLID_SOURCE_DIR
+                                         R"(/config/patterns/interleaved-180-189.json"},)"
+                                         R"("publish":{"endpoint":")" +
+                                         endpoint + "\"}" +
+                                         test::with_light_scene(test::small_ring) + "}");
+  }
+
   test::TempFolder folder;
   std::string endpoint = "ipc://" + folder.path("socket");
-  std::string config = folder.write(
-      "live.json", R"({"schema":"splid.config","v":[1,0],"source":{)" +
-                       std::string(test::light_source) +
-                       R"(},)"
-                       R"("pattern":{"file":")" SPLID_SOURCE_DIR
-                       R"(/config/patterns/interleaved-180-189.json"},)"
-                       R"("publish":{"endpoint":")" +
-                       endpoint + "\"}" + test::with_light_scene(test::small_ring) + "}");
+  std::string config = config_with(std::string(test::light_source));
 };
 
 TEST_F(Watch, FillsTheTerminalFollowsItsSizeAndGivesItBack) {
@@ -145,6 +150,20 @@ TEST_F(Watch, PrintsPlainLinesWhereThereIsNoTerminal) {
                        {"TERM=dumb"});
   EXPECT_EQ(dumb.wait(), 0);
   EXPECT_THAT(dumb.written(), AllOf(HasSubstr("distance m"), Not(HasSubstr("\033"))));
+}
+
+// Two targets that are too close to be told apart make a pulse that is wider than the configured
+// one.
+TEST_F(Watch, AFrameThatIsOkSaysWhatItsLightHasAgainstThePulse) {
+  Program daemon(
+      {"run", "--config",
+       config_with(R"("driver":"simulator","signal_per_pulse":0.01,"ambient_per_s":2000,)"
+                   R"("target":{"motion":"linear","distance_m":284.5},"more_targets":)"
+                   R"([{"motion":"linear","distance_m":284.522,"signal_per_pulse":0.01}])")});
+  const test::ProgramResult heard =
+      test::run_program({"listen", "--endpoint", endpoint, "--count", "3", "--timeout", "60"});
+  EXPECT_EQ(heard.exit_code, 0) << heard.err;
+  EXPECT_THAT(heard.out, ContainsRegex("  ok  pulse [0-9]+ % wider\n"));
 }
 
 TEST_F(Watch, DoesNotGoWithJson) {
