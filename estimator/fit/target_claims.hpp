@@ -67,8 +67,6 @@ class TargetClaims {
                                                        double background_per_ns) const {
     return crossing_check_.parting_about(likelihood_.near(target), about, background_per_ns);
   }
-  // The photons within half a width of a line that is near a target.
-  [[nodiscard]] double light_about(std::size_t target, DelayLine line) const;
 
  private:
   [[nodiscard]] bool stands_apart(const JointParameters& at, std::size_t target);
@@ -90,6 +88,8 @@ class TargetClaims {
                                      std::size_t other, double from_widths, double to_widths);
   [[nodiscard]] double light_of(const JointParameters& at, std::size_t target, std::size_t about,
                                 double first_widths, double last_widths) const;
+  // The photons within half a width of a line that is near a target.
+  [[nodiscard]] double light_about(std::size_t target, DelayLine line) const;
   [[nodiscard]] bool stands_in_row(const JointParameters& at, std::size_t target) const;
   [[nodiscard]] bool falls_between(const JointParameters& at, std::size_t one,
                                    std::size_t other) const;

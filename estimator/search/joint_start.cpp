@@ -48,7 +48,6 @@ JointStart::Guess JointStart::row_about(const Exposure& exposure, const JointPar
     if (const auto parting = parting_pair(row)) return {*parting, true, true};
   }
   if (widths < least_spread_widths) return {alone};
-  if (most_ > 2 && widths > TargetClaims::closest_widths) row = with_middle(row);
   row = as_profile_has_it(exposure, row, alone.targets.front());
   if (!are_told_apart(row)) return {alone};
   // The one that stands where the best target was has its photons collected already.
@@ -209,34 +208,10 @@ JointParameters JointStart::pair_about(const Exposure& exposure, const JointPara
   return pair;
 }
 
-// Three targets of equal signals, evenly spaced, whose photons are spread as those of a pair; the
-// pair where the light between the two is less than theirs.
-//
-// Design note: at +-d a pair is spread by d d, and so are three at -e, 0 and e with e e = 1.5 d d.
-JointParameters JointStart::with_middle(const JointParameters& pair) const {
-  const DelayLine& a = pair.targets.at(0).line;
-  const DelayLine& b = pair.targets.at(1).line;
-  const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
-  if (claims_.light_about(0, middle) <=
-      std::max(claims_.light_about(0, a), claims_.light_about(0, b)))
-    return pair;
-  const double e = std::sqrt(1.5);
-  const auto at = [&](double side) {
-    return DelayLine{middle.delay_ns + side * e * (b.delay_ns - middle.delay_ns),
-                     middle.travel_ns + side * e * (b.travel_ns - middle.travel_ns)};
-  };
-  const double S = pair.targets.at(0).signal_per_pulse;
-  JointParameters row = pair;
-  row.targets.at(0) = {at(-1), S};
-  row.targets.at(1) = {middle, S};
-  row.add({at(1), S});
-  return row;
-}
-
-// The row where the light beside the best target has it, with what else there is: settled from
-// where the row is, or from the best target with a weaker one beside it, where that explains the
-// light better. A pair whose lines cross within the frame is left as it is: its light is not one
-// beside the other.
+// The row where the light beside the best target has it, with what else there is: settled from the
+// pair, from three in its place, or from the best target with a weaker one beside it, whichever
+// explains the light best. A pair whose lines cross within the frame is left as it is: its light is
+// not one beside the other.
 JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const JointParameters& row,
                                               const TargetParameters& alone) {
   const DelayLine& a = row.targets.at(0).line;
@@ -251,6 +226,7 @@ JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const Jo
   RangeProfile::Row found, uneven;
   for (std::size_t k = 0; k < row.count; ++k) found.add(light_of(row.targets.at(k)));
   profile_.settle(found);
+  if (most_ > 2) found = likelier_with_middle(found);
   uneven.add(light_of(alone));
   profile_.settle(uneven);
   profile_.add_unexplained(uneven, 2, least_of_bright);
@@ -266,6 +242,21 @@ JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const Jo
   }
   take_from_background(exposure, all - alone.signal_per_pulse, settled);
   return settled;
+}
+
+// Three targets in place of a pair where they surely explain the light better.
+//
+// Design note: at +-d a pair is spread by d d, and so are three of equal signals, evenly spaced, at
+// -e, 0 and e with e e = 1.5 d d.
+RangeProfile::Row JointStart::likelier_with_middle(const RangeProfile::Row& pair) {
+  const auto [a, b] = std::pair(pair.all().front(), pair.all().back());
+  const double middle_ns = (a.offset_ns + b.offset_ns) / 2;
+  const double e_ns = std::sqrt(1.5) * (b.offset_ns - a.offset_ns) / 2;
+  const double photons = (a.photons + b.photons) / 3;
+  RangeProfile::Row three;
+  for (const double side : {-1, 0, 1}) three.add({middle_ns + side * e_ns, photons});
+  profile_.settle(three);
+  return profile_.nats(three) > profile_.nats(pair) + sure_nats_ ? three : pair;
 }
 
 // Counts the photons beside a line close to the first target.

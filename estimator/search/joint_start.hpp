@@ -68,7 +68,7 @@ class JointStart {
   [[nodiscard]] Guess row_about(const Exposure& exposure, const JointParameters& alone,
                                 const TargetSearch::Search& first, bool moving);
   [[nodiscard]] bool are_told_apart(const JointParameters& row) const;
-  [[nodiscard]] JointParameters with_middle(const JointParameters& pair) const;
+  RangeProfile::Row likelier_with_middle(const RangeProfile::Row& pair);
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
                                                   const JointParameters& row,
                                                   const TargetParameters& alone);

@@ -42,9 +42,9 @@ struct StartScene {
     return made;
   }
   StartScene(const std::vector<double>& offs_ns, const std::vector<double>& velocities_mps,
-             const std::vector<double>& signals = {})
+             const std::vector<double>& signals = {}, std::uint64_t seed = 5)
       : makers(make(offs_ns, velocities_mps, signals)),
-        frame(makers.front().make_with({makers.begin() + 1, makers.end()}, 5)),
+        frame(makers.front().make_with({makers.begin() + 1, makers.end()}, seed)),
         train(makers.front().pattern),
         folded(train, frame.photons_ps.size()),
         shape(make_gaussian(0.1)),
@@ -105,6 +105,22 @@ TEST(JointStart, HasTheRowInPlaceOfTheBest) {
     // The first of them is where the best target of the search was.
     const auto& begin = guess.at.targets.front();
     EXPECT_LT(scene.claims.apart_widths(begin, scene.alone.targets.front()), 2.5);
+  }
+}
+
+// Three that are hardly seen to stand apart, and two whose light is spread alike: three at +-e and
+// 0 are spread as two at +-e sqrt(2/3).
+TEST(JointStart, HasThreeWhereTwoDoNotFit) {
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    StartScene three({0, 0.3, 0.6}, {20, 20, 20}, {}, seed);
+    const JointStart::Guess guess = three.guess(3);
+    ASSERT_EQ(guess.at.count, 3U) << seed;
+    for (const double off : three.off_ns(guess)) EXPECT_LT(off, 0.05) << seed;
+    EXPECT_EQ(three.guess(2).at.count, 2U) << seed;
+    for (const double off_ns : {0.45, 0.49}) {
+      StartScene two({0, off_ns}, {20, 20}, {60e-4, 60e-4}, seed);
+      EXPECT_EQ(two.guess(3).at.count, 2U) << seed;
+    }
   }
 }
 

@@ -49,8 +49,8 @@ TEST(TargetsInRows, AreToldApartWhereTheLightFalls) {
   }
 }
 
-// Beginning at three where the middle is bright finds more rows that are hardly seen to fall
-// between their targets: 32 of these 60 frames list all three, and 20 otherwise.
+// Beginning at three where two do not fit finds more rows that are hardly seen to fall between
+// their targets: 32 of these 60 frames list all three, and 20 otherwise.
 TEST(TargetsInRows, AreTriedAllAtOnce) {
   const double s = 33e-4;
   const test::FrameMaker first = scene_of(0, 20, s);
@@ -64,7 +64,7 @@ TEST(TargetsInRows, AreTriedAllAtOnce) {
 }
 
 // Three that are too close to be told apart, and a fourth far away. Whatever the row is taken for,
-// its light says that it is no single pulse's, and the fourth is found beside it. 11 of these
+// its light says that it is no single pulse's, and the fourth is found beside it. 15 of these
 // frames list the row as two; found one after the other, it would be two in 4.
 TEST(TargetsInRows, HideNoOtherWhereTheyStandInOneLight) {
   const test::FrameMaker first = scene_of(0), far = scene_of(1334.3, 20, 9e-4);
