@@ -212,19 +212,19 @@ JointParameters JointStart::pair_about(const Exposure& exposure, const JointPara
 // pair, from three in its place, or from the best target with a weaker one beside it, whichever
 // explains the light best. A pair whose lines cross within the frame is left as it is: its light is
 // not one beside the other.
-JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const JointParameters& row,
+JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const JointParameters& pair,
                                               const TargetParameters& alone) {
-  const DelayLine& a = row.targets.at(0).line;
-  const DelayLine& b = row.targets.at(row.count - 1).line;
-  if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return row;
+  const DelayLine& a = pair.targets.at(0).line;
+  const DelayLine& b = pair.targets.at(1).line;
+  if (std::abs(b.travel_ns - a.travel_ns) > 2 * std::abs(b.delay_ns - a.delay_ns)) return pair;
   const DelayLine middle = {(a.delay_ns + b.delay_ns) / 2, (a.travel_ns + b.travel_ns) / 2};
-  see_profile(exposure, middle, row.background_per_ns);
+  see_profile(exposure, middle, pair.background_per_ns);
   const auto light_of = [&](const TargetParameters& target) {
     return RangeProfile::Target{target.line.delay_ns - middle.delay_ns,
                                 target.signal_per_pulse * exposure.amplitude};
   };
   RangeProfile::Row found, uneven;
-  for (std::size_t k = 0; k < row.count; ++k) found.add(light_of(row.targets.at(k)));
+  for (std::size_t k = 0; k < 2; ++k) found.add(light_of(pair.targets.at(k)));
   profile_.settle(found);
   if (most_ > 2) found = likelier_with_middle(found);
   uneven.add(light_of(alone));
@@ -233,7 +233,7 @@ JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const Jo
   if (profile_.nats(uneven) > profile_.nats(found)) found = uneven;
   profile_.add_unexplained(found, most_, least_in_row);
   JointParameters settled;
-  settled.background_per_ns = row.background_per_ns;
+  settled.background_per_ns = pair.background_per_ns;
   double all = 0;
   for (const RangeProfile::Target& target : found.all()) {
     const double S = target.photons / exposure.amplitude;
@@ -249,7 +249,8 @@ JointParameters JointStart::as_profile_has_it(const Exposure& exposure, const Jo
 // Design note: at +-d a pair is spread by d d, and so are three of equal signals, evenly spaced, at
 // -e, 0 and e with e e = 1.5 d d.
 RangeProfile::Row JointStart::likelier_with_middle(const RangeProfile::Row& pair) {
-  const auto [a, b] = std::pair(pair.all().front(), pair.all().back());
+  const RangeProfile::Target& a = pair.all().front();
+  const RangeProfile::Target& b = pair.all().back();
   const double middle_ns = (a.offset_ns + b.offset_ns) / 2;
   const double e_ns = std::sqrt(1.5) * (b.offset_ns - a.offset_ns) / 2;
   const double photons = (a.photons + b.photons) / 3;

@@ -68,10 +68,10 @@ class JointStart {
   [[nodiscard]] Guess row_about(const Exposure& exposure, const JointParameters& alone,
                                 const TargetSearch::Search& first, bool moving);
   [[nodiscard]] bool are_told_apart(const JointParameters& row) const;
-  RangeProfile::Row likelier_with_middle(const RangeProfile::Row& pair);
   [[nodiscard]] JointParameters as_profile_has_it(const Exposure& exposure,
-                                                  const JointParameters& row,
+                                                  const JointParameters& pair,
                                                   const TargetParameters& alone);
+  [[nodiscard]] RangeProfile::Row likelier_with_middle(const RangeProfile::Row& pair);
   void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
   [[nodiscard]] Guess with_peaks(const Exposure& exposure, const JointParameters& alone,
                                  const TargetSearch::Search& first) const;

@@ -50,7 +50,7 @@ TEST(TargetsInRows, AreToldApartWhereTheLightFalls) {
 }
 
 // Beginning at three where two do not fit finds more rows that are hardly seen to fall between
-// their targets: 32 of these 60 frames list all three, and 20 otherwise.
+// their targets: 32 of these 60 frames list all three, and 19 otherwise.
 TEST(TargetsInRows, AreTriedAllAtOnce) {
   const double s = 33e-4;
   const test::FrameMaker first = scene_of(0, 20, s);
