@@ -19,7 +19,7 @@
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/search/line_search.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 // The search's kernels by themselves, for an emulator that counts instructions.
 //

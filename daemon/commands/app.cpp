@@ -20,7 +20,7 @@
 #include "daemon/service/journal_log.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/sockets/full_file_table.hpp"
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/model/vector_level.hpp"
 #include "protocol/error.hpp"
 #include "protocol/nearest_name.hpp"
 

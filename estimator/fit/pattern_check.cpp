@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "estimator/fold/blind_time.hpp"
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 namespace {

@@ -1,6 +1,6 @@
 #include "estimator/fold/drift_correction.hpp"
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {

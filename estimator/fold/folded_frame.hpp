@@ -11,10 +11,11 @@
 
 // The room fold/ turns the photons' times into what search/ and fit/ work on. Open this file first.
 // Its parts:
-//   drift_correction.hpp   [P] Eq. 20: times in the tagger's clock become times of the pattern's
-//   clock folded_frame.hpp       those times, and their phases in the pattern period near_set.hpp
-//   the photons near one line, with their distances from its pulses search_kernels.hpp     the
-//   inner loops of the search, as vector_level.hpp picks them
+//   drift_correction.hpp   [P] Eq. 20: from the tagger's clock to the pattern's
+//   folded_frame.hpp       those times, and their phases in the pattern period
+//   near_set.hpp           the photons near one line, and how far from its pulses they are
+//   search_kernels.hpp     the inner loops of the search
+//   kernel_choice.hpp      those for this processor's vectors
 
 namespace splid {
 

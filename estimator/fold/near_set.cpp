@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 namespace {

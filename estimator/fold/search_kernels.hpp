@@ -7,7 +7,7 @@
 namespace splid {
 
 // The loops that the search spends its time in, and the Fourier analysis of method `paper`,
-// compiled once for each vector level (see vector_level.hpp). All arrays belong to the caller, and
+// compiled once for each vector level (see kernel_choice.hpp). All arrays belong to the caller, and
 // no two of them overlap. Every level gives the same bits. Threads: any. Errors: none.
 struct SearchKernels {
   // out[i] = a[i] + b[i], in numbers of 8, 16 or 32 bits

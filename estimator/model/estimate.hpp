@@ -16,6 +16,7 @@
 //   pulse_train.hpp    the pattern, as combs of pulses that are played in turn
 //   comb.hpp           one comb, and which of its pulses are near a phase
 //   pulse_shape.hpp    the detected pulse, and the one that the configuration asks for
+//   pulse_kernels.hpp  its inner loop, and vector_level.hpp, for which vectors that is compiled
 //   pattern_make.hpp   patterns from a few numbers
 //   units.hpp          constants
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "estimator/model/units.hpp"
+#include "estimator/model/vector_level.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -120,14 +121,9 @@ void GaussianPulse::set_sigma_ns(double sigma_ns) {
 }
 
 void GaussianPulse::evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const {
-  const double inverse = 1 / sigma_ns_;
-  for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
-    const double x = offsets_ns[i] * inverse;
-    const double h = peak_ * std::exp(-0.5 * x * x);
-    values.h[i] = h;
-    values.d1[i] = -x * inverse * h;
-    values.d2[i] = (x * x - 1) * inverse * inverse * h;
-  }
+  static const PulseKernels& kernels = pulse_kernels(best_vector_level());
+  kernels.gaussian(values.h.data(), values.d1.data(), values.d2.data(), offsets_ns.data(),
+                   1 / sigma_ns_, peak_, offsets_ns.size());
 }
 
 void GaussianPulse::integrate(std::span<const double> offsets_ns,

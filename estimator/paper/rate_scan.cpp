@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 #include "estimator/search/line_tree.hpp"
 
 namespace splid::paper {

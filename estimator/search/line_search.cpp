@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,

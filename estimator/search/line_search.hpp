@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "estimator/fold/folded_frame.hpp"
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/model/vector_level.hpp"
 #include "estimator/search/comb_rows.hpp"
 #include "estimator/search/line_tree.hpp"
 #include "estimator/search/part_lines.hpp"

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <utility>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 namespace {

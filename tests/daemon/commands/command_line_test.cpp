@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "daemon/output/publisher.hpp"
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/model/vector_level.hpp"
 #include "protocol/status_json.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 #include "estimator/search/line_tree.hpp"
 
 namespace splid {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "estimator/fold/search_kernels.hpp"
+#include "estimator/model/pulse_kernels.hpp"
 
 namespace splid {
 
@@ -24,9 +24,7 @@ VectorLevel best_vector_level();
 // All levels that this processor runs, generic first.
 std::vector<VectorLevel> runnable_vector_levels();
 
-// The kernels of a level, which must be one that this processor runs, and those of the best level.
-// Threads: any.
-const SearchKernels& search_kernels(VectorLevel level);
-const SearchKernels& best_search_kernels();
+// The pulse's kernels of a level, which must be one that this processor runs. Threads: any.
+const PulseKernels& pulse_kernels(VectorLevel level);
 
 }  // namespace splid

@@ -1,4 +1,4 @@
-#include "estimator/fold/vector_level.hpp"
+#include "estimator/model/vector_level.hpp"
 
 namespace splid {
 
@@ -39,18 +39,16 @@ VectorLevel best_vector_level() {
   return level;
 }
 
-const SearchKernels& search_kernels(VectorLevel level) {
+const PulseKernels& pulse_kernels(VectorLevel level) {
 #ifdef SPLID_X86_64_LEVELS
-  if (level == VectorLevel::x86_64_v4) return x86_64_v4::search_kernels;
-  if (level == VectorLevel::x86_64_v3) return x86_64_v3::search_kernels;
+  if (level == VectorLevel::x86_64_v4) return x86_64_v4::pulse_kernels;
+  if (level == VectorLevel::x86_64_v3) return x86_64_v3::pulse_kernels;
 #elif defined(SPLID_ARM64_LEVELS)
-  if (level == VectorLevel::neon) return neon::search_kernels;
+  if (level == VectorLevel::neon) return neon::pulse_kernels;
 #else
   (void)level;
 #endif
-  return generic::search_kernels;
+  return generic::pulse_kernels;
 }
-
-const SearchKernels& best_search_kernels() { return search_kernels(best_vector_level()); }
 
 }  // namespace splid
