@@ -152,18 +152,24 @@ struct Timed {
   }
 };
 
-// How long the frames of a scene took: those in which all targets are resolved, the others, and
-// those of the first target alone.
+// How long the frames of a scene took: all of them, those in which all targets are resolved, the
+// others, and those of the first target alone.
 struct Times {
-  std::vector<double> resolved_ms, others_ms, alone_ms;
+  std::vector<double> all_ms, resolved_ms, others_ms, alone_ms;
 
+  void add(double took_ms, bool is_resolved) {
+    all_ms.push_back(took_ms);
+    (is_resolved ? resolved_ms : others_ms).push_back(took_ms);
+  }
   void print() const {
     const double one_ms = median(alone_ms);
+    std::printf(" | %.2f | %.2f", median(all_ms), median(all_ms) / one_ms);
+    const bool are_both = !resolved_ms.empty() && !others_ms.empty();
     for (const auto* of : {&resolved_ms, &others_ms}) {
-      if (of->empty()) {
-        std::printf(" |  | ");
+      if (are_both) {
+        std::printf(" | %.2f", median(*of) / one_ms);
       } else {
-        std::printf(" | %.2f | %.2f", median(*of), median(*of) / one_ms);
+        std::printf(" | ");
       }
     }
     std::printf(" |\n");
@@ -208,7 +214,7 @@ void run(const Scene& scene, int trials) {
     one.estimate(frame_of_first);
     times.alone_ms.push_back(one.took_ms);
     const bool is_resolved = judge(all.estimate(frame), truths, bounds, score);
-    (is_resolved ? times.resolved_ms : times.others_ms).push_back(all.took_ms);
+    times.add(all.took_ms, is_resolved);
   }
   std::printf("| %s | %d | %.1f %% | %.2f %% |", scene.name, static_cast<int>(scene.targets),
               100.0 * score.all_right / trials, 100.0 * score.extra / trials);
@@ -366,8 +372,7 @@ int main(int argc, char** argv) {
   std::printf(
       "| scene | targets | all resolved | claimed elsewhere | bound, mm and cm/s | distance / "
       "bound "
-      "| velocity / bound | within | p50, ms | of the first alone | not resolved: p50, ms | of the "
-      "first alone |\n"
+      "| velocity / bound | within | p50, ms | of the first alone | where resolved | where not |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
