@@ -14,6 +14,8 @@
 //   refinement.hpp      the climb to its maximum, with the covariance there
 //   joint_fit.hpp       the same for several targets at once, with joint_likelihood.hpp
 //   flank_check.hpp     whether light beside a bright pulse is another target's
+//   moving_light.hpp    whether light beside a bright target moves
+//   crossing_check.hpp  whether two targets' lines part, or one pulse is wide
 //   width_fit.hpp       the same with the pulse's width unknown, with width_likelihood.hpp
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others

@@ -39,6 +39,11 @@ constexpr double least_in_flank = 0.2;
 // eighth of the light are claimed in 2.7 % of 2000. With 2 nats that would be 98.7 % and 4.6 %, and
 // with 4 nats 95.9 % and 1.7 %.
 constexpr double nats_for_flank = 3;
+// The lines of a weak target are chosen by the photons that say whether it moves, from many: that
+// gains so many nats at most where nothing moves, but in one frame of a thousand.
+constexpr double nats_of_choice = 9;
+// Of two that are as alike as this, CrossingCheck says whether they move.
+constexpr double least_alike = 0.5;
 
 }  // namespace
 
@@ -48,7 +53,9 @@ TargetClaims::TargetClaims(const PulseShape& shape, const PulseTrain& train,
       train_(train),
       likelihood_(likelihood),
       crossing_check_(shape, train, false_alarm_rate),
-      flank_check_(shape) {}
+      flank_check_(shape),
+      moving_light_(shape, train),
+      nats_for_moving_(nats_of_choice - std::log(false_alarm_rate)) {}
 
 void TargetClaims::begin(const Exposure& exposure) {
   exposure_ = exposure;
@@ -77,9 +84,10 @@ bool TargetClaims::stands_apart(const JointParameters& at, std::size_t target) {
     if (k == target) continue;
     const TargetParameters& other = at.targets.at(k);
     if (crossing(at, target, k).are_two()) continue;
+    const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
+    if (moves_beside(at, is_weaker ? target : k, is_weaker ? k : target)) continue;
     if (apart_widths(own, other) < closest_widths) return false;
     if (!is_claimed_.at(k) || apart_widths(own, other) > tail_widths) continue;
-    const bool is_weaker = own.signal_per_pulse < other.signal_per_pulse;
     if (!is_beside(at, is_weaker ? target : k, is_weaker ? k : target)) return false;
   }
   return true;
@@ -96,6 +104,15 @@ CrossingCheck::Verdict TargetClaims::crossing(const JointParameters& at, std::si
     return {};
   }
   return crossing_check_.judge(likelihood_.near(one), at, one, other);
+}
+
+// Whether a weaker target surely moves through the light beside a bright one.
+bool TargetClaims::moves_beside(const JointParameters& at, std::size_t target,
+                                std::size_t bright) const {
+  const double brightest = at.targets.at(bright).signal_per_pulse;
+  return at.targets.at(target).signal_per_pulse < least_alike * brightest &&
+         moving_light_.judge(likelihood_.near(target), at, target, bright)
+             .does_move(nats_for_moving_);
 }
 
 // Whether a weaker target is one beside a bright one.

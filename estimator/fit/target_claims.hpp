@@ -7,6 +7,7 @@
 #include "estimator/fit/crossing_check.hpp"
 #include "estimator/fit/flank_check.hpp"
 #include "estimator/fit/joint_likelihood.hpp"
+#include "estimator/fit/moving_light.hpp"
 
 namespace splid {
 
@@ -17,7 +18,8 @@ namespace splid {
 // over looks like a target beside the true one that moves with it. So a target is not claimed
 //  - closer than 2.5 pulse widths to another (root mean square over the frame): up to there, two
 //    pulses fit any pulse that is up to 1.6 times as wide. Two whose lines part over the frame, as
-//    the light of no pulse does, may be as close as that shows them (CrossingCheck);
+//    the light of no pulse does, may be as close as that shows them (CrossingCheck; MovingLight
+//    where one is weak);
 //  - within 30 widths of a brighter target, unless the light falls between the two and rises again,
 //    by two standard deviations, and then ends. A tail only falls.
 //    A target of less than a fifth of the bright one's signal that is within 8 widths of it is
@@ -35,7 +37,8 @@ class TargetClaims {
   // A pulse's tail reaches so far.
   static constexpr double tail_widths = 30;
 
-  // shape, train, likelihood: outlive this. false_alarm_rate: see CrossingCheck.
+  // shape, train, likelihood: outlive this. false_alarm_rate: the chance, above 0,
+  // that light which does not part is said to.
   TargetClaims(const PulseShape& shape, const PulseTrain& train, const JointLikelihood& likelihood,
                double false_alarm_rate);
 
@@ -70,6 +73,8 @@ class TargetClaims {
 
  private:
   [[nodiscard]] bool stands_apart(const JointParameters& at, std::size_t target);
+  [[nodiscard]] bool moves_beside(const JointParameters& at, std::size_t target,
+                                  std::size_t bright) const;
   [[nodiscard]] bool is_beside(const JointParameters& at, std::size_t target, std::size_t bright);
   [[nodiscard]] double nats_in_flank(const JointParameters& at, std::size_t target,
                                      std::size_t bright, double side);
@@ -99,6 +104,8 @@ class TargetClaims {
   const JointLikelihood& likelihood_;
   CrossingCheck crossing_check_;
   FlankCheck flank_check_;
+  MovingLight moving_light_;
+  double nats_for_moving_;
   Exposure exposure_;
   std::array<bool, most_targets> is_claimed_{};
   std::array<double, most_targets> light_{};  // about the peak of each, see claim_in_rows()
