@@ -1,8 +1,7 @@
 #include "config/config.hpp"
 
-#include "protocol/pattern_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/support/frame_maker.hpp"
+#include "tests/fuzz/fuzz_pattern.hpp"
 
 // A configuration with a pattern beside it, no file being opened: refused in a sentence that names
 // the file, or read, and then the same after its effective form was read again.
@@ -10,7 +9,7 @@
 SPLID_FUZZ_TARGET(config) {
   using namespace splid;
   using namespace splid::test;
-  static const std::string pattern = to_json(interleaved_pattern({180'000, 189'000}, 3'780'000));
+  static const std::string pattern = fuzz_pattern_json();
   const ReadText read = [](const std::string&, const std::string&) { return pattern; };
   const std::string text = as_text(data, size);
   Config config;

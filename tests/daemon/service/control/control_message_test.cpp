@@ -3,6 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "protocol/json_value.hpp"
+#include "tests/support/manual_members.hpp"
+
 namespace splid::control {
 namespace {
 
@@ -95,6 +104,32 @@ TEST(ControlReply, IsOfASplid) {
   for (const char* text : {"", "[]", "{}", R"({"ok":true})", R"({"schema":"splid.control"})",
                            R"({"schema":1,"ok":true})"}) {
     EXPECT_THROW((void)reply_from_json(text), Error) << text;
+  }
+}
+
+// libFuzzer hardly ever makes up a request or a member, so that each has to stand in a seed.
+TEST(ControlMessage, EveryRequestAndMemberIsInAFuzzSeed) {
+  const auto text_of = [](const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  std::string seeds;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(SPLID_SOURCE_DIR "/tests/fuzz/corpus/control")) {
+    seeds += text_of(entry.path());
+  }
+  const std::string page = "\n" + text_of(SPLID_SOURCE_DIR "/docs/reference/control.md");
+  std::vector<std::string> members = test::manual_members(page, "# Control: requests and replies");
+  EXPECT_GE(members.size(), 9U);
+  const Request all{Command::calibrate, {1, 2, 3, 4}};
+  const nlohmann::json request = json_value(to_json(all));
+  for (const auto& member : request.items()) members.push_back(member.key());
+  for (const std::string& member : members) {
+    EXPECT_THAT(seeds, HasSubstr('"' + member + "\":"));
+  }
+  for (auto command = Command::status; command <= Command::calibrate;
+       command = static_cast<Command>(static_cast<int>(command) + 1)) {
+    EXPECT_THAT(seeds, HasSubstr("\"request\":\"" + std::string(to_string(command)) + '"'));
   }
 }
 
