@@ -1,69 +1,17 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
+#include <optional>
 
-#include "estimator/frame_estimator.hpp"
 #include "estimator/sync/sync_clock.hpp"
+#include "tests/fuzz/estimator_settings.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/support/frame_maker.hpp"
 
 // A frame of any photons, losses and syncs that the framer can make, at any time of 64 bits: the
 // estimate has a status, and its values are finite and within their ranges.
 
 namespace splid::test::fuzz_estimator {
 namespace {
-
-// Short, so that an estimate takes milliseconds with all the sanitizers' checks.
-constexpr double length_ms = 0.1;
-constexpr std::size_t most_photons = 256;
-
-struct Setting {
-  Pattern pattern;
-  std::unique_ptr<FrameEstimator> estimator;
-  double period_ps = 0;
-};
-
-Setting make_setting(const Pattern& pattern, SceneOptions scene, PulseOptions pulse,
-                     Method method = Method::search, const DetectorOptions& detector = {},
-                     std::size_t inputs = 1) {
-  scene.max_acceleration_mps2 = 2e8;  // bends these short frames by 7 ns, so that all looks happen
-  EstimatorOptions options;
-  options.method = method;
-  options.effort = Effort::fast;
-  return {pattern,
-          std::make_unique<FrameEstimator>(pattern, pulse, scene, options, length_ms, most_photons,
-                                           ClockReference::tagger, detector, inputs),
-          pattern_period_ps(pattern)};
-}
-
-std::array<Setting, 15>& settings() {
-  static const Pattern interleaved = interleaved_pattern({180'000, 189'000}, 3'780'000);
-  static const Pattern rates = mrr_pattern({90'000, 99'000}, 990'000, 2e6);
-  static const Pattern random = random_pattern(1'000'000, 8, 9'000, 1);
-  const auto pulse = [](double sigma_ps, PulseWidth width = PulseWidth::fixed) {
-    return PulseOptions{.sigma_ps = sigma_ps, .width = width};
-  };
-  const auto scene = [](Motion motion, std::int64_t targets = 1) {
-    return SceneOptions{.motion = motion, .targets = targets};
-  };
-  static std::array<Setting, 15> made = {
-      make_setting(interleaved, scene(Motion::moving), pulse(100)),
-      make_setting(interleaved, scene(Motion::automatic), pulse(1000)),
-      make_setting(interleaved, scene(Motion::moving), pulse(100), Method::paper),
-      make_setting(periodic_pattern(100'000), scene(Motion::static_target), pulse(50)),
-      make_setting(random, scene(Motion::moving), pulse(100)),
-      make_setting(rates, scene(Motion::moving), pulse(100)),
-      make_setting(interleaved, scene(Motion::accelerating), pulse(100)),
-      make_setting(rates, scene(Motion::accelerating), pulse(300)),
-      make_setting(interleaved, scene(Motion::moving), pulse(100), Method::search, {0.05}),
-      make_setting(interleaved, scene(Motion::automatic), pulse(1000), Method::search, {45}, 2),
-      make_setting(rates, scene(Motion::moving), pulse(100), Method::search, {2000}),
-      make_setting(interleaved, scene(Motion::accelerating), pulse(100), Method::search, {50}),
-      make_setting(interleaved, scene(Motion::moving, 3), pulse(100)),
-      make_setting(random, scene(Motion::static_target, 2), pulse(300)),
-      make_setting(interleaved, scene(Motion::moving), pulse(100, PulseWidth::fitted))};
-  return made;
-}
 
 // What Framer makes of a stream: see Frame.
 struct MadeFrame {
@@ -125,19 +73,81 @@ void add_photons(FuzzInput& input, double period_ps, MadeFrame& frame) {
   }
 }
 
+// The values of a target that are to be finite; what is absent is 0.
+auto values_of(const TargetEstimate& target) {
+  return std::array{target.delay_ns,
+                    target.std_delay_ns,
+                    target.delay_start_ns,
+                    target.velocity_mps,
+                    target.std_velocity_mps,
+                    target.signal_per_pulse,
+                    target.std_signal_per_pulse,
+                    target.significance_nats,
+                    target.range_odds_nats,
+                    target.amplitude_misfit.value_or(0),
+                    target.pulse_misfit.value_or(0),
+                    target.acceleration_misfit_mps2.value_or(0),
+                    target.signal_gap.value_or(0),
+                    target.shape_odds_nats.value_or(0)};
+}
+
+// The same of a frame, without its list of targets.
+auto values_of(const Estimate& e) {
+  return std::array{e.delay_ns,
+                    e.delay_start_ns,
+                    e.velocity_mps,
+                    e.acceleration_mps2,
+                    e.signal_per_pulse,
+                    e.background_per_ns,
+                    e.std_delay_ns,
+                    e.std_velocity_mps,
+                    e.std_acceleration_mps2,
+                    e.std_signal_per_pulse,
+                    e.std_background_per_ns,
+                    e.pulse_sigma_ns,
+                    e.std_pulse_sigma_ns,
+                    e.significance_nats,
+                    e.threshold_nats,
+                    e.range_odds_nats,
+                    e.amplitude_misfit.value_or(0),
+                    e.pulse_misfit.value_or(0),
+                    e.pulse_excess,
+                    e.std_pulse_excess,
+                    e.acceleration_misfit_mps2.value_or(0),
+                    e.signal_gap.value_or(0),
+                    e.blind_fraction};
+}
+
+bool are_same(const Estimate& a, const Estimate& b) {
+  const auto is_same = [](const TargetEstimate& of_a, const TargetEstimate& of_b) {
+    return of_a.status == of_b.status && values_of(of_a) == values_of(of_b);
+  };
+  return a.status == b.status && a.has_values == b.has_values &&
+         a.pattern_fault == b.pattern_fault && a.stop == b.stop && values_of(a) == values_of(b) &&
+         a.target_count == b.target_count &&
+         std::equal(a.targets.begin(), a.targets.end(), b.targets.begin(), is_same);
+}
+
+void check_misfits(const std::optional<double>& pulse_misfit,
+                   const std::optional<double>& signal_gap) {
+  must(pulse_misfit.value_or(0) > -1, "a pulse has a width");
+  must(signal_gap.value_or(0) >= 0 && signal_gap.value_or(0) <= 1, "a gap is a share of the frame");
+}
+
 void check_targets(const Estimate& e) {
   must(e.target_count <= most_targets, "a frame has four targets at most");
   for (std::size_t k = 0; k < e.target_count; ++k) {
     const TargetEstimate& target = e.targets.at(k);
-    for (const double value : {target.delay_ns, target.velocity_mps, target.std_delay_ns,
-                               target.std_velocity_mps, target.significance_nats}) {
+    for (const double value : values_of(target)) {
       must(std::isfinite(value), "a target's values are finite");
     }
+    must(target.status == FrameStatus::ok || target.status == FrameStatus::ambiguous,
+         "a target has a status");
     must(target.signal_per_pulse >= 0, "a target's flux is not negative");
-    must(target.pulse_misfit.value_or(0) > -1, "a pulse has a width");
-    must(std::isfinite(target.acceleration_misfit_mps2.value_or(0)), "a bend is finite");
-    must(target.signal_gap.value_or(0) >= 0 && target.signal_gap.value_or(0) <= 1,
-         "a gap is a share of the frame");
+    must(target.std_delay_ns >= 0 && target.std_velocity_mps >= 0 &&
+             target.std_signal_per_pulse >= 0,
+         "a target's deviations are not negative");
+    check_misfits(target.pulse_misfit, target.signal_gap);
     must(target.shape_odds_nats.value_or(1) > 0, "a target is likelier than a pulse's flank");
     must(k == 0 || target.signal_per_pulse <= e.targets.at(k - 1).signal_per_pulse,
          "the brightest target is first");
@@ -146,28 +156,8 @@ void check_targets(const Estimate& e) {
 
 void check_values(const Estimate& e, const Pattern& pattern) {
   check_targets(e);
-  const std::array values = {e.delay_ns,
-                             e.delay_start_ns,
-                             e.velocity_mps,
-                             e.acceleration_mps2,
-                             e.signal_per_pulse,
-                             e.background_per_ns,
-                             e.std_delay_ns,
-                             e.std_velocity_mps,
-                             e.std_signal_per_pulse,
-                             e.std_acceleration_mps2,
-                             e.std_background_per_ns,
-                             e.significance_nats,
-                             e.threshold_nats,
-                             e.range_odds_nats,
-                             e.pulse_sigma_ns,
-                             e.std_pulse_sigma_ns,
-                             e.pulse_misfit.value_or(0),
-                             e.pulse_excess,
-                             e.std_pulse_excess,
-                             e.acceleration_misfit_mps2.value_or(0),
-                             e.signal_gap.value_or(0)};
-  for (const double value : values) must(std::isfinite(value), "values are finite");
+  for (const double value : values_of(e)) must(std::isfinite(value), "values are finite");
+  check_misfits(e.pulse_misfit, e.signal_gap);
   must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
        "an estimate has a status");
@@ -181,8 +171,10 @@ void check_values(const Estimate& e, const Pattern& pattern) {
   must(e.delay_ns >= 0 && e.delay_ns <= circle_ns, "a delay is within the unambiguous one");
   must(e.signal_per_pulse >= 0, "a flux is not negative");
   must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_acceleration_mps2 >= 0 &&
-           e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0,
+           e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0 &&
+           e.std_pulse_sigma_ns >= 0 && e.std_pulse_excess >= 0,
        "deviations are not negative");
+  must(e.std_pulse_sigma_ns == 0 || e.pulse_sigma_ns > 0, "a fitted pulse has a width");
 }
 
 void check(FuzzInput input) {
@@ -207,10 +199,7 @@ void check(FuzzInput input) {
 
   const Estimate first = setting.estimator->estimate(frame.view);
   check_values(first, setting.pattern);
-  const Estimate again = setting.estimator->estimate(frame.view);
-  must(again.status == first.status && again.delay_ns == first.delay_ns &&
-           again.velocity_mps == first.velocity_mps &&
-           again.significance_nats == first.significance_nats,
+  must(are_same(setting.estimator->estimate(frame.view), first),
        "the same frame gives the same bits");
   TargetTrack track;
   check_values(setting.estimator->estimate(frame.view, &track), setting.pattern);
