@@ -99,6 +99,9 @@ struct FrameEstimator::Workspace {
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
         bent_threshold_nats(threshold_nats) {
+    if (const auto fault = options.validate(scene)) {
+      throw Error(Fault::usage, "/estimator" + fault->pointer + ": " + fault->what);
+    }
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
@@ -314,11 +317,6 @@ Fit FrameEstimator::Workspace::drop_motion_unless_seen(const Fit& moving_fit) {
 }
 
 void FrameEstimator::Workspace::look_for_several(double false_alarm_rate, std::size_t max_photons) {
-  if (by_paper) {
-    throw Error(Fault::usage, "scene.targets is " + std::to_string(scene.targets) +
-                                  ", but the method of [P] knows one target; take "
-                                  "estimator.method search, or scene.targets 1");
-  }
   several = std::make_unique<SeveralTargets>(search, pattern_check, train, *shape, threshold_nats,
                                              false_alarm_rate,
                                              static_cast<std::size_t>(scene.targets), max_photons);
@@ -327,12 +325,7 @@ void FrameEstimator::Workspace::look_for_several(double false_alarm_rate, std::s
 void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, double length_ns,
                                                std::size_t max_photons,
                                                std::optional<BlindTime> straight_blind) {
-  if (by_paper) {
-    if (scene.motion == Motion::automatic) return;
-    throw Error(Fault::usage,
-                "scene.motion is accelerating, which the method of [P] does not know; take "
-                "estimator.method search, or scene.motion moving");
-  }
+  if (by_paper) return;
   bends =
       std::make_unique<BendSearch>(search, train, shape->width_ns(), scene.max_acceleration_mps2,
                                    max_photons, std::move(straight_blind));

@@ -27,6 +27,11 @@ std::string sentence_of(const std::exception_ptr& fault) {
   return {};
 }
 
+// Errors: those of Stream::reload(), beginning with the file.
+void hand_over(Stream& stream, const Config& next) {
+  asked_by(next.file, [&] { stream.reload(stream_options(next)); });
+}
+
 }  // namespace
 
 Measuring::Measuring(const Config& config, Output& output, DeviceMonitor& device, bool may_record)
@@ -50,12 +55,14 @@ StreamSummary Measuring::run(std::unique_ptr<TagSource> source, const std::stop_
 
 // From here on there is a stream, which is what start() waits for.
 void Measuring::prepare(std::unique_ptr<TagSource> source) {
-  auto stream = std::make_unique<Stream>(stream_options(config_), std::move(source), host_clock());
+  auto stream = asked_by(config_.file, [&] {
+    return std::make_unique<Stream>(stream_options(config_), std::move(source), host_clock());
+  });
   output_.begin();
   const std::scoped_lock recording_lock(recording_mutex_);
   if (to_record_) record(*stream);
   const std::scoped_lock lock(mutex_);
-  if (reloaded_) stream->reload(stream_options(*reloaded_));
+  if (reloaded_) hand_over(*stream, *reloaded_);
   stream_ = std::move(stream);
   waits_for_.clear();
   pausing_ = !wanted_;
@@ -155,7 +162,7 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
 
 void Measuring::reload(std::shared_ptr<const Config> next) {
   const std::scoped_lock lock(mutex_);
-  if (stream_) stream_->reload(stream_options(*next));
+  if (stream_) hand_over(*stream_, *next);
   output_.reload(output_options(*next));
   reloaded_ = std::move(next);
 }

@@ -7,7 +7,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -19,7 +18,7 @@
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/service/socket_places.hpp"
-#include "daemon/stream/frame_plan.hpp"
+#include "daemon/stream/stream.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/error.hpp"
 
@@ -143,10 +142,7 @@ void check_endpoint(const Config& config, const std::string& pointer, const std:
 }  // namespace
 
 void check_start(const Config& config) {
-  asked_by(config.file, [&] {
-    const auto ring = static_cast<std::size_t>(config.pipeline.ring_capacity_tags);
-    check_frame_fits(config.frame.length_ms, config.pattern, std::bit_ceil(ring));
-  });
+  asked_by(config.file, [&] { check_stream(stream_options(config)); });
   check_memory(config);
   check_files(config);
   check_endpoint(config, "/publish/endpoint", config.publish.endpoint);

@@ -27,6 +27,17 @@ StreamOptions stream_options(const Config& config) {
           config.scene,   config.estimator, config.pipeline, config.detector, nullptr};
 }
 
+FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t max_photons) {
+  return {options.pattern,         options.pulse,           options.scene,
+          options.estimator,       options.frame.length_ms, max_photons,
+          options.drift.reference, options.detector,        options.channels.photon.size()};
+}
+
+void check_stream(const StreamOptions& options) {
+  check_frame_fits(options.frame.length_ms, options.pattern, ring_capacity(options.pipeline));
+  (void)make_frame_estimator(options, 1);
+}
+
 StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more) {
   sum.framer += more.framer;
   sum.dropped_tags += more.dropped_tags;
@@ -125,10 +136,12 @@ const SyncDiagnosis* Stream::diagnosis() const {
 }
 
 EstimatorInUse Stream::make_estimator(const StreamOptions& from) const {
-  return {FrameEstimator(options_.pattern, from.pulse, from.scene, from.estimator,
-                         options_.frame.length_ms, max_photons_, options_.drift.reference,
-                         from.detector, options_.channels.photon.size()),
-          from.estimator.tracked};
+  StreamOptions options = options_;
+  options.pulse = from.pulse;
+  options.scene = from.scene;
+  options.estimator = from.estimator;
+  options.detector = from.detector;
+  return {make_frame_estimator(options, max_photons_), from.estimator.tracked};
 }
 
 void Stream::estimate(std::size_t index) {

@@ -43,6 +43,12 @@ struct StreamOptions {
 
 StreamOptions stream_options(const Config& config);
 
+// The estimator that these options ask for. Errors: Error(Fault::usage) where it refuses them.
+FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t max_photons);
+
+// Throws what a stream's constructor would of these options, without making its buffers.
+void check_stream(const StreamOptions& options);
+
 // Where every tag of a stream went, as its stages count it; no count ever falls.
 struct StreamCounters {
   FramerTotals framer;

@@ -52,7 +52,8 @@ std::optional<OptionFault> SceneOptions::validate() const {
 
 void EstimatorOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "method", method, method_names,
-         "search: over all delays and velocities; paper: as [P] does, for comparison");
+         "search: over all delays and velocities; paper: as [P] does, for comparison, which knows "
+         "neither several targets nor an acceleration");
   choose(visitor, "effort", effort, effort_names, "how fine the search may get before it gives up");
   visitor.flag("tracked", tracked,
                "a frame first looks where the one before found its target, and searches where "
@@ -62,6 +63,26 @@ void EstimatorOptions::describe(OptionVisitor& visitor) {
   visitor.number("range_risk", range_risk, {1e-12, 0.5},
                  "a frame whose range is wrong with a greater chance than this has status "
                  "ambiguous");
+}
+
+// Motion automatic goes with the method of [P]: the photons decide whether the target moves, and no
+// acceleration is looked for.
+std::optional<OptionFault> EstimatorOptions::validate(const SceneOptions& scene) const {
+  if (method == Method::search) return std::nullopt;
+  const auto refuse = [](const std::string& what, const std::string& instead) {
+    return OptionFault{"/method", "is \"paper\", but " + what +
+                                      "; take estimator.method \"search\", or " + instead};
+  };
+  if (scene.targets > 1) {
+    return refuse("scene.targets is " + std::to_string(scene.targets) +
+                      ", and the method of [P] knows one target",
+                  "scene.targets 1");
+  }
+  if (scene.motion == Motion::accelerating) {
+    return refuse("scene.motion is \"accelerating\", and the method of [P] knows no acceleration",
+                  "scene.motion \"moving\"");
+  }
+  return std::nullopt;
 }
 
 void PulseOptions::describe(OptionVisitor& visitor) {

@@ -47,6 +47,8 @@ struct EstimatorOptions {
   double false_alarm_rate = 1e-3;  // share of the frames without a target that claim a target
   double range_risk = 1e-3;        // risk of a wrong range above which a frame is ambiguous
   void describe(OptionVisitor& visitor);
+  // Whether the method goes with what the scene may hold.
+  [[nodiscard]] std::optional<OptionFault> validate(const SceneOptions& scene) const;
 };
 
 // Whether the pulse is as wide as configured. fitted: its width is a parameter of each frame.

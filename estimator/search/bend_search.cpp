@@ -223,10 +223,9 @@ BentFit BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend
 
 std::string BendSearch::too_many_looks_text(double length_ns) const {
   std::ostringstream text;
-  text << "scene.max_acceleration_mps2 is " << max_acceleration_mps2_
-       << ", with which the path may bend in " << looks(length_ns) << " ways in a frame of "
-       << length_ns * 1e-6 << " ms; more than " << most_looks
-       << " take too long: lower it, or frame.length_ms";
+  text << "/scene/max_acceleration_mps2: with " << max_acceleration_mps2_
+       << " the path may bend in " << looks(length_ns) << " ways in a frame of " << length_ns * 1e-6
+       << " ms; more than " << most_looks << " take too long: lower it, or /frame/length_ms";
   return text.str();
 }
 

@@ -106,6 +106,29 @@ TEST_F(Mistakes, KeysWithASlip) {
   expect_lasting(slip, AllOf(HasSubstr("/pattern: is missing"), HasSubstr("\"patern\" is no key")));
 }
 
+// What only the estimator knows is told as early, with the same words at the same place, and by a
+// replay too.
+TEST_F(Mistakes, OptionsThatTheEstimatorRefuses) {
+  const std::string recording = folder.path("a.ptu");
+  run_program({"simulate", "--config", config, "--seconds", "0.1", "--output", recording});
+  const auto expect_refused = [&](const std::string& more, const std::string& words) {
+    const std::string file = write_config("refused.json", more);
+    expect_lasting(file, HasSubstr(file + ": " + words));
+    expect_error({"replay", recording, "--config", file}, 2, HasSubstr(file + ": " + words));
+  };
+  const std::string paper = R"(,"estimator":{"method":"paper"},"scene":)";
+  expect_refused(paper + R"({"motion":"accelerating"})",
+                 "/estimator/method: is \"paper\", but scene.motion is \"accelerating\"");
+  expect_refused(paper + R"({"targets":2})",
+                 "/estimator/method: is \"paper\", but scene.targets is 2");
+  expect_refused(R"(,"frame":{"length_ms":3500},"scene":{"motion":"accelerating",)"
+                 R"("max_acceleration_mps2":1000})",
+                 "/scene/max_acceleration_mps2: with 1000 the path may bend in ");
+  EXPECT_EQ(
+      run_program({"check", write_config("auto.json", paper + R"({"motion":"auto"})")}).exit_code,
+      0);
+}
+
 TEST_F(Mistakes, FilesOfAnotherKind) {
   const std::string recording = folder.path("a.ptu");
   run_program({"simulate", "--config", config, "--seconds", "0.1", "--output", recording});

@@ -248,8 +248,8 @@ TEST(BendSearch, RefusesBendsThatWouldTakeMinutes) {
     (void)estimator_for(made, Motion::accelerating);
     FAIL() << "not refused";
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("scene.max_acceleration_mps2"),
-                                             testing::HasSubstr("frame.length_ms")));
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("/scene/max_acceleration_mps2"),
+                                             testing::HasSubstr("/frame/length_ms")));
   }
   EXPECT_NO_THROW(estimator_for(made, Motion::automatic));
 }
