@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <span>
 
 #include "estimator/model/pattern_make.hpp"
@@ -43,13 +44,11 @@ bool is_experiment(Study study) {
   return study == Study::fig9 || study == Study::velocities || study == Study::experiment;
 }
 
+// As many pulses of each period, as [P] has them: as many as the frame holds whole.
 Pattern mrr(std::span<const double> periods, double length_ms) {
-  std::vector<std::int64_t> repeats;
-  for (const double period : periods) {
-    const double share = length_ms * ps_per_ms / static_cast<double>(periods.size());
-    repeats.push_back(std::llround(share / period));
-  }
-  return make_mrr(periods, repeats);
+  const double one_of_each_ps = std::accumulate(periods.begin(), periods.end(), 0.0);
+  const auto repeats = static_cast<std::int64_t>(length_ms * ps_per_ms / one_of_each_ps + 1e-6);
+  return make_mrr(periods, std::vector(periods.size(), repeats));
 }
 
 // Without the pulses that are too near to the one before.

@@ -71,8 +71,7 @@ struct Job {
 std::string scene_key(const Cell& cell);
 std::string key(const Job& job);
 
-// The pattern that the study gives this mode; frames of MRR show each period for half of their
-// length.
+// The pattern that the study gives this mode; frames of MRR show as many pulses of each period.
 Pattern pattern_of(const Cell& cell);
 
 // All jobs of all studies, in the order of the tables.

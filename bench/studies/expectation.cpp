@@ -81,9 +81,9 @@ class Gain {
 
 // The chance that the photons of two periods agree better at a delay whose remainders are one step
 // of the periods' common divisor off. Where the periods share the frame, the offset between their
-// photons has twice the deviation of the delay. In turn, half a frame each, it has four times that,
-// as the velocity is unknown too: the information is E[sign^2] - E[s sign]^2 / E[s^2] = 1 / 4 for
-// half of the offset, with s uniform in [-1/2, 1/2].
+// photons has twice the deviation of the delay. In turn, about half a frame each, it has four times
+// that, as the velocity is unknown too: the information is E[sign^2] - E[s sign]^2 / E[s^2] = 1 / 4
+// for half of the offset, with s uniform in [-1/2, 1/2].
 double chance_of_another_turn(const Pattern& pattern, const Bound& bound) {
   if (pattern.mode != Mode::mrr && pattern.mode != Mode::interleaved) return 0;
   const double deviations = pattern.mode == Mode::mrr ? 4 : 2;

@@ -22,13 +22,17 @@ TEST(Cells, EveryJobHasAKeyOfItsOwnAndAValidPattern) {
   EXPECT_EQ(key(full_jobs(10).front()), "fig2,baseline,balanced,0.5,0.01,1e-05,30,search");
 }
 
-TEST(Cells, PeriodsInTurnHaveHalfAFrameEach) {
-  const Pattern pattern = pattern_of({.study = Study::fig2, .mode = Mode::mrr, .length_ms = 2});
-  ASSERT_EQ(pattern.segments.size(), 2U);
-  for (const PatternSegment& segment : pattern.segments) {
-    EXPECT_NEAR(static_cast<double>(segment.repeats) * segment.period_ps, 1e9, segment.period_ps);
-  }
-  EXPECT_EQ(pattern.unambiguous_delay_ps, 2'600'000);
+// [P] shows as many pulses of each period: 2450 of 100 ns and of 104 ns are its 4900 in 0.5 ms.
+TEST(Cells, PeriodsInTurnHaveAsManyPulsesEach) {
+  const auto repeats_of = [](Study study, double length_ms) {
+    const Pattern pattern = pattern_of({.study = study, .mode = Mode::mrr, .length_ms = length_ms});
+    EXPECT_EQ(pattern.segments.size(), 2U);
+    EXPECT_EQ(pattern.segments.front().repeats, pattern.segments.back().repeats);
+    return pattern.segments.front().repeats;
+  };
+  EXPECT_EQ(repeats_of(Study::fig2, 0.5), 2450);
+  EXPECT_EQ(repeats_of(Study::fig3, 1.02), 5000);
+  EXPECT_EQ(repeats_of(Study::fig9, 50), 135'501);
 }
 
 double least_spacing_ps(const PatternSegment& segment) {
