@@ -340,36 +340,58 @@ def stage(table: AnyPath, light: str) -> Figure:
     and b (counts a sync period), their ratio, distance and velocity against time.
 
     table: the frames that bench/stage.py wrote; light: which of its lights. Markers are the frames
-    of method `search` with a value. Lines are the encoder, and the scene's light. Each panel has
-    the RMSE of its markers against its line.
+    with a value: dots of method `search`, open squares of method `paper` where the table has it.
+    Lines are the encoder, and the scene's light. Each panel has the RMSE of its markers against its
+    line; its axis is that of `search`, and a square beyond it is not seen.
 
     Errors: OSError; ValueError for a file that is no such table, or has no frame of that light.
     """
     names = [name for panel in _STAGE for name in (panel[0], panel[3])]
     rows = [row for row in _read(table, ("light", "mode", "method", "time_s", *names))
-            if row["light"] == light and row["method"] == "search"]
-    if not rows:
+            if row["light"] == light]
+    modes = list(dict.fromkeys(row["mode"] for row in rows if row["method"] == "search"))
+    if not modes:
         raise ValueError(f"{os.fspath(table)}: no frame is of the light {light}")
-    modes = list(dict.fromkeys(row["mode"] for row in rows))
     figure = Figure(figsize=(2.6 * len(modes), 9.0), layout="constrained")
-    figure.suptitle(f"{light} light: measured (dots), and the encoder (line)", fontsize="medium")
+    figure.suptitle(f"{light} light: search (dots), [P]'s method (squares), and the encoder (line)",
+                    fontsize="medium")
     grid = figure.subplots(len(_STAGE), len(modes), sharex=True, sharey="row", squeeze=False)
-    for column, mode in enumerate(modes):
-        of_mode = [row for row in rows if row["mode"] == mode]
-        seconds = _column(of_mode, "time_s")
-        seconds -= seconds[0]
-        for axes, (name, title, unit, reference) in zip(grid[:, column], _STAGE):
-            found, true = _column(of_mode, name), _column(of_mode, reference)
-            axes.plot(seconds, true, color=_ORANGE, linewidth=1)
-            axes.plot(seconds, found, ".", color=_MODES[mode], markersize=3)
-            errors = (found - true)[np.isfinite(found)]
-            told = f"RMSE {math.sqrt(np.mean(errors**2)):.2g}{unit}" if len(errors) else "no value"
-            axes.set_title(told, fontsize="x-small", loc="left", pad=2)
-            if column == 0:
-                axes.set_ylabel(title)
-        grid[0, column].set_title(mode, fontsize="small", loc="right", pad=2)
-        grid[-1, column].set_xlabel("time (s)")
+    for method in ("search", "paper"):
+        limits = [panels[0].get_ylim() for panels in grid]
+        for column, mode in enumerate(modes):
+            these = [row for row in rows if (row["mode"], row["method"]) == (mode, method)]
+            for axes, panel in zip(grid[:, column], _STAGE):
+                _draw_stage(axes, these, _MODES[mode], panel)
+        if method == "paper":
+            for panels, limit in zip(grid, limits):
+                panels[0].set_ylim(limit)
+    for axes, (_, title, _, _) in zip(grid[:, 0], _STAGE):
+        axes.set_ylabel(title)
+    for axes, last, mode in zip(grid[0], grid[-1], modes):
+        axes.annotate(mode, (0.5, 1), (0, 14), "axes fraction", "offset points", ha="center",
+                      fontsize="small")
+        last.set_xlabel("time (s)")
     return figure
+
+
+def _draw_stage(axes: Axes, rows: Rows, colour: str, panel: tuple[str, str, str, str]) -> None:
+    """Frames of one method; those of `search` come first, with the line that both are beside."""
+    if not rows:
+        return
+    name, _, unit, reference = panel
+    seconds, found, true = (_column(rows, kind) for kind in ("time_s", name, reference))
+    seconds -= seconds[0]
+    errors = (found - true)[np.isfinite(found)]
+    told = f"{math.sqrt(np.mean(errors**2)):.2g}{unit}" if len(errors) else "no value"
+    if rows[0]["method"] == "search":
+        axes.plot(seconds, true, color=_ORANGE, linewidth=1)
+        axes.plot(seconds, found, ".", color=colour, markersize=3)
+        told = f"RMSE {told}"
+    else:
+        axes.plot(seconds, found, "s", color=colour, markersize=4.5, markeredgewidth=0.4,
+                  fillstyle="none")
+        told = f"{axes.get_title('left')}, [P] {told}"
+    axes.set_title(told, fontsize="x-small", loc="left", pad=2)
 
 
 def _read(file: AnyPath, needed: Iterable[str]) -> Rows:

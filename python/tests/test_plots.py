@@ -135,7 +135,7 @@ def test_of_two_runs_of_a_cell_the_longer_is_drawn(tmp_path):
 
 
 def stage_table(tmp_path):
-    """Three frames of a mode, of which one has no value, and one of another method."""
+    """Three frames of a mode, of which one has no value, and one of the other method."""
     names = ("light", "mode", "method", "time_s", "signal_per_period", "background_per_period", "sbr",
              "distance_m", "velocity_mps", "true_signal", "true_background", "true_sbr",
              "reference_m", "reference_mps")
@@ -152,14 +152,26 @@ def stage_table(tmp_path):
 def test_a_stage_is_drawn_beside_its_encoder(tmp_path):
     table = stage_table(tmp_path)
     panels = plots.stage(table, "low").axes
-    encoder, measured = panels[3].get_lines()
+    encoder, measured, of_paper = panels[3].get_lines()
     assert encoder.get_ydata().tolist() == [7, 7.1, 7.2]
     assert np.nan_to_num(measured.get_ydata()).tolist() == [7.001, 0, 7.202]
+    assert of_paper.get_ydata().tolist() == [99]
+    assert panels[3].get_ylim()[1] < 8  # a wrong distance of [P]'s does not flatten the others
     # The root of (1 + 4) / 2 mm^2 and so on.
     assert [axes.get_title("left") for axes in panels] == [
-        "RMSE 0.001", "RMSE 0", "RMSE 0", "RMSE 0.0016 m", "RMSE 0.016 m/s"]
+        "RMSE 0.001, [P] 0", "RMSE 0, [P] 0", "RMSE 0, [P] 0", "RMSE 0.0016 m, [P] 92 m",
+        "RMSE 0.016 m/s, [P] 98 m/s"]
     with pytest.raises(ValueError, match="no frame is of the light strong"):
         plots.stage(table, "strong")
+
+
+def test_a_stage_without_the_other_method_is_drawn_too(tmp_path):
+    table = stage_table(tmp_path)
+    table.write_text("".join(line for line in table.read_text().splitlines(True)
+                             if ",paper," not in line))
+    panels = plots.stage(table, "low").axes
+    assert len(panels[3].get_lines()) == 2
+    assert panels[3].get_title("left") == "RMSE 0.0016 m"
 
 
 def test_without_matplotlib_it_says_what_is_lacking():
