@@ -119,8 +119,9 @@ void add_options(CLI::App& app, Options& options) {
                  "Minutes of processor time for a cell, which ends with the frames it has by then")
       ->check(CLI::Range(0.01, 1e4))
       ->capture_default_str();
-  app.add_option("--report", options.report, "Run nothing: make the tables of this folder");
-  app.add_option("--table", options.table, "With --report: where the tables go (in the folder)");
+  app.add_option("--report", options.report, "Run nothing: make the pages of this folder");
+  app.add_option("--table", options.table,
+                 "With --report: where the page goes (in the folder); two more beside it");
 }
 
 }  // namespace

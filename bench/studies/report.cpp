@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 
 #include "protocol/error.hpp"
 
@@ -17,12 +18,23 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 }  // namespace
 
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& table) {
   const Results results = read_results(folder);
   if (results.empty()) throw Error(Fault::data, folder.string() + ": no results in it");
-  write_file(table, tables(results, "studies"));
+  const auto beside = [&](const std::string& ending) {
+    return table.parent_path() / (table.stem().string() + ending + table.extension().string());
+  };
+  const std::string stage_csv = text_of(table.parent_path() / "studies" / "stage.csv");
+  write_file(table, reader_page(results, stage_csv));
+  write_file(beside("-figures"), figures_page(results, "studies"));
+  write_file(beside("-beyond"), beyond_page(results, "studies"));
 }
 
 }  // namespace splid::studies

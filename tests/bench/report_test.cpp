@@ -39,18 +39,19 @@ TEST(Report, TablesSayWhatWasRunAndWhatWasFound) {
   const std::string name = "fig2,interleaved,balanced,0.5,0.01,0.001,30,search";
   results.at(name).score.wrong = 3;
   results.at(name).score.trials = 900;
-  const std::string text = tables(results, "studies");
-  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor.\n"));
-  EXPECT_THAT(text, HasSubstr("| fig2 | search | 28 | 21 | 21 | 1 | 1 | 3 of 20900 | 0 |"));
+  const std::string text = figures_page(results, "studies");
+  EXPECT_THAT(text, HasSubstr("Run 2026-11-21 on Some Processor. Again:\n"));
   EXPECT_THAT(text, HasSubstr("studies/fig2.svg"));
   EXPECT_THAT(text, HasSubstr("| interleaved | search | 900 to 1000 | 1.00 1.00 |"));
   EXPECT_THAT(text, HasSubstr("| 1.00 1.00 (0.33 %) |"));
   EXPECT_THAT(text, Not(HasSubstr("Fig. 4: few photons")));
+  EXPECT_THAT(beyond_page(results, "studies"),
+              HasSubstr("| fig2 | search | 28 | 21 | 21 | 1 | 1 | 3 of 20900 | 0 |"));
   results.at(name).machine = "Another Processor";
   results.at(name).date = "2026-11-22";
-  EXPECT_THAT(tables(results, "studies"),
+  EXPECT_THAT(figures_page(results, "studies"),
               HasSubstr("Run 2026-11-22 on Another Processor (`search`),\n"
-                        "2026-11-21 on Some Processor (`paper`, `search`).\n"));
+                        "2026-11-21 on Some Processor (`paper`, `search`). Again:\n"));
 }
 
 TEST(Report, CellsThatTellNothingAreMarked) {
@@ -58,12 +59,39 @@ TEST(Report, CellsThatTellNothingAreMarked) {
   std::erase_if(results,
                 [](const auto& one) { return one.second.job.cell.mode != Mode::baseline; });
   for (auto& [name, result] : results) result.score.no_value = 600;
-  EXPECT_THAT(tables(results, "."), HasSubstr("| ✗ – (none 60 %) |"));
-  EXPECT_THAT(tables(results, "."),
+  EXPECT_THAT(figures_page(results, "."), HasSubstr("| ✗ – (none 60 %) |"));
+  EXPECT_THAT(beyond_page(results, "."),
               HasSubstr("| fig2 | search | 7 | 0 | 0 | – | – | 0 of 0 | 0 |"));
+  EXPECT_THAT(reader_page(results, ""), HasSubstr("| baseline | ✗ | ✗ |"));
 }
 
-TEST(Report, TheTableIsWrittenAndAnEmptyFolderIsAnError) {
+// A method holds up to the last background before the first that it fails in.
+TEST(Report, TheReadersPageSaysWhereAMethodBreaks) {
+  Results results = made_results();
+  const auto cell = [&](const std::string& background, const std::string& method) -> Score& {
+    return results.at("fig2,interleaved,balanced,0.5,0.01," + background + ",30," + method).score;
+  };
+  cell("0.001", "search").rmse[velocity] *= 1.03;
+  cell("0.00316", "paper").wrong = 50;
+  cell("0.01", "paper").wrong = 500;
+  EXPECT_THAT(reader_page(results, ""),
+              HasSubstr("| interleaved | all: 1.03 | ≤ 0.001: 1.00 (5 %) |"));
+  cell("1e-05", "paper").rmse[delay] *= 3;
+  EXPECT_THAT(reader_page(results, ""), HasSubstr("| interleaved | all: 1.03 | none (3.00) |"));
+  EXPECT_THAT(reader_page(results, ""), HasSubstr("own settings,\n1000 frames a cell"));
+}
+
+TEST(Report, TheReadersPageHasWhatTheStageGave) {
+  const std::string csv =
+      "light,mode,method,none,wrong,signal_per_pulse,rmse_distance_mm,rmse_velocity_cm_per_s\n"
+      "low,random,search,0,0,0.00132,0.62,4.27\n"
+      "low,random,paper,3,7,0.00131,0.63,4.28\n"
+      "strong,random,search,162,0,,,\n";
+  EXPECT_THAT(reader_page(made_results(), csv),
+              HasSubstr("| random | 0.62, 4.27 | 0.63, 4.28 (7 wrong) (3 none) | no target |"));
+}
+
+TEST(Report, ThePagesAreWrittenAndAnEmptyFolderIsAnError) {
   const test::TempFolder folder;
   const std::filesystem::path results = folder.path("results");
   std::filesystem::create_directory(results);
@@ -71,9 +99,13 @@ TEST(Report, TheTableIsWrittenAndAnEmptyFolderIsAnError) {
   const ResultFile file(results / "results.csv");
   for (const auto& [name, result] : made_results()) file.append(result);
   write_report(results, folder.path("accuracy.md"));
-  std::ifstream in(folder.path("accuracy.md"));
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  EXPECT_THAT(text, HasSubstr("(studies/fig2.svg)"));
+  const auto text_of = [&](const char* name) {
+    std::ifstream in(folder.path(name));
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  EXPECT_THAT(text_of("accuracy.md"), HasSubstr("(accuracy-figures.md)"));
+  EXPECT_THAT(text_of("accuracy-figures.md"), HasSubstr("(studies/fig2.svg)"));
+  EXPECT_THAT(text_of("accuracy-beyond.md"), HasSubstr("| fig2 | search |"));
 }
 
 }  // namespace
