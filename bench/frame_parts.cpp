@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/search/line_search.hpp"
+#include "estimator/search/target_search.hpp"
+#include "estimator/search/zoom.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {
@@ -119,8 +122,12 @@ class Parts {
  private:
   void row(const std::string& part, double elements, double limit_ns,
            const std::function<void()>& call) {
+    row_of(part, elements, elements * limit_ns * 1e-3, call);
+  }
+
+  void row_of(const std::string& part, double elements, double least_us,
+              const std::function<void()>& call) {
     const double us = median_us(call);
-    const double least_us = elements * limit_ns * 1e-3;
     std::printf("| %s | %s | %.3g | %.1f | %.1f | %.1f |\n", scene_.name.c_str(), part.c_str(),
                 elements, us, least_us, us / least_us);
     std::fflush(stdout);
@@ -140,16 +147,16 @@ class Parts {
     const double pulses = parts.empty()
                               ? static_cast<double>(train_.stretches[0].comb.times_ns.size())
                               : static_cast<double>(parts.size());
-    row(cells + ": counts of photons in the slices", pulses * static_cast<double>(frame_.size()),
-        limits_.increment, [&] {
-          rows.load(frame_, 0, grid.slices);
-          if (parts.empty()) {
-            rows.fill(grid, memory[0].data(), memory[1].data(), memory[2].data());
-          }
-          for (std::size_t k = 0; k < parts.size(); ++k) {
-            rows.fill_part_period(grid, k, memory[k].data());
-          }
-        });
+    const double counts = pulses * static_cast<double>(frame_.size());
+    row(cells + ": counts of photons in the slices", counts, limits_.increment, [&] {
+      rows.load(frame_, 0, grid.slices);
+      if (parts.empty()) {
+        rows.fill(grid, memory[0].data(), memory[1].data(), memory[2].data());
+      }
+      for (std::size_t k = 0; k < parts.size(); ++k) {
+        rows.fill_part_period(grid, k, memory[k].data());
+      }
+    });
     const auto most = static_cast<std::size_t>(std::ceil(travel_ns / grid.bin_ns));
     double adds = 0;
     for (std::size_t half = 1; half < grid.slices; half *= 2) {
@@ -168,9 +175,41 @@ class Parts {
       row(name, adds * bins, limits_.add, [&] { add_up_parts(grid, parts, memory, most, lines); });
     }
     LineSearch search(train_, frame_.size(), {&grid, 1});
-    row(cells + ": counts, sums and the best of all lines",
-        pulses * static_cast<double>(frame_.size()), limits_.increment,
-        [&] { found_ += search.run(frame_, grid, travel_ns).size(); });
+    row_of(cells + ": counts, sums and the best of all lines", counts + adds * bins,
+           1e-3 * (counts * limits_.increment + adds * bins * limits_.add),
+           [&] { found_ += search.run(frame_, grid, travel_ns).size(); });
+    if (scene_.made.signal_per_pulse == 0) {
+      print_zooms(cells, grid, search.run(frame_, grid, travel_ns));
+    }
+  }
+
+  // Where nothing is significant, the best cells are zoomed into, and the best spot is climbed
+  // from.
+  void print_zooms(const std::string& level, const SearchGrid& grid,
+                   std::span<const SearchCell> cells) {
+    cells = cells.first(std::min(cells.size(), TargetSearch::cells_tried(frame_.size())));
+    const double width_ns = shape_->width_ns();
+    const double reach_ns =
+        std::max(1.5 * grid.bin_ns, TargetSearch::least_reach_widths * width_ns);
+    const double about_ns = 2 * reach_ns + 4 * width_ns;
+    const std::vector<CombWindow> windows = comb_windows(train_, -about_ns, about_ns);
+    NearSet near(frame_.size(), frame_.size() * widest_overlap(windows));
+    Zoom zoom(width_ns, 0);
+    ZoomResult best;
+    row(level + ": zooms into " + std::to_string(cells.size()) + " cells",
+        static_cast<double>(cells.size() * frame_.size()), limits_.increment, [&] {
+          for (const SearchCell& cell : cells) {
+            near.collect(frame_, windows, train_, cell.line);
+            const ZoomResult found = zoom.find(near, reach_ns, true);
+            if (found.count > best.count) best = found;
+          }
+        });
+    Refinement refinement(*shape_, train_, frame_.size());
+    const Exposure exposure(frame_, train_);
+    near.collect(frame_, comb_windows(train_, -2 * 10 * sigma_ns, 2 * 10 * sigma_ns), train_,
+                 best.line);
+    row(level + ": a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
+        [&] { refinement.climb(frame_, exposure, best.line, true); });
   }
 
   // No line holds so many photons.
