@@ -217,8 +217,8 @@ std::string stage_cell(const Stage& stage, const std::string& key) {
 std::string on_the_stage(const Stage& stage) {
   if (stage.empty()) return "";
   std::string text =
-      "The card on the stage, through the daemon: RMSE of distance in mm and of velocity in cm/s. "
-      "[P] has less than 10 mm and\n5 cm/s with random and interleaved.\n\n" +
+      "[The card on the stage](stage.md), through the daemon: RMSE of distance in mm and of "
+      "velocity in cm/s. [P] has less than\n10 mm and 5 cm/s with random and interleaved.\n\n" +
       head_line({"mode", "Fig. 7, low light: `search`", "`paper`", "Fig. 8, strong: `search`",
                  "`paper`"});
   for (const Mode mode : experiment_modes) {
