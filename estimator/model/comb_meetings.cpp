@@ -50,8 +50,8 @@ bool CombMeetings::is_same(double one_ns, double other_ns) const {
   return std::abs(std::remainder(one_ns - other_ns, circle_ns_)) < 2 * tolerance_ns_;
 }
 
-// Whether each rate has its pulses at one of the two there, and not all at the same one. off_ns:
-// how far off their mean is.
+// Whether each rate has its pulses at one of the two there, and not all at the same one, or close
+// to them as those of a nearly even comb's copies are. off_ns: how far off their mean is.
 bool CombMeetings::meets_at(double place_ns, double one_ns, double other_ns, double& off_ns) const {
   bool all_one = true, all_other = true;
   off_ns = 0;
@@ -60,8 +60,8 @@ bool CombMeetings::meets_at(double place_ns, double one_ns, double other_ns, dou
     const double to_other = std::remainder(other_ns - place_ns, period_ns);
     const double nearest = std::abs(to_one) < std::abs(to_other) ? to_one : to_other;
     if (std::abs(nearest) > tolerance_ns_) return false;
-    all_one = all_one && std::abs(to_one) <= tolerance_ns_;
-    all_other = all_other && std::abs(to_other) <= tolerance_ns_;
+    all_one = all_one && std::abs(to_one) <= 2 * tolerance_ns_;
+    all_other = all_other && std::abs(to_other) <= 2 * tolerance_ns_;
     off_ns += nearest / static_cast<double>(periods_ns_.size());
   }
   return !all_one && !all_other;

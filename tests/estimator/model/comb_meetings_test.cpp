@@ -57,6 +57,28 @@ TEST(CombMeetings, OfTwoRatesAreTwoWhereDelaysDifferByAMultipleOfTheirDifference
   }
 }
 
+// With rates of 99.9 and 104.1 ns there are delays at which the comb is nearly its own copy: off by
+// 0.3 ns, three pulse widths, at one of the rates. What is there has nearly all of a target's
+// light.
+TEST(CombMeetings, NearCopiesOfOneTargetAreNotWhereTwoMeet) {
+  const PulseTrain train(test::interleaved_pattern({99900, 104100}, 34665300));
+  const CombMeetings meetings(train, 0.1);
+  const double place_ns = 1000;
+  std::vector<double> copies_ns;
+  for (const auto& [period_ns, other_ns] : {std::pair{99.9, 104.1}, std::pair{104.1, 99.9}}) {
+    for (double shift_ns = period_ns; shift_ns < 34665; shift_ns += period_ns) {
+      const double off_ns = std::abs(std::remainder(shift_ns, other_ns));
+      if (std::abs(off_ns - 0.3) < 0.01) copies_ns.push_back(place_ns + shift_ns);
+    }
+  }
+  ASSERT_EQ(copies_ns.size(), 4U);
+  for (const double one_ns : copies_ns) {
+    for (const double other_ns : copies_ns) {
+      EXPECT_FALSE(meetings.do_meet(one_ns, other_ns, place_ns)) << one_ns << ", " << other_ns;
+    }
+  }
+}
+
 // A target at one place and a part of another's light may look like one that is not there: the
 // place of the other is where their combs meet.
 TEST(CombMeetings, TellWhereTheLightOfAWrongPlaceComesFrom) {
