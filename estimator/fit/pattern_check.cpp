@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/kernel_choice.hpp"
@@ -11,6 +12,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t most_photons = 65536;
+constexpr std::size_t chunk = 1024;  // photons whose phases are made at once
 // Such a window holds 87 % of a gaussian pulse's light, and not much background.
 constexpr double half_window_widths = 1.5;
 
@@ -37,6 +39,16 @@ constexpr double most_elsewhere = 2;  // squared light between the pulses, over 
 constexpr double least_mask_ns = 1;   // detectors are no slower, whatever pulse is configured
 constexpr double most_masked = 0.75;
 constexpr std::size_t most_bins = 65536;
+
+// Which photon of a stretch stands for the nth `step` of its photons: one after the other, at
+// places in their step that are spread evenly.
+//
+// Design note: where each pulse is seen in each period, every second photon is from the same pulses
+// in period after period.
+std::size_t sampled(std::size_t nth, std::size_t step) {
+  const std::uint64_t place_32 = (nth * 0x9E3779B97F4A7C15U) >> 32;  // the golden ratio's turns
+  return nth * step + static_cast<std::size_t>((place_32 * step) >> 32);
+}
 
 double whole_turns_off(double turns) { return turns - std::floor(turns); }
 
@@ -116,7 +128,7 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   if (frame.size() == 0) return verdict;
   const double part_seen = count(frame, found.line);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
-  expect(frame, found, part_seen, periods);
+  expect(frame, found, periods);
   const Share share =
       share_out(found.background_per_ns * window_ns_ * frame.scale * periods * part_seen);
   if (!(share.expected > 0)) return verdict;
@@ -210,27 +222,8 @@ bool PatternCheck::has_stray_pulses(const Share& share) const {
   return excess > most_elsewhere * share.inside + deviations_of_stray * std::sqrt(chance);
 }
 
-// Notes that the detector is blind for blind_ns after a photon, at the pulses that come after the
-// photon's own: covers_ has a part's steps, up where such a time begins and down after its end.
-void PatternCheck::add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns) {
-  if (blind_ns <= window_ns_) return;
-  double* steps = covers_.data() + part.first_cover;
-  const double per_ns = 1 / comb.period_ns;
-  const auto turn = [&](double time_ns, double step) {
-    const double turns = time_ns * per_ns;
-    const double whole = std::floor(turns);
-    const auto phase_32 =
-        static_cast<std::uint32_t>(static_cast<std::uint64_t>((turns - whole) * 0x1p32));
-    steps[part.window.pulses_up_to(time_ns - whole * comb.period_ns, phase_32)] += step;
-    return whole;
-  };
-  const double from_turn = turn(phase_ns + window_ns_, 1);
-  steps[0] += turn(phase_ns + blind_ns, -1) - from_turn;
-}
-
 // What each pulse is expected to show of the light and of the background.
-void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found, double part_seen,
-                          double periods) {
+void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found, double periods) {
   std::copy(weights_.begin(), weights_.end(), light_.begin());
   std::copy(turns_.begin(), turns_.end(), seen_turns_.begin());
   if (frame.blind == nullptr) return;
@@ -242,7 +235,7 @@ void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found
     for (std::size_t k = 0; k < amplitudes.size(); ++k) {
       const std::size_t p = part.first_pulse + k;
       covers += covers_[part.first_cover + k];
-      const double turns = periods * turns_[p] * part_seen;
+      const double turns = periods * turns_[p];
       const double blind = turns > 0 ? frame.blind->share * covers / turns : 0;
       const double alive = std::clamp(1 - blind, 0.0, 1.0);
       const double own = found.signal_per_pulse * frame.blind->share * amplitudes[k];
@@ -262,7 +255,10 @@ double PatternCheck::count(const FoldedFrame& frame, DelayLine line) {
   std::fill(bins_.begin(), bins_.end(), 0);
   std::fill(covers_.begin(), covers_.end(), 0.0);
   pulse_.clear();
-  for (std::size_t s = 0; s < parts_.size(); ++s) count_part(frame, line, step, s);
+  for (std::size_t s = 0; s < parts_.size(); ++s) {
+    count_part(frame, line, step, s);
+    if (frame.blind != nullptr) cover_part(frame, line, s);
+  }
   return 1 / static_cast<double>(step);
 }
 
@@ -273,24 +269,54 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   const Comb& comb = train_.stretches[stretch].comb;
   const double turns = (line.delay_ns + train_.stretches[stretch].begin_ns) / comb.period_ns;
   const double slope = line.travel_ns / (frame.length_ns * comb.period_ns);
-  const double blind_ns = frame.blind != nullptr ? frame.blind->dead_time_ns / frame.scale : 0;
   const auto count_photon = [&](std::size_t i) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / comb.period_ns - turns - slope * frame.time_ns[i]);
     count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns);
-    if (blind_ns > 0) add_cover(part, comb, phase * comb.period_ns, blind_ns);
     if (part.bins_per_turn == 0) return;
     const auto bin = static_cast<std::size_t>(phase * part.bins_per_turn);
     const auto last = static_cast<std::size_t>(part.bins_per_turn) - 1;
     ++bins_[part.first_bin + std::min(bin, last)];
   };
-  if (blind_ns == 0 && part.bins_per_turn == 0) {
+  if (part.bins_per_turn == 0) {
     visit_near(frame, line, step, stretch, count_photon);
     return;
   }
-  for (std::size_t i = frame.group_begin(stretch); i < frame.group_end[stretch]; i += step) {
-    count_photon(i);
+  const std::size_t begin = frame.group_begin(stretch);
+  const std::size_t end = frame.group_end[stretch];
+  for (std::size_t n = 0; begin + n * step < end; ++n) {
+    count_photon(std::min(begin + sampled(n, step), end - 1));
   }
+}
+
+// Notes when the detector was blind after the photons of a stretch, at the pulses that come after a
+// photon's own: covers_ has a part's steps, up where such a time begins and down after its end.
+//
+// Design note: all photons are looked at, also where their counts are those of a part. A part would
+// tell how often the detector was alive only to within its own chance, which is no part of what the
+// counts are judged by: where it is alive for a tenth of the time, a tenth of the pulses' light.
+void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch) {
+  const Part& part = parts_[stretch];
+  const double blind_ns = frame.blind->dead_time_ns / frame.scale;
+  if (part.turns == 0 || blind_ns <= window_ns_) return;
+  const double period_ns = train_.stretches[stretch].comb.period_ns;
+  const double to_ns = period_ns * 0x1p-32;
+  const auto begin_32 = static_cast<std::uint64_t>(window_ns_ / to_ns);
+  const auto end_32 = static_cast<std::uint64_t>(blind_ns / to_ns);
+  double* steps = covers_.data() + part.first_cover;
+  const auto turn = [&](std::uint64_t time_32, double step) {
+    const auto phase_32 = static_cast<std::uint32_t>(time_32);
+    steps[part.window.pulses_up_to(phase_32 * to_ns, phase_32)] += step;
+    return time_32 >> 32;
+  };
+  std::uint64_t turns = 0;
+  for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
+    for (const std::uint32_t phase_32 : phases) {
+      const std::uint64_t from_turn = turn(phase_32 + begin_32, 1);
+      turns += turn(phase_32 + end_32, -1) - from_turn;
+    }
+  });
+  steps[0] += static_cast<double>(turns);
 }
 
 // Counts a photon, at a share of the frame from -1/2 to 1/2, at the pulses whose windows hold it.
@@ -306,7 +332,35 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns, do
   }
 }
 
-// Visits those of every step-th photon of a stretch that may be near a pulse.
+// Visits one of `step` photons of a stretch each, in chunks: with which they are, and their phases
+// in 2^-32 of the comb's period.
+template <class Visit>
+void PatternCheck::for_phases(const FoldedFrame& frame, DelayLine line, std::size_t step,
+                              std::size_t stretch, const Visit& visit) const {
+  const SearchKernels& kernels = best_search_kernels();
+  const double period_ns = train_.stretches[stretch].comb.period_ns;
+  const double to_32 = 0x1p32 / period_ns;
+  const double delay_32 = std::remainder(line.delay_ns, period_ns) * to_32;
+  const double slope_32 = line.travel_ns / frame.length_ns * to_32;
+  std::array<std::uint32_t, chunk> folded, phases;
+  std::array<double, chunk> times;
+  std::array<std::size_t, chunk> photons;
+  const std::size_t begin = frame.group_begin(stretch);
+  const std::size_t end = frame.group_end[stretch];
+  const std::size_t all = (end - begin + step - 1) / step;
+  for (std::size_t first = 0; first < all; first += chunk) {
+    const std::size_t count = std::min(chunk, all - first);
+    for (std::size_t k = 0; k < count; ++k) {
+      photons[k] = std::min(begin + sampled(first + k, step), end - 1);
+      folded[k] = frame.phase_32[photons[k]];
+      times[k] = frame.time_ns[photons[k]];
+    }
+    kernels.line_phases(phases.data(), folded.data(), times.data(), delay_32, slope_32, count);
+    visit(std::span(photons.data(), count), std::span(phases.data(), count));
+  }
+}
+
+// Visits those of one of `step` photons each of a stretch that may be near a pulse.
 //
 // Design note: the kernels pick them at 1 ns a photon. The division and the look at the pulses cost
 // five times as much, and few photons are near a pulse.
@@ -315,25 +369,12 @@ void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::siz
                               std::size_t stretch, const Visit& visit) const {
   const SearchKernels& kernels = best_search_kernels();
   const CombWindow& window = parts_[stretch].window;
-  const double period_ns = train_.stretches[stretch].comb.period_ns;
-  const double to_32 = 0x1p32 / period_ns;
-  const double delay_32 = std::remainder(line.delay_ns, period_ns) * to_32;
-  const double slope_32 = line.travel_ns / frame.length_ns * to_32;
-  constexpr std::size_t chunk = 1024;
-  std::array<std::uint32_t, chunk> folded, phases, picked;
-  std::array<double, chunk> times;
-  const std::size_t end = frame.group_end[stretch];
-  for (std::size_t begin = frame.group_begin(stretch); begin < end; begin += chunk * step) {
-    const std::size_t count = std::min(chunk, (end - begin + step - 1) / step);
-    for (std::size_t k = 0; k < count; ++k) {
-      folded[k] = frame.phase_32[begin + k * step];
-      times[k] = frame.time_ns[begin + k * step];
-    }
-    kernels.line_phases(phases.data(), folded.data(), times.data(), delay_32, slope_32, count);
+  std::array<std::uint32_t, chunk> picked;
+  for_phases(frame, line, step, stretch, [&](const auto& photons, const auto& phases) {
     const std::size_t near =
-        kernels.pick(picked.data(), phases.data(), window.flags(), window.shift(), count);
-    for (std::size_t n = 0; n < near; ++n) visit(begin + picked[n] * step);
-  }
+        kernels.pick(picked.data(), phases.data(), window.flags(), window.shift(), phases.size());
+    for (std::size_t n = 0; n < near; ++n) visit(photons[picked[n]]);
+  });
 }
 
 }  // namespace splid

@@ -41,7 +41,8 @@ class PatternCheck {
   // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given.
   PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns);
 
-  // found: the fit in this frame. Of more than 65,536 photons an even part is looked at.
+  // found: the fit in this frame. Of more than 65,536 photons an even part is looked
+  // at, and when the detector was blind is known of all.
   //
   // The fault is dark_pulses where the pulses' light deviates from the amplitudes by more than 0.95
   // rms of their mean, as if less than 53 % of the pulses had any light, and by more than 4.5
@@ -80,11 +81,13 @@ class PatternCheck {
 
   void add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape, Part& part);
   double count(const FoldedFrame& frame, DelayLine line);
-  void expect(const FoldedFrame& frame, const FrameParameters& found, double part_seen,
-              double periods);
-  void add_cover(const Part& part, const Comb& comb, double phase_ns, double blind_ns);
+  void expect(const FoldedFrame& frame, const FrameParameters& found, double periods);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
+  void cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch);
   void count_at(const Part& part, double phase, double period_ns, double share);
+  template <class Visit>
+  void for_phases(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
+                  const Visit& visit) const;
   template <class Visit>
   void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
                   const Visit& visit) const;
@@ -103,7 +106,7 @@ class PatternCheck {
   std::vector<double> counts_;         // of each pulse: the photons near it
   std::vector<double> light_;          // of each pulse: its weight times what the detector sees
   std::vector<double> seen_turns_;     // of each pulse: its turns times the share not blind
-  std::vector<double> covers_;         // see add_cover()
+  std::vector<double> covers_;         // see cover_part()
   std::vector<std::uint8_t> is_free_;  // of each bin: 1 where no pulse of the pattern reaches it
   std::vector<std::uint32_t> bins_;    // of each bin: its photons
 };

@@ -73,6 +73,33 @@ TEST(PatternCheck, KnowsThatABlindDetectorMissesPulses) {
   }
 }
 
+// Frames of which a part of the photons is looked at: where a tenth of the time is left in which
+// the detector is alive, and where it sees each pulse of forty in nearly each period.
+TEST(PatternCheck, KnowsABlindDetectorInFramesOfVeryManyPhotons) {
+  test::FrameMaker mostly_blind = pattern_scene();
+  mostly_blind.length_ms = 10;
+  mostly_blind.signal_per_pulse = 3;
+  mostly_blind.background_per_ns = 0.06;
+  mostly_blind.dead_time_ns = 50;
+  test::FrameMaker regular = pattern_scene();
+  regular.pattern = test::random_pattern(3780000, 40, 9000, 5);
+  regular.length_ms = 10;
+  regular.signal_per_pulse = 9;
+  regular.background_per_ns = 1e-6;
+  regular.dead_time_ns = 5;
+  for (const test::FrameMaker& made : {mostly_blind, regular}) {
+    FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 400'000,
+                             ClockReference::tagger, {made.dead_time_ns});
+    for (std::uint64_t seed = 0; seed < 15; ++seed) {
+      const auto frame = made.make(seed);
+      EXPECT_GT(frame.photons_ps.size(), 100'000U);
+      const Estimate e = estimator.estimate(frame.view());
+      EXPECT_EQ(e.status, FrameStatus::ok);
+      EXPECT_EQ(e.amplitude_misfit, std::nullopt);
+    }
+  }
+}
+
 TEST(PatternCheck, NoticesUnevenPulsesTakenForEvenOnes) {
   test::FrameMaker made = pattern_scene();
   const Pattern even = made.pattern;
