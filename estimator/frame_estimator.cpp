@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "estimator/fit/dead_time_check.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
@@ -61,6 +62,7 @@ struct FrameEstimator::Workspace {
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
+  DeadTimeCheck dead_time_check;
   std::optional<BlindTime> blind;  // where the dead time is modelled
   bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
   PulseVerdict pulse_verdict;      // of this frame
@@ -98,6 +100,7 @@ struct FrameEstimator::Workspace {
                 scene.targets > 1},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
+        dead_time_check(train, *shape, detector.dead_time_ns, inputs),
         bent_threshold_nats(threshold_nats) {
     if (const auto fault = options.validate(scene)) {
       throw Error(Fault::usage, "/estimator" + fault->pointer + ": " + fault->what);
@@ -157,6 +160,7 @@ struct FrameEstimator::Workspace {
     return moving() ? max_travel_ns + 2 * TargetSearch::least_reach_widths * shape->width_ns() : 0;
   }
 
+  Estimate estimate(const FrameView& view, TargetTrack* track, Effort most);
   void see_blind_time(const FrameView& view);
   void look_for_blind_time(const FrameView& view);
   [[nodiscard]] double loss_to_dead_time() const;
@@ -512,6 +516,56 @@ void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate
   if (track != nullptr) remember(view, estimate, *track);
 }
 
+Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack* track,
+                                             Effort most) {
+  Estimate estimate;
+  estimate.photons = view.photons_ps.size();
+  estimate.threshold_nats = threshold_nats;
+  const double seen_ns = view.seen_ns();
+  if (seen_ns > 0) {
+    estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
+  }
+  if (!view.sync.locked) {
+    estimate.status = FrameStatus::no_sync;
+    return estimate;
+  }
+  estimate.status = FrameStatus::no_target;
+  if (estimate.photons == 0 || seen_ns <= 0) return estimate;
+
+  frame.fold(view, train);
+  look_for_blind_time(view);
+  if (bends && scene.motion == Motion::accelerating) {
+    estimate_bent(view, estimate, track, most);
+    return estimate;
+  }
+  std::optional<Fit> fit = find(view, track, most);
+  if (fit) fit = with_blind_time(view, *fit);
+  say_blind_time(estimate);
+  const double odds_nats = fit && fit->gain_nats >= threshold_nats && fit->has_covariance
+                               ? range_odds_nats(*fit, track)
+                               : 0;
+  if (bends) {
+    if (const auto bent = bent_if_seen(fit, most)) {
+      take(*bent, view, estimate, track);
+      return estimate;
+    }
+  }
+  if (!fit) return estimate;
+  estimate.significance_nats = fit->gain_nats;
+  if (fit->gain_nats < threshold_nats || !fit->has_covariance) return estimate;
+  estimate.range_odds_nats = odds_nats;
+  if (moving() && scene.motion == Motion::automatic) {
+    fit = drop_motion_unless_seen(*fit);
+    if (!fit->has_covariance) return estimate;
+  }
+  if (several && estimate_several(view, *fit, estimate, track, most)) return estimate;
+  if (!moving() && moves_after_all(*fit)) return estimate;
+  if (!has_pattern(frame, *fit, estimate)) return estimate;
+  fill_one(estimate, *fit, view.sync);
+  finish(view, estimate, track);
+  return estimate;
+}
+
 FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse,
                                const SceneOptions& scene, const EstimatorOptions& options,
                                double frame_length_ms, std::size_t max_photons,
@@ -524,52 +578,10 @@ FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 
 Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Effort most) {
-  Workspace& w = *workspace_;
-  Estimate estimate;
-  estimate.photons = view.photons_ps.size();
-  estimate.threshold_nats = w.threshold_nats;
-  const double seen_ns = view.seen_ns();
-  if (seen_ns > 0) {
-    estimate.background_per_ns = static_cast<double>(estimate.photons) / seen_ns;
+  Estimate estimate = workspace_->estimate(view, track, most);
+  if (view.sync.locked) {
+    estimate.dead_time_misfit_ns = workspace_->dead_time_check.misfit_ns(view, estimate);
   }
-  if (!view.sync.locked) {
-    estimate.status = FrameStatus::no_sync;
-    return estimate;
-  }
-  estimate.status = FrameStatus::no_target;
-  if (estimate.photons == 0 || seen_ns <= 0) return estimate;
-
-  w.frame.fold(view, w.train);
-  w.look_for_blind_time(view);
-  if (w.bends && w.scene.motion == Motion::accelerating) {
-    w.estimate_bent(view, estimate, track, most);
-    return estimate;
-  }
-  std::optional<Fit> fit = w.find(view, track, most);
-  if (fit) fit = w.with_blind_time(view, *fit);
-  w.say_blind_time(estimate);
-  const double odds_nats = fit && fit->gain_nats >= w.threshold_nats && fit->has_covariance
-                               ? w.range_odds_nats(*fit, track)
-                               : 0;
-  if (w.bends) {
-    if (const auto bent = w.bent_if_seen(fit, most)) {
-      w.take(*bent, view, estimate, track);
-      return estimate;
-    }
-  }
-  if (!fit) return estimate;
-  estimate.significance_nats = fit->gain_nats;
-  if (fit->gain_nats < w.threshold_nats || !fit->has_covariance) return estimate;
-  estimate.range_odds_nats = odds_nats;
-  if (w.moving() && w.scene.motion == Motion::automatic) {
-    fit = w.drop_motion_unless_seen(*fit);
-    if (!fit->has_covariance) return estimate;
-  }
-  if (w.several && w.estimate_several(view, *fit, estimate, track, most)) return estimate;
-  if (!w.moving() && w.moves_after_all(*fit)) return estimate;
-  if (!w.has_pattern(w.frame, *fit, estimate)) return estimate;
-  w.fill_one(estimate, *fit, view.sync);
-  w.finish(view, estimate, track);
   return estimate;
 }
 

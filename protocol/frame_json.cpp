@@ -30,7 +30,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("acceleration_misfit_mps2", message.acceleration_misfit_mps2)
       .number("signal_gap", message.signal_gap)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
-      .number("blind_fraction", message.blind_fraction);
+      .number("blind_fraction", message.blind_fraction)
+      .number("dead_time_misfit_ns", message.dead_time_misfit_ns);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
@@ -198,6 +199,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.signal_gap = members.number("signal_gap");
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
   message.blind_fraction = members.number("blind_fraction");
+  message.dead_time_misfit_ns = members.number("dead_time_misfit_ns");
   message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");

@@ -48,7 +48,10 @@ struct FrameMessage {
   std::optional<double> acceleration_misfit_mps2;
   std::optional<double> signal_gap;  // 0 to 1: of the frame, where the target's light is missing
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
-  std::optional<double> blind_fraction;       // of the time seen; where the dead time is modelled
+  std::optional<double> blind_fraction;  // of the time seen; where the dead time is modelled
+  // How long the detector is blind after each detection, as the photons show it. There only where
+  // that is longer than the configured dead time and biases the values.
+  std::optional<double> dead_time_misfit_ns;
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
 
   // One of several targets; its members are as those of the frame.

@@ -140,6 +140,7 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
     message.std_background_per_s = estimate.std_background_per_ns * ns_in_a_second;
   }
   if (estimate.dead_time_modelled) message.blind_fraction = estimate.blind_fraction;
+  message.dead_time_misfit_ns = estimate.dead_time_misfit_ns;
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 

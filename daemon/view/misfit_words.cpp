@@ -26,7 +26,14 @@ std::string words_of(const Light& light) {
 
 }  // namespace
 
-std::string misfits_in_words(const FrameMessage& frame) { return words_of(frame); }
+std::string misfits_in_words(const FrameMessage& frame) {
+  std::string words = words_of(frame);
+  if (frame.dead_time_misfit_ns) {
+    words += words.empty() ? "" : ", ";
+    words += fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns);
+  }
+  return words;
+}
 
 std::string misfits_in_words(const FrameMessage::Target& target) { return words_of(target); }
 

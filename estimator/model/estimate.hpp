@@ -103,6 +103,10 @@ struct Estimate {
   // The share of the time seen in which the detector was blind (of the mean detector, if several
   // share the light); 0 where dead_time_modelled is false.
   double blind_fraction = 0;
+  // How long the detector is blind after each detection, as the photons show it, where that is
+  // longer than the configured dead time and biases the values; the deviations do not hold that.
+  // See DeadTimeCheck. It may be there without a target.
+  std::optional<double> dead_time_misfit_ns;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
   // The targets, in descending order of their signal, where the frame shows more than one target;

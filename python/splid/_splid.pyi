@@ -156,6 +156,10 @@ class Estimate:
     def blind_fraction(self) -> float:
         """Of the time seen; NaN where the dead time is not modelled."""
     @property
+    def dead_time_misfit_ns(self) -> float:
+        """How long the detector is blind after a detection, where that is longer than configured
+        and biases the values; NaN where it is not surely so."""
+    @property
     def pulse_misfit(self) -> float:
         """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
     @property

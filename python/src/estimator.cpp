@@ -151,6 +151,10 @@ void bind_values(py::class_<FrameResult>& type) {
           [](const FrameResult& self) {
             return self.estimate.dead_time_modelled ? self.estimate.blind_fraction : unknown;
           })
+      .def_property_readonly("dead_time_misfit_ns",
+                             [](const FrameResult& self) {
+                               return self.estimate.dead_time_misfit_ns.value_or(unknown);
+                             })
       .def_property_readonly("background_per_s",
                              [](const FrameResult& self) {
                                return self.estimate.status == FrameStatus::not_run ||

@@ -115,7 +115,8 @@ auto values_of(const Estimate& e) {
                     e.std_pulse_excess,
                     e.acceleration_misfit_mps2.value_or(0),
                     e.signal_gap.value_or(0),
-                    e.blind_fraction};
+                    e.blind_fraction,
+                    e.dead_time_misfit_ns.value_or(0)};
 }
 
 bool are_same(const Estimate& a, const Estimate& b) {

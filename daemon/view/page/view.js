@@ -200,13 +200,14 @@ function show_beside_best(id, value, best) {
   at(id + '-bar').style.transform = `scaleX(${share})`;
 }
 
-// What the light of a frame, or of one of its targets, surely has against the configured pulse and a
-// straight path.
+// What the light of a frame, or of one of its targets, surely has against the configured pulse, a
+// straight path and, of a frame, the configured dead time.
 const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
-const misfits_of = ({pulse_misfit, acceleration_misfit_mps2, signal_gap}) => [
+const misfits_of = ({pulse_misfit, acceleration_misfit_mps2, signal_gap, dead_time_misfit_ns}) => [
   is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
   is_number(acceleration_misfit_mps2) && `accelerates ${fixed(acceleration_misfit_mps2, 0)} m/s²`,
   is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
+  is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
 ].filter(Boolean).join(', ');
 
 // The columns of the table of targets: a heading with its unit, and the text of a target's cell.

@@ -154,6 +154,15 @@ TEST_F(FrameMessages, AreSaturatedWhereATenthFallsIntoDeadTime) {
   EXPECT_EQ(make().status, FrameStatus::ok);
 }
 
+TEST_F(FrameMessages, SayThatTheDetectorIsBlindForLonger) {
+  EXPECT_EQ(make().dead_time_misfit_ns, std::nullopt);
+  estimate.dead_time_misfit_ns = 50.5;
+  EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
+  estimate.status = FrameStatus::no_target;
+  estimate.has_values = false;
+  EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
+}
+
 // Nine tenths of the time blind are ten would-be detections in a dead time.
 TEST_F(FrameMessages, WithTheDeadTimeModelledAreSaturatedBeyondTheModelOnly) {
   context.dead_time_ns = 1e6;

@@ -100,14 +100,17 @@ TEST(WatchPicture, SaysWhatTheLightHasAgainstTheConfiguredPulse) {
   EXPECT_THAT(all_of(picture), HasSubstr("frame ok   effort -   12,345 photons\n"));
   frame.pulse_misfit = 0.384;
   frame.signal_gap = 0.2;
+  frame.dead_time_misfit_ns = 49.6;
   frame.targets.emplace(2);
   frame.targets->back().status = FrameStatus::ok;
   frame.targets->back().pulse_misfit = -0.25;
   frame.targets->back().acceleration_misfit_mps2 = -12.3;
   picture.take("frame", to_json(frame));
-  EXPECT_THAT(all_of(picture, {120, 40}),
-              AllOf(HasSubstr("frame ok   pulse 38 % wider, dark for 20 %   effort -   12,345 p"),
-                    HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2\n")));
+  EXPECT_THAT(
+      all_of(picture, {120, 40}),
+      AllOf(
+          HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, blind for 50 ns   effort -   12"),
+          HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2\n")));
 }
 
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
