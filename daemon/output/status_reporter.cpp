@@ -37,6 +37,13 @@ void add_sentence(std::string& text, const std::string& sentence) {
   text += (text.empty() ? "" : "; ") + sentence;
 }
 
+std::string dead_time_in_words(double blind_ns) {
+  return fmt::format(
+      "the detector seems blind after each detection, for {:.3g} ns as far as the photons tell, "
+      "which biases the values: set detector.dead_time_ns to the dead time in its data sheet",
+      blind_ns);
+}
+
 std::string misfit_in_words(double pulse_misfit) {
   if (pulse_misfit < 0) {
     return fmt::format(
@@ -143,6 +150,10 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.faults;
     second_.pattern_fault = *message.pattern_fault;
   }
+  if (message.dead_time_misfit_ns) {
+    ++second_.blinds;
+    second_.dead_time_misfit_ns = *message.dead_time_misfit_ns;
+  }
   second_.computed_ms += message.compute_ms.value_or(0);
   second_.lasted_ms += message.duration_ms;
   stream_.last_effort = message.effort.value_or(configured_effort_);
@@ -242,19 +253,14 @@ void StatusReporter::judge_device(const StreamHealth& health) {
 // A finding counts from half of a second's frames on: chance makes one frame in a million show it.
 void StatusReporter::judge_second() {
   judge_cost();
+  const bool is_blind = second_.blinds > 0 && 2 * second_.blinds >= second_.frames;
+  stream_.dead_time_reason = is_blind ? dead_time_in_words(second_.dead_time_misfit_ns) : "";
   const bool is_contradicted = second_.faults > 0 && second_.faults >= second_.frames;
-  stream_.pattern_reason = is_contradicted ? in_words(second_.pattern_fault) : "";
-  stream_.frames_reason.clear();
-  if (second_.misfits > 0 && 2 * second_.misfits >= second_.frames) {
-    stream_.frames_reason = "the pulses' light is " +
-                            fmt::format("{:.0f}", 100 * second_.amplitude_misfit) +
-                            " % (rms) off the pattern's amplitudes: calibrate the pattern";
-  }
-  if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
-    add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
-  } else if (second_.frames > 0 && stream_.pulse.is_sure()) {
-    add_sentence(stream_.frames_reason, mean_in_words(stream_.pulse));
-  }
+  stream_.pattern_reason = !is_contradicted ? ""
+                           : is_blind       ? stream_.dead_time_reason
+                                            : in_words(second_.pattern_fault);
+  stream_.frames_reason = stream_.dead_time_reason;
+  if (!is_blind) judge_pulses();
   if (second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames) {
     add_sentence(stream_.frames_reason,
                  fmt::format("the target accelerates by some {:.2g} m/s^2, and its path was taken "
@@ -278,6 +284,22 @@ void StatusReporter::judge_second() {
                              second_.unsure, second_.frames));
   }
   second_ = {};
+}
+
+// The light of the pulses against the configured ones. A detector that is blind for longer than is
+// known hides pulses behind others, and makes each of them narrower: then nothing is wrong with the
+// configured pulses.
+void StatusReporter::judge_pulses() {
+  if (second_.misfits > 0 && 2 * second_.misfits >= second_.frames) {
+    stream_.frames_reason = "the pulses' light is " +
+                            fmt::format("{:.0f}", 100 * second_.amplitude_misfit) +
+                            " % (rms) off the pattern's amplitudes: calibrate the pattern";
+  }
+  if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
+    add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
+  } else if (second_.frames > 0 && stream_.pulse.is_sure()) {
+    add_sentence(stream_.frames_reason, mean_in_words(stream_.pulse));
+  }
 }
 
 // Frames of a live source come as fast as they last; where they take longer than that to compute,

@@ -94,6 +94,7 @@ class StatusReporter {
   void disturb();
   [[nodiscard]] bool is_disturbed_frame() const;
   void judge_cost();
+  void judge_pulses();
   void judge_stream(const StreamHealth& health);
   [[nodiscard]] bool is_turned(const StreamHealth& health) const;
   void publish(const StreamHealth& health);
@@ -113,7 +114,7 @@ class StatusReporter {
     double last_frame_s = 0;
     std::int64_t started_ns = 0;
     // What the last whole second had to say.
-    std::string frames_reason, pattern_reason, cost_reason;
+    std::string frames_reason, pattern_reason, cost_reason, dead_time_reason;
   };
 
   // What the frames of the second that runs say together.
@@ -127,6 +128,8 @@ class StatusReporter {
     double acceleration_misfit_mps2 = 0;  // of the last such frame
     int gaps = 0;                         // of these, without the target's light for a part
     double signal_gap = 0;                // of the last such frame
+    int blinds = 0;                       // of all, with a longer dead time than the configured one
+    double dead_time_misfit_ns = 0;       // of the last such frame
     int unsure = 0;  // of these, ambiguous by their photons and not by the mode
     int faults = 0;  // without a target, since the photons contradict the pattern
     PatternFault pattern_fault = PatternFault::none;  // of the last frame with a fault

@@ -287,6 +287,36 @@ TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+// A dead time that is not known hides pulses and makes them narrower: nothing is to be calibrated,
+// and no other pattern to be named.
+TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses) {
+  FrameMessage blind = frame(FrameStatus::ok);
+  blind.amplitude_misfit = 0.35;
+  blind.pulse_misfit = -0.2;
+  blind.dead_time_misfit_ns = 50.04;
+  FrameMessage unlike = frame(FrameStatus::no_target);
+  unlike.pattern_fault = PatternFault::dark_pulses;
+  unlike.dead_time_misfit_ns = 50.04;
+  for (int second = 0; second < 4; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      // One frame by chance, then most of them, then frames that seem of another pattern, then
+      // none.
+      const bool is_blind = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_blind ? blind : second == 2 ? unlike : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  const auto says_blind =
+      AllOf(HasSubstr("for 50 ns"), HasSubstr("set detector.dead_time_ns"),
+            Not(HasSubstr("calibrate")), Not(HasSubstr("sigma_ps")), Not(HasSubstr("contradict")));
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), says_blind),
+                                   AllOf(HasSubstr("\"degraded\""), says_blind),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
 // A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too
 // little to matter, however sure it is.
 TEST_F(StatusReports, SayWhenThePulseIsAnotherOverManyFrames) {
