@@ -200,7 +200,7 @@ void Output::reload(const OutputOptions& next) {
   fold_.reload(next.fold.pulse);
   const std::scoped_lock lock(reload_mutex_);
   reloaded_context_ = next.context;
-  reloaded_effort_ = next.status.effort;
+  reloaded_status_ = next.status;
 }
 
 void Output::take_reloaded() {
@@ -208,7 +208,7 @@ void Output::take_reloaded() {
   if (!lock || !reloaded_context_) return;
   reloaded_context_->syncs_are_counted = context_.syncs_are_counted;
   context_ = *reloaded_context_;
-  reporter_.configure(reloaded_effort_);
+  reporter_.configure(reloaded_status_);
   reloaded_context_.reset();
 }
 

@@ -121,7 +121,7 @@ class Output {
   recording::Tap* recording_ = nullptr;  // under recording_mutex_
   std::mutex reload_mutex_;
   std::optional<FrameContext> reloaded_context_;  // under reload_mutex_
-  Effort reloaded_effort_ = Effort::balanced;     // under reload_mutex_
+  StatusOptions reloaded_status_;                 // under reload_mutex_
 };
 
 }  // namespace splid

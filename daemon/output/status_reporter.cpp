@@ -85,7 +85,8 @@ std::string mean_in_words(const PulseMean& pulse) {
 StatusOptions status_options(const Config& config) {
   return {config.source_driver,   config.pattern_file,
           config.pattern.mode,    config.estimator.effort,
-          config.frame.length_ms, static_cast<double>(config.pipeline.estimation_threads)};
+          config.frame.length_ms, static_cast<double>(config.pipeline.estimation_threads),
+          unmodelled_by(config)};
 }
 
 StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publisher,
@@ -98,7 +99,7 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
   version_.pattern = std::filesystem::path(options.pattern_file).stem().string();
   version_.mode = options.mode;
   status_.source = options.source_driver;
-  configure(options.effort);
+  configure(options);
 }
 
 void StatusReporter::begin(const SourceInfo& source) {
@@ -340,11 +341,9 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
       status_.reason =
           "the last frame spans a time in which " + stream_.source.name + " sent nothing";
     }
-  } else if (const char* reason = reason_of(stream_.last_frame)) {
+  } else if (reason_of(stream_.last_frame) != nullptr) {
     status_.state = DaemonState::degraded;
-    status_.reason = stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()
-                         ? health.sync_fault
-                         : reason;
+    status_.reason = reason_of_last_frame(health);
   } else if (!stream_.pattern_reason.empty()) {
     status_.state = DaemonState::degraded;
     status_.reason = stream_.pattern_reason;
@@ -358,6 +357,22 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     status_.reason = stream_.cost_reason;
     add_reason(stream_.frames_reason);
   }
+}
+
+std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) const {
+  if (stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()) {
+    return health.sync_fault;
+  }
+  std::string reason = reason_of(stream_.last_frame);
+  if (stream_.last_frame != FrameStatus::saturated) return reason;
+  if (!dead_time_left_out_by_.empty()) {
+    reason =
+        "so much light that the detector's dead time biases the values, and it is not modelled "
+        "with " +
+        dead_time_left_out_by_ + ": do without that, or attenuate the light";
+  }
+  add_sentence(reason, stream_.dead_time_reason);
+  return reason;
 }
 
 // A recording has begun, ended or failed, or goes into another file than the last status said.

@@ -39,6 +39,8 @@ struct StatusOptions {
   Effort effort = Effort::balanced;  // that frames are to have
   double frame_length_ms = 50;
   double estimation_threads = 1;  // that share the frames
+  // What leaves a dead time out that is to be modelled, as unmodelled_by() has it; empty: nothing.
+  std::string dead_time_left_out_by = {};
 };
 
 StatusOptions status_options(const Config& config);
@@ -76,8 +78,12 @@ class StatusReporter {
   void wait(const StreamHealth& health, const std::string& reason);
   // The run is over. reason: why, empty where nothing is wrong.
   void stop(const StreamHealth& health, const std::string& reason);
-  // The effort that frames are to have; with less the daemon is degraded.
-  void configure(Effort effort) { configured_effort_ = to_string(effort); }
+  // A reload: the effort that frames are to have, with less than which the daemon is degraded, and
+  // what leaves the dead time out.
+  void configure(const StatusOptions& options) {
+    configured_effort_ = to_string(options.effort);
+    dead_time_left_out_by_ = options.dead_time_left_out_by;
+  }
 
   // The last frame had less effort than was configured.
   [[nodiscard]] bool effort_is_lowered() const {
@@ -95,6 +101,7 @@ class StatusReporter {
   [[nodiscard]] bool is_disturbed_frame() const;
   void judge_cost();
   void judge_pulses();
+  [[nodiscard]] std::string reason_of_last_frame(const StreamHealth& health) const;
   void judge_stream(const StreamHealth& health);
   [[nodiscard]] bool is_turned(const StreamHealth& health) const;
   void publish(const StreamHealth& health);
@@ -144,6 +151,7 @@ class StatusReporter {
   StreamSeen stream_;
   Second second_;
   std::string configured_effort_;
+  std::string dead_time_left_out_by_;
   double threads_ = 1;  // that share the frames
   double silence_limit_ns_;
   std::int64_t next_ns_ = 0;  // a status is due

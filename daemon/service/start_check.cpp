@@ -18,6 +18,7 @@
 #include "daemon/security/key_file.hpp"
 #include "daemon/service/memory.hpp"
 #include "daemon/service/socket_places.hpp"
+#include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/stream.hpp"
 #include "drivers/encoder/encoder_source.hpp"
 #include "protocol/error.hpp"
@@ -164,6 +165,10 @@ std::vector<std::string> start_notes(const Config& config) {
   } else if (std::filesystem::is_directory(metrics)) {
     notes.push_back("/metrics/file: " + metrics +
                     " is a folder; until it is not, no metrics are written");
+  }
+  if (const std::string reason = unmodelled_by(config); !reason.empty()) {
+    notes.push_back("/detector/dead_time: the dead time is not modelled with " + reason +
+                    "; frames in which it would bias the values are saturated");
   }
   std::filesystem::path folder = config.record.folder;
   if (folder.empty()) return notes;

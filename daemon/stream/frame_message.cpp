@@ -18,6 +18,10 @@ constexpr double m_per_ns_of_delay = speed_of_light_mps / ns_in_a_second / 2;
 // 0.4 mm for sigma = 100 ps, as much as the noise of a good 50 ms frame (0.6 mm).
 constexpr double max_dead_time_chance = 0.1;
 
+// Of a bright signal less is too much: the same limit as that of DeadTimeCheck. The distance is
+// then off by at most as many of its own deviations.
+constexpr double most_deviations = 0.5;
+
 // Design note: four photons of background have a deviation of two, and a ratio to them one of 50 %.
 // With fewer photons the ratio says nothing, and without background it would be made of the
 // likelihood's rounding: 1e15.
@@ -45,19 +49,24 @@ bool is_beyond_model(const Estimate& estimate) {
   return !(in_a_dead_time <= most_in_a_dead_time) || in_a_pulse > most_in_a_pulse;
 }
 
-bool is_saturated(const Frame& frame, const Estimate& estimate, double dead_time_ns) {
+bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameContext& context) {
   if (estimate.dead_time_modelled) return is_beyond_model(estimate);
   const double seen = seen_ns(frame);
-  if (!(dead_time_ns > 0) || !(seen > 0)) return false;
+  if (!(context.dead_time_ns > 0) || !(seen > 0)) return false;
   const double photons_per_ns = static_cast<double>(frame.photons_ps.size()) / seen;
   const double signal_per_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
-  return photons_per_ns * dead_time_ns + signal_per_pulse > max_dead_time_chance;
+  if (photons_per_ns * context.dead_time_ns + signal_per_pulse > max_dead_time_chance) return true;
+  if (!(signal_per_pulse > 0)) return false;
+  // Of a pulse's photons half are behind another, on average, where there are few.
+  const double lost =
+      (photons_per_ns * context.dead_time_ns + signal_per_pulse / 2) / context.inputs;
+  return lost * signal_per_pulse > most_deviations * estimate.std_signal_per_pulse;
 }
 
 FrameStatus status_of(const Frame& frame, const Estimate& estimate, const FrameContext& context) {
   if (estimate.status == FrameStatus::no_sync) return FrameStatus::no_sync;
   if (frame.seen_fraction < context.min_seen_fraction) return FrameStatus::incomplete;
-  if (is_saturated(frame, estimate, context.dead_time_ns)) return FrameStatus::saturated;
+  if (is_saturated(frame, estimate, context)) return FrameStatus::saturated;
   return estimate.status;
 }
 
@@ -162,6 +171,7 @@ FrameContext frame_context(const Config& config) {
   context.range_offset_m = config.scene.range_offset_m;
   context.min_seen_fraction = config.frame.min_seen_fraction;
   context.dead_time_ns = config.detector.dead_time_ns;
+  context.inputs = static_cast<double>(std::max<std::size_t>(config.channels.photon.size(), 1));
   context.lists_targets = config.scene.targets > 1;
   context.period_ps = pattern_period_ps(config.pattern);
   for (const PatternSegment& segment : config.pattern.segments) {
@@ -201,6 +211,15 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   if (has_target && estimate.has_values) add_target(message, estimate, context);
   if (context.lists_targets) list_targets(message, estimate, context);
   return message;
+}
+
+std::string unmodelled_by(const Config& config) {
+  if (!(config.detector.dead_time_ns > 0) || config.detector.dead_time != DeadTime::modelled) {
+    return "";
+  }
+  if (config.scene.targets > 1) return "scene.targets above 1";
+  if (config.pulse.width == PulseWidth::fitted) return "pulse.width fitted";
+  return config.estimator.method == Method::paper ? "estimator.method paper" : "";
 }
 
 const char* in_words(PatternFault fault) {

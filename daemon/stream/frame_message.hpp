@@ -16,6 +16,7 @@ struct FrameContext {
   double range_offset_m = 0;     // of the instrument, subtracted from each distance
   double min_seen_fraction = 0;  // below it a frame is incomplete
   double dead_time_ns = 0;       // 0: not known
+  double inputs = 1;             // of the detector, that share the light
   double period_ps = 0;          // of the pattern, for frames that did not measure it
   double amplitude_sum = 0;      // of all pulses in one pattern period
   bool lists_targets = false;    // scene.targets is more than 1
@@ -37,9 +38,13 @@ struct FrameTiming {
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
 // min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
 // model, or where it is not modelled and more than a tenth of the signal photons would fall
-// into the detector's dead time.
+// into the detector's dead time, or so many that the signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
+
+// What leaves a dead time out that is given and to be modelled: "scene.targets above 1", or another
+// key with its value; empty where nothing does.
+std::string unmodelled_by(const Config& config);
 
 // "the photons contradict the pattern: ...", and what to do; empty for PatternFault::none.
 const char* in_words(PatternFault fault);

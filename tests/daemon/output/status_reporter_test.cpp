@@ -317,6 +317,25 @@ TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+// Who has asked for the model is not told to ask for it.
+TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
+  const auto reason = [&] {
+    reporter.frame_published(frame(FrameStatus::saturated));
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+    return reporter.status().reason;
+  };
+  EXPECT_THAT(reason(), HasSubstr("detector.dead_time modelled"));
+  config.detector.dead_time_ns = 50;
+  config.scene.targets = 3;
+  reporter.configure(status_options(config));
+  EXPECT_THAT(reason(), AllOf(HasSubstr("not modelled with scene.targets above 1: do without"),
+                              Not(HasSubstr("detector.dead_time modelled"))));
+  config.scene.targets = 1;
+  reporter.configure(status_options(config));
+  EXPECT_THAT(reason(), HasSubstr("detector.dead_time modelled"));
+}
+
 // A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too
 // little to matter, however sure it is.
 TEST_F(StatusReports, SayWhenThePulseIsAnotherOverManyFrames) {

@@ -143,14 +143,33 @@ TEST_F(FrameMessages, AreIncompleteBelowTheSeenFraction) {
   EXPECT_TRUE(message.distance_m.has_value());
 }
 
-// 500 photons in 50 ms are 1e-5 a ns: a dead time of 9900 ns and S = 1e-3 make 0.1.
+// 500 photons in 50 ms are 1e-5 a ns: a dead time of 9900 ns and S = 1e-3 make 0.1. A tenth of a
+// signal of two deviations is a fifth of one.
 TEST_F(FrameMessages, AreSaturatedWhereATenthFallsIntoDeadTime) {
+  estimate.std_signal_per_pulse = estimate.signal_per_pulse / 2;
   context.dead_time_ns = 9'899;
   EXPECT_EQ(make().status, FrameStatus::ok);
   context.dead_time_ns = 9'901;
   EXPECT_EQ(make().status, FrameStatus::saturated);
   EXPECT_FALSE(make().valid());
   context.dead_time_ns = 0;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+}
+
+// A signal of 400 deviations that reads low by 1.5 permille is low by 0.6 of them: 1 permille by
+// the dead time of 500 photons in 50 ms, and half a permille by half of S = 1e-3.
+TEST_F(FrameMessages, AreSaturatedWhereTheDeadTimeBiasesTheSignalByHalfOfItsDeviation) {
+  context.dead_time_ns = 100;
+  estimate.signal_per_pulse = 1e-3;
+  estimate.std_signal_per_pulse = 1e-3 / 400;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  context.inputs = 2;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  context.inputs = 1;
+  estimate.std_signal_per_pulse = 1e-3 / 320;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  estimate.std_signal_per_pulse = 1e-3 / 400;
+  estimate.dead_time_modelled = true;
   EXPECT_EQ(make().status, FrameStatus::ok);
 }
 
@@ -161,6 +180,20 @@ TEST_F(FrameMessages, SayThatTheDetectorIsBlindForLonger) {
   estimate.status = FrameStatus::no_target;
   estimate.has_values = false;
   EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
+}
+
+TEST(UnmodelledBy, NamesWhatLeavesTheDeadTimeOut) {
+  Config config;
+  config.scene.targets = 2;
+  EXPECT_EQ(unmodelled_by(config), "");
+  config.detector.dead_time_ns = 50;
+  EXPECT_EQ(unmodelled_by(config), "scene.targets above 1");
+  config.scene.targets = 1;
+  EXPECT_EQ(unmodelled_by(config), "");
+  config.pulse.width = PulseWidth::fitted;
+  EXPECT_EQ(unmodelled_by(config), "pulse.width fitted");
+  config.detector.dead_time = DeadTime::flagged;
+  EXPECT_EQ(unmodelled_by(config), "");
 }
 
 // Nine tenths of the time blind are ten would-be detections in a dead time.
