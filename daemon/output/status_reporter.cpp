@@ -83,10 +83,15 @@ std::string mean_in_words(const PulseMean& pulse) {
 }  // namespace
 
 StatusOptions status_options(const Config& config) {
-  return {config.source_driver,   config.pattern_file,
-          config.pattern.mode,    config.estimator.effort,
-          config.frame.length_ms, static_cast<double>(config.pipeline.estimation_threads),
-          unmodelled_by(config)};
+  return {config.source_driver,
+          config.pattern_file,
+          config.pattern.mode,
+          config.estimator.effort,
+          config.frame.length_ms,
+          static_cast<double>(config.pipeline.estimation_threads),
+          unmodelled_by(config),
+          config.detector.dead_time_ns > 0 && config.detector.dead_time == DeadTime::modelled &&
+              unmodelled_by(config).empty()};
 }
 
 StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publisher,
@@ -126,6 +131,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   status_.lost_tags += message.lost_tags.value_or(0);
   status_.uncounted_losses += message.uncounted_losses;
   stream_.last_frame = message.status;
+  stream_.knew_blind_time = message.blind_fraction.has_value();
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
   second_.frames += message.valid() ? 1 : 0;
   const bool by_mode = message.mode == Mode::ambiguous;
@@ -370,6 +376,11 @@ std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) con
         "so much light that the detector's dead time biases the values, and it is not modelled "
         "with " +
         dead_time_left_out_by_ + ": do without that, or attenuate the light";
+  } else if (models_dead_time_ && !stream_.knew_blind_time) {
+    reason =
+        "so much light that the detector's dead time biases the values, and detections contradict "
+        "detector.dead_time_ns, as they follow each other sooner: give the dead time in the "
+        "detector's data sheet";
   }
   add_sentence(reason, stream_.dead_time_reason);
   return reason;

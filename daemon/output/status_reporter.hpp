@@ -41,6 +41,7 @@ struct StatusOptions {
   double estimation_threads = 1;  // that share the frames
   // What leaves a dead time out that is to be modelled, as unmodelled_by() has it; empty: nothing.
   std::string dead_time_left_out_by = {};
+  bool models_dead_time = false;  // one is given, and nothing leaves it out
 };
 
 StatusOptions status_options(const Config& config);
@@ -79,10 +80,11 @@ class StatusReporter {
   // The run is over. reason: why, empty where nothing is wrong.
   void stop(const StreamHealth& health, const std::string& reason);
   // A reload: the effort that frames are to have, with less than which the daemon is degraded, and
-  // what leaves the dead time out.
+  // whether the dead time is modelled.
   void configure(const StatusOptions& options) {
     configured_effort_ = to_string(options.effort);
     dead_time_left_out_by_ = options.dead_time_left_out_by;
+    models_dead_time_ = options.models_dead_time;
   }
 
   // The last frame had less effort than was configured.
@@ -113,6 +115,7 @@ class StatusReporter {
     DeviceReport device;
     std::string notice;
     FrameStatus last_frame = FrameStatus::not_run;
+    bool knew_blind_time = false;  // that frame: the dead time was modelled
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;
@@ -152,6 +155,7 @@ class StatusReporter {
   Second second_;
   std::string configured_effort_;
   std::string dead_time_left_out_by_;
+  bool models_dead_time_ = false;
   double threads_ = 1;  // that share the frames
   double silence_limit_ns_;
   std::int64_t next_ns_ = 0;  // a status is due

@@ -319,8 +319,9 @@ TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses
 
 // Who has asked for the model is not told to ask for it.
 TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
+  FrameMessage saturated = frame(FrameStatus::saturated);
   const auto reason = [&] {
-    reporter.frame_published(frame(FrameStatus::saturated));
+    reporter.frame_published(saturated);
     clock.advance_ms(1000);
     reporter.tick({1000, clock.steady_ns(), 0, ""});
     return reporter.status().reason;
@@ -333,6 +334,8 @@ TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
                               Not(HasSubstr("detector.dead_time modelled"))));
   config.scene.targets = 1;
   reporter.configure(status_options(config));
+  EXPECT_THAT(reason(), HasSubstr("contradict detector.dead_time_ns"));
+  saturated.blind_fraction = 0.95;
   EXPECT_THAT(reason(), HasSubstr("detector.dead_time modelled"));
 }
 
