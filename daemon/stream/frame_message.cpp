@@ -56,7 +56,7 @@ bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameConte
   const double photons_per_ns = static_cast<double>(frame.photons_ps.size()) / seen;
   const double signal_per_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
   if (photons_per_ns * context.dead_time_ns + signal_per_pulse > max_dead_time_chance) return true;
-  if (!(signal_per_pulse > 0)) return false;
+  if (!context.dead_time_left_out || !(signal_per_pulse > 0)) return false;
   // Of a pulse's photons half are behind another, on average, where there are few.
   const double lost =
       (photons_per_ns * context.dead_time_ns + signal_per_pulse / 2) / context.inputs;
@@ -171,6 +171,7 @@ FrameContext frame_context(const Config& config) {
   context.range_offset_m = config.scene.range_offset_m;
   context.min_seen_fraction = config.frame.min_seen_fraction;
   context.dead_time_ns = config.detector.dead_time_ns;
+  context.dead_time_left_out = !unmodelled_by(config).empty();
   context.inputs = static_cast<double>(std::max<std::size_t>(config.channels.photon.size(), 1));
   context.lists_targets = config.scene.targets > 1;
   context.period_ps = pattern_period_ps(config.pattern);

@@ -13,13 +13,14 @@ namespace splid {
 // What does not change from frame to frame.
 struct FrameContext {
   Mode mode = Mode::baseline;
-  double range_offset_m = 0;     // of the instrument, subtracted from each distance
-  double min_seen_fraction = 0;  // below it a frame is incomplete
-  double dead_time_ns = 0;       // 0: not known
-  double inputs = 1;             // of the detector, that share the light
-  double period_ps = 0;          // of the pattern, for frames that did not measure it
-  double amplitude_sum = 0;      // of all pulses in one pattern period
-  bool lists_targets = false;    // scene.targets is more than 1
+  double range_offset_m = 0;        // of the instrument, subtracted from each distance
+  double min_seen_fraction = 0;     // below it a frame is incomplete
+  double dead_time_ns = 0;          // 0: not known
+  bool dead_time_left_out = false;  // it is to be modelled, and something leaves it out
+  double inputs = 1;                // of the detector, that share the light
+  double period_ps = 0;             // of the pattern, for frames that did not measure it
+  double amplitude_sum = 0;         // of all pulses in one pattern period
+  bool lists_targets = false;       // scene.targets is more than 1
   // The source counts syncs and does not time them (SourceInfo): there is nothing to say of them.
   bool syncs_are_counted = false;
 };
@@ -38,7 +39,8 @@ struct FrameTiming {
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
 // min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
 // model, or where it is not modelled and more than a tenth of the signal photons would fall
-// into the detector's dead time, or so many that the signal is low by half of its deviation.
+// into the detector's dead time; or, where it is to be modelled and is left out, so many that the
+// signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
 

@@ -162,6 +162,8 @@ TEST_F(FrameMessages, AreSaturatedWhereTheDeadTimeBiasesTheSignalByHalfOfItsDevi
   context.dead_time_ns = 100;
   estimate.signal_per_pulse = 1e-3;
   estimate.std_signal_per_pulse = 1e-3 / 400;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  context.dead_time_left_out = true;
   EXPECT_EQ(make().status, FrameStatus::saturated);
   context.inputs = 2;
   EXPECT_EQ(make().status, FrameStatus::ok);
