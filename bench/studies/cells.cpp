@@ -346,6 +346,14 @@ Pattern pattern_of(const Cell& cell) {
   return pattern;
 }
 
+double frame_length_ns(const Cell& cell) {
+  const double period_ns = pattern_period_ps(pattern_of(cell)) * ns_per_ps;
+  const double length_ns = cell.length_ms * 1e6;
+  const bool is_simulation = info(cell.study).as_paper && !is_experiment(cell.study);
+  if (is_simulation && cell.mode != Mode::mrr) return length_ns;
+  return std::round(length_ns / period_ns) * period_ns;
+}
+
 std::vector<Job> full_jobs(int trials) {
   std::vector<Job> jobs;
   for (const StudyInfo& study : all_studies()) {

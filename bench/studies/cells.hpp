@@ -74,6 +74,10 @@ std::string key(const Job& job);
 // The pattern that the study gives this mode; frames of MRR show as many pulses of each period.
 Pattern pattern_of(const Cell& cell);
 
+// t_a: of [P]'s simulations its own, of others the whole number of pattern periods that comes
+// nearest to it, as the daemon cuts frames. Of MRR it is the pattern's one period.
+double frame_length_ns(const Cell& cell);
+
 // All jobs of all studies, in the order of the tables.
 std::vector<Job> full_jobs(int trials);
 // A few jobs, whose search takes less than a minute in all.

@@ -99,16 +99,16 @@ double chance_of_another_turn(const Pattern& pattern, const Bound& bound) {
 
 Expectation expect(const Cell& cell) {
   const Pattern pattern = pattern_of(cell);
-  const double period_ns = pattern_period_ps(pattern) * ns_per_ps;
-  const double periods = std::round(cell.length_ms * 1e6 / period_ns);
+  const double length_ns = frame_length_ns(cell);
+  const double periods = length_ns / (pattern_period_ps(pattern) * ns_per_ps);
   const double pulses = periods * static_cast<double>(pulses_per_period(pattern));
   const double unambiguous_ns = pattern.unambiguous_delay_ps * ns_per_ps;
   // Half-way into the unambiguous range, unless the study has its own delay.
-  const double travel_ns = cell.velocity_mps.value_or(0) / speed_of_light_mps * periods * period_ns;
+  const double travel_ns = cell.velocity_mps.value_or(0) / speed_of_light_mps * length_ns;
   const std::optional<double> start_ns = delay_start_ns(cell.study);
   const double delay_ns = start_ns ? *start_ns + travel_ns : unambiguous_ns / 2;
   Expectation found;
-  found.length_ns = periods * period_ns;
+  found.length_ns = length_ns;
   found.signal_photons = pulses * cell.signal_per_pulse;
   found.background_photons = found.length_ns * cell.background_per_ns;
   const Gain gain(cell, pulses, found.length_ns);

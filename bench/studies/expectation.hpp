@@ -7,7 +7,7 @@ namespace splid::studies {
 
 // What the photons of a cell can tell, before anything is estimated.
 struct Expectation {
-  double length_ns = 0;       // of the frame: whole pattern periods
+  double length_ns = 0;       // of the frame (frame_length_ns)
   double signal_photons = 0;  // mean number in a frame
   double background_photons = 0;
   double gain_nats = 0;            // mean log-likelihood of the truth over no target

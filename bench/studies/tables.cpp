@@ -28,12 +28,10 @@ The settings are [P]'s own. Its simulations have pulses of σ = 0.1 ns, a target
 start and recedes by 30 m/s, and patterns of 2600 ns: one pulse (baseline), 100 ns and then 104 ns (mrr), 50 pulses, one
 at random in each of as many slots (random), and the union of 100 and 104 ns (interleaved). Its experiment has patterns
 of 3780 ns: one pulse, 40 even ones (ambiguous), 180 and 189 ns in turn or together, and 40 at random, at least 9 ns
-apart. Frames of mrr have as many pulses of each period: 2450 in Fig. 2, 5000 in Fig. 3. Other frames are whole numbers
-of pattern periods, as the daemon cuts them, which come nearest to [P]'s t_a: 0.4992 ms for 0.5 ms in Fig. 2, where
-random and interleaved have 9600 pulses for [P]'s 9614, 9.9996 ms for 10 ms in Fig. 4, 0.485314 ms for 0.5 ms in Fig. 5,
-whose pattern has 34,665.3 ns, and 1.0017 ms for 1 ms in Fig. 9. The bound is that of the frame as it is. Frames are in
-the steady state: the light of pulses before the frame is in it. [P] leaves the frame's edges out of its bounds; the
-bounds here are splid's.
+apart. Frames of mrr have as many pulses of each period: 2450 in Fig. 2, whose t_a is 0.4998 ms then, 5000 in Fig. 3.
+Other simulations have [P]'s own t_a. Other frames are whole numbers of pattern periods, as the daemon cuts them, which
+come nearest to [P]'s t_a: 1.0017 ms for 1 ms in Fig. 9. Frames are in the steady state: the light of pulses before the
+frame is in it. [P] leaves the frame's edges out of its bounds; the bounds here are splid's.
 
 )";
 

@@ -55,6 +55,14 @@ TrialOutcome outcome_of(const paper::PaperParameters& start, double length_ns) {
   return outcome;
 }
 
+// Ends a frame before its last pattern period does.
+void cut(test::FrameMaker::Frame& frame, double length_ns) {
+  const std::int64_t end_ps = frame.start_ps + std::llround(length_ns / ns_per_ps);
+  frame.end_ps = std::min(frame.end_ps, end_ps);
+  std::vector<std::int64_t>& photons = frame.photons_ps;
+  photons.erase(std::lower_bound(photons.begin(), photons.end(), frame.end_ps), photons.end());
+}
+
 // The estimator of a job, and the scene that the estimator is tried on.
 class Bench {
  public:
@@ -63,7 +71,7 @@ class Bench {
         estimator_(job.estimator),
         length_ns_(expectation.length_ns),
         scene_hash_(hash(scene_key(job.cell))),
-        made_(maker(job.cell)),
+        made_(maker(job.cell, length_ns_)),
         unambiguous_ns_(made_.pattern.unambiguous_delay_ps * ns_per_ps),
         shape_(make_gaussian(pulse_sigma_ns)),
         paper_(made_.pattern, *shape_, scene(), theorem(job.estimator)) {
@@ -84,13 +92,16 @@ class Bench {
         std::uniform_real_distribution<>(-max_speed_mps, max_speed_mps)(random);
     made_.velocity_mps = cell_.velocity_mps.value_or(drawn_mps);
     const double start_ns = delay_start_ns(cell_.study).value_or(drawn_ns);
-    const double delay_ns = start_ns + made_.velocity_mps / speed_of_light_mps * length_ns_;
-    made_.distance_m = delay_ns * 1e-9 * speed_of_light_mps / 2;
-    const auto frame = made_.make(random());
+    const auto delay_in_ns = [&](double length_ns) {  // at mid-frame
+      return start_ns + made_.velocity_mps / speed_of_light_mps * length_ns;
+    };
+    made_.distance_m = delay_in_ns(1e6 * made_.length_ms) * 1e-9 * speed_of_light_mps / 2;
+    auto frame = made_.make(random());
+    cut(frame, length_ns_);
     const double begin_ms = bench::thread_ms();
     TrialOutcome outcome = estimate(frame.view());
     outcome.compute_ms = bench::thread_ms() - begin_ms;
-    const AllValues truth = {delay_ns, made_.velocity_mps, made_.signal_per_pulse,
+    const AllValues truth = {delay_in_ns(length_ns_), made_.velocity_mps, made_.signal_per_pulse,
                              made_.background_per_ns, start_ns};
     for (std::size_t i = 0; i < values; ++i) outcome.error[i] -= truth[i];
     for (const Value i : {delay, delay_start}) {
@@ -102,10 +113,12 @@ class Bench {
  private:
   static SceneOptions scene() { return {.max_speed_mps = max_speed_mps}; }
 
-  static test::FrameMaker maker(const Cell& cell) {
+  // Makes whole pattern periods, in which the frame is.
+  static test::FrameMaker maker(const Cell& cell, double length_ns) {
     test::FrameMaker made;
     made.pattern = pattern_of(cell);
-    made.length_ms = cell.length_ms;
+    const double period_ns = pattern_period_ps(made.pattern) * ns_per_ps;
+    made.length_ms = std::ceil(length_ns / period_ns - 1e-6) * period_ns * 1e-6;
     made.signal_per_pulse = cell.signal_per_pulse;
     made.background_per_ns = cell.background_per_ns;
     made.sigma_ns = pulse_sigma_ns;
