@@ -39,6 +39,10 @@ constexpr double most_elsewhere = 2;  // squared light between the pulses, over 
 constexpr double least_mask_ns = 1;   // detectors are no slower, whatever pulse is configured
 constexpr double most_masked = 0.75;
 constexpr std::size_t most_bins = 65536;
+// Phases of photons after which the detector is blind: bins, which are so much finer than a window.
+constexpr std::size_t cover_bins = 65536;
+constexpr std::uint32_t phases_in_bin = 65536;  // all phases are in 2^-32 of a period
+constexpr double bins_in_window = 4;
 
 // Which photon of a stretch stands for the nth `step` of its photons: one after the other, at
 // places in their step that are spread evenly.
@@ -88,6 +92,7 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
   light_.resize(weights_.size());
   seen_turns_.resize(weights_.size());
   covers_.resize(weights_.size() + parts_.size());
+  phases_.resize(cover_bins);
   double all = 0;
   for (const double weight : weights_) all += weight;
   for (double& weight : weights_) weight = all > 0 ? weight / all : 0;
@@ -295,6 +300,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
 // Design note: all photons are looked at, also where their counts are those of a part. A part would
 // tell how often the detector was alive only to within its own chance, which is no part of what the
 // counts are judged by: where it is alive for a tenth of the time, a tenth of the pulses' light.
+// Very many photons are counted in bins of their phase first, which costs a quarter as much.
 void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch) {
   const Part& part = parts_[stretch];
   const double blind_ns = frame.blind->dead_time_ns / frame.scale;
@@ -307,16 +313,28 @@ void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::siz
   const auto turn = [&](std::uint64_t time_32, double step) {
     const auto phase_32 = static_cast<std::uint32_t>(time_32);
     steps[part.window.pulses_up_to(phase_32 * to_ns, phase_32)] += step;
-    return time_32 >> 32;
+    return static_cast<double>(time_32 >> 32);
   };
-  std::uint64_t turns = 0;
-  for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
-    for (const std::uint32_t phase_32 : phases) {
-      const std::uint64_t from_turn = turn(phase_32 + begin_32, 1);
-      turns += turn(phase_32 + end_32, -1) - from_turn;
+  double turns = 0;
+  const auto cover = [&](std::uint64_t phase_32, double photons) {
+    const double from_turn = turn(phase_32 + begin_32, photons);
+    turns += photons * (turn(phase_32 + end_32, -photons) - from_turn);
+  };
+  const std::size_t photons = frame.group_end[stretch] - frame.group_begin(stretch);
+  if (photons <= most_photons || period_ns / cover_bins > window_ns_ / bins_in_window) {
+    for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
+      for (const std::uint32_t phase_32 : phases) cover(phase_32, 1);
+    });
+  } else {
+    std::fill(phases_.begin(), phases_.end(), 0);
+    for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
+      for (const std::uint32_t phase_32 : phases) ++phases_[phase_32 / phases_in_bin];
+    });
+    for (std::uint64_t bin = 0; bin < cover_bins; ++bin) {
+      if (phases_[bin] > 0) cover(bin * phases_in_bin + phases_in_bin / 2, phases_[bin]);
     }
-  });
-  steps[0] += static_cast<double>(turns);
+  }
+  steps[0] += turns;
 }
 
 // Counts a photon, at a share of the frame from -1/2 to 1/2, at the pulses whose windows hold it.

@@ -107,6 +107,7 @@ class PatternCheck {
   std::vector<double> light_;          // of each pulse: its weight times what the detector sees
   std::vector<double> seen_turns_;     // of each pulse: its turns times the share not blind
   std::vector<double> covers_;         // see cover_part()
+  std::vector<std::uint32_t> phases_;  // scratch: photons by their phase
   std::vector<std::uint8_t> is_free_;  // of each bin: 1 where no pulse of the pattern reaches it
   std::vector<std::uint32_t> bins_;    // of each bin: its photons
 };
