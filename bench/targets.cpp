@@ -349,6 +349,7 @@ int main(int argc, char** argv) {
       {"two, 3.1 m/s apart", {{0, 3.12, s}}},
       {"two, 30 m and 20 m/s apart", {{2001.4, 20, s}}},
       {"two, 63 ns apart", {{630, 0, s}}},
+      {"two, 180 ns apart", {{1800, 0, s}}},
       {"1:20, 1 m apart", {{66.7, 0, s / 5}}, s * 4},
       {"1:20, 30 m and 20 m/s apart", {{2001.4, 20, s / 5}}, s * 4},
       {"the weaker alone", {}, s / 5, 1},
@@ -371,6 +372,11 @@ int main(int argc, char** argv) {
       {"1:3, 5 widths apart, and a third 25 widths behind", {{5, 0, s / 3}, {30, 0, s}}, s, 3},
       {"three, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}}, s, 3},
       {"four, 1 m apart", {{66.7, 0, s}, {133.4, 0, s}, {200.1, 0, s}}, s, 4},
+      {"three, 7 and 25 m and 10 and 30 m/s apart", {{467, 10, s / 2}, {1667, -30, s / 3}}, s, 3},
+      {"four, 7 to 60 m and 10 to 55 m/s apart",
+       {{467, 10, s / 2}, {1667, -30, s / 3}, {4000, 55, s / 2}},
+       s,
+       4},
   };
   std::printf(
       "| scene | targets | all resolved | claimed elsewhere | bound, mm and cm/s | distance / "

@@ -16,15 +16,15 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
       rows_(train, max_photons, kernels_),
       tree_(kernels_, grids),
       part_lines_(kernels_, grids, rows_.part_copies()) {
-  std::size_t most_slices = 0;
+  std::size_t slices = 0;
   for (const SearchGrid& grid : grids) {
     buffer_cells_ = std::max(buffer_cells_, grid.cells());
-    most_slices = std::max<std::size_t>(most_slices, grid.slices);
+    slices = std::max<std::size_t>(slices, grid.slices);
   }
   memory_.resize(3 * buffer_cells_);
   best_.reserve(max_cells);
   kept_.reserve(max_cells + 1);
-  cells_.reserve(most_slices * max_cells);
+  cells_.reserve(slices * max_cells);
   delays_.reserve(max_delays + 1);
   most_in_parts_.reserve(rows_.part_copies().size());
 }
