@@ -323,14 +323,10 @@ void run_shape(const OtherPulse& pulse, int trials) {
   std::fflush(stdout);
 }
 
-}  // namespace
-}  // namespace splid
-
-int main(int argc, char** argv) {
-  const int trials = argc > 1 ? std::atoi(argv[1]) : 1000;
-  const std::string name = argc > 2 ? argv[2] : "";
-  constexpr double s = splid::experiment_signal;
-  const std::vector<splid::Scene> scenes = {
+// The rows of the first table.
+std::vector<Scene> all_scenes() {
+  constexpr double s = experiment_signal;
+  return {
       {"no target", {}, 0, 1},
       {"no target", {}, 0, 2},
       {"one", {}, s, 1},
@@ -378,12 +374,21 @@ int main(int argc, char** argv) {
        s,
        4},
   };
+}
+
+}  // namespace
+}  // namespace splid
+
+int main(int argc, char** argv) {
+  const int trials = argc > 1 ? std::atoi(argv[1]) : 1000;
+  const std::string name = argc > 2 ? argv[2] : "";
+  constexpr double s = splid::experiment_signal;
   std::printf(
       "| scene | targets | all resolved | claimed elsewhere | bound, mm and cm/s | distance / "
       "bound "
       "| velocity / bound | within | p50, ms | of the first alone | where resolved | where not |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const splid::Scene& scene : scenes) {
+  for (const splid::Scene& scene : splid::all_scenes()) {
     if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
   }
   if (std::string("as one").find(name) != std::string::npos) {
