@@ -34,12 +34,24 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   return std::nullopt;
 }
 
+std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks& peaks,
+                                           std::span<const DelayLine> known) {
+  const std::optional<RangeOdds::Place> seen = peaks.seen.best_beside(known);
+  if (!seen) return std::nullopt;
+  begin(Refinement::Until::near_top);
+  const Exposure exposure(rest, train_);
+  Fit fit = climb(rest, exposure, seen->line);
+  if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
+  if (has_shoulders()) {
+    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+  }
+  return fit;
+}
+
 // The best of a target that was kept and those places that may be taken for its own.
 Fit TargetSearch::with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
                               std::span<const DelayLine> known, const Search& last) {
-  odds_.clear();
-  sample_odds_nats_.reset();
-  until_ = Refinement::Until::near_top;
+  begin(Refinement::Until::near_top);
   odds_.add(kept);
   Fit fit = kept;
   if (!has_shoulders()) return fit;
@@ -66,9 +78,7 @@ std::optional<RangeOdds::Place> TargetSearch::weaker_rival(const Fit& fit,
 
 std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
                                              std::span<const DelayLine> known, double least_nats) {
-  odds_.clear();
-  sample_odds_nats_.reset();
-  until_ = Refinement::Until::near_top;
+  begin(Refinement::Until::near_top);
   const Level& level = levels_.back();
   Spot best = {{}, 0};
   for (DelayLine line : known) {
@@ -88,9 +98,7 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
 }
 
 std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Fit& fit) {
-  odds_.clear();
-  sample_odds_nats_.reset();
-  until_ = Refinement::Until::near_top;
+  begin(Refinement::Until::near_top);
   odds_.add(fit);
   Fit best = fit;
   if (has_shoulders()) {
@@ -103,9 +111,7 @@ std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const
 std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
                                            double least_nats) {
   if (rest.size() >= sampled_from) return find(rest, most);
-  odds_.clear();
-  sample_odds_nats_.reset();
-  until_ = Refinement::Until::near_top;
+  begin(Refinement::Until::near_top);
   return find_at_level(rest, levels_[levels(most) - 1], least_nats);
 }
 

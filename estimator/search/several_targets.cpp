@@ -103,6 +103,8 @@ void SeveralTargets::start_with_first() {
   claims_.begin(exposure_);
   started_with_ = 1;
   do_started_part_ = false;
+  are_peaks_left_ = true;
+  searched_last_ = 0;
   least_nats_ = {};
 }
 
@@ -292,9 +294,16 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
   const auto known = lines_of(all_.at, lines);
   const bool only_started = all_.at.count == started_with_;
   const TargetSearch::Search& last = searches_.at(only_started ? 0 : all_.at.count - 1);
-  if (auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last)) {
-    return kept;
+  if (are_peaks_left_) {
+    auto kept = search_.find_kept(rest_, searches_.front().peaks, known, last);
+    if (kept) return kept;
+    are_peaks_left_ = false;
   }
+  for (const std::size_t from : {std::size_t{0}, searched_last_}) {
+    if (auto seen = search_.find_seen(rest_, searches_.at(from).peaks, known)) return seen;
+    if (from == searched_last_) break;
+  }
+  searched_last_ = all_.at.count;
   return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
 }
 

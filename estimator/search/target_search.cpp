@@ -93,6 +93,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       max_slope_(scope.max_travel_ns / scope.frame_length_ns),
       moving_(scope.max_travel_ns > 0),
       first_until_(scope.one_of_several ? Refinement::Until::top_of_one : Refinement::Until::top),
+      one_of_several_(scope.one_of_several),
       until_(first_until_),
       levels_(make_levels(scope)),
       recheck_(SearchGrid::cover(
@@ -106,7 +107,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       refinement_(shape, train, max_photons, scope.may_be_blind),
-      odds_(scope.volume) {
+      odds_(scope.volume),
+      seen_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
@@ -145,10 +147,15 @@ bool TargetSearch::has_shoulders() const {
   return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
 }
 
-std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
+void TargetSearch::begin(Refinement::Until until) {
   odds_.clear();
+  seen_.clear();
   sample_odds_nats_.reset();
-  until_ = first_until_;
+  until_ = until;
+}
+
+std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
+  begin(first_until_);
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
@@ -181,10 +188,13 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   const Exposure exposure(photons, train_);
   const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Fit> best;
+  const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
   const auto climb_from = [&](const Spot& spot) {
     const double most_nats = most_gain_nats(spot.box_gain_nats);
     if (most_nats < least_nats) return;
-    if (best && (most_nats < least_gain_nats(*best) || is_shoulder(spot.line, level.grid, *best))) {
+    if (best && is_shoulder(spot.line, level.grid, *best)) return;
+    if (best && most_nats < least_gain_nats(*best)) {
+      if (one_of_several_ && is_sure(spot)) seen_.add(spot.line, spot.box_gain_nats);
       return;
     }
     const Fit fit = climb(photons, exposure, spot.line, least_nats);
@@ -201,7 +211,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
     const ZoomResult zoomed = zoom_into(photons, level, cell.line);
     const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed.count, zoomed.box_ns)};
     // A cell that surely holds a target is climbed at once, since it settles most of the others.
-    if (spot.box_gain_nats > threshold_nats_ + settled_margin_nats) {
+    if (is_sure(spot)) {
       climb_from(spot);
     } else {
       spots_.push_back(spot);
@@ -459,9 +469,7 @@ Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
 }
 
 Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
-  odds_.clear();
-  sample_odds_nats_.reset();
-  until_ = first_until_;
+  begin(first_until_);
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), Exposure(frame, train_), line);
 }
@@ -505,6 +513,7 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
 
 void TargetSearch::keep_peaks(Peaks& kept) const {
   kept.odds = odds_;
+  kept.seen = seen_;
   kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 

@@ -99,8 +99,11 @@ class TargetSearch {
   // The peaks that a search came by, which outlive the next search.
   struct Peaks {
     RangeOdds odds;
-    std::optional<Fit>
-        sample_best;  // what a sample of the photons found, where it settled the search
+    // What a sample of the photons found, where it settled the search.
+    std::optional<Fit> sample_best;
+    // Places that are surely those of a target, and were not climbed since they are no rivals of
+    // the best one. Their gains are those of boxes.
+    RangeOdds seen;
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
   };
@@ -110,24 +113,31 @@ class TargetSearch {
     Peaks peaks;
   };
   // With room for as many peaks as a search keeps.
-  [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
+  [[nodiscard]] Peaks no_peaks() const {
+    return {RangeOdds(volume_), std::nullopt, RangeOdds(volume_)};
+  }
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const;
   // What follows looks for one more target in a frame from which the targets at `known` have been
   // taken out. A target that surely gains less than least_nats may be left out.
   //
   // A target at one of the strongest of such peaks beside those of the known targets. Empty where
-  // none is so plainly a target in what is left that find() would be over with it: it may have been
-  // the shoulder of one that was taken out. last: the search for the last of the known targets.
+  // none is so plainly a target in what is left that find() would be over with it: it may have
+  // been the shoulder of one that was taken out. last: the search for the last of the known
+  // targets.
   std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known, const Search& last);
+  // A target at the strongest place that the search which came by the peaks has seen, and has not
+  // climbed, beside the known targets. Empty where what is left shows no target there.
+  std::optional<Fit> find_seen(const FoldedFrame& rest, const Peaks& peaks,
+                               std::span<const DelayLine> known);
   // A target so close to one of the known ones that a zoom about that one reaches it.
   std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
                                  double least_nats);
   // A target anywhere. most: as in find().
   std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats);
-  // Whether the look at all delays about a fit was one about a line of another target too: the line
-  // has much the same travel.
+  // Whether the look at all delays about a fit was one about a line of another target too: the
+  // line has much the same travel.
   [[nodiscard]] bool has_looked_beside(const Fit& fit, DelayLine line) const {
     return std::abs(line.travel_ns - fit.parameters.line.travel_ns) <= recheck_.bin_ns;
   }
@@ -162,8 +172,8 @@ class TargetSearch {
     double reach_ns;
     std::vector<CombWindow> windows;  // one for each stretch
   };
-  // Peaks that were climbed in a frame of which what is searched now is left, and the lines of the
-  // targets that were taken out of it since.
+  // Peaks that were climbed in a frame of which what is searched now is left, and the lines of
+  // the targets that were taken out of it since.
   struct Climbed {
     const Peaks* peaks = nullptr;
     std::span<const DelayLine> gone = {};
@@ -179,6 +189,7 @@ class TargetSearch {
   [[nodiscard]] std::vector<SearchGrid> grids() const;
   [[nodiscard]] std::size_t widest_level_overlap() const;
   [[nodiscard]] bool has_shoulders() const;
+  void begin(Refinement::Until until);
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level,
@@ -221,6 +232,7 @@ class TargetSearch {
   double max_slope_;   // the largest g of a line
   bool moving_;
   Refinement::Until first_until_;  // of climbs in a frame as it is
+  bool one_of_several_;            // whether what is seen and no rival is kept
   Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
@@ -233,6 +245,7 @@ class TargetSearch {
   Refinement refinement_;
   std::vector<Spot> spots_;
   RangeOdds odds_;
+  RangeOdds seen_;                          // see Peaks
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
   std::optional<Fit> sample_best_;          // what the sample found then
   std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
