@@ -23,11 +23,7 @@ Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per
   }
 }
 
-namespace {
-
-// The share of the comb's light that falls on a pulse again after a shift. The mean offset of the
-// pulses that do goes into `offset_ns`.
-double light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns, double& offset_ns) {
+LightOnItself light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns) {
   double light = 0;
   double moment = 0;
   for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
@@ -43,11 +39,8 @@ double light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns, d
     light += comb.amplitudes[p];
     moment += comb.amplitudes[p] * nearest;
   }
-  offset_ns = light > 0 ? moment / light : 0;
-  return light;
+  return {light / comb.total_amplitude, light > 0 ? moment / light : 0};
 }
-
-}  // namespace
 
 std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
   constexpr double least_fraction = 0.7;
@@ -63,12 +56,9 @@ std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
       if (to == from) continue;
       double shift = comb.times_ns[to] - comb.times_ns[from];
       if (shift < 0) shift += comb.period_ns;
-      double offset = 0;
-      if (light_on_itself(comb, shift, tolerance_ns, offset) <
-          least_fraction * comb.total_amplitude) {
-        continue;
-      }
-      shift += offset;
+      const LightOnItself fallen = light_on_itself(comb, shift, tolerance_ns);
+      if (fallen.share < least_fraction) continue;
+      shift += fallen.offset_ns;
       const bool known = std::any_of(copies.begin(), copies.end(), [&](double copy) {
         return std::abs(copy - shift) <= tolerance_ns;
       });

@@ -24,6 +24,14 @@ struct Comb {
   explicit Comb(const PatternSegment& segment);
 };
 
+// How much of a comb's light falls on its own pulses again after a shift, from 0 to 1, and how far
+// these pulses are from those that they fall on, on average.
+struct LightOnItself {
+  double share = 0;
+  double offset_ns = 0;
+};
+LightOnItself light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns);
+
 // The comb's near copies: shifts in (0, period), ns, ascending, by which at least 70 % of the
 // comb's light falls on its own pulses again, to within tolerance_ns. A frame can take a delay that
 // is off by such a shift for the right delay. Random patterns have none, and interleaved patterns,

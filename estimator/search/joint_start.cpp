@@ -13,6 +13,8 @@ constexpr double least_of_best = 0.7;
 // Such a target keeps so much of its gain when all others are fitted with it. Where the combs of
 // two targets meet, half of the photons are one's, and half the other's.
 constexpr double least_kept = 0.75;
+// Two are all that there is where the next peak is lower than this part of the second one's.
+constexpr double least_of_pair = 0.85;
 // What is seen beside a bright target, as a part of its light, and what is seen in a row.
 constexpr double least_of_bright = 0.02, least_in_row = 0.3;
 // With two rates the light of two targets has two more places, with three rates six.
@@ -128,7 +130,32 @@ JointStart::Guess JointStart::with_peaks(const Exposure& exposure, const JointPa
     guess.at.add({lines.at(k), S});
     take_from_background(exposure, S, guess.at);
   }
+  // Where combs meet, the light of two has two more peaks, as high as these or nearly so.
+  const auto another = next();
+  const bool is_pair = count == 2 && (!another || another->gain_nats < least_of_pair * gains[1]);
+  if (is_pair && partner == 0) share_light(exposure, alone, guess);
   return guess;
+}
+
+// Where a part w of one target's pulses are the other's too, each alone seems to have its own
+// signal and w of the other's. It keeps what it gains by its other pulses when both are fitted.
+void JointStart::share_light(const Exposure& exposure, const JointParameters& alone,
+                             Guess& guess) const {
+  constexpr double most_shared = 0.7;  // beyond that one is a near copy of the other's comb
+  TargetParameters& one = guess.at.targets.at(0);
+  TargetParameters& other = guess.at.targets.at(1);
+  const double apart_ns = other.line.delay_ns - one.line.delay_ns;
+  const double w = light_on_itself(train_, apart_ns, 3 * shape_.width_ns());
+  const double of_one = one.signal_per_pulse - w * other.signal_per_pulse;
+  const double of_other = other.signal_per_pulse - w * one.signal_per_pulse;
+  if (w > most_shared || of_one <= 0 || of_other <= 0) return;
+  const double own = of_other / (1 - w * w);
+  guess.least_nats.at(1) *= (1 - w) * own / other.signal_per_pulse;
+  other.signal_per_pulse = own;
+  one.signal_per_pulse = of_one / (1 - w * w);
+  guess.at.background_per_ns = alone.background_per_ns;
+  const double alone_S = alone.targets.front().signal_per_pulse;
+  take_from_background(exposure, own + one.signal_per_pulse - alone_S, guess.at);
 }
 
 // The peak whose comb meets that of the first at all other peaks; 0 where there is none, or none

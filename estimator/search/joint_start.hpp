@@ -41,7 +41,7 @@ class JointStart {
     bool is_row = false;   // they are in place of the best target, close to each other
     bool do_part = false;  // two that part over the frame, closer than others are told apart
     // Of each target, the gain without which it is none: three quarters of what it gains alone, for
-    // those that stand elsewhere.
+    // those that stand elsewhere, or of what its own pulses gain where some are another's too.
     std::array<double, most_targets> least_nats{};
   };
   // What the frame shows at once: two targets or a row of more in place of the best one, where its
@@ -75,6 +75,7 @@ class JointStart {
   void see_profile(const Exposure& exposure, DelayLine line, double background_per_ns);
   [[nodiscard]] Guess with_peaks(const Exposure& exposure, const JointParameters& alone,
                                  const TargetSearch::Search& first) const;
+  void share_light(const Exposure& exposure, const JointParameters& alone, Guess& guess) const;
   [[nodiscard]] std::size_t partner_of_first(std::span<const DelayLine> peaks) const;
   [[nodiscard]] bool is_far_from(std::span<const DelayLine> others, DelayLine line) const;
 

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -194,6 +198,25 @@ TEST(JointStart, HasTheTwoWhoseCombsMeetAtAllOtherPeaks) {
   }
 }
 
+// Half of the pulses of two targets that are a period apart are the same. Each alone seems half
+// as bright again as it is, and its own pulses keep a fifth of what it gains then.
+TEST(JointStart, HasTwoThatShareHalfOfTheirPulses) {
+  for (const double off_ns : {180.0, -378.0}) {
+    StartScene scene({0, off_ns}, {20, 20});
+    const JointStart::Guess guess = scene.guess(2);
+    ASSERT_EQ(guess.at.count, 2U) << off_ns;
+    for (const double off : scene.off_ns(guess)) EXPECT_LT(off, 0.05) << off_ns;
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_NEAR(guess.at.targets.at(k).signal_per_pulse, 40e-4, 6e-4) << off_ns;
+    }
+    EXPECT_NEAR(guess.at.background_per_ns, 1.75e-4, 2e-5);
+    const double best_nats = scene.first.fit.gain_nats;
+    EXPECT_NEAR(guess.least_nats.at(1), 0.24 * best_nats, 0.03 * best_nats);
+    const JointStart::Guess row = scene.guess(3);
+    EXPECT_EQ(row.at.count, 2U);
+  }
+}
+
 // More high peaks than there may be targets leave open which of them are meant; what moves
 // otherwise has not been looked beside.
 TEST(JointStart, LeavesPeaksInDoubtToTheSearch) {
@@ -203,6 +226,43 @@ TEST(JointStart, LeavesPeaksInDoubtToTheSearch) {
   EXPECT_EQ(other_velocity.guess(2).at.count, 1U);
   StartScene lone({0}, {20});
   EXPECT_EQ(lone.guess(4).at.count, 1U);
+}
+
+// A target that is no rival of the best one is not climbed to. It is seen, and found where it was
+// seen once the better ones have been taken out.
+TEST(TargetSearch, FindsOneThatWasSeen) {
+  StartScene scene({0, 7, -50}, {20, 95, -60}, {40e-4, 24e-4, 13e-4});
+  FoldedFrame rest(scene.train, scene.folded.size());
+  std::vector<std::uint8_t> stays;
+  stays.reserve(scene.folded.size());
+  JointParameters known = scene.alone;
+  std::array<DelayLine, 3> lines = {known.targets.front().line};
+  const auto take_out = [&] {
+    scene.likelihood.collect(scene.folded, known);
+    scene.likelihood.thin({scene.folded, scene.train}, known, stays);
+    rest.take_some(stays, JointLikelihood::stays_without_any, scene.folded);
+  };
+  const auto expect_is = [&](const std::optional<Fit>& found, std::size_t k) {
+    ASSERT_TRUE(found) << k;
+    const FrameParameters& at = found->parameters;
+    const test::FrameMaker& truth = scene.makers[k];
+    EXPECT_NEAR(at.line.delay_ns, truth.distance_m * start_ns_per_m, 0.05) << k;
+    EXPECT_NEAR(at.line.travel_ns, 2 * truth.velocity_mps / 299792458.0 * 2e7, 0.1) << k;
+    known.add({at.line, at.signal_per_pulse});
+    lines.at(known.count - 1) = at.line;
+    take_out();
+  };
+  take_out();
+  expect_is(scene.search.find_more(rest, Effort::balanced, 22), 1);
+  TargetSearch::Peaks peaks = scene.search.no_peaks();
+  scene.search.keep_peaks(peaks);
+  const auto seen = peaks.seen.best_beside(std::span(lines).first(2));
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(peaks.odds.gain_near(seen->line, 0.2, {}), 0);
+  expect_is(scene.search.find_seen(rest, peaks, std::span(lines).first(2)), 2);
+  // Nothing is seen beside all three, and nothing is left where the third has been.
+  EXPECT_FALSE(scene.search.find_seen(rest, peaks, lines));
+  EXPECT_FALSE(scene.search.find_seen(rest, peaks, std::span(lines).first(2)));
 }
 
 }  // namespace
