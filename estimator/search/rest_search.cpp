@@ -34,18 +34,31 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   return std::nullopt;
 }
 
+// The shoulders of a target have been seen too, and are gone with it, as the zoom shows.
 std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks& peaks,
                                            std::span<const DelayLine> known) {
-  const std::optional<RangeOdds::Place> seen = peaks.seen.best_beside(known);
-  if (!seen) return std::nullopt;
-  begin(Refinement::Until::near_top);
-  const Exposure exposure(rest, train_);
-  Fit fit = climb(rest, exposure, seen->line);
-  if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
-  if (has_shoulders()) {
-    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+  constexpr double least_left = 0.5;
+  constexpr std::size_t most_looked_at = 4;
+  std::array<DelayLine, most_targets + most_looked_at> lines;
+  std::copy(known.begin(), known.end(), lines.begin());
+  for (std::size_t n = 0; n < most_looked_at; ++n) {
+    const auto seen = peaks.seen.best_beside(std::span(lines).first(known.size() + n));
+    if (!seen) return std::nullopt;
+    lines.at(known.size() + n) = seen->line;
+    const Level& level = levels_.front();
+    const DelayLine photons_at = {seen->line.delay_ns + shape_.peak_offset_ns(),
+                                  seen->line.travel_ns};
+    const ZoomResult zoomed = zoom_into(rest, level, photons_at);
+    const double left_nats = box_gain_nats(rest, zoomed.count, zoomed.box_ns);
+    if (left_nats < std::max(settled_nats(), least_left * seen->gain_nats)) continue;
+    begin(Refinement::Until::near_top);
+    const Exposure exposure(rest, train_);
+    Fit fit = climb(rest, exposure, zoomed.line);
+    if (!fit.has_covariance || fit.gain_nats < settled_nats()) continue;
+    if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {&peaks, known, true});
+    return fit;
   }
-  return fit;
+  return std::nullopt;
 }
 
 // The best of a target that was kept and those places that may be taken for its own.

@@ -104,7 +104,7 @@ void SeveralTargets::start_with_first() {
   started_with_ = 1;
   do_started_part_ = false;
   are_peaks_left_ = true;
-  searched_last_ = 0;
+  seen_by_ = 0;
   least_nats_ = {};
 }
 
@@ -299,11 +299,8 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
     if (kept) return kept;
     are_peaks_left_ = false;
   }
-  for (const std::size_t from : {std::size_t{0}, searched_last_}) {
-    if (auto seen = search_.find_seen(rest_, searches_.at(from).peaks, known)) return seen;
-    if (from == searched_last_) break;
-  }
-  searched_last_ = all_.at.count;
+  if (auto seen = search_.find_seen(rest_, searches_.at(seen_by_).peaks, known)) return seen;
+  seen_by_ = all_.at.count;
   return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
 }
 

@@ -106,7 +106,7 @@ class SeveralTargets {
   std::size_t first_unlooked_ = 0;  // beside the targets from this one on
   bool is_refined_ = false;         // all_ is a maximum of the joint likelihood
   bool are_peaks_left_ = true;      // that the frame's search has climbed and may be targets
-  std::size_t searched_last_ = 0;   // the number in all_ of what a whole search has found last
+  std::size_t seen_by_ = 0;         // the number in all_ of what the last whole search has found
   std::size_t started_with_ = 1;    // so many, the first in all_, were fitted at once
   bool do_started_part_ = false;    // these are two in place of the first that part
   std::array<double, most_targets> least_nats_{};  // that each of these must gain

@@ -194,7 +194,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
     if (most_nats < least_nats) return;
     if (best && is_shoulder(spot.line, level.grid, *best)) return;
     if (best && most_nats < least_gain_nats(*best)) {
-      if (one_of_several_ && is_sure(spot)) seen_.add(spot.line, spot.box_gain_nats);
+      see(spot.line, spot.box_gain_nats);
       return;
     }
     const Fit fit = climb(photons, exposure, spot.line, least_nats);
@@ -292,6 +292,7 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 // higher. So where such a peak is below the best one, it is not climbed again.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
                                  const Exposure& exposure, Fit& best, const Climbed& climbed) {
+  constexpr double no_shoulder = 0.5;  // one of [P]'s pattern has 0.4 of the gain
   const DelayLine found = best.parameters.line;
   Refinement::Until until = until_;
   // What is no better is fitted together with the best one, if at all.
@@ -319,12 +320,18 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
       is_moved |= try_delay(photons, level, exposure, apart, found, best);
     } else {
       odds_.add(line, gain);
+      if (gain > no_shoulder * best.gain_nats) see(line, gain);
     }
     is_first = false;
   }
   is_moved |= try_copies(photons, level, exposure, best);
   std::swap(until_, until);
   if (is_moved && until != until_) best = climb(photons, exposure, best.parameters.line);
+}
+
+// Notes a place that is not climbed to, where it may be looked at once more in what is left.
+void TargetSearch::see(DelayLine line, double box_gain_nats) {
+  if (one_of_several_ && box_gain_nats > settled_nats()) seen_.add(line, box_gain_nats);
 }
 
 // Tries the near copies of the best one's comb, and those of a copy that is better. Returns whether
@@ -412,7 +419,8 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 // delays at which the comb falls on itself in part, with the travel of the peak. recheck_delay()
 // looks at all of these delays at once.
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
-  return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
+  return (has_shoulders() || !one_of_several_) &&
+         best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
          std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;
 }
 

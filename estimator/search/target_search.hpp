@@ -101,8 +101,8 @@ class TargetSearch {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
     std::optional<Fit> sample_best;
-    // Places that are surely those of a target, and were not climbed since they are no rivals of
-    // the best one. Their gains are those of boxes.
+    // Places that gain what a target does, and were not climbed since they are no rivals of the
+    // best one: those of other targets, and of shoulders. Their gains are those of boxes.
     RangeOdds seen;
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
@@ -127,8 +127,8 @@ class TargetSearch {
   // targets.
   std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known, const Search& last);
-  // A target at the strongest place that the search which came by the peaks has seen, and has not
-  // climbed, beside the known targets. Empty where what is left shows no target there.
+  // A target at one of the strongest places that the search which came by the peaks has seen, and
+  // has not climbed, beside the known targets. Empty where what is left shows no target there.
   std::optional<Fit> find_seen(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known);
   // A target so close to one of the known ones that a zoom about that one reaches it.
@@ -207,6 +207,7 @@ class TargetSearch {
   [[nodiscard]] bool is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
                                     std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
+  void see(DelayLine line, double box_gain_nats);
   bool try_copies(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
                   Fit& best);
   bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
