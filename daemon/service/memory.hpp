@@ -8,8 +8,8 @@ namespace splid {
 // frames of the lanes, the estimators and the program itself. More where a reload makes
 // estimators anew, and for frames of many photons.
 //
-// Design note: rings and frames are what they are allocated as; an estimator's part is fitted to
-// what the process has: 2 MiB, and up to 10 for a search over velocities.
+// Design note: rings, frames and the tables of the search are what they are allocated as. The
+// program's 17 MiB and the 2 MiB of the rest of an estimator are fitted to what the process has.
 double memory_needed_mib(const Config& config);
 
 // Has the C library give large blocks back to the system as soon as they are freed, for the whole

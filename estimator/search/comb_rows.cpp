@@ -256,7 +256,7 @@ std::span<const std::uint32_t> CombRows::part_bins(const SearchGrid& grid) {
   if (!train_.single()) return {};
   for (const Part& part : parts_.front()) {
     if (part.taken_off) continue;
-    if (!stands_beside(grid, 0, part) || part.pulses_32.size() > 1) return {};
+    if (!fits_in_bins(grid, part) || part.pulses_32.size() != 1) return {};
     part_bins_.push_back(grid.bins / part.copies);
   }
   std::uint64_t all = 0;
@@ -295,8 +295,12 @@ template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t
 template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint32_t*);
 
 // Whether one period of a part is a whole number of bins, shorter than the circle.
+bool CombRows::fits_in_bins(const SearchGrid& grid, const Part& part) {
+  return part.copies > 1 && grid.bins % part.copies == 0;
+}
+
 bool CombRows::stands_beside(const SearchGrid& grid, std::size_t group, const Part& part) const {
-  return has_photons(group, part) && part.copies > 1 && grid.bins % part.copies == 0;
+  return has_photons(group, part) && fits_in_bins(grid, part);
 }
 
 bool CombRows::has_photons(std::size_t group, const Part& part) const {

@@ -61,8 +61,8 @@ class CombRows {
   [[nodiscard]] std::vector<std::uint32_t> part_copies() const;
   // Of a comb that is made of periodic parts, how many bins one period of each part has. Rows of
   // the circle are then the sum of those that fill_part_period() fills, side by side, but that
-  // photons at pulses which are in two parts count twice. Empty where that is not so. Valid until
-  // the next call.
+  // photons at pulses which are in two parts count twice. Empty where that is not so, whatever the
+  // frame. Valid until the next call.
   [[nodiscard]] std::span<const std::uint32_t> part_bins(const SearchGrid& grid);
   // Fills grid.slices rows of one period of a part; returns a number that no cell exceeds.
   template <class Count>
@@ -90,6 +90,7 @@ class CombRows {
   void count_in_slices(std::uint32_t slices);
   static Part whole_part(const PulseTrain::Stretch& stretch);
   static std::vector<Part> parts_of(const PulseTrain::Stretch& stretch);
+  [[nodiscard]] static bool fits_in_bins(const SearchGrid& grid, const Part& part);
   [[nodiscard]] bool stands_beside(const SearchGrid& grid, std::size_t group,
                                    const Part& part) const;
   [[nodiscard]] bool has_photons(std::size_t group, const Part& part) const;

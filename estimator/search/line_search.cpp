@@ -9,31 +9,54 @@
 #include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
+
+// A grid with a period of each part has rows of these alone, and no need of the tree of the circle.
+// A grid of one slice is also looked at as a whole, by best_delays().
+LineSearch::Room LineSearch::room_for(CombRows& rows, std::span<const SearchGrid> grids) {
+  Room room;
+  for (const SearchGrid& grid : grids) {
+    std::size_t part_cells = 0;
+    for (const std::uint32_t bins : rows.part_bins(grid)) {
+      part_cells += std::size_t{bins} * grid.slices;
+    }
+    (part_cells > 0 ? room.in_parts : room.whole).push_back(grid);
+    if (part_cells == 0 || grid.slices == 1) {
+      room.buffer_cells = std::max(room.buffer_cells, grid.cells());
+    }
+    room.part_cells = std::max(room.part_cells, part_cells);
+    room.slices = std::max<std::size_t>(room.slices, grid.slices);
+  }
+  return room;
+}
+
 LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
                        std::span<const SearchGrid> grids, VectorLevel level)
     : train_(train),
       kernels_(search_kernels(level)),
       rows_(train, max_photons, kernels_),
-      tree_(kernels_, grids),
-      part_lines_(kernels_, grids, rows_.part_copies()) {
-  std::size_t slices = 0;
-  for (const SearchGrid& grid : grids) {
-    buffer_cells_ = std::max(buffer_cells_, grid.cells());
-    slices = std::max<std::size_t>(slices, grid.slices);
-  }
-  memory_.resize(3 * buffer_cells_);
+      room_(room_for(rows_, grids)),
+      tree_(kernels_, room_.whole),
+      part_lines_(kernels_, room_.in_parts, rows_.part_copies()) {
+  memory_.resize(room_.cells());
   best_.reserve(max_cells);
   kept_.reserve(max_cells + 1);
-  cells_.reserve(slices * max_cells);
+  cells_.reserve(room_.slices * max_cells);
   delays_.reserve(max_delays + 1);
   most_in_parts_.reserve(rows_.part_copies().size());
+}
+
+std::size_t LineSearch::bytes(const PulseTrain& train, std::span<const SearchGrid> grids) {
+  CombRows rows(train, 0, best_search_kernels());
+  const Room room = room_for(rows, grids);
+  return (room.cells() + room.slices * max_cells) * sizeof(std::uint32_t) +
+         LineTree::bytes(room.whole) + PartLines::bytes(room.in_parts, rows.part_copies());
 }
 
 template <class Count>
 Count* LineSearch::buffer(std::size_t which) {
   static_assert(std::is_unsigned_v<Count> && sizeof(Count) <= sizeof(std::uint32_t));
   // All types of count use the same memory; rows are written before they are read.
-  return reinterpret_cast<Count*>(memory_.data() + which * buffer_cells_);
+  return reinterpret_cast<Count*>(memory_.data() + which * room_.buffer_cells);
 }
 
 std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const SearchGrid& grid,

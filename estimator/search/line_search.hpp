@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -44,6 +45,8 @@ class LineSearch {
   // train: outlives this. grids: all grids that run() and best_delays() will be given.
   LineSearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
              VectorLevel level = best_vector_level());
+  // What a search of these grids allocates, but for what grows with max_photons.
+  static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
 
   // The best cells, those with the most photons first. Lines whose |travel| is above max_travel_ns
   // (and a bin) are left out, and so are cells in the bow tie that the photons of a better cell
@@ -70,6 +73,15 @@ class LineSearch {
     SearchCell cell;
     GridLine line;
   };
+  // Which grids are searched by the periods of parts, and the cells of their rows.
+  struct Room {
+    std::vector<SearchGrid> whole, in_parts;
+    std::size_t buffer_cells = 0;  // of each of three buffers
+    std::size_t part_cells = 0;    // rows of all parts, one after the other
+    std::size_t slices = 0;
+    [[nodiscard]] std::size_t cells() const { return std::max(3 * buffer_cells, part_cells); }
+  };
+  static Room room_for(CombRows& rows, std::span<const SearchGrid> grids);
   template <class Count>
   void search(const SearchGrid& grid, double max_travel_ns);
   void keep_best(const SearchGrid& grid, const LineTree::Block& block);
@@ -89,13 +101,13 @@ class LineSearch {
   const PulseTrain& train_;
   const SearchKernels& kernels_;
   CombRows rows_;
+  Room room_;
   LineTree tree_;
   PartLines part_lines_;
   std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
   std::vector<Kept> kept_;                    // the best cells so far
   std::vector<std::uint32_t> cells_;          // scratch: where their lines are in each slice
-  std::size_t buffer_cells_ = 0;
-  std::vector<std::uint32_t> memory_;  // three buffers of rows
+  std::vector<std::uint32_t> memory_;         // three buffers of rows, or the rows of all parts
   std::vector<SearchCell> best_;
   std::vector<DelayCell> delays_;
 };

@@ -25,6 +25,15 @@ constexpr std::size_t row_cells = 64;
 
 std::size_t stride_of(std::size_t bins) { return (bins + row_cells - 1) / row_cells * row_cells; }
 
+// The first pass reads a row of one slice up to so many bins further on.
+constexpr std::size_t longest_shift = 3;
+
+// Rows that hold the circle twice, and so many bins more, have all that a sum reads, however often
+// a line goes around.
+std::size_t cells_around(const SearchGrid& grid) {
+  return 2 * std::size_t{grid.bins} + longest_shift;
+}
+
 template <class From, class To>
 struct Add;
 template <>
@@ -66,6 +75,16 @@ std::uint16_t largest(const SearchKernels& k, const std::uint16_t* values, std::
   return k.largest(values, count);
 }
 
+// Goes on around the circle, from its first `bins` cells up to `width` of them.
+template <class Count>
+void go_around(Count* row, std::size_t bins, std::size_t width) {
+  for (std::size_t filled = bins; filled < width;) {
+    const std::size_t count = std::min(filled, width - filled);
+    std::memcpy(row + filled, row, count * sizeof(Count));
+    filled += count;
+  }
+}
+
 // Copies `width` bins of a row from first_bin on, going around the circle as often as that takes.
 template <class Count>
 void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t width,
@@ -100,20 +119,35 @@ std::size_t LineTree::travelled(std::size_t travel, std::size_t slices, std::siz
 
 LineTree::LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
     : kernels_(kernels) {
-  std::size_t widest = 0;
-  for (const SearchGrid& grid : grids) {
-    // The number of lines that the largest limit of travel asks for.
-    const std::size_t most = grid.slices - 1;
-    for (const std::size_t lines : {most, std::size_t{0}}) {
-      const std::size_t stride = stride_of(block_bins(grid, lines) + most);
-      // The last row is read beyond its end, by as much as a line travels.
-      buffer_cells_ = std::max(buffer_cells_, stride * grid.slices + grid.slices);
-      widest = std::max(widest, stride);
-    }
-  }
-  buffer_cells_ = stride_of(buffer_cells_);
+  buffer_cells_ = buffer_cells(grids);
   memory_.resize(2 * buffer_cells_ + row_cells);
-  zeros_.resize(widest);
+  zeros_.resize(widest_row(grids));
+}
+
+// Rows are longest for the largest limit of travel: a block of fewer lines has at most as many bins
+// more.
+std::size_t LineTree::longest_row(const SearchGrid& grid) {
+  const std::size_t most = grid.slices - 1;
+  return stride_of(std::min(block_bins(grid, most) + most, cells_around(grid)));
+}
+
+std::size_t LineTree::widest_row(std::span<const SearchGrid> grids) {
+  std::size_t widest = 0;
+  for (const SearchGrid& grid : grids) widest = std::max(widest, longest_row(grid));
+  return widest;
+}
+
+std::size_t LineTree::buffer_cells(std::span<const SearchGrid> grids) {
+  std::size_t cells = 0;
+  for (const SearchGrid& grid : grids) {
+    // The last row is read beyond its end, by as much as a line travels.
+    cells = std::max(cells, longest_row(grid) * grid.slices + grid.slices);
+  }
+  return stride_of(cells);
+}
+
+std::size_t LineTree::bytes(std::span<const SearchGrid> grids) {
+  return (2 * buffer_cells(grids) + row_cells + widest_row(grids)) * sizeof(std::uint32_t);
 }
 
 std::size_t LineTree::lines(std::size_t slices) const {
@@ -124,7 +158,9 @@ template <class Count>
 void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& block) {
   block_ = block;
   slices_ = grid.slices;
-  stride_ = stride_of(block.bins + block.most);
+  circle_ = block.bins + block.most > cells_around(grid) ? grid.bins : 0;
+  width_ = circle_ > 0 ? cells_around(grid) : block.bins + block.most;
+  stride_ = stride_of(width_);
   void* first = memory_.data();
   std::size_t bytes = memory_.size() * sizeof(std::uint32_t);
   in_ = static_cast<std::uint32_t*>(std::align(row_cells, 1, first, bytes));
@@ -145,8 +181,7 @@ template void LineTree::add_up(const std::uint32_t*, const SearchGrid&, const Bl
 // end of the circle or nothing is added up at all.
 template <class Count>
 LineTree::Rows LineTree::start_of(const Count* rows, const SearchGrid& grid) {
-  constexpr std::size_t longest_shift = 3;  // of a row of one slice
-  if (slices_ < 4 || block_.first_bin + stride_ + longest_shift > grid.bins) {
+  if (slices_ < 4 || circle_ > 0 || block_.first_bin + stride_ + longest_shift > grid.bins) {
     copy_rows(rows, grid);
     return written();
   }
@@ -165,12 +200,11 @@ const Count* LineTree::row(std::size_t number) const {
 
 template <class Count>
 void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
-  const std::size_t width = block_.bins + block_.most;
   auto* to = reinterpret_cast<Count*>(in_);
   for (std::size_t slice = 0; slice < slices_; ++slice) {
     const std::size_t from = block_.sign > 0 ? slice : slices_ - 1 - slice;
-    copy_around(to + slice * stride_, rows + from * grid.bins, block_.first_bin, width, grid.bins);
-    std::fill_n(to + slice * stride_ + width, stride_ - width, Count{0});
+    copy_around(to + slice * stride_, rows + from * grid.bins, block_.first_bin, width_, grid.bins);
+    std::fill_n(to + slice * stride_ + width_, stride_ - width_, Count{0});
   }
 }
 
@@ -206,8 +240,10 @@ void LineTree::add_pairs(std::size_t half) {
   const std::size_t all = lines(2 * half);
   for (std::size_t group = 0; group < slices_; group += 2 * half) {
     for (std::size_t j = 0; j < all; ++j) {
-      add(out + (group + j) * stride_, row<From>(group + j / 2),
-          row<From>(group + half + j / 2) + (j + 1) / 2, stride_);
+      To* sum = out + (group + j) * stride_;
+      add(sum, row<From>(group + j / 2), row<From>(group + half + j / 2) + further((j + 1) / 2),
+          sums());
+      if (circle_ > 0) go_around(sum, circle_, width_);
     }
   }
   take_written(sizeof(To), 2);
@@ -224,8 +260,12 @@ void LineTree::add_fours(std::size_t half) {
     for (std::size_t j = 0; j < all; j += 4) {
       const std::size_t n = j / 4;  // the bins that each quarter of the lines travels
       const std::size_t first = group + n;
-      add(out + (group + j) * stride_, stride_, row<Count>(first), row<Count>(first + half) + n,
-          row<Count>(first + 2 * half) + 2 * n, row<Count>(first + 3 * half) + 3 * n, stride_);
+      Count* four = out + (group + j) * stride_;
+      add(four, stride_, row<Count>(first), row<Count>(first + half) + further(n),
+          row<Count>(first + 2 * half) + further(2 * n),
+          row<Count>(first + 3 * half) + further(3 * n), sums());
+      if (circle_ == 0) continue;
+      for (int line = 0; line < 4; ++line, four += stride_) go_around(four, circle_, width_);
     }
   }
   take_written(sizeof(Count), 4);
@@ -252,7 +292,7 @@ bool LineTree::sum_fits(std::uint32_t added, std::size_t half) {
     const std::size_t all = lines(half);
     for (std::size_t group = 0; group < slices_; group += half) {
       for (std::size_t j = 0; j < all; ++j) {
-        const std::uint32_t here = largest(kernels_, row<Count>(group + j), stride_);
+        const std::uint32_t here = largest(kernels_, row<Count>(group + j), sums());
         most_in_cell_ = std::max(most_in_cell_, here);
       }
     }
@@ -288,7 +328,8 @@ template <class Count>
 LineTree::Halves<Count> LineTree::halves(std::size_t travel) const {
   const auto* in = reinterpret_cast<const Count*>(in_);
   if (slices_ == 1) return {in, reinterpret_cast<const Count*>(zeros_.data())};
-  return {in + travel / 2 * stride_, in + (slices_ / 2 + travel / 2) * stride_ + (travel + 1) / 2};
+  return {in + travel / 2 * stride_,
+          in + (slices_ / 2 + travel / 2) * stride_ + further((travel + 1) / 2)};
 }
 
 std::size_t LineTree::first_above(std::size_t travel, std::size_t from, std::uint32_t least) const {

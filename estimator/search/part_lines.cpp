@@ -17,19 +17,39 @@ std::uint32_t largest_of(const SearchKernels&, const std::uint32_t* line, std::s
 
 PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
                      std::span<const std::uint32_t> copies)
-    : kernels_(kernels) {
+    : kernels_(kernels), longest_(longest_line(grids, copies)) {
   trees_.reserve(copies.size());
   for (const std::uint32_t periods : copies) {
-    std::vector<SearchGrid> own(grids.begin(), grids.end());
-    for (SearchGrid& grid : own) {
-      grid.bins = std::max(1U, grid.bins / periods);
-      longest_ = std::max<std::size_t>(longest_, grid.bins);
-    }
-    trees_.emplace_back(kernels, own);
+    trees_.emplace_back(kernels, period_grids(grids, periods));
   }
   memory_.resize((trees_.size() + 1) * longest_);
   parts_.reserve(trees_.size());
   places_.resize(trees_.size());
+}
+
+std::vector<SearchGrid> PartLines::period_grids(std::span<const SearchGrid> grids,
+                                                std::uint32_t periods) {
+  std::vector<SearchGrid> own(grids.begin(), grids.end());
+  for (SearchGrid& grid : own) grid.bins = std::max(1U, grid.bins / periods);
+  return own;
+}
+
+std::size_t PartLines::longest_line(std::span<const SearchGrid> grids,
+                                    std::span<const std::uint32_t> copies) {
+  std::size_t longest = 0;
+  for (const std::uint32_t periods : copies) {
+    for (const SearchGrid& own : period_grids(grids, periods)) {
+      longest = std::max<std::size_t>(longest, own.bins);
+    }
+  }
+  return longest;
+}
+
+std::size_t PartLines::bytes(std::span<const SearchGrid> grids,
+                             std::span<const std::uint32_t> copies) {
+  std::size_t all = (copies.size() + 1) * longest_line(grids, copies) * sizeof(std::uint32_t);
+  for (const std::uint32_t periods : copies) all += LineTree::bytes(period_grids(grids, periods));
+  return all;
 }
 
 template <class Count>

@@ -23,6 +23,9 @@ class PartLines {
   // grids: all that add_up() will be given. copies: how many periods of each part the circle has.
   PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
             std::span<const std::uint32_t> copies);
+  // What lines for these grids allocate.
+  static std::size_t bytes(std::span<const SearchGrid> grids,
+                           std::span<const std::uint32_t> copies);
 
   // Forgets all parts.
   void clear() { parts_.clear(); }
@@ -52,6 +55,11 @@ class PartLines {
     std::uint32_t* line;        // sums of 16 or 32 bits, of the travel that is looked at
     std::uint32_t largest = 0;  // of these
   };
+  // The grids of one period of a part, of which the circle has so many; cells of the longest line.
+  static std::vector<SearchGrid> period_grids(std::span<const SearchGrid> grids,
+                                              std::uint32_t periods);
+  static std::size_t longest_line(std::span<const SearchGrid> grids,
+                                  std::span<const std::uint32_t> copies);
   template <class Wide>
   void look_at_as(std::size_t travel);
   template <class Wide>

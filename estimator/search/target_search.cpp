@@ -73,6 +73,27 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t leve
   }
 }
 
+// The grids of all levels, the coarsest first.
+std::vector<SearchGrid> level_grids(const PulseTrain& train, double width_ns, double max_travel_ns,
+                                    Effort effort) {
+  std::vector<SearchGrid> grids;
+  // For a target at rest the finest level is a single row of bins, so that a coarser level saves
+  // nothing.
+  const bool moving = max_travel_ns > 0;
+  const std::size_t first = moving ? 0 : std::size(level_widths) - 1;
+  const std::size_t end = moving ? levels_of(effort) : std::size(level_widths);
+  for (std::size_t level = first; level < end; ++level) {
+    const SearchGrid grid = level_grid(train, width_ns, level, max_travel_ns);
+    if (grids.empty() || grid.cells() != grids.back().cells()) grids.push_back(grid);
+  }
+  return grids;
+}
+
+SearchGrid recheck_grid(const PulseTrain& train, double width_ns) {
+  const double bin_ns = std::max(3 * width_ns, train.circle_ns / most_recheck_bins);
+  return SearchGrid::cover(train.circle_ns, bin_ns, 0, fitting_bins(train));
+}
+
 }  // namespace
 
 // Design note: with few photons many cells are alike, and each costs little. With 19 signal
@@ -96,9 +117,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       one_of_several_(scope.one_of_several),
       until_(first_until_),
       levels_(make_levels(scope)),
-      recheck_(SearchGrid::cover(
-          train.circle_ns, std::max(3 * shape.width_ns(), train.circle_ns / most_recheck_bins), 0,
-          fitting_bins(train))),
+      recheck_(recheck_grid(train, shape.width_ns())),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
                                    : std::vector<double>()),
       meetings_(train, shape.width_ns()),
@@ -115,13 +134,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
 
 std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& scope) const {
   std::vector<Level> made;
-  // For a target at rest the finest level is a single row of bins, so that a coarser level saves
-  // nothing.
-  const std::size_t first = moving_ ? 0 : std::size(level_widths) - 1;
-  const std::size_t end = moving_ ? levels_of(scope.effort) : std::size(level_widths);
-  for (std::size_t level = first; level < end; ++level) {
-    const SearchGrid grid = level_grid(train_, shape_.width_ns(), level, scope.max_travel_ns);
-    if (!made.empty() && grid.cells() == made.back().grid.cells()) continue;
+  for (const SearchGrid& grid :
+       level_grids(train_, shape_.width_ns(), scope.max_travel_ns, scope.effort)) {
     const double reach_ns = std::max(1.5 * grid.bin_ns, least_reach_widths * shape_.width_ns());
     const double about_ns = 2 * reach_ns + 4 * shape_.width_ns();
     const double peak_ns = shape_.peak_offset_ns();
@@ -134,6 +148,13 @@ std::vector<SearchGrid> TargetSearch::grids() const {
   std::vector<SearchGrid> all = {recheck_};
   for (const Level& level : levels_) all.push_back(level.grid);
   return all;
+}
+
+std::size_t TargetSearch::table_bytes(const PulseTrain& train, const PulseShape& shape,
+                                      double max_travel_ns, Effort effort) {
+  std::vector<SearchGrid> grids = level_grids(train, shape.width_ns(), max_travel_ns, effort);
+  grids.push_back(recheck_grid(train, shape.width_ns()));
+  return LineSearch::bytes(train, grids);
 }
 
 std::size_t TargetSearch::widest_level_overlap() const {

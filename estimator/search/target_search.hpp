@@ -68,6 +68,10 @@ class TargetSearch {
 
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
+  // The tables of such a search, bytes: what it allocates but for what grows with max_photons.
+  // max_travel_ns and effort: see SearchScope.
+  static std::size_t table_bytes(const PulseTrain& train, const PulseShape& shape,
+                                 double max_travel_ns, Effort effort);
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
   // are left out. With one_of_several the climb to it may be left out, as that of find_near() may

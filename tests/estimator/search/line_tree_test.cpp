@@ -92,6 +92,11 @@ TEST(LineTree, EveryLineIsTheSumOfItsCells) {
         }
         expect_all_lines(Plane<std::uint32_t>(330, slices, 1 << 24, 3), most, kernels);
         expect_all_lines(Plane<std::uint8_t>(7, slices, 255, 4), most, kernels);
+        // Lines that go around the circle often.
+        for (const std::uint32_t bins : {1U, 2U, 3U, 20U, 31U}) {
+          expect_all_lines(Plane<std::uint8_t>(bins, slices, 2, 5), most, kernels);
+          expect_all_lines(Plane<std::uint16_t>(bins, slices, 65535, 6), most, kernels);
+        }
       }
     }
   }

@@ -1,0 +1,73 @@
+#include "estimator/search_memory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "estimator/frame_estimator.hpp"
+#include "tests/support/allocation_count.hpp"
+#include "tests/support/frame_maker.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double bytes_a_mib = 1 << 20;
+
+// What an estimator allocates that is made without room for photons.
+double allocated_mib(const Pattern& pattern, const SceneOptions& scene, double length_ms) {
+  const std::uint64_t before = test::allocated_bytes;
+  const FrameEstimator estimator(pattern, {}, scene, {}, length_ms, 0);
+  return static_cast<double>(test::allocated_bytes - before) / bytes_a_mib;
+}
+
+double said_mib(const Pattern& pattern, const SceneOptions& scene, double length_ms) {
+  return static_cast<double>(search_table_bytes(pattern, {}, scene, {}, length_ms)) / bytes_a_mib;
+}
+
+struct OfPattern {
+  const char* name;
+  Pattern pattern;
+  double most_mib;  // in a frame of 15 s
+};
+
+std::array<OfPattern, 4> of_patterns() {
+  return {{{"interleaved", test::interleaved_pattern({180000, 189000}, 3780000), 12},
+           {"rates in turn", test::mrr_pattern({180000, 189000}, 3780000, 2e9), 28},
+           {"random", test::random_pattern(3780000, 41, 9000, 3), 80},
+           {"one pulse", test::periodic_pattern(180000), 80}}};
+}
+
+TEST(SearchMemory, IsWhatAnEstimatorAllocates) {
+  for (const OfPattern& of : of_patterns()) {
+    for (const double length_ms : {1.0, 50.0, 200.0, 1000.0, 5000.0, 15000.0}) {
+      // Some 2.4 MiB have nothing to do with the search's tables, whatever the frame's length.
+      const double allocated = allocated_mib(of.pattern, {}, length_ms);
+      const double said = said_mib(of.pattern, {}, length_ms);
+      EXPECT_NEAR(allocated, said + 2.4, 0.2 * said + 0.3) << of.name << ' ' << length_ms;
+      std::printf("%-13s %7.0f ms  %6.2f MiB allocated, %6.2f said\n", of.name, length_ms,
+                  allocated, said);
+    }
+  }
+}
+
+// A line of a long frame goes around the circle of delays many times: the tables grow with the
+// slices of a frame, and not with their square.
+TEST(SearchMemory, OfLongFramesIsSmall) {
+  for (const OfPattern& of : of_patterns()) {
+    EXPECT_LT(said_mib(of.pattern, {}, 15000), of.most_mib) << of.name;
+    SceneOptions fast;
+    fast.max_speed_mps = 1500;
+    EXPECT_LT(said_mib(of.pattern, fast, 15000), 20 * of.most_mib) << of.name;
+  }
+}
+
+TEST(SearchMemory, OfATargetAtRestDoesNotGrow) {
+  SceneOptions at_rest;
+  at_rest.motion = Motion::static_target;
+  for (const OfPattern& of : of_patterns()) {
+    EXPECT_EQ(said_mib(of.pattern, at_rest, 15000), said_mib(of.pattern, at_rest, 50)) << of.name;
+  }
+}
+
+}  // namespace
+}  // namespace splid
