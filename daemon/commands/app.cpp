@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -171,7 +172,28 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
   }
 }
 
+// SPLID_VECTOR_LEVEL names the widest vectors that are used.
+//
+// Errors: Error(Fault::usage) for a name that is none of a level that this processor runs.
+void limit_vectors() {
+  const char* wanted = std::getenv("SPLID_VECTOR_LEVEL");  // NOLINT(concurrency-mt-unsafe): no
+                                                           // thread has been started
+  if (wanted == nullptr || *wanted == 0) return;
+  std::string known;
+  for (const VectorLevel level : runnable_vector_levels()) {
+    const std::string name = vector_level_name(level);
+    if (name == wanted) {
+      limit_vector_level(level);
+      return;
+    }
+    known.append(known.empty() ? "" : ", ").append(name);
+  }
+  throw Error(Fault::usage,
+              std::string("SPLID_VECTOR_LEVEL=") + wanted + ": this processor runs " + known);
+}
+
 int parse_and_run(int argc, char** argv) {
+  limit_vectors();
   CLI::App app{"splid: a daemon for single-photon lidar", "splid"};
   app.set_version_flag("--version", std::string("splid " SPLID_VERSION " (search kernels: ") +
                                         vector_level_name(best_vector_level()) + ")");

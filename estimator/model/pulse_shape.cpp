@@ -121,7 +121,7 @@ void GaussianPulse::set_sigma_ns(double sigma_ns) {
 }
 
 void GaussianPulse::evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const {
-  static const PulseKernels& kernels = pulse_kernels(best_vector_level());
+  const PulseKernels& kernels = pulse_kernels(best_vector_level());
   kernels.gaussian(values.h.data(), values.d1.data(), values.d2.data(), offsets_ns.data(),
                    1 / sigma_ns_, peak_, offsets_ns.size());
 }

@@ -1,5 +1,7 @@
 #include "estimator/model/vector_level.hpp"
 
+#include <atomic>
+
 namespace splid {
 
 const char* vector_level_name(VectorLevel level) {
@@ -15,6 +17,15 @@ const char* vector_level_name(VectorLevel level) {
   }
   return "unknown";
 }
+
+namespace {
+
+std::atomic<VectorLevel>& used_level() {
+  static std::atomic<VectorLevel> level = runnable_vector_levels().back();
+  return level;
+}
+
+}  // namespace
 
 std::vector<VectorLevel> runnable_vector_levels() {
   std::vector<VectorLevel> levels = {VectorLevel::generic};
@@ -34,9 +45,12 @@ std::vector<VectorLevel> runnable_vector_levels() {
   return levels;
 }
 
-VectorLevel best_vector_level() {
-  static const VectorLevel level = runnable_vector_levels().back();
-  return level;
+VectorLevel best_vector_level() { return used_level(); }
+
+void limit_vector_level(VectorLevel widest) {
+  for (const VectorLevel level : runnable_vector_levels()) {
+    if (level <= widest) used_level() = level;
+  }
 }
 
 const PulseKernels& pulse_kernels(VectorLevel level) {

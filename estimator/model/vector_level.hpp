@@ -18,8 +18,13 @@ enum class VectorLevel {
 // "generic", "x86_64_v3", ...
 const char* vector_level_name(VectorLevel level);
 
-// The widest level that this processor runs and this build holds. Threads: any.
+// The widest level that this processor runs and this build holds, within the limit. Threads: any.
 VectorLevel best_vector_level();
+
+// From now on no wider level than this is used, in the whole process: to compare one level with
+// another. Before any FrameEstimator is made that is to have it. Threads: while no other one
+// estimates.
+void limit_vector_level(VectorLevel widest);
 
 // All levels that this processor runs, generic first.
 std::vector<VectorLevel> runnable_vector_levels();

@@ -92,6 +92,13 @@ TEST_F(CommandLine, SaysItsVersionOnStandardOutput) {
                             vector_level_name(best_vector_level()) + ")\n");
 }
 
+TEST_F(CommandLine, RefusesVectorsThatTheProcessorDoesNotRun) {
+  ::setenv("SPLID_VECTOR_LEVEL", "avx1024", 1);
+  expect_error({"--version"}, 2,
+               HasSubstr("SPLID_VECTOR_LEVEL=avx1024: this processor runs generic"));
+  ::unsetenv("SPLID_VECTOR_LEVEL");
+}
+
 TEST_F(CommandLine, NamesTheNearestCommand) {
   expect_error({"repaly"}, 2, HasSubstr("no command 'repaly'; did you mean replay?"));
   expect_error({"frobnicate"}, 2, HasSubstr("no command 'frobnicate'"));

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "estimator/model/vector_level.hpp"
 #include "protocol/json_value.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/program.hpp"
@@ -76,6 +77,17 @@ TEST_P(Golden, FramesAreTheSameAtAnySpeedAndAsTheyWere) {
   }
   EXPECT_EQ(found.peek(), std::istringstream::traits_type::eof());
   EXPECT_GE(count, 6);
+}
+
+TEST_P(Golden, FramesAreTheSameAtEveryVectorLevel) {
+  const std::string frames = frames_at("max");
+  for (const VectorLevel level : runnable_vector_levels()) {
+    const std::string name = vector_level_name(level);
+    ::setenv("SPLID_VECTOR_LEVEL", name.c_str(), 1);
+    EXPECT_NE(run_program({"--version"}).out.find("kernels: " + name), std::string::npos);
+    EXPECT_EQ(frames_at("max"), frames) << name;
+  }
+  ::unsetenv("SPLID_VECTOR_LEVEL");
 }
 
 INSTANTIATE_TEST_SUITE_P(Modes, Golden, ::testing::Values("interleaved", "random", "mrr"),

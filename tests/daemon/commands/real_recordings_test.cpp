@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "estimator/model/vector_level.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/pattern_json.hpp"
+#include "tests/support/daemon_scene.hpp"
 #include "tests/support/laser_recording.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/real_recording.hpp"
@@ -143,6 +146,37 @@ TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
       EXPECT_LT(by_table.published_mm, spread.published_mm) << sigma_ps;
     }
   }
+}
+
+// With the pattern and the table of the pulse that a calibration at each level finds.
+TEST_F(RealRecordings, QutagFramesAreTheSameAtEveryVectorLevel) {
+  use("qutag_sync_t2.ptu");
+  if (IsSkipped()) return;
+  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
+                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  const std::string nominal = write_config("nominal_config.json", "1", "nominal.json");
+  const std::string found = folder.path("found.json");
+  const std::string config =
+      write_config("found_config.json", "1", found, R"(,"pulse":{"shape":"tabulated"})");
+  std::string pattern, frames;
+  for (const VectorLevel level : runnable_vector_levels()) {
+    ::setenv("SPLID_VECTOR_LEVEL", vector_level_name(level), 1);
+    const ProgramResult calibrated =
+        run_program({"calibrate", recording, "--config", nominal, "--output", found, "--force"});
+    ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+    std::istringstream lines(run_program({"replay", recording, "--config", config, "--json"}).out);
+    std::string here;
+    for (std::string line; std::getline(lines, line);) here += repeatable(line) + "\n";
+    if (level == VectorLevel::generic) {
+      pattern = test::file_text(found);
+      frames = here;
+    }
+    EXPECT_FALSE(here.empty());
+    EXPECT_EQ(test::file_text(found), pattern) << vector_level_name(level);
+    EXPECT_EQ(here, frames) << vector_level_name(level);
+  }
+  ::unsetenv("SPLID_VECTOR_LEVEL");
 }
 
 // Every n-th photon, all syncs: what a darker target leaves. T2 records with the highest bit set
