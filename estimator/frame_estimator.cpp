@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "estimator/fit/dead_time_check.hpp"
+#include "estimator/fit/detector_check.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
@@ -62,7 +62,7 @@ struct FrameEstimator::Workspace {
   FoldedFrame frame;
   TargetSearch search;
   PatternCheck pattern_check;
-  DeadTimeCheck dead_time_check;
+  DetectorCheck detector_check;
   std::optional<BlindTime> blind;  // where the dead time is modelled
   bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
   PulseVerdict pulse_verdict;      // of this frame
@@ -100,7 +100,7 @@ struct FrameEstimator::Workspace {
                 scene.targets > 1},
                max_photons),
         pattern_check(train, *shape, frame.reach_ns()),
-        dead_time_check(train, *shape, detector.dead_time_ns, inputs),
+        detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons),
         bent_threshold_nats(threshold_nats) {
     if (const auto fault = options.validate(scene)) {
       throw Error(Fault::usage, "/estimator" + fault->pointer + ": " + fault->what);
@@ -579,9 +579,7 @@ FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 
 Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Effort most) {
   Estimate estimate = workspace_->estimate(view, track, most);
-  if (view.sync.locked) {
-    estimate.dead_time_misfit_ns = workspace_->dead_time_check.misfit_ns(view, estimate);
-  }
+  workspace_->detector_check.look(view, workspace_->frame, workspace_->to_reference(), estimate);
   return estimate;
 }
 

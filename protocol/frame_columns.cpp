@@ -47,6 +47,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("pulse_sigma_ps", "ps", message.pulse_sigma_ps);
   columns.number("blind_fraction", "", message.blind_fraction);
   columns.number("dead_time_misfit_ns", "ns", message.dead_time_misfit_ns);
+  columns.number("afterpulse_misfit", "", message.afterpulse_misfit);
   columns.text("pattern_fault", name_bytes,
                message.pattern_fault ? to_string(*message.pattern_fault) : "");
   columns.number("std_distance_m", "m", message.std_distance_m);

@@ -31,7 +31,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("signal_gap", message.signal_gap)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
       .number("blind_fraction", message.blind_fraction)
-      .number("dead_time_misfit_ns", message.dead_time_misfit_ns);
+      .number("dead_time_misfit_ns", message.dead_time_misfit_ns)
+      .number("afterpulse_misfit", message.afterpulse_misfit);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
@@ -200,6 +201,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
   message.blind_fraction = members.number("blind_fraction");
   message.dead_time_misfit_ns = members.number("dead_time_misfit_ns");
+  message.afterpulse_misfit = members.number("afterpulse_misfit");
   message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");

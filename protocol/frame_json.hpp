@@ -52,6 +52,9 @@ struct FrameMessage {
   // How long the detector is blind after each detection, as the photons show it. There only where
   // that is longer than the configured dead time and biases the values.
   std::optional<double> dead_time_misfit_ns;
+  // The share of detections that an afterpulse follows. There only where that surely raises the
+  // background.
+  std::optional<double> afterpulse_misfit;
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
 
   // One of several targets; its members are as those of the frame.

@@ -44,6 +44,14 @@ std::string dead_time_in_words(double blind_ns) {
       blind_ns);
 }
 
+std::string afterpulses_in_words(double share) {
+  return fmt::format(
+      "some {:.2g} % of detections are followed by another without light (afterpulses), which the "
+      "background counts and its deviation holds: set a longer dead time (hold-off) at the "
+      "detector, and detector.dead_time_ns to it",
+      100 * share);
+}
+
 std::string misfit_in_words(double pulse_misfit) {
   if (pulse_misfit < 0) {
     return fmt::format(
@@ -160,6 +168,10 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   if (message.dead_time_misfit_ns) {
     ++second_.blinds;
     second_.dead_time_misfit_ns = *message.dead_time_misfit_ns;
+  }
+  if (message.afterpulse_misfit) {
+    ++second_.afterpulses;
+    second_.afterpulse_misfit = *message.afterpulse_misfit;
   }
   second_.computed_ms += message.compute_ms.value_or(0);
   second_.lasted_ms += message.duration_ms;
@@ -281,6 +293,9 @@ void StatusReporter::judge_second() {
                              "target comes and goes, or its path bends away from a straight path, "
                              "for which set scene.motion auto or accelerating",
                              100 * second_.signal_gap));
+  }
+  if (second_.afterpulses > 0 && 2 * second_.afterpulses >= second_.frames) {
+    add_sentence(stream_.frames_reason, afterpulses_in_words(second_.afterpulse_misfit));
   }
   if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
     add_sentence(stream_.frames_reason,

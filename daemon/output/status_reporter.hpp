@@ -140,6 +140,8 @@ class StatusReporter {
     double signal_gap = 0;                // of the last such frame
     int blinds = 0;                       // of all, with a longer dead time than the configured one
     double dead_time_misfit_ns = 0;       // of the last such frame
+    int afterpulses = 0;                  // of all, with detections that follow others
+    double afterpulse_misfit = 0;         // of the last such frame
     int unsure = 0;  // of these, ambiguous by their photons and not by the mode
     int faults = 0;  // without a target, since the photons contradict the pattern
     PatternFault pattern_fault = PatternFault::none;  // of the last frame with a fault

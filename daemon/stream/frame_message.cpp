@@ -150,6 +150,7 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
   }
   if (estimate.dead_time_modelled) message.blind_fraction = estimate.blind_fraction;
   message.dead_time_misfit_ns = estimate.dead_time_misfit_ns;
+  message.afterpulse_misfit = estimate.afterpulse_misfit;
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 

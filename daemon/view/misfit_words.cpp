@@ -28,9 +28,14 @@ std::string words_of(const Light& light) {
 
 std::string misfits_in_words(const FrameMessage& frame) {
   std::string words = words_of(frame);
+  const auto add = [&](const std::string& misfit) {
+    words += (words.empty() ? "" : ", ") + misfit;
+  };
   if (frame.dead_time_misfit_ns) {
-    words += words.empty() ? "" : ", ";
-    words += fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns);
+    add(fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns));
+  }
+  if (frame.afterpulse_misfit) {
+    add(fmt::format("{:.1f} % afterpulses", 100 * *frame.afterpulse_misfit));
   }
   return words;
 }

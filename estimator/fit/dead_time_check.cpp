@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/fit/middle_photons.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
 namespace {
-
-// Photons that are looked at, from the middle of the frame.
-constexpr std::size_t most_photons = 65536;
 
 constexpr double pulse_widths = 4;
 constexpr double least_excess = 1.05;  // of the blind time over the configured dead time
@@ -60,18 +58,7 @@ DeadTimeCheck::DeadTimeCheck(const PulseTrain& train, const PulseShape& shape, d
       pulse_ns_(pulse_widths * shape.width_ns()),
       dead_time_ns_(dead_time_ns),
       inputs_(static_cast<double>(inputs)) {
-  times_ps_.reserve(most_photons);
-  gaps_ps_.reserve(most_photons);
-}
-
-// In ascending order.
-DeadTimeCheck::Times DeadTimeCheck::looked_at(const FrameView& frame) {
-  const std::size_t count = std::min(frame.photons_ps.size(), most_photons);
-  const Times middle = frame.photons_ps.subspan((frame.photons_ps.size() - count) / 2, count);
-  if (std::is_sorted(middle.begin(), middle.end())) return middle;
-  times_ps_.assign(middle.begin(), middle.end());
-  std::sort(times_ps_.begin(), times_ps_.end());
-  return times_ps_;
+  gaps_ps_.reserve(MiddlePhotons::most);
 }
 
 // Whether what is lost beyond the configured dead time biases a value. The blind time after each
@@ -158,10 +145,10 @@ std::optional<double> DeadTimeCheck::gap_of_inputs_ns(Times times_ps, const Ligh
   return surest.blind_ns;
 }
 
-std::optional<double> DeadTimeCheck::misfit_ns(const FrameView& frame, const Estimate& estimate) {
+std::optional<double> DeadTimeCheck::misfit_ns(const FrameView& frame, Times times_ps,
+                                               const Estimate& estimate) {
   const double seen_ns = frame.seen_ns();
   if (frame.photons_ps.size() < 2 || !(seen_ns > 0)) return std::nullopt;
-  const Times times_ps = looked_at(frame);
   Light light{};
   light.photons = static_cast<double>(frame.photons_ps.size());
   light.per_ns = light.photons / seen_ns;

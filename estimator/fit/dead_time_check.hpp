@@ -37,8 +37,10 @@ class DeadTimeCheck {
   // configured dead time by a twentieth and the light that is lost in the rest of it biases a
   // value: the signal by more than half of its deviation, or the background by more than three.
   //
-  // frame: locked to its syncs. estimate: of this frame.
-  std::optional<double> misfit_ns(const FrameView& frame, const Estimate& estimate);
+  // frame: locked to its syncs. times_ps: photons of it, in ascending order, at most those of
+  // MiddlePhotons. estimate: of this frame.
+  std::optional<double> misfit_ns(const FrameView& frame, std::span<const std::int64_t> times_ps,
+                                  const Estimate& estimate);
 
  private:
   using Times = std::span<const std::int64_t>;
@@ -52,7 +54,6 @@ class DeadTimeCheck {
     double in_deviations;  // the signal over its deviation; 0 where there is no signal
   };
 
-  Times looked_at(const FrameView& frame);
   [[nodiscard]] double least_ns(const Light& light, double pairs) const;
   [[nodiscard]] bool biases(const Light& light, double blind_ns) const;
   std::optional<double> shortest_gap_ns(Times times_ps, const Light& light, double period_ns);
@@ -64,7 +65,7 @@ class DeadTimeCheck {
   double pulse_ns_;  // within which a pulse's photons follow each other
   double dead_time_ns_;
   double inputs_;
-  std::vector<std::int64_t> times_ps_, gaps_ps_;  // scratch
+  std::vector<std::int64_t> gaps_ps_;  // scratch
 };
 
 }  // namespace splid

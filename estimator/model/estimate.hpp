@@ -107,6 +107,11 @@ struct Estimate {
   // longer than the configured dead time and biases the values; the deviations do not hold that.
   // See DeadTimeCheck. It may be there without a target.
   std::optional<double> dead_time_misfit_ns;
+  // The share of detections that are followed by an afterpulse, which counts as background, where
+  // that surely is so and raises the background by more than three deviations. The deviation of the
+  // background then holds it. See AfterpulseCheck. It may be there without a target, and is not
+  // where dead_time_misfit_ns is.
+  std::optional<double> afterpulse_misfit;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
   // The targets, in descending order of their signal, where the frame shows more than one target;

@@ -160,6 +160,10 @@ class Estimate:
         """How long the detector is blind after a detection, where that is longer than configured
         and biases the values; NaN where it is not surely so."""
     @property
+    def afterpulse_misfit(self) -> float:
+        """The share of detections that an afterpulse follows; NaN where that does not surely raise
+        the background."""
+    @property
     def pulse_misfit(self) -> float:
         """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
     @property

@@ -155,6 +155,9 @@ void bind_values(py::class_<FrameResult>& type) {
                              [](const FrameResult& self) {
                                return self.estimate.dead_time_misfit_ns.value_or(unknown);
                              })
+      .def_property_readonly(
+          "afterpulse_misfit",
+          [](const FrameResult& self) { return self.estimate.afterpulse_misfit.value_or(unknown); })
       .def_property_readonly("background_per_s",
                              [](const FrameResult& self) {
                                return self.estimate.status == FrameStatus::not_run ||

@@ -116,7 +116,8 @@ auto values_of(const Estimate& e) {
                     e.acceleration_misfit_mps2.value_or(0),
                     e.signal_gap.value_or(0),
                     e.blind_fraction,
-                    e.dead_time_misfit_ns.value_or(0)};
+                    e.dead_time_misfit_ns.value_or(0),
+                    e.afterpulse_misfit.value_or(0)};
 }
 
 bool are_same(const Estimate& a, const Estimate& b) {
@@ -164,6 +165,8 @@ void check_values(const Estimate& e, const Pattern& pattern) {
        "an estimate has a status");
   must(e.background_per_ns >= 0, "a flux is not negative");
   must(e.blind_fraction >= 0 && e.blind_fraction < 1, "a share is below 1");
+  must(e.afterpulse_misfit.value_or(0.5) > 0 && e.afterpulse_misfit.value_or(0) <= 0.5,
+       "up to half of the detections have an afterpulse");
   if (e.status == FrameStatus::no_target || e.status == FrameStatus::no_sync) return;
   must(e.has_values, "a target has values");
   // Times of the tagger, in which the period may be 500 ppm longer.

@@ -51,6 +51,7 @@ FrameMessage typical() {
   message.std_pulse_sigma_ps = 3.5;
   message.blind_fraction = 0.375;
   message.dead_time_misfit_ns = 49.5;
+  message.afterpulse_misfit = 0.046875;
   message.pattern_fault = PatternFault::dark_pulses;
   message.std_distance_m = 0.00062;
   message.std_velocity_mps = 0.043;
@@ -77,7 +78,8 @@ const char* const typical_json =
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
     R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"pulse_excess":-0.25,)"
     R"("acceleration_misfit_mps2":62.5,"signal_gap":0.25,"pulse_sigma_ps":137.5,)"
-    R"("blind_fraction":0.375,"dead_time_misfit_ns":49.5,"pattern_fault":"dark_pulses",)"
+    R"("blind_fraction":0.375,"dead_time_misfit_ns":49.5,"afterpulse_misfit":0.046875,)"
+    R"("pattern_fault":"dark_pulses",)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
     R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"

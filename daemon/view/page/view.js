@@ -201,13 +201,16 @@ function show_beside_best(id, value, best) {
 }
 
 // What the light of a frame, or of one of its targets, surely has against the configured pulse, a
-// straight path and, of a frame, the configured dead time.
+// straight path and, of a frame, the configured dead time and a detector without afterpulses.
 const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
-const misfits_of = ({pulse_misfit, acceleration_misfit_mps2, signal_gap, dead_time_misfit_ns}) => [
+const misfits_of = ({
+  pulse_misfit, acceleration_misfit_mps2, signal_gap, dead_time_misfit_ns, afterpulse_misfit,
+}) => [
   is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
   is_number(acceleration_misfit_mps2) && `accelerates ${fixed(acceleration_misfit_mps2, 0)} m/s²`,
   is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
   is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
+  is_number(afterpulse_misfit) && `${fixed(100 * afterpulse_misfit, 1)} % afterpulses`,
 ].filter(Boolean).join(', ');
 
 // The columns of the table of targets: a heading with its unit, and the text of a target's cell.

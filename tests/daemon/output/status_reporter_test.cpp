@@ -317,6 +317,25 @@ TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses
                                    HasSubstr("\"reason\":\"\"")));
 }
 
+// Afterpulses are said from half of a second's frames on.
+TEST_F(StatusReports, SayThatDetectionsHaveAfterpulses) {
+  FrameMessage followed = frame(FrameStatus::ok);
+  followed.afterpulse_misfit = 0.0512;
+  for (int second = 0; second < 3; ++second) {
+    for (int n = 0; n < 20; ++n) {
+      const bool is_followed = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_followed ? followed : frame(FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+  }
+  EXPECT_THAT(published(),
+              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
+                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("some 5.1 %"),
+                                         HasSubstr("afterpulses"), HasSubstr("longer dead time")),
+                                   HasSubstr("\"reason\":\"\"")));
+}
+
 // Who has asked for the model is not told to ask for it.
 TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
   FrameMessage saturated = frame(FrameStatus::saturated);

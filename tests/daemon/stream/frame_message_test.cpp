@@ -184,6 +184,15 @@ TEST_F(FrameMessages, SayThatTheDetectorIsBlindForLonger) {
   EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
 }
 
+TEST_F(FrameMessages, SayThatDetectionsHaveAfterpulses) {
+  EXPECT_EQ(make().afterpulse_misfit, std::nullopt);
+  estimate.afterpulse_misfit = 0.05;
+  EXPECT_EQ(make().afterpulse_misfit, 0.05);
+  estimate.status = FrameStatus::no_target;
+  estimate.has_values = false;
+  EXPECT_EQ(make().afterpulse_misfit, 0.05);
+}
+
 TEST(UnmodelledBy, NamesWhatLeavesTheDeadTimeOut) {
   Config config;
   config.scene.targets = 2;
