@@ -99,7 +99,7 @@ struct FrameEstimator::Workspace {
                 models_dead_time(detector, options, pulse),
                 scene.targets > 1},
                max_photons),
-        pattern_check(train, *shape, frame.reach_ns()),
+        pattern_check(train, *shape, frame.reach_ns(), pulse.width == PulseWidth::fitted),
         detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons),
         bent_threshold_nats(threshold_nats) {
     if (const auto fault = options.validate(scene)) {
@@ -413,7 +413,7 @@ void FrameEstimator::Workspace::take(const BentFit& found, const FrameView& view
   if (!has_pattern(bends->straightened(frame, bent.bend_ns), bent.fit, estimate)) return;
   fill(estimate, at_mid, view.sync, bent.bend_ns);
   fill_acceleration(estimate, bent);
-  say_pulse(estimate, pulse_verdict);
+  say_light(estimate, pattern_check.judge_path(frame, true), pulse_verdict);
   finish(view, estimate, track);
 }
 
@@ -490,14 +490,21 @@ void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, con
   if (!fitted) return say_light(estimate, path, pulse_verdict);
   path.widen(estimate, to_reference(), frame.length_ns, false);
   fitted->say_width(estimate);
+  pattern_check.judge_shape(frame, fitted->fit.parameters, fitted->sigma_ns)
+      .widen(estimate, shape->width_ns() * to_reference(), fitted->sigma_ns * to_reference(),
+             train.amplitude_per_ns);
 }
 
-// What speaks against a straight path and the configured pulse.
+// What speaks against the fitted path and the configured pulse.
 void FrameEstimator::Workspace::say_light(Estimate& estimate, const PathVerdict& path,
                                           const PulseVerdict& pulse) const {
   estimate.acceleration_misfit_mps2.reset();
+  estimate.jerk_misfit_mps3.reset();
   estimate.signal_gap.reset();
   path.widen(estimate, to_reference(), frame.length_ns, pulse.misfit.has_value());
+  if (bends) {
+    path.widen_if_accelerating(estimate, to_reference(), frame.length_ns, pulse.misfit.has_value());
+  }
   say_pulse(estimate, pulse);
 }
 

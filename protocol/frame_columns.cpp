@@ -43,8 +43,12 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("pulse_misfit", "", message.pulse_misfit);
   columns.number("pulse_excess", "", message.pulse_excess);
   columns.number("acceleration_misfit_mps2", "m/s2", message.acceleration_misfit_mps2);
+  columns.number("jerk_misfit_mps3", "m/s3", message.jerk_misfit_mps3);
+  columns.number("path_excess", "", message.path_excess);
   columns.number("signal_gap", "", message.signal_gap);
   columns.number("pulse_sigma_ps", "ps", message.pulse_sigma_ps);
+  columns.number("shape_misfit", "", message.shape_misfit);
+  columns.number("pulse_skew", "", message.pulse_skew);
   columns.number("blind_fraction", "", message.blind_fraction);
   columns.number("dead_time_misfit_ns", "ns", message.dead_time_misfit_ns);
   columns.number("afterpulse_misfit", "", message.afterpulse_misfit);
@@ -57,6 +61,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("std_background_per_s", "counts/s", message.std_background_per_s);
   columns.number("std_pulse_excess", "", message.std_pulse_excess);
   columns.number("std_pulse_sigma_ps", "ps", message.std_pulse_sigma_ps);
+  columns.number("std_pulse_skew", "", message.std_pulse_skew);
 }
 
 void show_sync(const FrameMessage& message, ColumnVisitor& columns) {

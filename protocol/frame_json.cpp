@@ -28,8 +28,12 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("pulse_misfit", message.pulse_misfit)
       .number("pulse_excess", message.pulse_excess)
       .number("acceleration_misfit_mps2", message.acceleration_misfit_mps2)
+      .number("jerk_misfit_mps3", message.jerk_misfit_mps3)
+      .number("path_excess", message.path_excess)
       .number("signal_gap", message.signal_gap)
       .number("pulse_sigma_ps", message.pulse_sigma_ps)
+      .number("shape_misfit", message.shape_misfit)
+      .number("pulse_skew", message.pulse_skew)
       .number("blind_fraction", message.blind_fraction)
       .number("dead_time_misfit_ns", message.dead_time_misfit_ns)
       .number("afterpulse_misfit", message.afterpulse_misfit);
@@ -41,7 +45,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("signal_per_pulse", message.std_signal_per_pulse)
       .number("background_per_s", message.std_background_per_s)
       .number("pulse_excess", message.std_pulse_excess)
-      .number("pulse_sigma_ps", message.std_pulse_sigma_ps);
+      .number("pulse_sigma_ps", message.std_pulse_sigma_ps)
+      .number("pulse_skew", message.std_pulse_skew);
   json.object("std", std_members);
 }
 
@@ -61,6 +66,7 @@ void write_targets(JsonWriter& json, const FrameMessage& message) {
         .number("amplitude_misfit", target.amplitude_misfit)
         .number("pulse_misfit", target.pulse_misfit)
         .number("acceleration_misfit_mps2", target.acceleration_misfit_mps2)
+        .number("jerk_misfit_mps3", target.jerk_misfit_mps3)
         .number("signal_gap", target.signal_gap)
         .number("shape_odds_nats", target.shape_odds_nats);
     JsonWriter std_members;
@@ -197,8 +203,12 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.pulse_misfit = members.number("pulse_misfit");
   message.pulse_excess = members.number("pulse_excess");
   message.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
+  message.jerk_misfit_mps3 = members.number("jerk_misfit_mps3");
+  message.path_excess = members.number("path_excess");
   message.signal_gap = members.number("signal_gap");
   message.pulse_sigma_ps = members.number("pulse_sigma_ps");
+  message.shape_misfit = members.number("shape_misfit");
+  message.pulse_skew = members.number("pulse_skew");
   message.blind_fraction = members.number("blind_fraction");
   message.dead_time_misfit_ns = members.number("dead_time_misfit_ns");
   message.afterpulse_misfit = members.number("afterpulse_misfit");
@@ -212,6 +222,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
     message.std_background_per_s = std_members.number("background_per_s");
     message.std_pulse_excess = std_members.number("pulse_excess");
     message.std_pulse_sigma_ps = std_members.number("pulse_sigma_ps");
+    message.std_pulse_skew = std_members.number("pulse_skew");
   }
 }
 
@@ -228,6 +239,7 @@ FrameMessage::Target target_from(const Members& members, const std::string& wher
   target.amplitude_misfit = members.number("amplitude_misfit");
   target.pulse_misfit = members.number("pulse_misfit");
   target.acceleration_misfit_mps2 = members.number("acceleration_misfit_mps2");
+  target.jerk_misfit_mps3 = members.number("jerk_misfit_mps3");
   target.signal_gap = members.number("signal_gap");
   target.shape_odds_nats = members.number("shape_odds_nats");
   if (const nlohmann::json* json = members.find("std")) {

@@ -46,8 +46,15 @@ struct FrameMessage {
   // About how much the target accelerates although its path was taken as straight. There only where
   // it surely accelerates.
   std::optional<double> acceleration_misfit_mps2;
+  // About how much its acceleration changes although the fitted path's does not, where it surely
+  // does; and by how many of chance's deviations the path appears to be another, sure or not.
+  std::optional<double> jerk_misfit_mps3, path_excess;
   std::optional<double> signal_gap;  // 0 to 1: of the frame, where the target's light is missing
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
+  // How far the light then is from a gaussian, relative rms, where it surely is none; and its
+  // skewness, sure or not: to be averaged over frames.
+  std::optional<double> shape_misfit;
+  std::optional<double> pulse_skew, std_pulse_skew;
   std::optional<double> blind_fraction;  // of the time seen; where the dead time is modelled
   // How long the detector is blind after each detection, as the photons show it. There only where
   // that is longer than the configured dead time and biases the values.
@@ -69,7 +76,7 @@ struct FrameMessage {
     std::optional<double> range_odds_nats;
     std::optional<double> amplitude_misfit;
     std::optional<double> pulse_misfit;
-    std::optional<double> acceleration_misfit_mps2;
+    std::optional<double> acceleration_misfit_mps2, jerk_misfit_mps3;
     std::optional<double> signal_gap;
     // Log of the odds that it is a target, against the flank of a brighter one's pulse.
     std::optional<double> shape_odds_nats;

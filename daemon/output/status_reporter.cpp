@@ -88,6 +88,38 @@ std::string mean_in_words(const PulseMean& pulse) {
       how_much, std::sqrt(ratio * ratio - 1));
 }
 
+constexpr const char* for_no_gaussian =
+    "set pulse.width fixed and scene.targets 2 where another surface is close to the target, or "
+    "calibrate the pulse and set pulse.shape tabulated where the detector's pulse has a tail";
+
+// Two surfaces of which one is half as bright have the skewness 2 (d / s)^3, where d is how far the
+// brighter one is from the mean and s the width of both together.
+std::string mean_in_words(const SkewMean& skew) {
+  return fmt::format(
+      "over the last frames the detected pulse has a skewness of {:+.2f} +- {:.2f}, which single "
+      "frames do not show: distances are off by some {:.1f} of the fitted width and their "
+      "deviations do not say so; {}",
+      skew.excess(), skew.deviation(), std::cbrt(std::abs(skew.excess()) / 2), for_no_gaussian);
+}
+
+// A path whose acceleration changes moves the velocity by 2.3 of its deviations for each deviation
+// of that change, and one that bends and is taken as straight moves the distance by 1.1.
+std::string mean_in_words(const PathMean& path) {
+  const std::string how_much = fmt::format(
+      "over the last frames the target's path is off the fitted one by {:.2g} times what chance "
+      "makes (rms), which single frames do not show",
+      path.excess());
+  if (!path.is_of_bent_paths()) {
+    return how_much +
+           ": the target accelerates, and distances or velocities are off by more than their "
+           "deviations say; set scene.motion accelerating, or make frames shorter";
+  }
+  return fmt::format(
+      "{}: its acceleration changes, and velocities are off by some {:.1f} of their deviations; "
+      "make frames shorter",
+      how_much, 2.3 * std::sqrt(std::max(0.0, path.excess() * path.excess() - 1)));
+}
+
 }  // namespace
 
 StatusOptions status_options(const Config& config) {
@@ -152,10 +184,23 @@ void StatusReporter::frame_published(const FrameMessage& message) {
     ++second_.pulse_misfits;
     second_.pulse_misfit = *message.pulse_misfit;
   }
-  if (message.valid()) stream_.pulse.add(message);
+  if (message.shape_misfit) {
+    ++second_.shape_misfits;
+    second_.shape_misfit = *message.shape_misfit;
+  }
+  if (message.valid()) {
+    stream_.pulse.add(message);
+    stream_.skew.add(message);
+    stream_.path.add(message);
+    second_.bent_paths += message.acceleration_mps2 ? 1 : 0;
+  }
   if (message.acceleration_misfit_mps2) {
     ++second_.path_misfits;
     second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
+  }
+  if (message.jerk_misfit_mps3) {
+    ++second_.turns;
+    second_.jerk_misfit_mps3 = *message.jerk_misfit_mps3;
   }
   if (message.signal_gap) {
     ++second_.gaps;
@@ -280,20 +325,7 @@ void StatusReporter::judge_second() {
                                             : in_words(second_.pattern_fault);
   stream_.frames_reason = stream_.dead_time_reason;
   if (!is_blind) judge_pulses();
-  if (second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the target accelerates by some {:.2g} m/s^2, and its path was taken "
-                             "as straight: set scene.motion auto or accelerating, or make frames "
-                             "shorter",
-                             second_.acceleration_misfit_mps2));
-  }
-  if (second_.gaps > 0 && 2 * second_.gaps >= second_.frames) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the target's light is missing in {:.0f} % of a frame's time: the "
-                             "target comes and goes, or its path bends away from a straight path, "
-                             "for which set scene.motion auto or accelerating",
-                             100 * second_.signal_gap));
-  }
+  judge_paths();
   if (second_.afterpulses > 0 && 2 * second_.afterpulses >= second_.frames) {
     add_sentence(stream_.frames_reason, afterpulses_in_words(second_.afterpulse_misfit));
   }
@@ -321,6 +353,47 @@ void StatusReporter::judge_pulses() {
     add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
   } else if (second_.frames > 0 && stream_.pulse.is_sure()) {
     add_sentence(stream_.frames_reason, mean_in_words(stream_.pulse));
+  }
+  if (second_.shape_misfits > 0 && 2 * second_.shape_misfits >= second_.frames) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the detected pulse is no gaussian, by {:.0f} % (rms), and the "
+                             "deviations are widened by that: {}",
+                             100 * second_.shape_misfit, for_no_gaussian));
+  } else if (second_.frames > 0 && stream_.skew.is_sure()) {
+    add_sentence(stream_.frames_reason, mean_in_words(stream_.skew));
+  }
+}
+
+// The light against the path that was fitted.
+void StatusReporter::judge_paths() {
+  const bool is_bent = 2 * second_.bent_paths > second_.frames;
+  const bool bends = second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames;
+  const bool turns = second_.turns > 0 && 2 * second_.turns >= second_.frames;
+  if (bends) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the target accelerates by some {:.2g} m/s^2, and its path was taken "
+                             "as straight: set scene.motion auto or accelerating, or make frames "
+                             "shorter",
+                             second_.acceleration_misfit_mps2));
+  }
+  if (turns) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the target's acceleration changes by some {:.2g} m/s^3, which no "
+                             "fitted path knows, and the deviations of the velocity are widened by "
+                             "that: make frames shorter",
+                             second_.jerk_misfit_mps3));
+  }
+  if (!bends && !turns && second_.frames > 0 && stream_.path.is_sure()) {
+    add_sentence(stream_.frames_reason, mean_in_words(stream_.path));
+  }
+  if (second_.gaps > 0 && 2 * second_.gaps >= second_.frames) {
+    add_sentence(stream_.frames_reason,
+                 fmt::format("the target's light is missing in {:.0f} % of a frame's time: the "
+                             "target comes and goes, or its path bends away from {}",
+                             100 * second_.signal_gap,
+                             is_bent ? "one of constant acceleration, for which make frames shorter"
+                                     : "a straight path, for which set scene.motion auto or "
+                                       "accelerating"));
   }
 }
 

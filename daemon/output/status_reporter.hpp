@@ -7,6 +7,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
+#include "daemon/output/path_mean.hpp"
 #include "daemon/output/publisher.hpp"
 #include "daemon/output/pulse_mean.hpp"
 #include "drivers/source.hpp"
@@ -103,6 +104,7 @@ class StatusReporter {
   [[nodiscard]] bool is_disturbed_frame() const;
   void judge_cost();
   void judge_pulses();
+  void judge_paths();
   [[nodiscard]] std::string reason_of_last_frame(const StreamHealth& health) const;
   void judge_stream(const StreamHealth& health);
   [[nodiscard]] bool is_turned(const StreamHealth& health) const;
@@ -121,6 +123,8 @@ class StatusReporter {
     std::int64_t disturbed_until_ns = 0;
     std::string last_effort;
     PulseMean pulse;
+    SkewMean skew;
+    PathMean path;
     double last_frame_s = 0;
     std::int64_t started_ns = 0;
     // What the last whole second had to say.
@@ -134,10 +138,15 @@ class StatusReporter {
     double amplitude_misfit = 0;  // of the last frame with a misfit
     int pulse_misfits = 0;        // of these, with another pulse than the configured one
     double pulse_misfit = 0;      // of the last such frame
+    int shape_misfits = 0;        // of these, with a fitted pulse that is no gaussian
+    double shape_misfit = 0;      // of the last such frame
     int path_misfits = 0;         // of these, with a path that bends and was taken as straight
     double acceleration_misfit_mps2 = 0;  // of the last such frame
+    int turns = 0;                        // of these, with an acceleration that changes
+    double jerk_misfit_mps3 = 0;          // of the last such frame
     int gaps = 0;                         // of these, without the target's light for a part
     double signal_gap = 0;                // of the last such frame
+    int bent_paths = 0;                   // of these, with an acceleration
     int blinds = 0;                       // of all, with a longer dead time than the configured one
     double dead_time_misfit_ns = 0;       // of the last such frame
     int afterpulses = 0;                  // of all, with detections that follow others

@@ -91,10 +91,17 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
     message.std_pulse_excess = estimate.std_pulse_excess;
   }
   message.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
+  message.jerk_misfit_mps3 = estimate.jerk_misfit_mps3;
+  message.path_excess = estimate.path_excess;
   message.signal_gap = estimate.signal_gap;
   if (estimate.std_pulse_sigma_ns > 0) {
     message.pulse_sigma_ps = estimate.pulse_sigma_ns / ns_per_ps;
     message.std_pulse_sigma_ps = estimate.std_pulse_sigma_ns / ns_per_ps;
+  }
+  message.shape_misfit = estimate.shape_misfit;
+  if (estimate.std_pulse_skew > 0) {
+    message.pulse_skew = estimate.pulse_skew;
+    message.std_pulse_skew = estimate.std_pulse_skew;
   }
   message.range_odds_nats = estimate.range_odds_nats;
   const double background_per_s = *message.background_per_s;
@@ -120,6 +127,7 @@ FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameC
   target.amplitude_misfit = estimate.amplitude_misfit;
   target.pulse_misfit = estimate.pulse_misfit;
   target.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
+  target.jerk_misfit_mps3 = estimate.jerk_misfit_mps3;
   target.signal_gap = estimate.signal_gap;
   target.shape_odds_nats = estimate.shape_odds_nats;
   return target;

@@ -20,6 +20,9 @@ std::string words_of(const Light& light) {
   if (light.acceleration_misfit_mps2) {
     add(fmt::format("accelerates {:.0f} m/s2", *light.acceleration_misfit_mps2));
   }
+  if (light.jerk_misfit_mps3) {
+    add(fmt::format("acceleration changes {:.0f} m/s3", *light.jerk_misfit_mps3));
+  }
   if (light.signal_gap) add(fmt::format("dark for {:.0f} %", 100 * *light.signal_gap));
   return words;
 }
@@ -31,6 +34,7 @@ std::string misfits_in_words(const FrameMessage& frame) {
   const auto add = [&](const std::string& misfit) {
     words += (words.empty() ? "" : ", ") + misfit;
   };
+  if (frame.shape_misfit) add(fmt::format("{:.0f} % off a gaussian", 100 * *frame.shape_misfit));
   if (frame.dead_time_misfit_ns) {
     add(fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns));
   }

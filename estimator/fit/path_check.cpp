@@ -16,7 +16,13 @@ constexpr double fewest_for_bend = 40;
 constexpr double fewest_for_gap = 15;  // of signal
 // Squared deviations of the bend. Chance reaches the first in one frame of a million.
 constexpr double surely_bent = 24;
+constexpr double surely_turned = 24;
 constexpr double surely_parted = 24;
+// From these squared deviations on, deviations hold a bend or a turn that is likely and not sure.
+// Chance reaches them in one frame of 22 and in one of 370. A turn moves the velocity by more of
+// its deviations than a bend moves the distance, and is asked for more.
+constexpr double likely_bent = 4;
+constexpr double likely_turned = 9;
 constexpr double may_be_straight = 4;
 // With fewer photons a part of the frame may be empty by chance.
 constexpr double fewest_for_straight = 100;
@@ -46,13 +52,23 @@ bool PathVerdict::is_straight() const {
   return photons >= fewest_for_straight && is_even && deviations * deviations < may_be_straight;
 }
 
+bool PathVerdict::turns() const { return turn_deviations * turn_deviations >= surely_turned; }
+
 bool PathVerdict::parts() const {
-  return !bends() && parting_deviations * parting_deviations >= surely_parted;
+  return !bends() && !(is_bent && turns()) &&
+         parting_deviations * parting_deviations >= surely_parted;
 }
 
 bool PathVerdict::is_met(bool has_pulse_misfit) const {
   const bool is_other = has_pulse_misfit || beside_deviations > surely_beside;
   return !bends() && !parts() && signal_gap == 0 && is_other && left > most_left;
+}
+
+// The velocity of a travel is c g / (2 - g), g = travel / length.
+void PathVerdict::widen_velocity(Estimate& estimate, double length_ns, double off_ns) const {
+  if (estimate.std_velocity_mps == 0) return;  // the target was taken to be at rest
+  estimate.std_velocity_mps =
+      std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_ns / (2 * length_ns));
 }
 
 void PathVerdict::widen(Estimate& estimate, double scale, double length_ns,
@@ -65,15 +81,29 @@ void PathVerdict::widen(Estimate& estimate, double scale, double length_ns,
   if (!bends() && !parts() && signal_gap == 0) return;
   if (bends()) estimate.acceleration_misfit_mps2 = acceleration_of_bend(bend_ns, length_ns);
   if (signal_gap > 0) estimate.signal_gap = signal_gap;
-  const bool is_straight = !bends() && signal_gap == 0;
-  const double delay_ns = is_straight ? 0 : off_delay_ns;
-  const double travel_ns = is_straight ? 0 : off_travel_ns;
+  const bool is_right = !bends() && signal_gap == 0;
+  const double delay_ns = is_right ? 0 : off_delay_ns;
+  const double travel_ns = is_right ? 0 : off_travel_ns;
   estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, delay_ns * scale);
-  // The velocity of a travel is c g / (2 - g), g = travel / length.
-  if (estimate.std_velocity_mps == 0) return;  // the target was taken to be at rest
-  const double off_ns = std::hypot(travel_ns, parts() ? parting_ns : 0);
-  estimate.std_velocity_mps =
-      std::hypot(estimate.std_velocity_mps, speed_of_light_mps * off_ns / (2 * length_ns));
+  widen_velocity(estimate, length_ns, std::hypot(travel_ns, parts() ? parting_ns : 0));
+}
+
+void PathVerdict::widen_if_accelerating(Estimate& estimate, double scale, double length_ns,
+                                        bool has_pulse_misfit) const {
+  if (photons < fewest_for_bend) return;
+  const double bent = deviations * deviations, turned = turn_deviations * turn_deviations;
+  estimate.path_excess = is_bent ? std::abs(turn_deviations) : std::sqrt((bent + turned) / 2);
+  if (turns()) {
+    if (!bends() && !is_met(has_pulse_misfit)) {
+      estimate.jerk_misfit_mps3 = jerk_of_turn(turn_ns, length_ns);
+    }
+    widen_velocity(estimate, length_ns, turn_travel_ns);
+  }
+  if (signal_gap > 0) return;
+  if (!is_bent && !bends() && bent >= likely_bent) {
+    estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, off_delay_ns * scale);
+  }
+  if (!turns() && turned >= likely_turned) widen_velocity(estimate, length_ns, turn_travel_ns);
 }
 
 PathCheck::PathCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
@@ -120,8 +150,9 @@ void PathCheck::begin(double signal_per_pulse, double background_per_ns, bool se
   }
 }
 
-PathVerdict PathCheck::judge(double pulses) const {
+PathVerdict PathCheck::judge(double pulses, bool is_bent) const {
   PathVerdict verdict;
+  verdict.is_bent = is_bent;
   if (steps_per_ns_ == 0) return verdict;
   // What photons of background add to the chances, evenly over the frame.
   double dark = 0;
@@ -133,6 +164,7 @@ PathVerdict PathCheck::judge(double pulses) const {
   judge_light(dark, verdict);
   if (verdict.photons >= fewest_for_bend) {
     step_to_bend(verdict);
+    step_to_turn(verdict);
     part(verdict);
     verdict.left = left_over(dark, verdict.photons);
     verdict.beside_deviations = deviations_beside(pulses);
@@ -169,6 +201,28 @@ void PathCheck::step_to_bend(PathVerdict& verdict) const {
   verdict.deviations = step[2] / std::sqrt(covariance(2, 2));
   verdict.off_delay_ns = std::abs(mid.dot(step));
   verdict.off_travel_ns = std::abs(step[1]);
+}
+
+// The cube of the time is taken less its first slope, as the bend is taken less its mean. The
+// photons of a part of the frame are taken to be at its middle, which loses nothing.
+void PathCheck::step_to_turn(PathVerdict& verdict) const {
+  constexpr double first_slope = 3.0 / 20;
+  Eigen::Vector4d score = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+  for (std::size_t i = 0; i < parts; ++i) {
+    const double s = (static_cast<double>(i) + 0.5) / parts - 0.5;
+    const Eigen::Vector4d by(1, s, s * s - 1.0 / 12, s * (s * s - first_slope));
+    score += parts_[i].slope * by;
+    information += parts_[i].slopes * by * by.transpose();
+  }
+  const auto inverse = inverse_of_positive(information);
+  if (!inverse) return;
+  const Eigen::Matrix4d covariance = *inverse;
+  const Eigen::Vector4d step = covariance * score;
+  if (!covariance.allFinite() || !step.allFinite()) return;
+  verdict.turn_ns = step[3];
+  verdict.turn_deviations = step[3] / std::sqrt(covariance(3, 3));
+  verdict.turn_travel_ns = std::abs(step[1] - first_slope * step[3]);
 }
 
 // The curvature of the spread over the frame, by one step of scoring from none: two at +-(d + t s)
@@ -232,12 +286,23 @@ double PathCheck::deviations_beside(double pulses) const {
 // long, and so about how much the path bends: a part of the half-length d has the variance d^2 / 3,
 // and the bend 3 widths / d^2. The deviations hold twice what such a bend moves, since the estimate
 // of the bend may be half of it.
+//
+// A parabola that touches a path whose acceleration changes holds the light of a part in the same
+// way, of which the turn is some 3 widths / d^3.
 void PathCheck::bend_away(double dark, PathVerdict& verdict) const {
   const Eigen::Vector2d mean = (moments_ - Eigen::Vector2d(0, dark / 12)) / verdict.photons;
   const double variance = std::max(mean[1] - mean[0] * mean[0], 1e-6);
+  const double off = std::abs(mean[0]);
+  if (verdict.is_bent) {
+    const double turn_ns = 6 * shape_.width_ns() / std::pow(3 * variance, 1.5);
+    verdict.off_delay_ns = std::hypot(verdict.off_delay_ns, turn_ns * off * (off * off + variance));
+    verdict.off_travel_ns =
+        std::hypot(verdict.off_travel_ns, 3 * turn_ns * std::max(off * off, variance));
+    return;
+  }
   const double bend_ns = 2 * shape_.width_ns() / variance;
-  verdict.off_delay_ns = std::hypot(verdict.off_delay_ns, bend_ns * mean[0] * mean[0]);
-  verdict.off_travel_ns = std::hypot(verdict.off_travel_ns, 2 * bend_ns * mean[0]);
+  verdict.off_delay_ns = std::hypot(verdict.off_delay_ns, bend_ns * off * off);
+  verdict.off_travel_ns = std::hypot(verdict.off_travel_ns, 2 * bend_ns * off);
 }
 
 }  // namespace splid

@@ -10,17 +10,23 @@
 
 namespace splid {
 
-// What the photons of a frame say against the straight path that its target was fitted with.
+// What the photons of a frame say against the path that its target was fitted with: a straight one,
+// or, where its bend was fitted too, a parabola.
 struct PathVerdict {
+  bool is_bent = false;  // the path is a parabola
+
   // a t_a^2 / c of the path, as one step of Newton's method from the straight line has it. A path
   // that bends by more than two pulse widths bends by more than this says.
   double bend_ns = 0;
   double deviations = 0;  // of that bend from none
-  double photons = 0;     // of signal, that were looked at
-  bool is_even = false;   // the signal is spread over the frame as evenly as chance has it
+  // j t_a^3 / (3 c) of a path whose acceleration changes by j, by such a step with delay, travel
+  // and bend free; in deviations from none; and by how much it puts the travel at mid-frame off.
+  double turn_ns = 0, turn_deviations = 0, turn_travel_ns = 0;
+  double photons = 0;    // of signal, that were looked at
+  bool is_even = false;  // the signal is spread over the frame as evenly as chance has it
   // The share of the frame in which the signal is surely missing, in eighths.
   double signal_gap = 0;
-  // What the straight line leaves uncertain of the delay at mid-frame and of the travel.
+  // What the fitted path leaves uncertain of the delay at mid-frame and of the travel.
   double off_delay_ns = 0, off_travel_ns = 0;
   // The spread of the light is larger at the frame's ends, by so many deviations, as that of two
   // targets whose travels are off by -+parting_ns. Travels that differ much are off by more.
@@ -33,6 +39,8 @@ struct PathVerdict {
 
   // The path surely bends; chance says so in one frame of a million.
   [[nodiscard]] bool bends() const;
+  // The acceleration surely changes over the frame, with the same chance of an error.
+  [[nodiscard]] bool turns() const;
   // The light surely parts over the frame, and is not that of a path that bends.
   [[nodiscard]] bool parts() const;
   // There surely is other light than the configured pulse's, and it may meet the target's in a part
@@ -42,16 +50,32 @@ struct PathVerdict {
   // Nothing speaks for a bend, and no part of the frame is without its signal, as it would be where
   // the line touches a path that bends away from it.
   [[nodiscard]] bool is_straight() const;
-  // Says in an estimate with a straight path what speaks against that path, and puts into the
-  // deviations what it leaves uncertain. Nothing where the path neither bends nor has a gap, and
-  // the light neither parts nor meets other light. scale: the estimate's clock over the pattern's.
-  // length_ns: of the frame, pattern's clock.
+  // Says in an estimate what speaks against its path, and puts into the deviations what it leaves
+  // uncertain. Nothing where the path neither bends nor has a gap, and the light neither parts nor
+  // meets other light. scale: the estimate's clock over the pattern's. length_ns: of the
+  // frame, pattern's clock.
   void widen(Estimate& estimate, double scale, double length_ns, bool has_pulse_misfit) const;
+  // Where targets may accelerate, the same for an acceleration that changes, and for what is likely
+  // and not sure. Says by how much the path appears to be another one, to be averaged over frames.
+  // To be called after widen().
+  //
+  // Design note: elsewhere nothing is said of a change. Bright frames of sources at rest show one
+  // where the pattern's clock wanders within the frame, which is no motion.
+  void widen_if_accelerating(Estimate& estimate, double scale, double length_ns,
+                             bool has_pulse_misfit) const;
+
+ private:
+  void widen_velocity(Estimate& estimate, double length_ns, double off_ns) const;
 };
 
 // Checks whether the photons of a found target are late and early over the frame as on a path that
 // bends, by the score of the bend: the slope of the likelihood by it, with delay and travel free,
 // over that slope's own deviation. Where the light is even, the three do not correlate.
+//
+// The score of the next power of the time, with the bend free too, says whether the acceleration
+// changes over the frame. It is noticed later than it does harm: a change of so many of its
+// deviations puts the velocity off by 2.3 times as many of the velocity's, since the velocity
+// correlates with it.
 //
 // Where a path bends by many pulse widths, the best straight line touches it in a part of the
 // frame, and the rest of the frame is without signal. A target that comes and goes looks the same.
@@ -106,8 +130,9 @@ class PathCheck {
   }
 
   // What the photons added since begin() say. pulses: whose photons were added, all over the frame.
-  // Nothing where pulses are so close that each photon is near several.
-  [[nodiscard]] PathVerdict judge(double pulses) const;
+  // is_bent: the path's bend was fitted, and the times are those about the bent path. Nothing where
+  // pulses are so close that each photon is near several.
+  [[nodiscard]] PathVerdict judge(double pulses, bool is_bent = false) const;
 
  private:
   static constexpr std::size_t steps = 64;
@@ -121,6 +146,7 @@ class PathCheck {
   };
   void judge_light(double dark, PathVerdict& verdict) const;
   void step_to_bend(PathVerdict& verdict) const;
+  void step_to_turn(PathVerdict& verdict) const;
   void bend_away(double dark, PathVerdict& verdict) const;
   void part(PathVerdict& verdict) const;
   [[nodiscard]] double left_over(double dark, double photons) const;

@@ -58,10 +58,12 @@ double whole_turns_off(double turns) { return turns - std::floor(turns); }
 
 }  // namespace
 
-PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns)
+PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns,
+                           bool is_fitted)
     : train_(train),
-      pulse_(shape, train.closest_ns),
+      pulse_(shape, train.closest_ns, is_fitted),
       path_(shape, train.closest_ns),
+      width_ns_(shape.width_ns()),
       window_ns_(2 * half_window_widths * shape.width_ns()),
       first_ns_(shape.peak_offset_ns() - window_ns_ / 2),
       last_ns_(shape.peak_offset_ns() + window_ns_ / 2),
@@ -166,19 +168,31 @@ PulseVerdict PatternCheck::judge_pulse(const FoldedFrame& frame,
     hidden = found.signal_per_pulse * frame.blind->share * train_.amplitude_per_ns /
              train_.pulses_per_ns;
   }
+  return pulse_.judge(background_in_bin(frame, found.background_per_ns), hidden);
+}
+
+ShapeVerdict PatternCheck::judge_shape(const FoldedFrame& frame, const FrameParameters& found,
+                                       double sigma_ns) const {
+  if (frame.size() == 0) return {};
+  return pulse_.judge_shape(background_in_bin(frame, found.background_per_ns),
+                            sigma_ns / width_ns_);
+}
+
+// The photons of background that each of the pulse check's bins is expected to have.
+double PatternCheck::background_in_bin(const FoldedFrame& frame, double background_per_ns) const {
   const std::size_t step = 1 + (frame.size() - 1) / most_photons;
   const double periods =
       frame.seen_ns / (train_.period_ns * frame.scale) / static_cast<double>(step);
   double turns = 0;
   for (const double seen : seen_turns_) turns += seen;
-  return pulse_.judge(found.background_per_ns * pulse_.bin_ns() * frame.scale * periods * turns,
-                      hidden);
+  return background_per_ns * pulse_.bin_ns() * frame.scale * periods * turns;
 }
 
-PathVerdict PatternCheck::judge_path(const FoldedFrame& frame) const {
+PathVerdict PatternCheck::judge_path(const FoldedFrame& frame, bool is_bent) const {
   const std::size_t step = 1 + (std::max<std::size_t>(frame.size(), 1) - 1) / most_photons;
   const double blind_ns = frame.blind != nullptr ? frame.blind->blind_ns : 0;
-  return path_.judge(train_.pulses_per_ns * (frame.seen_ns - blind_ns) / static_cast<double>(step));
+  return path_.judge(train_.pulses_per_ns * (frame.seen_ns - blind_ns) / static_cast<double>(step),
+                     is_bent);
 }
 
 // A Poisson count n of mean E has the variance E, and (n - E)^2 has the variance 2 E^2 + E. Where

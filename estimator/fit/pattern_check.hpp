@@ -38,8 +38,10 @@ struct PatternVerdict {
 // Threads: one thread for each object. Errors: none. No allocation in judge().
 class PatternCheck {
  public:
-  // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given.
-  PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns);
+  // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given. is_fitted:
+  // the pulse's width is fitted.
+  PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns,
+               bool is_fitted = false);
 
   // found: the fit in this frame. Of more than 65,536 photons an even part is looked
   // at, and when the detector was blind is known of all.
@@ -54,8 +56,12 @@ class PatternCheck {
   // pulses as the configured pulse says.
   [[nodiscard]] PulseVerdict judge_pulse(const FoldedFrame& frame,
                                          const FrameParameters& found) const;
-  // Whether these photons lie about a straight path.
-  [[nodiscard]] PathVerdict judge_path(const FoldedFrame& frame) const;
+  // Whether they lie as a gaussian says, where the pulse's width was fitted. found: that fit.
+  [[nodiscard]] ShapeVerdict judge_shape(const FoldedFrame& frame, const FrameParameters& found,
+                                         double sigma_ns) const;
+  // Whether these photons lie about the path. is_bent: the frame was straightened by a bend that
+  // was fitted.
+  [[nodiscard]] PathVerdict judge_path(const FoldedFrame& frame, bool is_bent = false) const;
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
 
  private:
@@ -91,12 +97,14 @@ class PatternCheck {
   template <class Visit>
   void visit_near(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
                   const Visit& visit) const;
+  [[nodiscard]] double background_in_bin(const FoldedFrame& frame, double background_per_ns) const;
   [[nodiscard]] Share share_out(double background_per_turn) const;
   [[nodiscard]] bool has_stray_pulses(const Share& share) const;
 
   const PulseTrain& train_;
   PulseCheck pulse_;
   PathCheck path_;
+  double width_ns_;
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double bins_a_pulse_width = 2;
 constexpr double most_reach_widths = 8;
+constexpr double most_fitted_reach_widths = 16;
 constexpr double nearest_reach_widths = 4;
 
 // Design note: with 40 photons the width is known to 11 %, so that a pulse must be 1.7 times as
@@ -23,6 +24,12 @@ constexpr double least_width_misfit = 0.02;
 
 constexpr double widest_ratio = 4;
 constexpr int most_scorings = 25;
+// Of the groups that a fitted gaussian's counts are judged in.
+constexpr double fewest_in_group = 8;
+constexpr double least_group_widths = 0.8;
+constexpr double million_deviations = 4.753;  // of a normal number: above it, one of a million
+constexpr double surely_skew = 3;             // deviations from which on the skewness is believed
+
 // The least background: a tenth of a photon in all bins together, so that a photon far from the
 // pulse does not forbid a model.
 constexpr double least_in_all_bins = 0.1;
@@ -40,6 +47,23 @@ void PulseMisfit::widen(Estimate& estimate, double width_ns, double amplitude_pe
   estimate.std_delay_ns = std::hypot(estimate.std_delay_ns * wider, spread_ns);
   estimate.std_velocity_mps *= wider;
   estimate.std_acceleration_mps2 *= wider;
+  const double missed = (signal_ratio - 1) * estimate.signal_per_pulse;
+  estimate.std_signal_per_pulse = std::hypot(estimate.std_signal_per_pulse, missed);
+  estimate.std_background_per_ns =
+      std::hypot(estimate.std_background_per_ns, missed * amplitude_per_ns);
+}
+
+void ShapeVerdict::widen(Estimate& estimate, double configured_ns, double fitted_ns,
+                         double amplitude_per_ns) const {
+  estimate.pulse_skew = skew;
+  estimate.std_pulse_skew = std_skew;
+  estimate.shape_misfit = misfit;
+  if (!misfit) return;
+  const double spread_ns =
+      std::sqrt(std::max(0.0, fitted_ns * fitted_ns - configured_ns * configured_ns));
+  const bool is_skew = std::abs(skew) > surely_skew * std_skew;
+  const double off_ns = is_skew ? fitted_ns * std::cbrt(std::abs(skew) / 2) : 0;
+  estimate.std_delay_ns = std::hypot(estimate.std_delay_ns, std::max(spread_ns, off_ns));
   const double missed = (signal_ratio - 1) * estimate.signal_per_pulse;
   estimate.std_signal_per_pulse = std::hypot(estimate.std_signal_per_pulse, missed);
   estimate.std_background_per_ns =
@@ -74,9 +98,10 @@ struct PulseCheck::Expected {
   std::array<Eigen::Vector4d, most_bins> by;
 };
 
-PulseCheck::PulseCheck(const PulseShape& shape, double closest_ns) : shape_(shape) {
+PulseCheck::PulseCheck(const PulseShape& shape, double closest_ns, bool is_fitted) : shape_(shape) {
   const double width_ns = shape.width_ns();
-  const double reach_ns = std::min(most_reach_widths * width_ns, 0.499 * closest_ns);
+  const double most_widths = is_fitted ? most_fitted_reach_widths : most_reach_widths;
+  const double reach_ns = std::min(most_widths * width_ns, 0.499 * closest_ns);
   if (reach_ns < nearest_reach_widths * width_ns) return;
   bins_ = static_cast<std::size_t>(std::floor(2 * reach_ns / width_ns * bins_a_pulse_width + 1e-9));
   bin_ns_ = 2 * reach_ns / static_cast<double>(bins_);
@@ -221,6 +246,99 @@ PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
   if (2 * (with_another - with_configured) < least_ratio) return verdict;
   if (std::abs(another.ratio - 1) < least_width_misfit) return verdict;
   verdict.misfit = {another.ratio, another.light / configured.light};
+  return verdict;
+}
+
+// Neighbouring bins are put together. Counts of 8 and more have deviances of chi squared, whose
+// cube root is normal (Wilson and Hilferty); a sum of squares would have a longer tail.
+PulseCheck::Deviance PulseCheck::deviance(const Expected& expected, double ratio) const {
+  const double least_bins = least_group_widths * ratio * shape_.width_ns() * bins_per_ns_;
+  Deviance all;
+  double left = 0;
+  for (std::size_t j = 0; j < bins_; ++j) left += expected.count[j];
+  double seen = 0, due = 0, bins = 0;
+  for (std::size_t j = 0; j < bins_; ++j) {
+    seen += counts_[j], due += expected.count[j], bins += 1;
+    left -= expected.count[j];
+    const bool is_full = due >= fewest_in_group && bins >= least_bins && left >= fewest_in_group;
+    if (!is_full && j + 1 < bins_) continue;
+    all.value += 2 * ((seen > 0 ? seen * std::log(seen / due) : 0) - (seen - due));
+    ++all.groups;
+    seen = due = bins = 0;
+  }
+  return all;
+}
+
+// A gaussian h of the skewness g is h (1 + g / 6 (u^3 - 3 u)), by Gram and Charlier, with the
+// integral -g / 6 (u^2 - 1) h up to u.
+void PulseCheck::step_to_skew(const Expected& expected, const Model& model, const Known& known,
+                              ShapeVerdict& verdict) const {
+  std::array<double, most_bins + 1> offset{}, h{}, d1{}, d2{};
+  const std::size_t edges = bins_ + 1;
+  const double peak_ns = shape_.peak_offset_ns();
+  for (std::size_t i = 0; i < edges; ++i) {
+    const double at_ns = first_ns_ + static_cast<double>(i) * bin_ns_;
+    offset[i] = peak_ns + (at_ns - peak_ns - model.shift_ns) / model.ratio;
+  }
+  shape_.evaluate({offset.data(), edges}, {h, d1, d2});
+  Eigen::Vector4d cross = Eigen::Vector4d::Zero();
+  Eigen::Vector4d scores = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+  double score = 0, own = 0, before = 0;
+  for (std::size_t i = 0; i < edges; ++i) {
+    const double u = (offset[i] - peak_ns) / shape_.width_ns();
+    const double integral = -model.light * (u * u - 1) * h[i] * shape_.width_ns() / 6;
+    if (i > 0) {
+      const double by = integral - before;
+      const double count = expected.count[i - 1];
+      const Eigen::Vector4d& others = expected.by[i - 1];
+      const double off = counts_[i - 1] / count - 1;
+      score += off * by;
+      scores += off * others;
+      own += by * by / count;
+      cross += by / count * others;
+      information += others * others.transpose() / count;
+    }
+    before = integral;
+  }
+  scores[by_background] -= known.deviations(model.background) / known.std_background();
+  information(by_background, by_background) += 1 / std::pow(known.std_background(), 2);
+  Eigen::Matrix<double, 4, 2> right;
+  right << scores, cross;
+  const Eigen::Matrix<double, 4, 2> others = solution_of_semidefinite(information, right);
+  const double variance = own - cross.dot(others.col(1));
+  const double left = score - cross.dot(others.col(0));
+  if (!(variance > 0) || !std::isfinite(left / variance)) return;
+  verdict.skew = left / variance;
+  verdict.std_skew = 1 / std::sqrt(variance);
+}
+
+ShapeVerdict PulseCheck::judge_shape(double background_in_bin, double ratio) const {
+  ShapeVerdict verdict;
+  if (!looks()) return verdict;
+  double all = 0;
+  for (std::size_t j = 0; j < bins_; ++j) all += counts_[j];
+  const auto bins = static_cast<double>(bins_);
+  Model model;
+  model.background = std::max(background_in_bin, least_in_all_bins / bins);
+  model.light = all - model.background * bins;
+  model.ratio = std::clamp(ratio, 1 / widest_ratio, widest_ratio);
+  if (model.light < fewest_photons) return verdict;
+  const Known known = {model.background, 0};
+  climb(model, known, pulse_parameters);
+  Expected expected;
+  expect(model, 0, expected);
+  step_to_skew(expected, model, known, verdict);
+  const Deviance found = deviance(expected, model.ratio);
+  constexpr int fitted = 2;  // of the four parameters, those that the groups surely tell
+  const double degrees = found.groups - fitted;
+  if (degrees < 2) return verdict;
+  const double spread = 2 / (9 * degrees);
+  if (std::cbrt(found.value / degrees) < 1 - spread + million_deviations * std::sqrt(spread)) {
+    return verdict;
+  }
+  verdict.misfit = std::sqrt((found.value - degrees) / model.light);
+  verdict.signal_ratio = std::max(0.0, all - known.background * bins) / model.light;
   return verdict;
 }
 

@@ -40,6 +40,31 @@ struct PulseVerdict {
   std::optional<PulseMisfit> misfit;
 };
 
+// What the photons of a frame say of the shape of a pulse whose width was fitted.
+struct ShapeVerdict {
+  // The skewness of the light about its mean, 0 of a gaussian and above 0 with a late tail, and one
+  // standard deviation of that: one step of Fisher's scoring from the gaussian. It holds where it
+  // is small, and is meant to be averaged over frames. A deviation of 0 is one that the photons do
+  // not tell.
+  double skew = 0, std_skew = 0;
+  // How far the light is from the gaussian, relative root mean square. Absent unless these photons
+  // alone surely show that it is none.
+  std::optional<double> misfit;
+  double signal_ratio = 1;  // of the light about the pulse to that of the gaussian
+
+  // Says all this in an estimate with a fitted width, and puts what a misfit leaves uncertain into
+  // the deviations. configured_ns, fitted_ns: the pulse's widths, in the estimate's clock.
+  // amplitude_per_ns: of the pattern.
+  //
+  // Design note: the gaussian's place is the mean of the light, and where in it the target is, the
+  // photons do not say. What is wider than the configured pulse has light whose delays spread by
+  // the root of the difference of the squares, as PulseMisfit has it. A skewness g alone is that of
+  // two surfaces of which the brighter one, twice as bright, is (g / 2)^(1/3) widths before the
+  // mean.
+  void widen(Estimate& estimate, double configured_ns, double fitted_ns,
+             double amplitude_per_ns) const;
+};
+
 // Checks whether the photons of a found target lie about their pulses as the configured pulse says.
 // They do not where a tilted target, a wide beam or fog widens the pulse, where a second surface is
 // some pulse widths behind the target, or where the target's path bends and is taken as straight.
@@ -56,11 +81,18 @@ struct PulseVerdict {
 // likelihoods has the right chance from some ten photons on. A score does decide whether the fits
 // are made at all: it is above 2.4 deviations in one good frame of 70.
 //
+// Where the width is fitted, a gaussian is fitted to the counts in the same way, and tested by the
+// deviance of counts in bins of 0.8 fitted widths or more, and of 8 expected photons or more. It is
+// distributed as chi squared. The limit is the one that chance reaches in one frame of a million. A
+// tail, two surfaces and a flat top are all no gaussian.
+//
 // Threads: one thread for each object. Errors: none. No allocation.
 class PulseCheck {
  public:
-  // closest_ns: smallest distance between two pulses. shape: outlives this.
-  PulseCheck(const PulseShape& shape, double closest_ns);
+  // closest_ns: smallest distance between two pulses. shape: outlives this. is_fitted: the width is
+  // fitted, and may be several times the configured one; the times that are looked at are then
+  // twice as far from the pulse.
+  PulseCheck(const PulseShape& shape, double closest_ns, bool is_fitted = false);
 
   // False where pulses come so close that each photon is near several.
   [[nodiscard]] bool looks() const { return bins_ > 0; }
@@ -82,15 +114,26 @@ class PulseCheck {
   // pulse whose first photon keeps the detector from seeing the others; 0 where no dead time is
   // modelled.
   [[nodiscard]] PulseVerdict judge(double background, double hidden) const;
+  // The same of a gaussian whose width was fitted, where no dead time is modelled. ratio: of that
+  // width to the configured one.
+  [[nodiscard]] ShapeVerdict judge_shape(double background, double ratio) const;
 
  private:
-  static constexpr std::size_t most_bins = 32;
+  static constexpr std::size_t most_bins = 64;
   struct Known;
   struct Model;
   struct Expected;
   void expect(const Model& model, double hidden, Expected& expected) const;
   [[nodiscard]] double log_likelihood(const Expected& expected) const;
   double climb(Model& model, const Known& known, int parameters) const;
+  // Of grouped counts from what was expected.
+  struct Deviance {
+    double value = 0;
+    int groups = 0;
+  };
+  [[nodiscard]] Deviance deviance(const Expected& expected, double ratio) const;
+  void step_to_skew(const Expected& expected, const Model& model, const Known& known,
+                    ShapeVerdict& verdict) const;
   [[nodiscard]] PulseVerdict step_of_width(const Expected& expected, const Known& known) const;
 
   const PulseShape& shape_;

@@ -99,6 +99,9 @@ class Target:
     def acceleration_misfit_mps2(self) -> float:
         """About how much it accelerates though it is taken not to; NaN where it is not surely so."""
     @property
+    def jerk_misfit_mps3(self) -> float:
+        """About how much its acceleration changes though it is taken not to; NaN where it is not surely so."""
+    @property
     def signal_gap(self) -> float:
         """The share of the frame without its light; NaN where there is surely none."""
     @property
@@ -175,6 +178,13 @@ class Estimate:
     def acceleration_misfit_mps2(self) -> float:
         """About how much the target accelerates though it is taken not to; NaN where it is not surely so."""
     @property
+    def jerk_misfit_mps3(self) -> float:
+        """About how much its acceleration changes though it is taken not to; NaN where it is not surely so."""
+    @property
+    def path_excess(self) -> float:
+        """By how many of chance's deviations the path appears to be another, sure or not: to be averaged over
+        frames as a mean square. NaN where scene.motion is neither accelerating nor auto."""
+    @property
     def signal_gap(self) -> float:
         """The share of the frame without the target's light; NaN where there is surely none."""
     @property
@@ -182,6 +192,14 @@ class Estimate:
         """NaN where pulse.width is not fitted, and where the photons do not tell it."""
     @property
     def std_pulse_sigma_ps(self) -> float: ...
+    @property
+    def shape_misfit(self) -> float:
+        """How far a pulse of fitted width is from a gaussian, relative rms; NaN where it is not surely so."""
+    @property
+    def pulse_skew(self) -> float:
+        """Its skewness, sure or not: to be averaged over frames by 1 / std_pulse_skew**2."""
+    @property
+    def std_pulse_skew(self) -> float: ...
     @property
     def photons(self) -> int: ...
     @property

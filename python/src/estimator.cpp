@@ -183,6 +183,12 @@ void bind_acceleration(py::class_<FrameResult>& type) {
                              [](const FrameResult& self) {
                                return self.estimate.acceleration_misfit_mps2.value_or(unknown);
                              })
+      .def_property_readonly(
+          "jerk_misfit_mps3",
+          [](const FrameResult& self) { return self.estimate.jerk_misfit_mps3.value_or(unknown); })
+      .def_property_readonly(
+          "path_excess",
+          [](const FrameResult& self) { return self.estimate.path_excess.value_or(unknown); })
       .def_property_readonly("signal_gap", [](const FrameResult& self) {
         return self.estimate.signal_gap.value_or(unknown);
       });
@@ -199,6 +205,16 @@ void bind_pulse(py::class_<FrameResult>& type) {
       return self.estimate.std_pulse_excess > 0 ? self.estimate.*member : unknown;
     };
   };
+  const auto if_skew = [](double Estimate::*member) {
+    return [member](const FrameResult& self) {
+      return self.estimate.std_pulse_skew > 0 ? self.estimate.*member : unknown;
+    };
+  };
+  type.def_property_readonly("pulse_skew", if_skew(&Estimate::pulse_skew))
+      .def_property_readonly("std_pulse_skew", if_skew(&Estimate::std_pulse_skew))
+      .def_property_readonly("shape_misfit", [](const FrameResult& self) {
+        return self.estimate.shape_misfit.value_or(unknown);
+      });
   type.def_property_readonly("pulse_sigma_ps", if_fitted(&Estimate::pulse_sigma_ns))
       .def_property_readonly("std_pulse_sigma_ps", if_fitted(&Estimate::std_pulse_sigma_ns))
       .def_property_readonly(
@@ -253,6 +269,7 @@ void bind_target(py::module_& module) {
       .def_property_readonly("pulse_misfit", if_there(&TargetEstimate::pulse_misfit))
       .def_property_readonly("acceleration_misfit_mps2",
                              if_there(&TargetEstimate::acceleration_misfit_mps2))
+      .def_property_readonly("jerk_misfit_mps3", if_there(&TargetEstimate::jerk_misfit_mps3))
       .def_property_readonly("signal_gap", if_there(&TargetEstimate::signal_gap))
       .def_property_readonly("shape_odds_nats", if_there(&TargetEstimate::shape_odds_nats));
 }

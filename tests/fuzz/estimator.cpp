@@ -87,6 +87,7 @@ auto values_of(const TargetEstimate& target) {
                     target.amplitude_misfit.value_or(0),
                     target.pulse_misfit.value_or(0),
                     target.acceleration_misfit_mps2.value_or(0),
+                    target.jerk_misfit_mps3.value_or(0),
                     target.signal_gap.value_or(0),
                     target.shape_odds_nats.value_or(0)};
 }
@@ -106,6 +107,9 @@ auto values_of(const Estimate& e) {
                     e.std_background_per_ns,
                     e.pulse_sigma_ns,
                     e.std_pulse_sigma_ns,
+                    e.shape_misfit.value_or(0),
+                    e.pulse_skew,
+                    e.std_pulse_skew,
                     e.significance_nats,
                     e.threshold_nats,
                     e.range_odds_nats,
@@ -114,6 +118,8 @@ auto values_of(const Estimate& e) {
                     e.pulse_excess,
                     e.std_pulse_excess,
                     e.acceleration_misfit_mps2.value_or(0),
+                    e.jerk_misfit_mps3.value_or(0),
+                    e.path_excess.value_or(0),
                     e.signal_gap.value_or(0),
                     e.blind_fraction,
                     e.dead_time_misfit_ns.value_or(0),
@@ -176,8 +182,9 @@ void check_values(const Estimate& e, const Pattern& pattern) {
   must(e.signal_per_pulse >= 0, "a flux is not negative");
   must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_acceleration_mps2 >= 0 &&
            e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0 &&
-           e.std_pulse_sigma_ns >= 0 && e.std_pulse_excess >= 0,
+           e.std_pulse_sigma_ns >= 0 && e.std_pulse_excess >= 0 && e.std_pulse_skew >= 0,
        "deviations are not negative");
+  must(e.path_excess.value_or(0) >= 0, "a root mean square is not negative");
   must(e.std_pulse_sigma_ns == 0 || e.pulse_sigma_ns > 0, "a fitted pulse has a width");
 }
 

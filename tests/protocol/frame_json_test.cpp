@@ -46,9 +46,14 @@ FrameMessage typical() {
   message.pulse_excess = -0.25;
   message.std_pulse_excess = 0.03125;
   message.acceleration_misfit_mps2 = 62.5;
+  message.jerk_misfit_mps3 = -37.5;
+  message.path_excess = 1.25;
   message.signal_gap = 0.25;
   message.pulse_sigma_ps = 137.5;
   message.std_pulse_sigma_ps = 3.5;
+  message.shape_misfit = 0.375;
+  message.pulse_skew = 0.125;
+  message.std_pulse_skew = 0.0625;
   message.blind_fraction = 0.375;
   message.dead_time_misfit_ns = 49.5;
   message.afterpulse_misfit = 0.046875;
@@ -77,11 +82,12 @@ const char* const typical_json =
     R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
     R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"pulse_excess":-0.25,)"
-    R"("acceleration_misfit_mps2":62.5,"signal_gap":0.25,"pulse_sigma_ps":137.5,)"
+    R"("acceleration_misfit_mps2":62.5,"jerk_misfit_mps3":-37.5,"path_excess":1.25,)"
+    R"("signal_gap":0.25,"pulse_sigma_ps":137.5,"shape_misfit":0.375,"pulse_skew":0.125,)"
     R"("blind_fraction":0.375,"dead_time_misfit_ns":49.5,"afterpulse_misfit":0.046875,)"
     R"("pattern_fault":"dark_pulses",)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
-    R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
+    R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5,"pulse_skew":0.0625},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
     R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"
     R"("velocity_mps":-12.51},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";
@@ -128,6 +134,7 @@ FrameMessage with_targets() {
   first.amplitude_misfit = 0.25;
   first.pulse_misfit = 0.5;
   first.acceleration_misfit_mps2 = -12;
+  first.jerk_misfit_mps3 = 8;
   first.signal_gap = 0.125;
   first.shape_odds_nats = 3.5;
   FrameMessage::Target second;
@@ -144,7 +151,8 @@ TEST(FrameMessage, ListsItsTargets) {
       HasSubstr(R"("targets":[{"status":"ok","distance_m":278.0625,"velocity_mps":-12.5,)"
                 R"("signal_per_pulse":0.00135,"signal_per_period":0.054,"delay_ns":1855.125,)"
                 R"("significance":2210.5,"range_odds_nats":1180.25,"amplitude_misfit":0.25,)"
-                R"("pulse_misfit":0.5,"acceleration_misfit_mps2":-12,"signal_gap":0.125,)"
+                R"("pulse_misfit":0.5,"acceleration_misfit_mps2":-12,"jerk_misfit_mps3":8,)"
+                R"("signal_gap":0.125,)"
                 R"("shape_odds_nats":3.5,)"
                 R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05}},)"
                 R"({"status":"ambiguous","distance_m":276}])"));

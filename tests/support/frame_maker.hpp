@@ -17,12 +17,15 @@ namespace splid::test {
 struct FrameMaker {
   Pattern pattern;
   double length_ms = 50;
-  double distance_m = 284.5;  // at mid-frame
-  double velocity_mps = 0;    // at mid-frame
-  double acceleration_mps2 = 0;
+  double distance_m = 284.5;     // at mid-frame
+  double velocity_mps = 0;       // at mid-frame
+  double acceleration_mps2 = 0;  // at mid-frame
+  double jerk_mps3 = 0;          // by which the acceleration changes
   double signal_per_pulse = 13.5e-4;
   double background_per_ns = 1.75e-4;
   double sigma_ns = 0.1;
+  double late_share = 0;  // of the light that is late, by a time of which late_ns is the mean
+  double late_ns = 0;
   double drift_ppm = 0;   // of the pattern's clock, as the tagger counts
   double tagger_ppm = 0;  // by which the tagger's clock is fast
   std::int64_t start_ps = 0;
@@ -58,14 +61,27 @@ struct FrameMaker {
     const long double v = velocity_mps * 1e-12L / rate;
     // A pulse leaves at e after mid-frame; it meets the target where c (h - e) = z(h).
     const long double a = acceleration_mps2 * 1e-24L / (rate * rate);
+    const long double j = jerk_mps3 * 1e-36L / (rate * rate * rate);
     // With a = 0 the root is c - v, and this is the line's own solution.
     const auto arrival = [&](long double e) {
       const long double ahead = c * e + distance_m;
       const long double root = std::sqrt((c - v) * (c - v) - 2 * a * ahead);
-      const long double hit = a == 0 ? ahead / (c - v) : 2 * ahead / (c - v + root);
+      long double hit = a == 0 ? ahead / (c - v) : 2 * ahead / (c - v + root);
+      if (j != 0) {
+        for (int step = 0; step < 3; ++step) {  // Newton's
+          const long double path = distance_m + hit * (v + hit * (a / 2 + hit * j / 6));
+          hit -= (c * (hit - e) - path) / (c - v - hit * (a + hit * j / 2));
+        }
+      }
       return 2 * hit - e;
     };
     std::normal_distribution<double> jitter(0, sigma_ns * 1e3);
+    std::bernoulli_distribution is_late(late_share);
+    std::exponential_distribution<double> late(late_share > 0 ? 1e-3 / late_ns : 1);
+    const auto offset_ps = [&] {
+      const double of_pulse = jitter(random);
+      return late_share > 0 && is_late(random) ? of_pulse + late(random) : of_pulse;
+    };
     // The detector has forgotten its first state after so many dead times.
     const std::int64_t from_ps = frame.start_ps - std::llround(20e3 * dead_time_ns);
     const std::int64_t reach =
@@ -87,7 +103,7 @@ struct FrameMaker {
           const long double in_pattern =
               begin_ps + repeat * segment.period_ps + segment.pulse_times_ps[p];
           const long double e = whole * period_ps + in_pattern * scale - length_ps / 2;
-          const auto t = mid + std::llround(arrival(e) + jitter(random));
+          const auto t = mid + std::llround(arrival(e) + offset_ps());
           if (t >= from_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
         }
       }

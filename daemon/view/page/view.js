@@ -204,11 +204,14 @@ function show_beside_best(id, value, best) {
 // straight path and, of a frame, the configured dead time and a detector without afterpulses.
 const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
 const misfits_of = ({
-  pulse_misfit, acceleration_misfit_mps2, signal_gap, dead_time_misfit_ns, afterpulse_misfit,
+  pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap, shape_misfit,
+  dead_time_misfit_ns, afterpulse_misfit,
 }) => [
   is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
   is_number(acceleration_misfit_mps2) && `accelerates ${fixed(acceleration_misfit_mps2, 0)} m/s²`,
+  is_number(jerk_misfit_mps3) && `acceleration changes ${fixed(jerk_misfit_mps3, 0)} m/s³`,
   is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
+  is_number(shape_misfit) && `${percent(shape_misfit)} off a gaussian`,
   is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
   is_number(afterpulse_misfit) && `${fixed(100 * afterpulse_misfit, 1)} % afterpulses`,
 ].filter(Boolean).join(', ');

@@ -402,6 +402,55 @@ TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
                                HasSubstr("\"reason\":\"\"")));
 }
 
+// The shape of a pulse whose width is fitted: surely in each frame, and in many frames together.
+TEST_F(StatusReports, SayWhenAFittedPulseIsNoGaussian) {
+  FrameMessage fitted = frame(FrameStatus::ok);
+  const auto reason_after = [&](const FrameMessage& message, int frames) {
+    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+    return reporter.status().reason;
+  };
+  fitted.std_pulse_skew = 0.09;
+  fitted.pulse_skew = 0.01;
+  EXPECT_EQ(reason_after(fitted, 100), "");
+  fitted.pulse_skew = 0.2;
+  EXPECT_THAT(reason_after(fitted, 40),
+              AllOf(HasSubstr("skewness of +0."), HasSubstr("tabulated")));
+  fitted.shape_misfit = 0.31;
+  EXPECT_THAT(reason_after(fitted, 20),
+              AllOf(HasSubstr("no gaussian, by 31 %"), Not(HasSubstr("skewness"))));
+}
+
+// An acceleration that changes: surely in each frame, and in many frames together.
+TEST_F(StatusReports, SayWhenTheAccelerationChanges) {
+  FrameMessage bent = frame(FrameStatus::ok);
+  bent.acceleration_mps2 = 3;
+  const auto reason_after = [&](const FrameMessage& message, int frames) {
+    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+    return reporter.status().reason;
+  };
+  bent.path_excess = 1;
+  EXPECT_EQ(reason_after(bent, 400), "");
+  reporter.begin(SourceInfo{"scripted", true, {}});
+  bent.path_excess = 2;
+  EXPECT_EQ(reason_after(bent, 5), "");
+  EXPECT_THAT(reason_after(bent, 40),
+              AllOf(HasSubstr("2 times what chance makes"), HasSubstr("4.0 of their deviations"),
+                    HasSubstr("make frames shorter"), Not(HasSubstr("scene.motion"))));
+  bent.jerk_misfit_mps3 = -120;
+  bent.signal_gap = 0.25;
+  EXPECT_THAT(reason_after(bent, 20),
+              AllOf(HasSubstr("-1.2e+02 m/s^3"), HasSubstr("constant acceleration"),
+                    Not(HasSubstr("what chance makes"))));
+  reporter.begin(SourceInfo{"scripted", true, {}});
+  FrameMessage straight = frame(FrameStatus::ok);
+  straight.path_excess = 2;
+  EXPECT_THAT(reason_after(straight, 40), HasSubstr("set scene.motion accelerating"));
+}
+
 TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
   FrameMessage by_mode = frame(FrameStatus::ambiguous);
   by_mode.mode = Mode::ambiguous;

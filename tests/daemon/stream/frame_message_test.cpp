@@ -79,7 +79,16 @@ TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsO
   EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
   EXPECT_EQ(message.acceleration_misfit_mps2, std::nullopt);
   EXPECT_EQ(message.signal_gap, std::nullopt);
+  EXPECT_EQ(message.jerk_misfit_mps3, std::nullopt);
+  EXPECT_EQ(message.path_excess, std::nullopt);
   estimate.acceleration_misfit_mps2 = -25;
+  EXPECT_EQ(message.shape_misfit, std::nullopt);
+  EXPECT_EQ(message.pulse_skew, std::nullopt);
+  estimate.shape_misfit = 0.25;
+  estimate.pulse_skew = 0.5;
+  estimate.std_pulse_skew = 0.0625;
+  estimate.jerk_misfit_mps3 = -300;
+  estimate.path_excess = 1.5;
   estimate.signal_gap = 0.375;
   estimate.pulse_misfit = 0.5;
   estimate.pulse_excess = -0.25;
@@ -91,6 +100,11 @@ TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsO
   EXPECT_EQ(message.pulse_excess, -0.25);
   EXPECT_EQ(message.std_pulse_excess, 0.125);
   EXPECT_EQ(message.acceleration_misfit_mps2, -25);
+  EXPECT_EQ(message.shape_misfit, 0.25);
+  EXPECT_EQ(message.pulse_skew, 0.5);
+  EXPECT_EQ(message.std_pulse_skew, 0.0625);
+  EXPECT_EQ(message.jerk_misfit_mps3, -300);
+  EXPECT_EQ(message.path_excess, 1.5);
   EXPECT_EQ(message.signal_gap, 0.375);
   EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
   EXPECT_DOUBLE_EQ(message.std_pulse_sigma_ps.value(), 7.8125);
@@ -111,6 +125,7 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   estimate.targets[1].shape_odds_nats = 4.5;
   estimate.targets[1].pulse_misfit = 0.4;
   estimate.targets[1].acceleration_misfit_mps2 = 30;
+  estimate.targets[1].jerk_misfit_mps3 = 700;
   estimate.targets[1].signal_gap = 0.25;
   estimate.targets[1].signal_per_pulse = 5e-4;
   estimate.targets[1].std_velocity_mps = 0;
@@ -125,6 +140,7 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   EXPECT_EQ(second.shape_odds_nats, 4.5);
   EXPECT_EQ(second.pulse_misfit, 0.4);
   EXPECT_EQ(second.acceleration_misfit_mps2, 30);
+  EXPECT_EQ(second.jerk_misfit_mps3, 700);
   EXPECT_EQ(second.signal_gap, 0.25);
   EXPECT_FALSE(message.targets->front().pulse_misfit);
   EXPECT_FALSE(message.targets->front().shape_odds_nats);

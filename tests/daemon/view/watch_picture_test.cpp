@@ -100,19 +100,22 @@ TEST(WatchPicture, SaysWhatTheLightHasAgainstTheConfiguredPulse) {
   EXPECT_THAT(all_of(picture), HasSubstr("frame ok   effort -   12,345 photons\n"));
   frame.pulse_misfit = 0.384;
   frame.signal_gap = 0.2;
+  frame.shape_misfit = 0.216;
   frame.dead_time_misfit_ns = 49.6;
   frame.afterpulse_misfit = 0.0312;
   frame.targets.emplace(2);
   frame.targets->back().status = FrameStatus::ok;
   frame.targets->back().pulse_misfit = -0.25;
   frame.targets->back().acceleration_misfit_mps2 = -12.3;
+  frame.targets->back().jerk_misfit_mps3 = 45.6;
   picture.take("frame", to_json(frame));
   EXPECT_THAT(
       all_of(picture, {140, 40}),
       AllOf(
-          HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, blind for 50 ns, 3.1 % afterpulses"
-                    "   effort -   12"),
-          HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2\n")));
+          HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, 22 % off a gaussian, "
+                    "blind for 50 ns, 3.1 % afterpulses   effort -"),
+          HasSubstr(
+              " ok   pulse 25 % narrower, accelerates -12 m/s2, acceleration changes 46 m/s3\n")));
 }
 
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
