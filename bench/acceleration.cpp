@@ -3,15 +3,18 @@
 //
 //   acceleration [TRIALS [SHORTEST_MS [LONGEST_MS]]]   by default 300 frames for each row, and a
 //                                                       tenth as many from 1 s on; 50 to 2000 ms
+//   acceleration jerk [TRIALS]     accelerations that change: by default 300 frames for each row
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "bench/thread_clock.hpp"
+#include "daemon/output/path_mean.hpp"
 #include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -124,10 +127,100 @@ void run(const Row& row, double length_ms, double acceleration_mps2, double sign
   std::fflush(stdout);
 }
 
+// What frames say of an acceleration that changes, and how far their values are off by it.
+struct Turned {
+  int valid = 0, wrong = 0, said = 0, said_otherwise = 0, bent = 0;
+  Errors distance, velocity;  // in published deviations
+  double squared_excess = 0;
+  PathMean since_sure;
+  int times_sure = 0;
+
+  void add(const Estimate& e, const test::FrameMaker& made) {
+    if (!e.has_values) return;
+    ++valid;
+    said += e.jerk_misfit_mps3 ? 1 : 0;
+    said_otherwise += e.jerk_misfit_mps3                                             ? 0
+                      : e.acceleration_misfit_mps2 || e.signal_gap || e.pulse_misfit ? 1
+                                                                                     : 0;
+    bent += e.std_acceleration_mps2 > 0 ? 1 : 0;
+    squared_excess += std::pow(e.path_excess.value_or(0), 2);
+    FrameMessage message;
+    message.path_excess = e.path_excess;
+    since_sure.add(message);
+    if (since_sure.is_sure()) {
+      ++times_sure;
+      since_sure = {};
+    }
+    const double off_ns = std::remainder(e.delay_ns - made.distance_m / m_per_ns_of_delay, 3780.0);
+    if (std::abs(off_ns) > 0.9) {
+      ++wrong;
+      return;
+    }
+    distance.add(off_ns, e.std_delay_ns, e.std_delay_ns);
+    if (e.std_velocity_mps == 0) return;
+    velocity.add(e.velocity_mps - made.velocity_mps, e.std_velocity_mps, e.std_velocity_mps);
+  }
+};
+
+void run_turned(const Row& row, double length_ms, double jerk_mps3, double signal_per_pulse,
+                int trials) {
+  test::FrameMaker made = scene(length_ms, signal_per_pulse);
+  FrameEstimator estimator(made.pattern, {}, {.motion = row.motion, .max_acceleration_mps2 = 20},
+                           {}, length_ms, static_cast<std::size_t>(length_ms * 500) + 10000);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> velocity(-100, 100), distance(284, 285);
+  Turned turned;
+  for (int n = 0; n < trials; ++n) {
+    made.velocity_mps = velocity(random);
+    made.distance_m = distance(random);
+    made.jerk_mps3 = n % 2 == 0 ? jerk_mps3 : -jerk_mps3;
+    const auto frame = made.make(static_cast<std::uint64_t>(n));
+    turned.add(estimator.estimate(frame.view()), made);
+  }
+  const int right = turned.valid - turned.wrong;
+  std::printf(
+      "| %g | %g | %g | %s | %d | %d | %d, %d | %d | %.3g | %.0f %% | %.3g | %.0f %% | "
+      "%.2f | ",
+      length_ms, jerk_mps3, signal_per_pulse, row.name, turned.valid, turned.wrong, turned.said,
+      turned.said_otherwise, turned.bent, turned.distance.rms(right), turned.distance.share(right),
+      turned.velocity.rms(right), turned.velocity.share(right),
+      std::sqrt(turned.squared_excess / std::max(turned.valid, 1)));
+  if (turned.times_sure > 0) std::printf("%.3g", 1.0 * turned.valid / turned.times_sure);
+  std::printf(" |\n");
+  std::fflush(stdout);
+}
+
+void run_all_turned(int trials) {
+  std::printf(
+      "| t_a, ms | j, m/s^3 | S | motion | valid | wrong delay | says a jerk, another misfit | "
+      "with a | distance error / published | within | velocity error / published | within | path "
+      "excess | sure after, frames |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  struct Turn {
+    double length_ms, signal;
+    std::vector<double> jerks_mps3;
+  };
+  const Turn turns[] = {{50, 13.5e-4, {0, 300, 1000}},
+                        {200, 13.5e-4, {0, 3, 10, 30, 1000}},
+                        {1000, 2.7e-4, {0, 0.1, 0.3, 1, 10}}};
+  for (const Turn& turn : turns) {
+    const int frames = turn.length_ms > 500 ? std::max(2, trials / 10) : trials;
+    for (const double jerk_mps3 : turn.jerks_mps3) {
+      for (const Row& row : rows) {
+        if (row.motion == Motion::moving) continue;  // says nothing of it
+        run_turned(row, turn.length_ms, jerk_mps3, turn.signal, frames);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace splid
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "jerk") {
+    splid::run_all_turned(argc > 2 ? std::atoi(argv[2]) : 300);
+    return 0;
+  }
   const int trials = argc > 1 ? std::atoi(argv[1]) : 300;
   const double shortest_ms = argc > 2 ? std::atof(argv[2]) : 50;
   const double longest_ms = argc > 3 ? std::atof(argv[3]) : 2000;

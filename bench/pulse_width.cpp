@@ -32,6 +32,7 @@ struct Scene {
   double signal = experiment_signal;
   double length_ms = 50;
   double dead_time_ns = 0;
+  double late_share = 0, late_ns = 0;  // of the light, late by a time of which this is the mean
 };
 
 // A value's errors and its published deviations.
@@ -51,9 +52,11 @@ struct Errors {
   [[nodiscard]] double share_within() const { return 100.0 * within / count; }
 };
 
-// The mean of `pulse_excess` over frames, as the status of splid looks at it.
+// The mean of `pulse_excess` over frames, or that of `pulse_skew`, as the status of splid looks at
+// them.
 struct ManyFrames {
   PulseMean all, since_sure;
+  SkewMean all_skew, skew_since_sure;
   int times_sure = 0;
   void add(const Estimate& e) {
     FrameMessage frame;
@@ -61,11 +64,18 @@ struct ManyFrames {
       frame.pulse_excess = e.pulse_excess;
       frame.std_pulse_excess = e.std_pulse_excess;
     }
+    if (e.std_pulse_skew > 0) {
+      frame.pulse_skew = e.pulse_skew;
+      frame.std_pulse_skew = e.std_pulse_skew;
+    }
+    all_skew.add(frame);
+    skew_since_sure.add(frame);
     all.add(frame);
     since_sure.add(frame);
-    if (!since_sure.is_sure()) return;
+    if (!since_sure.is_sure() && !skew_since_sure.is_sure()) return;
     ++times_sure;
     since_sure = {};
+    skew_since_sure = {};
   }
 };
 
@@ -73,13 +83,14 @@ struct Tally {
   Errors distance_mm, velocity_mps, signal;
   ManyFrames many;
   double width = 0;  // published widths, or the widths that the misfits say
-  int valid = 0, with_width = 0;
+  int valid = 0, with_width = 0, shapeless = 0;
   std::vector<double> took_ms;
 };
 
 void add(const Estimate& e, const test::FrameMaker& made, double signal, Tally& tally) {
   if (!e.has_values) return;
   ++tally.valid;
+  tally.shapeless += e.shape_misfit ? 1 : 0;
   tally.many.add(e);
   const double delay_ns = 2 * made.distance_m / 0.299792458;
   tally.distance_mm.add(mm_per_ns_of_delay * std::remainder(e.delay_ns - delay_ns, 3780.0),
@@ -93,7 +104,7 @@ void add(const Estimate& e, const test::FrameMaker& made, double signal, Tally& 
 }
 
 double bound_mm(const Scene& scene, const test::FrameMaker& made, bool is_fitted) {
-  if (scene.light_behind > 0) return 0;
+  if (scene.light_behind > 0 || scene.late_share > 0) return 0;
   BoundScene at = {made.length_ms * 1e6,
                    made.length_ms * 1e6,
                    2 * made.distance_m / 0.299792458,
@@ -114,6 +125,8 @@ void run(const Scene& scene, PulseWidth width, int trials) {
   made.sigma_ns = scene.sigma_ns;
   made.signal_per_pulse = scene.signal;
   made.dead_time_ns = scene.dead_time_ns;
+  made.late_share = scene.late_share;
+  made.late_ns = scene.late_ns;
   PulseOptions pulse;
   pulse.width = width;
   FrameEstimator estimator(made.pattern, pulse, {}, {}, made.length_ms, 200'000,
@@ -140,6 +153,8 @@ void run(const Scene& scene, PulseWidth width, int trials) {
   std::printf("| %s | %s | %.1f %% | %.1f %% | ", scene.name,
               width == PulseWidth::fitted ? "fitted" : "fixed", 100.0 * tally.valid / trials,
               100.0 * tally.with_width / trials);
+  if (width == PulseWidth::fitted) std::printf("%.1f %%", 100.0 * tally.shapeless / trials);
+  std::printf(" | ");
   if (tally.with_width > 0) std::printf("%.0f", tally.width / tally.with_width);
   std::printf(" | ");
   const double bound = bound_mm(scene, made, width == PulseWidth::fitted);
@@ -153,8 +168,12 @@ void run(const Scene& scene, PulseWidth width, int trials) {
       tally.velocity_mps.share_within(), 100 * tally.signal.mean(), tally.signal.share_within(),
       *middle);
   const PulseMean& mean = tally.many.all;
-  if (mean.deviation() > 0)
-    std::printf("%+.1f ± %.1f", 100 * mean.excess(), 100 * mean.deviation());
+  const SkewMean& skew = tally.many.all_skew;
+  if (mean.deviation() > 0) {
+    std::printf("%+.1f ± %.1f %%", 100 * mean.excess(), 100 * mean.deviation());
+  } else if (skew.deviation() > 0) {
+    std::printf("skew %+.3f ± %.3f", skew.excess(), skew.deviation());
+  }
   std::printf(" | ");
   if (tally.many.times_sure > 0) std::printf("%.3g", 1.0 * tally.valid / tally.many.times_sure);
   std::printf(" |\n");
@@ -185,12 +204,19 @@ int main(int argc, char** argv) {
       {"1:2 6 cm behind", 0.1, 60, 0.5},
       {"1:2 12 cm behind", 0.1, 120, 0.5},
       {"1:10 3 cm behind", 0.1, 30, 0.1},
+      {"1:2 4 cm behind", 0.1, 40, 0.5},
+      {"1:1 6 cm behind", 0.1, 60, 1},
+      {"30 % late by 0.2 ns", 0.1, 0, 0, s, 50, 0, 0.3, 0.2},
+      {"30 % late by 0.2 ns, S / 3", 0.1, 0, 0, s / 3, 50, 0, 0.3, 0.2},
+      {"10 % late by 0.2 ns", 0.1, 0, 0, s, 50, 0, 0.1, 0.2},
+      {"30 % late by 1 ns", 0.1, 0, 0, s, 50, 0, 0.3, 1},
   };
   std::printf(
-      "| scene | width | valid | with a width | width, ps | bound, mm | distance off by, mm | rms, "
+      "| scene | width | valid | with a width | no gaussian | width, ps | bound, mm | distance off "
+      "by, mm | rms, "
       "mm | published, mm | within | velocity rms, m/s | published, m/s | within | signal off by | "
-      "within | p50, ms | mean excess, %% | sure after, frames |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "within | p50, ms | mean excess or skew | sure after, frames |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) == std::string::npos) continue;
     splid::run(scene, splid::PulseWidth::fixed, trials);
