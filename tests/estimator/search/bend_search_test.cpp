@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -179,14 +180,20 @@ TEST(BendSearch, AutoTakesAPathAsStraightUnlessThePhotonsSayThatItBends) {
   test::FrameMaker made = accelerating_scene(50, 0);
   FrameEstimator automatic = estimator_for(made, Motion::automatic);
   FrameEstimator moving = estimator_for(made, Motion::moving);
-  int bent = 0;
+  int bent = 0, unsure = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const auto frame = made.make(seed);
     const Estimate e = automatic.estimate(frame.view());
     bent += e.std_acceleration_mps2 > 0 ? 1 : 0;
-    if (e.std_acceleration_mps2 == 0) expect_same(e, moving.estimate(frame.view()));
+    if (e.std_acceleration_mps2 > 0) continue;
+    // Where a bend is likely and not sure, the deviation of the delay holds it.
+    Estimate straight = moving.estimate(frame.view());
+    unsure += e.std_delay_ns > straight.std_delay_ns ? 1 : 0;
+    straight.std_delay_ns = std::max(straight.std_delay_ns, e.std_delay_ns);
+    expect_same(e, straight);
   }
-  EXPECT_LE(bent, 2);  // of 30, where three deviations make one in 370
+  EXPECT_LE(bent, 2);    // of 30, where three deviations make one in 370
+  EXPECT_LE(unsure, 5);  // of 30, where two deviations make one in 22
   made = accelerating_scene(200, 60);
   FrameEstimator longer = estimator_for(made, Motion::automatic);
   FrameEstimator accelerating = estimator_for(made, Motion::accelerating);
