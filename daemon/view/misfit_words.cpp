@@ -7,23 +7,29 @@
 namespace splid::view {
 namespace {
 
+void add(std::string& words, const std::string& misfit) {
+  words += (words.empty() ? "" : ", ") + misfit;
+}
+
+// Two digits and more: small values of slow targets are said too.
+std::string in_digits(double value) {
+  return std::abs(value) < 10 ? fmt::format("{:.2g}", value) : fmt::format("{:.0f}", value);
+}
+
 template <class Light>
 std::string words_of(const Light& light) {
   std::string words;
-  const auto add = [&](const std::string& misfit) {
-    words += (words.empty() ? "" : ", ") + misfit;
-  };
   if (light.pulse_misfit) {
-    add(fmt::format("pulse {:.0f} % {}", 100 * std::abs(*light.pulse_misfit),
-                    *light.pulse_misfit < 0 ? "narrower" : "wider"));
+    add(words, fmt::format("pulse {:.0f} % {}", 100 * std::abs(*light.pulse_misfit),
+                           *light.pulse_misfit < 0 ? "narrower" : "wider"));
   }
   if (light.acceleration_misfit_mps2) {
-    add(fmt::format("accelerates {:.0f} m/s2", *light.acceleration_misfit_mps2));
+    add(words, fmt::format("accelerates {} m/s2", in_digits(*light.acceleration_misfit_mps2)));
   }
   if (light.jerk_misfit_mps3) {
-    add(fmt::format("acceleration changes {:.0f} m/s3", *light.jerk_misfit_mps3));
+    add(words, fmt::format("acceleration changes {} m/s3", in_digits(*light.jerk_misfit_mps3)));
   }
-  if (light.signal_gap) add(fmt::format("dark for {:.0f} %", 100 * *light.signal_gap));
+  if (light.signal_gap) add(words, fmt::format("dark for {:.0f} %", 100 * *light.signal_gap));
   return words;
 }
 
@@ -31,15 +37,13 @@ std::string words_of(const Light& light) {
 
 std::string misfits_in_words(const FrameMessage& frame) {
   std::string words = words_of(frame);
-  const auto add = [&](const std::string& misfit) {
-    words += (words.empty() ? "" : ", ") + misfit;
-  };
-  if (frame.shape_misfit) add(fmt::format("{:.0f} % off a gaussian", 100 * *frame.shape_misfit));
+  if (frame.shape_misfit)
+    add(words, fmt::format("{:.0f} % off a gaussian", 100 * *frame.shape_misfit));
   if (frame.dead_time_misfit_ns) {
-    add(fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns));
+    add(words, fmt::format("blind for {:.0f} ns", *frame.dead_time_misfit_ns));
   }
   if (frame.afterpulse_misfit) {
-    add(fmt::format("{:.1f} % afterpulses", 100 * *frame.afterpulse_misfit));
+    add(words, fmt::format("{:.1f} % afterpulses", 100 * *frame.afterpulse_misfit));
   }
   return words;
 }

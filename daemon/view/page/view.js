@@ -203,13 +203,14 @@ function show_beside_best(id, value, best) {
 // What the light of a frame, or of one of its targets, surely has against the configured pulse, a
 // straight path and, of a frame, the configured dead time and a detector without afterpulses.
 const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
+const in_digits = (value) => (Math.abs(value) < 10 ? value.toPrecision(2) : fixed(value, 0));
 const misfits_of = ({
   pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap, shape_misfit,
   dead_time_misfit_ns, afterpulse_misfit,
 }) => [
   is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
-  is_number(acceleration_misfit_mps2) && `accelerates ${fixed(acceleration_misfit_mps2, 0)} m/s²`,
-  is_number(jerk_misfit_mps3) && `acceleration changes ${fixed(jerk_misfit_mps3, 0)} m/s³`,
+  is_number(acceleration_misfit_mps2) && `accelerates ${in_digits(acceleration_misfit_mps2)} m/s²`,
+  is_number(jerk_misfit_mps3) && `acceleration changes ${in_digits(jerk_misfit_mps3)} m/s³`,
   is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
   is_number(shape_misfit) && `${percent(shape_misfit)} off a gaussian`,
   is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
