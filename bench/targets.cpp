@@ -3,7 +3,8 @@
 // docs/evidence/several-returns.md.
 //
 //   targets [TRIALS [NAME]]     by default 1000 frames for each row; rows whose scene has NAME, and
-//                               the table of two that are looked for as one by the name "as one"
+//                               the table of two that are looked for as one by the name "as one",
+//                               that of targets at any places by the name "anywhere"
 
 #include <algorithm>
 #include <array>
@@ -323,6 +324,72 @@ void run_shape(const OtherPulse& pulse, int trials) {
   std::fflush(stdout);
 }
 
+// Targets at any places.
+struct Anywhere {
+  const char* name;
+  Pattern pattern;
+  double signal = experiment_signal;  // of the first; of the others 0.3 to 1 of it
+};
+
+std::vector<Anywhere> all_patterns() {
+  const double of_one_in_forty = 40 * experiment_signal;
+  return {{"interleaved", test::interleaved_pattern({180000, 189000}, 3780000)},
+          {"mrr", test::mrr_pattern({180000, 189000}, 3780000, 37800000)},
+          {"random", test::random_pattern(3780000, 40, 9000, 3)},
+          {"one pulse in 3780 ns", test::periodic_pattern(3780000), of_one_in_forty}};
+}
+
+// What any number of targets costs where they are at any places, with any velocities or all with
+// one. A target is right where it is within a width and 0.5 m/s of a true one that is no other's.
+void run_anywhere(const Anywhere& scene, std::size_t count, bool move_alike, int trials) {
+  Timed all(scene.pattern, static_cast<std::int64_t>(count)), one(scene.pattern, 1);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> velocity(-100, 100), delay(100, 3600), share(0.3, 1);
+  std::vector<double> of_first;
+  int right = 0, elsewhere = 0;
+  for (int n = 0; n < trials; ++n) {
+    std::vector<Truth> truths = {{delay(random), velocity(random), scene.signal}};
+    while (truths.size() < count) {
+      const double own_mps = velocity(random);
+      const double mps = move_alike ? truths[0].velocity_mps : own_mps;
+      truths.push_back({delay(random), mps, scene.signal * share(random)});
+    }
+    const auto seed = static_cast<std::uint64_t>(n);
+    one.estimate(make({truths[0]}, scene.pattern, seed));
+    const std::vector<TargetEstimate> found =
+        listed(all.estimate(make(truths, scene.pattern, seed)));
+    of_first.push_back(all.took_ms / one.took_ms);
+    std::size_t matched = 0;
+    for (const TargetEstimate& target : found) {
+      const auto own = std::find_if(truths.begin(), truths.end(), [&](const Truth& truth) {
+        return std::abs(std::remainder(target.delay_ns - truth.delay_ns, 3780.0)) < sigma_ns &&
+               std::abs(target.velocity_mps - truth.velocity_mps) < 0.5;
+      });
+      if (own == truths.end()) continue;
+      truths.erase(own);
+      ++matched;
+    }
+    right += truths.empty() ? 1 : 0;
+    elsewhere += matched < found.size() ? 1 : 0;
+  }
+  std::sort(of_first.begin(), of_first.end());
+  std::printf("| %s | %zu | %s | %.1f %% | %.1f %% | %.2f | %.2f |\n", scene.name, count,
+              move_alike ? "one" : "their own", 100.0 * right / trials, 100.0 * elsewhere / trials,
+              of_first[of_first.size() / 2], of_first[of_first.size() * 9 / 10]);
+  std::fflush(stdout);
+}
+
+void run_all_anywhere(int trials) {
+  std::printf(
+      "\n| pattern | targets | velocity | all right | any elsewhere | p50 of the first alone | p90 "
+      "|\n|---|---|---|---|---|---|---|\n");
+  for (const Anywhere& scene : all_patterns()) {
+    for (std::size_t count = 2; count <= most_targets; ++count) {
+      for (const bool move_alike : {true, false}) run_anywhere(scene, count, move_alike, trials);
+    }
+  }
+}
+
 // The rows of the first table.
 std::vector<Scene> all_scenes() {
   constexpr double s = experiment_signal;
@@ -391,6 +458,7 @@ int main(int argc, char** argv) {
   for (const splid::Scene& scene : splid::all_scenes()) {
     if (std::string(scene.name).find(name) != std::string::npos) splid::run(scene, trials);
   }
+  if (std::string("anywhere").find(name) != std::string::npos) splid::run_all_anywhere(trials);
   if (std::string("as one").find(name) != std::string::npos) {
     std::printf(
         "\n| widths apart | m/s apart | of the signal | pulled | off by the deviations | said so "
