@@ -26,8 +26,9 @@ constexpr double unsure_deviations = 2;
 constexpr double most_change = 1.5;
 constexpr double most_ended = 0.9;  // waits that light ends, up to the longest lag
 constexpr int most_distances = 3;
-constexpr double most_share = 0.5;       // no detector has more afterpulses: bursts of light
-constexpr double biased_deviations = 3;  // of the background
+constexpr std::size_t most_looked_at = 262144;  // photons, which take 12 ms
+constexpr double most_share = 0.5;              // no detector has more afterpulses: bursts of light
+constexpr double biased_deviations = 3;         // of the background
 // What the first look asks for of the excess that biases: some afterpulses come after the next
 // photon, or after the lag that it looks at.
 constexpr double least_at_once = 0.4;
@@ -77,6 +78,16 @@ double AfterpulseCheck::control_lag_ns(const FrameView& frame, std::size_t last)
   const double period_ns = period_ns_ * in_tagger;
   const double least_ns = 2 * static_cast<double>(from_ps_ + lag_ps(last)) * ns_per_ps;
   return period_ns * std::ceil(least_ns / period_ns);
+}
+
+// So many detections show that a share `least` of them has afterpulses, by five deviations where
+// these come at once. A detection takes 15 ns, so that the first look takes 0.5 ms at most.
+std::size_t AfterpulseCheck::enough_to_doubt(double per_ns, double least) {
+  constexpr double shown_deviations = 5;
+  constexpr double fewest = 2048, most = 32768;
+  const double by_light = per_ns * static_cast<double>(lag_ps(1)) * ns_per_ps;
+  const double wanted = 2 * by_light * std::pow(shown_deviations / least, 2);
+  return static_cast<std::size_t>(std::clamp(wanted, fewest, most));
 }
 
 // Detections that follow another within a microsecond or less, less those of light that is even.
@@ -208,20 +219,22 @@ void AfterpulseCheck::look(const FrameView& frame, Times times_ps, const FoldedF
   const double control_ns = control_lag_ns(frame, last);
   const double looked_ns = static_cast<double>(times_ps.back() - times_ps.front()) * ns_per_ps;
   if (2 * most_distances * control_ns > looked_ns) return;
-  // Photons that came in no order have been put in order elsewhere.
+  // Photons that came in no order have been put in order elsewhere, and have no marks.
   const bool in_order = times_ps.data() >= all_ps.data() &&
                         times_ps.data() + times_ps.size() <= all_ps.data() + all_ps.size();
-  const auto marks =
-      in_order ? mask_.mark(folded, to_reference, estimate) : std::span<const std::uint8_t>();
-  const auto first = in_order ? static_cast<std::size_t>(times_ps.data() - all_ps.data()) : 0;
-  const auto middle = marks.empty() ? marks : marks.subspan(first, times_ps.size());
-  Excess found = excess({times_ps, middle}, control_ns, last, 1);
-  if (found.deviations < doubtful_deviations) return;
-  if (found.deviations < sure_deviations) {
-    const bool all = in_order && std::is_sorted(all_ps.begin(), all_ps.end());
-    found = excess(all ? Looked{all_ps, marks} : Looked{times_ps, middle}, control_ns, last,
-                   most_distances);
-  }
+  const auto look_at = [&](Times some_ps, int distances) {
+    const auto first = in_order ? static_cast<std::size_t>(some_ps.data() - all_ps.data()) : 0;
+    const auto marks = in_order ? mask_.mark(folded, first, some_ps.size(), to_reference, estimate)
+                                : std::span<const std::uint8_t>();
+    return excess({some_ps, marks}, control_ns, last, distances);
+  };
+  const std::size_t few = std::min(times_ps.size(), enough_to_doubt(per_ns, least));
+  const Times few_ps = times_ps.subspan((times_ps.size() - few) / 2, few);
+  if (look_at(few_ps, 1).deviations < doubtful_deviations) return;
+  const std::size_t many = std::min(all_ps.size(), most_looked_at);
+  const Times many_ps = all_ps.subspan((all_ps.size() - many) / 2, many);
+  const bool is_sorted = in_order && std::is_sorted(many_ps.begin(), many_ps.end());
+  const Excess found = look_at(is_sorted ? many_ps : times_ps, most_distances);
   if (found.deviations < sure_deviations || found.share < least || found.share > most_share) return;
   estimate.afterpulse_misfit = found.share;
   if (estimate.std_background_per_ns > 0) {

@@ -29,8 +29,8 @@ namespace splid {
 // at shorter ones. The quarter to the whole of the longest lag says how much that is, and half as
 // much again is taken off.
 //
-// Where a first look at some of the photons does not settle it, all are looked at, with the same
-// instants at three distances.
+// Where a first look at few of the photons leaves a doubt, up to 262,144 are looked at, with the
+// same instants at three distances.
 //
 // Threads: one thread for each object. Errors: none. look() allocates nothing for frames of up to
 // max_photons.
@@ -94,6 +94,7 @@ class AfterpulseCheck {
 
   [[nodiscard]] std::size_t longest(double per_ns) const;
   [[nodiscard]] double control_lag_ns(const FrameView& frame, std::size_t last) const;
+  [[nodiscard]] static std::size_t enough_to_doubt(double per_ns, double least);
   [[nodiscard]] double excess_at_once(Times times_ps, double per_ns) const;
   void count(Both& waits, const Looked& photons, std::int64_t control_ps) const;
   [[nodiscard]] Excess excess(const Looked& photons, double control_ns, std::size_t last,

@@ -28,14 +28,16 @@ PulseMask::PulseMask(const PulseTrain& train, const PulseShape& shape, std::size
   is_in_pulse_.reserve(max_photons);
 }
 
-std::span<const std::uint8_t> PulseMask::mark(const FoldedFrame& photons, double to_reference,
+std::span<const std::uint8_t> PulseMask::mark(const FoldedFrame& photons, std::size_t first,
+                                              std::size_t count, double to_reference,
                                               const Estimate& estimate) {
   if (!window_ || !estimate.has_values) return {};
-  is_in_pulse_.assign(photons.size(), 0);
+  is_in_pulse_.assign(count, 0);
   const auto mark_target = [&](double delay_ns, double velocity_mps) {
     const double beta = velocity_mps / speed_of_light_mps;
-    mark_line(photons, {delay_ns / to_reference / (1 + beta),
-                        travel_ns_at(velocity_mps, photons.length_ns)});
+    mark_line(
+        photons, first,
+        {delay_ns / to_reference / (1 + beta), travel_ns_at(velocity_mps, photons.length_ns)});
   };
   mark_target(estimate.delay_ns, estimate.velocity_mps);
   for (std::size_t k = 1; k < estimate.target_count; ++k) {
@@ -44,12 +46,12 @@ std::span<const std::uint8_t> PulseMask::mark(const FoldedFrame& photons, double
   return is_in_pulse_;
 }
 
-void PulseMask::mark_line(const FoldedFrame& photons, DelayLine line) {
+void PulseMask::mark_line(const FoldedFrame& photons, std::size_t first, DelayLine line) {
   const double to_turns = 1 / period_ns_;
   const double g = line.travel_ns / photons.length_ns;
-  for (std::size_t i = 0; i < photons.size(); ++i) {
-    const std::uint32_t at =
-        photons.phase_32[i] - part_of_period(line.delay_ns + g * photons.time_ns[i], to_turns);
+  for (std::size_t i = 0; i < is_in_pulse_.size(); ++i) {
+    const double delay_ns = line.delay_ns + g * photons.time_ns[first + i];
+    const std::uint32_t at = photons.phase_32[first + i] - part_of_period(delay_ns, to_turns);
     is_in_pulse_[i] |= window_->flags()[at >> window_->shift()];
   }
 }

@@ -23,14 +23,15 @@ class PulseMask {
  public:
   PulseMask(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons);
 
-  // One entry for each photon, in the frame's order: 1 within a pulse, else 0. Empty where there is
-  // no target, or the pattern has several rates. to_reference: from the pattern's clock to that of
-  // the estimate.
-  std::span<const std::uint8_t> mark(const FoldedFrame& photons, double to_reference,
+  // One entry for each of `count` photons from `first` on, in the frame's order: 1 within a pulse,
+  // else 0. Empty where there is no target, or the pattern has several rates. to_reference: from
+  // the pattern's clock to that of the estimate. Valid until the next call.
+  std::span<const std::uint8_t> mark(const FoldedFrame& photons, std::size_t first,
+                                     std::size_t count, double to_reference,
                                      const Estimate& estimate);
 
  private:
-  void mark_line(const FoldedFrame& photons, DelayLine line);
+  void mark_line(const FoldedFrame& photons, std::size_t first, DelayLine line);
 
   std::optional<CombWindow> window_;  // none: the pattern has several rates
   double period_ns_;                  // of the comb

@@ -103,6 +103,7 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
   if (best.box_gain_nats < least_nats) return std::nullopt;
   const Exposure exposure(rest, train_);
   const Fit beside = climb(rest, exposure, best.line);
+  if (beside.gain_nats < least_nats) return std::nullopt;
   Fit fit = beside;
   if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {nullptr, known, true});
   // Where another delay is better, these were a few photons of a target that is elsewhere.
