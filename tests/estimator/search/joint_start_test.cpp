@@ -34,10 +34,11 @@ struct StartScene {
 
   static std::vector<test::FrameMaker> make(const std::vector<double>& offs_ns,
                                             const std::vector<double>& velocities_mps,
-                                            const std::vector<double>& signals) {
+                                            const std::vector<double>& signals,
+                                            const Pattern& pattern) {
     std::vector<test::FrameMaker> made(offs_ns.size());
     for (std::size_t k = 0; k < made.size(); ++k) {
-      made[k].pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+      made[k].pattern = pattern;
       made[k].length_ms = 20;
       made[k].distance_m += offs_ns[k] / start_ns_per_m;
       made[k].velocity_mps = velocities_mps[k];
@@ -46,8 +47,9 @@ struct StartScene {
     return made;
   }
   StartScene(const std::vector<double>& offs_ns, const std::vector<double>& velocities_mps,
-             const std::vector<double>& signals = {}, std::uint64_t seed = 5)
-      : makers(make(offs_ns, velocities_mps, signals)),
+             const std::vector<double>& signals = {}, std::uint64_t seed = 5,
+             const Pattern& pattern = test::interleaved_pattern({180000, 189000}, 3780000))
+      : makers(make(offs_ns, velocities_mps, signals, pattern)),
         frame(makers.front().make_with({makers.begin() + 1, makers.end()}, seed)),
         train(makers.front().pattern),
         folded(train, frame.photons_ps.size()),
@@ -97,6 +99,15 @@ TEST(JointStart, HasAllThatStandApart) {
   EXPECT_NEAR(guess.at.background_per_ns, 1.75e-4, 2e-5);
   EXPECT_EQ(guess.least_nats.at(0), 0);
   EXPECT_GT(guess.least_nats.at(1), 0.5 * scene.first.fit.gain_nats);
+}
+
+// A comb of one pulse has no shoulders. What moves as the best target is another target.
+TEST(JointStart, HasAllOfACombOfOnePulse) {
+  StartScene scene({0, 7, -113.3}, {20, 20, 20}, {1600e-4, 1600e-4, 1400e-4}, 5,
+                   test::periodic_pattern(3780000));
+  const JointStart::Guess guess = scene.guess(3);
+  ASSERT_EQ(guess.at.count, 3U);
+  for (const double off : scene.off_ns(guess)) EXPECT_LT(off, 0.05);
 }
 
 TEST(JointStart, HasTheRowInPlaceOfTheBest) {
