@@ -2,6 +2,8 @@
 // time left out, and with the dead time modelled, over the same frames. Prints one row for each
 // light, for docs/evidence/dead-time.md. Then, for frames of 50 ms, what frames say of a dead time
 // that is not given and of afterpulses, in a second table, whose rows are all named `noticed`.
+// Last, for frames of 50 ms, light that is split unevenly over inputs, with and without the counts
+// of each input; these rows are all named `split`.
 //
 //   dead_time [FRAMES [NAME]]    by default 1000 frames for each row; rows whose name has NAME
 
@@ -120,7 +122,8 @@ test::FrameMaker scene(const Pattern& pattern, double S, double in_a_dead_time, 
   return made;
 }
 
-// What the likelihood does not know: afterpulses, and light that the inputs share unevenly.
+// What the likelihood does not know, or only on average: afterpulses, and light that the inputs
+// share unevenly.
 Row with_afterpulses(Row row, double probability) {
   row.made.afterpulse_probability = probability;
   return row;
@@ -244,6 +247,66 @@ void run_all_said(const Pattern& pattern, int frames) {
   }
 }
 
+struct SplitRow {
+  double S, in_a_dead_time, dead_ns, first_share;
+  int inputs = 2;
+};
+
+// Mean errors of delay, S and b and their spread, all in the deviations that are published.
+void run_split(const Pattern& pattern, const SplitRow& row, int frames) {
+  test::FrameMaker made = scene(pattern, row.S, row.in_a_dead_time, row.dead_ns);
+  made.length_ms = 50;
+  made.inputs = row.inputs;
+  made.first_share = row.first_share;
+  const test::FrameMaker::Frame first = made.make(0);
+  FrameEstimator estimator(pattern, {}, {}, {}, made.length_ms, 3 * first.photons_ps.size() + 1000,
+                           ClockReference::tagger, {row.dead_ns, DeadTime::modelled},
+                           static_cast<std::size_t>(row.inputs));
+  std::printf("| split %g, %d | %g | %g | %g |", row.first_share, row.inputs, row.S,
+              row.in_a_dead_time, row.dead_ns);
+  const double tau = 2 * made.distance_m / speed_of_light_mps * 1e9;
+  const double range_ns = pattern.unambiguous_delay_ps * 1e-3;
+  for (const bool knows_counts : {false, true}) {
+    Errors errors;
+    for (int n = 0; n < frames; ++n) {
+      const test::FrameMaker::Frame frame = made.make(static_cast<std::uint64_t>(n));
+      FrameView view = frame.view();
+      if (!knows_counts) view.photons_of_input = {};
+      const Estimate e = estimator.estimate(view);
+      if (!e.has_values) continue;
+      const std::array<double, values> deviation = {
+          e.std_delay_ns, e.std_velocity_mps, e.std_signal_per_pulse, e.std_background_per_ns};
+      errors.add({std::remainder(e.delay_ns - tau, range_ns), e.velocity_mps - made.velocity_mps,
+                  e.signal_per_pulse - row.S, e.background_per_ns - made.background_per_ns},
+                 deviation, deviation);
+    }
+    const double found = std::max(1, errors.found);
+    for (const std::size_t k : {0, 2, 3}) std::printf(" %+.2f", errors.sum[k] / found);
+    std::printf(" |");
+    for (const std::size_t k : {0, 2, 3}) {
+      const double mean = errors.sum[k] / found;
+      std::printf(" %.2f", std::sqrt(std::max(0.0, errors.squares[k] / found - mean * mean)));
+    }
+    std::printf(" |");
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void run_all_splits(const Pattern& pattern, int frames) {
+  std::printf(
+      "\n| first's share, inputs | S | b t_d | t_d, ns | counts not known: mean error of delay, S, "
+      "b | spread | counts known: mean error | spread |\n");
+  std::printf("|---|---|---|---|---|---|---|---|\n");
+  for (const SplitRow& row :
+       {SplitRow{0.5, 0.1, 50, 0.5}, SplitRow{0.5, 0.1, 50, 0.55}, SplitRow{0.5, 0.1, 50, 0.7},
+        SplitRow{0.5, 0.1, 50, 0.9}, SplitRow{0.5, 0.04, 20, 0.7}, SplitRow{0.5, 0.1, 50, 0.4, 4},
+        SplitRow{0.02, 0.1, 50, 0.7}, SplitRow{0.1, 1, 50, 0.7}, SplitRow{0.1, 3, 50, 0.7},
+        SplitRow{1, 0.1, 50, 0.7}, SplitRow{3, 0.1, 50, 0.55}, SplitRow{3, 0.1, 50, 0.7}}) {
+    run_split(pattern, row, frames);
+  }
+}
+
 }  // namespace
 }  // namespace splid
 
@@ -294,4 +357,5 @@ int main(int count, char** arguments) {
     if (std::string(row.pattern).find(name) != std::string::npos) run(row, frames);
   }
   if (std::string("noticed").find(name) != std::string::npos) run_all_said(interleaved, frames);
+  if (std::string("split").find(name) != std::string::npos) run_all_splits(interleaved, frames);
 }

@@ -218,6 +218,7 @@ void FrameEstimator::Workspace::look_for_blind_time(const FrameView& view) {
   frame.blind = nullptr;
   knows_blind_time = blind.has_value();
   if (!blind) return;
+  blind->share_roughly(view);
   const double deviations = loss_to_dead_time() * std::sqrt(static_cast<double>(frame.size()));
   if (deviations >= least_correction) see_blind_time(view);
 }

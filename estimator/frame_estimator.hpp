@@ -47,7 +47,8 @@ class FrameEstimator {
  public:
   // frame_length_ms: nominal, > 0. max_photons: that a frame may have. reference: whose clock the
   // estimate's delays are in. detector, inputs: the detector, and over how many inputs, each blind
-  // on its own, the light is split evenly; method paper knows no dead time.
+  // on its own, the light is split, by the shares that FrameView's counts of each input tell;
+  // method paper knows no dead time.
   // Errors: Error(Fault::usage) where the pattern and the options do not fit together.
   FrameEstimator(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
                  const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,

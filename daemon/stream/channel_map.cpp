@@ -21,7 +21,7 @@ ChannelMap::ChannelMap(const ChannelOptions& options) {
     if (is_event(static_cast<TagKind>(kind))) continue;
     std::fill_n(&table_[std::size_t{kind} * columns], columns, role_control);
   }
-  for (const std::string& name : options.photon) add(parsed(name), role_photon);
+  for (const std::string& name : options.photon) add(parsed(name), role_photon, inputs_++);
   add(parsed(options.sync), role_sync);
   if (!options.encoder.empty()) add(parsed(options.encoder), role_marker);
   for (std::size_t i = 0; i < options.delays_ps.size(); ++i) {
@@ -33,11 +33,13 @@ ChannelMap::ChannelMap(const ChannelOptions& options) {
   }
 }
 
-void ChannelMap::add(const ChannelName& channel, Roles role) {
-  Roles* row = &table_[static_cast<std::size_t>(channel.kind) * columns];
+void ChannelMap::add(const ChannelName& channel, Roles role, std::size_t input) {
+  const std::size_t row = static_cast<std::size_t>(channel.kind) * columns;
   for (std::uint32_t column = 0; column + 1 < columns; ++column) {
     const Tag tag{0, static_cast<std::int32_t>(column) + min_input, channel.kind, {}};
-    if (channel.matches(tag)) row[column] |= role;
+    if (!channel.matches(tag)) continue;
+    table_.at(row + column) |= role;
+    if (role == role_photon) input_.at(row + column) = static_cast<std::uint8_t>(input);
   }
 }
 

@@ -30,22 +30,18 @@ class ChannelMap {
   explicit ChannelMap(const ChannelOptions& options);
 
   // Threads: any; the map is constant.
-  [[nodiscard]] Roles roles(const Tag& tag) const {
-    // Design note: inputs -128 to 126 have a column each (some taggers number falling edges
-    // negatively). All other inputs share the last column, which no channel name means.
-    const auto column = std::min(
-        static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input), columns - 1);
-    return table_[(static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column];
-  }
+  [[nodiscard]] Roles roles(const Tag& tag) const { return table_[cell(tag)]; }
+
+  // How many inputs photons come on, and on which of them, from 0, a photon came.
+  [[nodiscard]] std::size_t inputs() const { return inputs_; }
+  [[nodiscard]] std::size_t input(const Tag& photon) const { return input_[cell(photon)]; }
 
   // Whether a delay is configured for any photon input.
   [[nodiscard]] bool has_delays() const { return has_delays_; }
   // The tag with its input's delay subtracted from its time.
   [[nodiscard]] Tag undelayed(Tag tag) const {
     if (tag.kind != TagKind::photon) return tag;
-    const auto column = std::min(
-        static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input), columns - 1);
-    tag.time_ps = saturated_difference(tag.time_ps, delays_ps_[column]);
+    tag.time_ps = saturated_difference(tag.time_ps, delays_ps_[column(tag)]);
     return tag;
   }
 
@@ -53,9 +49,21 @@ class ChannelMap {
   static constexpr std::uint32_t kinds = 8;
   static constexpr std::uint32_t columns = 256;
 
-  void add(const ChannelName& channel, Roles role);
+  // Design note: inputs -128 to 126 have a column each (some taggers number falling edges
+  // negatively). All other inputs share the last column, which no channel name means.
+  static std::uint32_t column(const Tag& tag) {
+    return std::min(static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input),
+                    columns - 1);
+  }
+  static std::uint32_t cell(const Tag& tag) {
+    return (static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column(tag);
+  }
+
+  void add(const ChannelName& channel, Roles role, std::size_t input = 0);
 
   std::array<Roles, std::size_t{kinds} * columns> table_{};
+  std::array<std::uint8_t, std::size_t{kinds} * columns> input_{};
+  std::size_t inputs_ = 0;
   bool has_delays_ = false;
   std::array<std::int64_t, columns> delays_ps_{};  // of photon inputs
 };

@@ -68,6 +68,7 @@ struct Frame {
   // 64 photons of the time before are surely enough: 8 detectors with 3 would-be detections in
   // each dead time make 24.
   static constexpr std::size_t most_before = 64;
+  static constexpr std::size_t most_inputs = 64;
 
   explicit Frame(const FrameCapacity& capacity)
       : photons_ps(capacity.photons),
@@ -84,6 +85,9 @@ struct Frame {
   FixedArray<Loss> losses;              // clipped to the frame, sorted, not overlapping
   // The last photons before start_ps, nearly sorted, where the clock did not break in between.
   FixedArray<std::int64_t> before_ps{most_before};
+  // How many of the photons came on each input, in the order of the configuration; empty where they
+  // all come on one, or on more than most_inputs.
+  FixedArray<std::uint64_t> photons_of_input{most_inputs};
   std::uint64_t lost_tags = 0;  // tags of losses that ended in this frame, late and surplus tags
   std::uint64_t uncounted_losses = 0;  // losses of unknown count that ended in this frame
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
@@ -99,7 +103,8 @@ struct Frame {
 
   // Valid as long as the frame is.
   [[nodiscard]] FrameView view() const {
-    return {start_ps, end_ps, photons_ps.view(), losses.view(), sync, before_ps.view()};
+    return {start_ps, end_ps,           photons_ps.view(),      losses.view(),
+            sync,     before_ps.view(), photons_of_input.view()};
   }
 };
 

@@ -120,8 +120,16 @@ const Tag* Framer::take_run(const Tag* tag, const Tag* last) {
   surplus_photons_ += surplus;
   totals_.surplus += surplus;
   lose(surplus);
+  if (keeps_photons && !frame_->photons_of_input.empty()) count_inputs(first, tag);
   run_ended(photons + syncs + surplus, static_cast<std::size_t>(tag - first), tag);
   return tag;
+}
+
+// Counts the photons of a run by their input.
+void Framer::count_inputs(const Tag* tag, const Tag* last) {
+  for (; tag != last; ++tag) {
+    frame_->photons_of_input[channels_.input(*tag)] += channels_.roles(*tag) & role_photon;
+  }
 }
 
 void Framer::run_ended(std::size_t used, std::size_t taken, const Tag* next) {
@@ -295,6 +303,7 @@ void Framer::place(const Tag& tag) {
   if ((roles & role_photon) != 0 && frame_->photons_ps.push(tag.time_ps)) {
     ++uses;
     ++totals_.photons;
+    if (!frame_->photons_of_input.empty()) ++frame_->photons_of_input[channels_.input(tag)];
   } else if (roles == role_photon) {
     place_surplus_photon(tag.time_ps);
     return;
@@ -334,6 +343,9 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_->markers.clear();
   frame_->losses.clear();
   frame_->before_ps.clear();
+  const bool counts_inputs = channels_.inputs() > 1 && channels_.inputs() <= Frame::most_inputs;
+  frame_->photons_of_input.resize(counts_inputs ? channels_.inputs() : 0);
+  std::fill(frame_->photons_of_input.begin(), frame_->photons_of_input.end(), 0);
   if (ends == Ends::neither) last_photons_.clear();  // there is no frame right before this one
   for (const std::int64_t photon_ps : last_photons_.view()) frame_->before_ps.push(photon_ps);
   frame_->lost_tags = totals_.unplaced;

@@ -90,6 +90,7 @@ class Framer {
   // Returns the first tag that it did not take.
   template <bool keeps_photons>
   const Tag* take_run(const Tag* tag, const Tag* last);
+  void count_inputs(const Tag* tag, const Tag* last);
   void run_ended(std::size_t used, std::size_t taken, const Tag* next);
 
   void take(const Tag& tag);

@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::size_t most_begins = 1024;  // photons before the frame, and losses
 constexpr double least_gap = 0.9;          // dead times between two detections
+constexpr double most_hidden = 0.95;       // of the light of an input
 
 using Times = std::span<const std::int64_t>;
 
@@ -19,6 +20,46 @@ std::size_t count_early(Times times_ps, std::int64_t least_gap_ps) {
     early += times_ps[i + 1] - times_ps[i] < least_gap_ps ? 1 : 0;
   }
   return early;
+}
+
+double pairs_within(Times times_ps, std::int64_t apart_ps) {
+  std::size_t first = 0, pairs = 0;
+  for (std::size_t i = 0; i < times_ps.size(); ++i) {
+    while (times_ps[i] - times_ps[first] >= apart_ps) ++first;
+    pairs += i - first;
+  }
+  return static_cast<double>(pairs);
+}
+
+// What the counts of all inputs say.
+struct Counts {
+  double photons = 0;
+  double across = 0;  // twice the pairs of photons on two inputs
+};
+
+Counts count_all(std::span<const std::uint64_t> of_input) {
+  Counts all;
+  double squares = 0;
+  for (const std::uint64_t count : of_input) {
+    const auto c = static_cast<double>(count);
+    all.photons += c;
+    squares += c * c;
+  }
+  all.across = all.photons * all.photons - squares;
+  return all;
+}
+
+// The share of the light that a detection blinds on average. hidden: the part of all light that
+// comes within a dead time of one detection.
+double blinded_share(std::span<const std::uint64_t> of_input, double photons, double hidden) {
+  double light = 0, blinded = 0;
+  for (const std::uint64_t count : of_input) {
+    const auto c = static_cast<double>(count);
+    const double of_this = c / (1 - std::min(c * hidden, most_hidden));
+    light += of_this;
+    blinded += c * of_this;
+  }
+  return blinded / (photons * light);
 }
 
 // When a photon's blind time ends, losses aside. is_cut: with the next photon at the latest.
@@ -37,6 +78,7 @@ BlindTime::BlindTime(const PulseTrain& train, double dead_time, std::size_t inpu
       begins(train, most_begins, reach_ns),
       dead_time_ns(dead_time),
       share(1 / static_cast<double>(inputs)),
+      even_share_(share),
       dead_time_ps_(std::llround(dead_time / ns_per_ps)) {
   times_ps_.reserve(max_photons);
   ends_ps_.reserve(max_photons + most_begins);
@@ -50,6 +92,27 @@ std::span<const std::int64_t> BlindTime::in_order(std::span<const std::int64_t> 
   return times_ps_;
 }
 
+void BlindTime::share_roughly(const FrameView& frame) {
+  share = even_share_;
+  const Counts all = count_all(frame.photons_of_input);
+  if (even_share_ == 1 || !(all.photons > 0)) return;
+  share = blinded_share(frame.photons_of_input, all.photons, dead_time_ns / frame.seen_ns());
+}
+
+// Of the light behind a detection the other inputs show their part: a pair of photons within a dead
+// time is always one of two inputs. So the pairs within a dead time are the sum over all inputs of
+// c_k f (sum of the other inputs' c), where light is steady or comes in weak pulses.
+//
+// Design note: f = dead time / time seen would leave out that most light comes in pulses, of which
+// the first photon hides the others however short the dead time is.
+void BlindTime::share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps) {
+  share = even_share_;
+  const Counts all = count_all(frame.photons_of_input);
+  if (even_share_ == 1 || !(all.photons > 0)) return;
+  const double hidden = all.across > 0 ? pairs_within(times_ps, dead_time_ps_) / all.across : 0;
+  share = blinded_share(frame.photons_of_input, all.photons, hidden);
+}
+
 void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
   const std::span<const std::int64_t> times_ps = in_order(frame.photons_ps);
   ends_ps_.clear();
@@ -58,6 +121,7 @@ void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
   next_loss_ = 0;
   early = count_early(times_ps,
                       static_cast<std::int64_t>(least_gap * static_cast<double>(dead_time_ps_)));
+  share_by_pairs(frame, times_ps);
   add_before(frame, times_ps.empty() ? frame.end_ps : times_ps.front());
   const bool is_cut = share == 1;
   const std::size_t before = ends_ps_.size();
@@ -82,6 +146,7 @@ void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
 }
 
 void BlindTime::straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train) {
+  share = bent.share;
   blind_ns = bent.blind_ns;
   early = bent.early;
   ends.straighten(bent.ends, bend_ns, train);

@@ -18,8 +18,12 @@ namespace splid {
 //
 // Blind time in a loss does not count, as a loss is not seen anyway. With a single detector input a
 // detection ends the blind time of the detection before it, where that comes too late for the dead
-// time by the jitter of the tagger, say. With several inputs that share the light evenly, each
-// detection blinds one of them, and counts by that share.
+// time by the jitter of the tagger, say. With several inputs each detection blinds one of them, and
+// counts by the share of the light that a detection blinds on average: if c_k photons came on input
+// k, which gets the share s_k of the light, that is the sum of c_k s_k over the sum of c_k. The
+// light that an input got is c_k / (1 - c_k f), where f is the part of all light that comes within
+// a dead time of one detection. Which input a photon came on need not be known. Where the c_k are
+// not known, the light is shared evenly.
 //
 // Threads: one thread for each object. Errors: none. find() allocates nothing for frames of up to
 // max_photons.
@@ -27,7 +31,7 @@ struct BlindTime {
   FoldedFrame ends;
   FoldedFrame begins;     // those that are no photons of the frame
   double dead_time_ns;    // tagger's clock
-  double share;           // of the light that goes to one input
+  double share;           // of the light, that a detection blinds
   double blind_ns = 0;    // in all, by that share; tagger's clock
   std::size_t early = 0;  // detections that come within 0.9 dead times of another: of a single
                           // input, these contradict the dead time
@@ -35,18 +39,22 @@ struct BlindTime {
   // train: as for FoldedFrame. inputs: >= 1.
   BlindTime(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
             std::size_t max_photons, double reach_ns);
-  // frame: locked to its syncs.
+  // Sets `share` roughly, as if the light were spread evenly over the frame.
+  void share_roughly(const FrameView& frame);
+  // frame: locked to its syncs. Sets all members.
   void find(const FrameView& frame, const PulseTrain& train);
   // Becomes the blind time of the frame that FoldedFrame::straighten() makes: all ends and begins
   // move back along the bend, as the photons do. bent: of the same detector.
   void straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train);
 
  private:
+  void share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps);
   void add(const FrameView& frame, std::int64_t from_ps, std::int64_t to_ps);
   // first_ps: the first photon of the frame.
   void add_before(const FrameView& frame, std::int64_t first_ps);
   std::span<const std::int64_t> in_order(std::span<const std::int64_t> photons_ps);
 
+  double even_share_;
   std::int64_t dead_time_ps_;
   std::vector<std::int64_t> times_ps_;             // scratch: photons that came in no order
   std::vector<std::int64_t> ends_ps_, begins_ps_;  // scratch

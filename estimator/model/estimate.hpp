@@ -114,8 +114,9 @@ struct Estimate {
   // where it is not known, not to be modelled, or contradicted by detections that follow each other
   // sooner.
   bool dead_time_modelled = false;
-  // The share of the time seen in which the detector was blind (of the mean detector, if several
-  // share the light); 0 where dead_time_modelled is false.
+  // The share of the time seen in which the detector was blind (of several inputs that share
+  // the light, the share of the light that came on a blind one); 0 where dead_time_modelled is
+  // false.
   double blind_fraction = 0;
   // How long the detector is blind after each detection, as the photons show it, where that is
   // longer than the configured dead time and biases the values; the deviations do not hold that.

@@ -20,6 +20,9 @@ struct FrameView {
   SyncFit sync;                  // the pattern's clock; without a lock there is no estimate
   // The last photons before start_ps, any order: a detector may still be blind from them.
   std::span<const std::int64_t> before_ps = {};
+  // How many of the photons came on each input, where several inputs share the light; empty: not
+  // known, the light is then taken to be shared evenly.
+  std::span<const std::uint64_t> photons_of_input = {};
 
   // The frame's time less that of its losses.
   [[nodiscard]] double seen_ns() const {

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/units.hpp"
@@ -102,6 +103,43 @@ TEST(DeadTime, ADeadTimeThatIsModelledBiasesNothing) {
   expect_unbiased(rates);
 }
 
+// Taken as even, 80 : 20 makes the signal 4 deviations low.
+TEST(DeadTime, LightThatIsSplitUnevenlyBiasesNothing) {
+  test::FrameMaker split = blinding_scene();
+  split.signal_per_pulse = 0.5;
+  split.inputs = 2;
+  split.first_share = 0.8;
+  expect_unbiased(split);
+  split.inputs = 4;
+  expect_unbiased(split);
+}
+
+TEST(DeadTime, WithoutTheCountsOfEachInputTheSplitIsTakenAsEven) {
+  test::FrameMaker made = blinding_scene();
+  made.inputs = 2;
+  made.first_share = 0.8;
+  const auto frame = made.make(3);
+  FrameEstimator estimator = blind_estimator_for(made, {made.dead_time_ns});
+  FrameView view = frame.view();
+  view.photons_of_input = {};
+  const Estimate unknown = estimator.estimate(view);
+  const Estimate known = estimator.estimate(frame.view());
+  EXPECT_GT(known.signal_per_pulse, unknown.signal_per_pulse + unknown.std_signal_per_pulse);
+  EXPECT_GT(known.blind_fraction, 1.1 * unknown.blind_fraction);
+  const std::uint64_t half = frame.photons_ps.size() / 2;
+  const std::vector<std::uint64_t> even = {half, half};
+  view.photons_of_input = even;
+  const Estimate counted = estimator.estimate(view);
+  expect_same_bits(counted, unknown);
+  // Counts of a single input say nothing.
+  made.inputs = 1;
+  FrameEstimator single = blind_estimator_for(made, {made.dead_time_ns});
+  auto of_one = made.make(3);
+  const Estimate alone = single.estimate(of_one.view());
+  of_one.photons_of_input = {of_one.photons_ps.size()};
+  expect_same_bits(single.estimate(of_one.view()), alone);
+}
+
 // The path bends by 13 pulse widths.
 TEST(DeadTime, ADeadTimeIsModelledOnPathsThatBend) {
   test::FrameMaker made = blinding_scene();
@@ -109,6 +147,10 @@ TEST(DeadTime, ADeadTimeIsModelledOnPathsThatBend) {
   for (const Motion motion : {Motion::accelerating, Motion::automatic}) {
     expect_unbiased(made, {.motion = motion, .max_acceleration_mps2 = 5e5});
   }
+  made.signal_per_pulse = 0.5;
+  made.inputs = 2;
+  made.first_share = 0.8;
+  expect_unbiased(made, {.motion = Motion::accelerating, .max_acceleration_mps2 = 5e5});
 }
 
 // 300,000 photons: the search works on a sample, and photons near the pulses are gathered.

@@ -18,6 +18,7 @@ struct MadeFrame {
   FrameView view;
   std::vector<std::int64_t> photons_ps;
   std::vector<Loss> losses;
+  std::vector<std::uint64_t> of_input;
 };
 
 // Through SyncClock, as in the framer: syncs nearly where they belong, or anywhere.
@@ -204,6 +205,10 @@ void check(FuzzInput input) {
   add_losses(input, frame);
   add_photons(input, setting.period_ps, frame);
   frame.view.photons_ps = frame.photons_ps;
+  const std::uint64_t photons = frame.photons_ps.size();
+  const std::uint64_t of_one = photons == 0 ? 0 : photons * (frame.photons_ps[0] & 7) / 7;
+  frame.of_input = {of_one, photons - of_one};
+  frame.view.photons_of_input = frame.of_input;
   frame.view.losses = frame.losses;
   const std::array before_ps = {frame.view.start_ps - 30'000, frame.view.start_ps - 1};
   frame.view.before_ps = before_ps;

@@ -41,8 +41,9 @@ struct FrameMaker {
     std::int64_t start_ps, end_ps;
     SyncFit sync;
     std::vector<std::int64_t> before_ps;
+    std::vector<std::uint64_t> photons_of_input = {};  // empty with a single input
     [[nodiscard]] FrameView view() const {
-      return {start_ps, end_ps, photons_ps, losses, sync, before_ps};
+      return {start_ps, end_ps, photons_ps, losses, sync, before_ps, photons_of_input};
     }
   };
 
@@ -139,6 +140,7 @@ struct FrameMaker {
                               more.photons_ps.end());
     }
     std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+    frame.photons_of_input.clear();
     return frame;
   }
 
@@ -153,12 +155,14 @@ struct FrameMaker {
     std::vector<std::int64_t> blind_until(count, INT64_MIN);
     std::vector<std::int64_t> release(count, INT64_MAX);
     std::vector<std::int64_t> seen;
+    frame.photons_of_input.assign(count > 1 ? count : 0, 0);
     std::bernoulli_distribution traps(afterpulse_probability);
     std::exponential_distribution<double> later(1e-3 / afterpulse_ns);
     const auto detect = [&](std::int64_t t, std::size_t input) {
       if (t < blind_until[input]) return;
       blind_until[input] = t + std::llround(dead_time_ns * 1e3);
       (t < frame.start_ps ? frame.before_ps : seen).push_back(t);
+      if (t >= frame.start_ps && count > 1) ++frame.photons_of_input[input];
       if (afterpulse_probability > 0 && traps(random)) {
         release[input] = blind_until[input] + std::llround(later(random));
       }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "daemon/stream/framer.hpp"
@@ -84,6 +85,11 @@ inline bool inside(const Frame& frame, std::int64_t time_ps) {
 
 inline void expect_whole(const Frame& frame) {
   EXPECT_LT(frame.start_ps, frame.end_ps);
+  const auto of_input = frame.photons_of_input.view();
+  if (!of_input.empty()) {
+    EXPECT_EQ(std::accumulate(of_input.begin(), of_input.end(), std::size_t{0}),
+              frame.photons_ps.size());
+  }
   for (const std::int64_t t : frame.photons_ps.view()) ASSERT_TRUE(inside(frame, t));
   for (const std::int64_t t : frame.syncs_ps.view()) ASSERT_TRUE(inside(frame, t));
   for (const MarkerTag& m : frame.markers.view()) ASSERT_TRUE(inside(frame, m.time_ps));

@@ -117,6 +117,7 @@ class Collector final : public FrameSink {
                    {frame_.losses.begin(), frame_.losses.end()},
                    frame_.sync,
                    {frame_.before_ps.begin(), frame_.before_ps.end()},
+                   {frame_.photons_of_input.begin(), frame_.photons_of_input.end()},
                    frame_.seen_fraction,
                    first_,
                    std::nullopt};

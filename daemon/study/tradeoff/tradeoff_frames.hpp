@@ -29,12 +29,13 @@ struct KeptFrame {
   std::vector<Loss> losses;
   SyncFit sync;
   std::vector<std::int64_t> before_ps;  // the last photons before start_ps
+  std::vector<std::uint64_t> photons_of_input;
   double seen_fraction = 0;
   bool first = false;                // the first frame of a run: estimated, but not judged
   std::optional<TargetState> truth;  // absent where the truth is not known
 
   [[nodiscard]] FrameView view() const {
-    return {start_ps, end_ps, photons_ps, losses, sync, before_ps};
+    return {start_ps, end_ps, photons_ps, losses, sync, before_ps, photons_of_input};
   }
   [[nodiscard]] double length_ns() const { return static_cast<double>(end_ps - start_ps) * 1e-3; }
   [[nodiscard]] std::int64_t middle_ps() const { return start_ps + (end_ps - start_ps) / 2; }

@@ -195,6 +195,35 @@ TEST(Framer, AnInputsDelayIsTakenOffItsPhotons) {
   }
 }
 
+// Input 7 gets a quarter of the light, and the delay of its tags moves some to other frames.
+TEST(Framer, ThePhotonsOfEachInputAreCounted) {
+  TagStream stream;
+  stream.others_per_ms = stream.photons_per_ms / 3;
+  std::vector<Tag> tags = stream.make();
+  for (const double delay_ps : {0.0, 400'000.0}) {
+    const ChannelOptions two{{"7", "1"}, "sync", "marker:1", {delay_ps, 0}};
+    for (const std::size_t photons : {std::size_t{1} << 16, std::size_t{500}}) {
+      for (const std::size_t block : {std::size_t{1}, std::size_t{777}, std::size_t{100'000}}) {
+        const Framed r =
+            framed(tags, block, {photons, 1 << 15, 1 << 10, 64}, options_of_10_ms(), two);
+        expect_frames_whole(r);
+        for (std::size_t k = 0; k < r.frames.size(); ++k) {
+          const Frame& frame = r.frames[k];
+          const auto of_input = frame.view().photons_of_input;
+          ASSERT_EQ(of_input.size(), 2U);
+          if (frame.photons_ps.size() == photons) continue;  // not all of them had room
+          const auto others = std::count_if(tags.begin(), tags.end(), [&](const Tag& tag) {
+            return tag.kind == TagKind::photon && tag.value == 7 &&
+                   inside(frame, tag.time_ps - std::llround(delay_ps));
+          });
+          EXPECT_EQ(of_input[0], static_cast<std::uint64_t>(others)) << k;
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(framed(tags).frames[1].view().photons_of_input.empty());
+}
+
 TEST(Framer, LaterThanThatIsCountedLate) {
   std::vector<Tag> tags = TagStream{}.make();
   const auto at =

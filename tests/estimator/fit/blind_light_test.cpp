@@ -58,6 +58,7 @@ struct BlindScene {
         light(*shape, frame.photons_ps.size(), 40 * frame.photons_ps.size()),
         likelihood(*shape, 40 * frame.photons_ps.size()),
         bend_ns(bend) {
+    frame.photons_of_input.clear();  // the light is then shared evenly
     frame.losses = std::move(losses);
     std::erase_if(frame.photons_ps, [&](std::int64_t t) {
       for (const Loss& loss : frame.losses) {
