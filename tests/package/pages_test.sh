@@ -1,7 +1,8 @@
 #!/bin/sh
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
 # leads to a file that is there. So is every source file that a page names, and every page that a
-# source file names. Tables, code and pictures may be wider, as they cannot be broken.
+# source file names. Tables, code and pictures may be wider, as they cannot be broken. No two tables of
+# a page begin with the same header and row, as where one was put in the place of another.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -17,6 +18,12 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
   awk '/^```/ { code = !code; print ""; next } { print code ? "" : $0 }' "$page" >"$scratch/prose"
   if grep -nE '^.{121}' "$scratch/prose" | grep -vE '^[0-9]+:(\||    |!\[)' >"$scratch/wide"; then
     sed "s|^|FAIL: more than 120 columns: $page:|" "$scratch/wide"
+    failed=1
+  fi
+  awk '/^\|---/ { header = before; next } header { print header $0; header = "" } { before = $0 }' \
+    "$scratch/prose" | sort | uniq -d >"$scratch/twice"
+  if [ -s "$scratch/twice" ]; then
+    sed "s|^|FAIL: a table of $page stands there twice: |" "$scratch/twice"
     failed=1
   fi
   grep -oE '\]\([^)]+\)' "$scratch/prose" | sed -E 's/^\]\(//; s/\)$//; s/#.*//' |
