@@ -340,6 +340,8 @@ TEST_F(UsbDaemon, GarbageInPlaceOfBlocksIsALossAndFramesGoOn) {
 }
 
 TEST_F(UsbDaemon, DevicesListsIt) {
+  // A daemon that has only begun may not be ended yet.
+  ASSERT_TRUE(await(topic_status, [](const std::string&) { return true; }));
   device.plug();
   setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
   setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 1);
