@@ -225,14 +225,20 @@ PulseVerdict PulseCheck::step_of_width(const Expected& expected, const Known& kn
   return {left / variance, 1 / std::sqrt(variance), {}};
 }
 
-PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
-  if (!looks()) return {};
+// The configured pulse with all light that the background does not explain.
+PulseCheck::Model PulseCheck::model_of_counts(double background_in_bin) const {
   double all = 0;
   for (std::size_t j = 0; j < bins_; ++j) all += counts_[j];
   const auto bins = static_cast<double>(bins_);
-  Model configured;
-  configured.background = std::max(background_in_bin, least_in_all_bins / bins);
-  configured.light = all - configured.background * bins;
+  Model model;
+  model.background = std::max(background_in_bin, least_in_all_bins / bins);
+  model.light = all - model.background * bins;
+  return model;
+}
+
+PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
+  if (!looks()) return {};
+  Model configured = model_of_counts(background_in_bin);
   if (configured.light < fewest_photons) return {};
   const Known known = {configured.background, hidden};
   if (hidden > 0) configured.light *= hidden / -std::expm1(-hidden);
@@ -316,12 +322,8 @@ void PulseCheck::step_to_skew(const Expected& expected, const Model& model, cons
 ShapeVerdict PulseCheck::judge_shape(double background_in_bin, double ratio) const {
   ShapeVerdict verdict;
   if (!looks()) return verdict;
-  double all = 0;
-  for (std::size_t j = 0; j < bins_; ++j) all += counts_[j];
-  const auto bins = static_cast<double>(bins_);
-  Model model;
-  model.background = std::max(background_in_bin, least_in_all_bins / bins);
-  model.light = all - model.background * bins;
+  Model model = model_of_counts(background_in_bin);
+  const double light = model.light;
   model.ratio = std::clamp(ratio, 1 / widest_ratio, widest_ratio);
   if (model.light < fewest_photons) return verdict;
   const Known known = {model.background, 0};
@@ -338,7 +340,7 @@ ShapeVerdict PulseCheck::judge_shape(double background_in_bin, double ratio) con
     return verdict;
   }
   verdict.misfit = std::sqrt((found.value - degrees) / model.light);
-  verdict.signal_ratio = std::max(0.0, all - known.background * bins) / model.light;
+  verdict.signal_ratio = std::max(0.0, light) / model.light;
   return verdict;
 }
 

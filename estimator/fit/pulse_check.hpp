@@ -123,6 +123,7 @@ class PulseCheck {
   struct Known;
   struct Model;
   struct Expected;
+  [[nodiscard]] Model model_of_counts(double background_in_bin) const;
   void expect(const Model& model, double hidden, Expected& expected) const;
   [[nodiscard]] double log_likelihood(const Expected& expected) const;
   double climb(Model& model, const Known& known, int parameters) const;

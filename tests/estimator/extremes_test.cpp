@@ -109,11 +109,7 @@ void with_wrong_tagger(ExtremeScene& scene, ClockReference reference) {
 
 // A further target with this share of the signal.
 void add_target(ExtremeScene& scene, double further_m, double faster_mps, double share) {
-  test::FrameMaker other = scene.made;
-  other.distance_m += further_m;
-  other.velocity_mps += faster_mps;
-  other.signal_per_pulse *= share;
-  scene.others.push_back(other);
+  scene.others.push_back(scene.made.beside(further_m, faster_mps, share));
   scene.options.targets = static_cast<std::int64_t>(scene.others.size()) + 1;
 }
 

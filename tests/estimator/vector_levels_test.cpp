@@ -38,11 +38,7 @@ struct LevelKind {
 bool has_place(const Estimate& e) { return e.has_values && e.std_delay_ns > 0; }
 
 void add_other(LevelScene& s, double further_m, double faster_mps, double share) {
-  test::FrameMaker other = s.made;
-  other.distance_m += further_m;
-  other.velocity_mps += faster_mps;
-  other.signal_per_pulse *= share;
-  s.others.push_back(other);
+  s.others.push_back(s.made.beside(further_m, faster_mps, share));
   s.scene.targets = static_cast<std::int64_t>(s.others.size()) + 1;
 }
 

@@ -128,6 +128,15 @@ struct FrameMaker {
     return frame;
   }
 
+  // The same scene of a target beside this one, with this share of its signal.
+  [[nodiscard]] FrameMaker beside(double further_m, double faster_mps, double share) const {
+    FrameMaker other = *this;
+    other.distance_m += further_m;
+    other.velocity_mps += faster_mps;
+    other.signal_per_pulse *= share;
+    return other;
+  }
+
   // A frame of several targets: this one, and others of which each has its own light. The
   // background is this one's.
   [[nodiscard]] Frame make_with(const std::vector<FrameMaker>& others, std::uint64_t seed) const {

@@ -34,6 +34,13 @@ class RealRecordings : public ::testing::Test {
     }
   }
 
+  // One pulse in the period of the quTAG's source, of which a calibration finds four.
+  void write_nominal() const {
+    folder.write("nominal.json",
+                 R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
+                 R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
+                 R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  }
   // pulse: a member with a comma before it, or nothing.
   [[nodiscard]] std::string write_config(const std::string& name, const std::string& photon,
                                          const std::string& pattern,
@@ -101,9 +108,7 @@ TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
   constexpr double range_m = 12512.626e-12 * 299792458 / 2;
-  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  write_nominal();
   for (const std::string input : {"1", "2"}) {
     const std::string found = folder.path("found" + input + ".json");
     const ProgramResult calibrated =
@@ -152,9 +157,7 @@ TEST_F(RealRecordings, QutagFramesMeasureASourceAtRest) {
 TEST_F(RealRecordings, QutagFramesAreTheSameAtEveryVectorLevel) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
-  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  write_nominal();
   const std::string nominal = write_config("nominal_config.json", "1", "nominal.json");
   const std::string found = folder.path("found.json");
   const std::string config =
@@ -202,9 +205,7 @@ TEST_F(RealRecordings, QutagFramesOfFewPhotonsAreNotSureOfTheirRange) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
   constexpr double range_m = 12512.626e-12 * 299792458 / 2;
-  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  write_nominal();
   const std::string found = folder.path("found.json");
   const ProgramResult calibrated =
       run_program({"calibrate", recording, "--config", write_config("nominal", "1", "nominal.json"),
@@ -241,9 +242,7 @@ TEST_F(RealRecordings, QutagFramesOfFewPhotonsAreNotSureOfTheirRange) {
 TEST_F(RealRecordings, QutagInputsHaveADelayEach) {
   use("qutag_sync_t2.ptu");
   if (IsSkipped()) return;
-  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  write_nominal();
   const std::string found = folder.path("found.json");
   const ProgramResult together =
       run_program({"calibrate", recording, "--config",
@@ -276,9 +275,7 @@ TEST_F(MadeRecordings, FramesOfTwoInputsMeasureASourceAtRest) {
   recording = folder.path("made.ptu");
   test::LaserRecording::write(recording);
   constexpr double range_m = test::LaserRecording::period_ps * 1e-12 * 299792458 / 2;
-  folder.write("nominal.json", R"({"schema":"splid.pattern","v":[1,0],"mode":"baseline",)"
-                               R"("unambiguous_delay_ps":12512.6,"segments":[{"period_ps":12512.6,)"
-                               R"("pulse_times_ps":[0],"amplitudes":[1],"repeats":0}]})");
+  write_nominal();
   const std::string found = folder.path("found.json");
   const ProgramResult together =
       run_program({"calibrate", recording, "--config",
