@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -38,6 +39,39 @@ PtuWriter::PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock,
   facts_.created_unix_s = clock_.unix_s(0);
   facts_.guid.clear();
   header_ = make_ptu_header(facts_);
+  if (!make_at_once()) make(overwrite);
+  written_bytes_ = pending_at_ = header_.size();
+}
+
+PtuWriter::~PtuWriter() {
+  if (descriptor_ != -1) ::close(descriptor_);
+}
+
+// Makes a new file that has its header when it gets its name, so that a program which is killed
+// meanwhile leaves no file that cannot be read. False where there is such a file, or where it
+// cannot be made so: not every file system has files without a name.
+bool PtuWriter::make_at_once() {
+  struct stat status {};
+  if (::lstat(file_.c_str(), &status) == 0) return false;
+  const std::string folder = std::filesystem::path(file_).parent_path().string();
+  descriptor_ =
+      ::open(folder.empty() ? "." : folder.c_str(), O_WRONLY | O_CLOEXEC | O_TMPFILE, 0666);
+  if (descriptor_ == -1) return false;
+  try {
+    begin_file(true);
+  } catch (const Error&) {
+    ::close(descriptor_);
+    throw;
+  }
+  const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
+  if (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, file_.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+    return true;
+  }
+  ::close(descriptor_);
+  return false;
+}
+
+void PtuWriter::make(bool overwrite) {
   const bool is_new = open(overwrite);
   try {
     begin_file(is_new);
@@ -48,11 +82,6 @@ PtuWriter::PtuWriter(std::string file, PtuFacts facts, const DeviceClock& clock,
     if (is_new) ::unlink(file_.c_str());
     throw;
   }
-  written_bytes_ = pending_at_ = header_.size();
-}
-
-PtuWriter::~PtuWriter() {
-  if (descriptor_ != -1) ::close(descriptor_);
 }
 
 // Returns whether the file is new.

@@ -57,6 +57,8 @@ class PtuWriter {
   [[nodiscard]] std::uint64_t lost_tags() const { return encoder_.losses().lost_tags(); }
 
  private:
+  bool make_at_once();
+  void make(bool overwrite);
   bool open(bool overwrite);
   [[nodiscard]] int open_existing(int how) const;
   void begin_file(bool is_new);

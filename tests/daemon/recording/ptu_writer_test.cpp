@@ -2,9 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <vector>
@@ -143,6 +146,25 @@ TEST(PtuWriter, LossesAreInTheHeaderFromTheNextFlush) {
   recorder.close();
   EXPECT_THAT(scan_recording(file).header.losses, ElementsAre(Loss{2'000'000, 3'000'000, 42}));
   EXPECT_EQ(recorder.lost_tags(), 42u);
+}
+
+// Whoever kills the program leaves no file without a header.
+TEST(PtuWriter, ANewFileHasItsHeaderWhenItGetsItsName) {
+  const splid::test::TempFolder folder;
+  const int watch = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  ASSERT_GE(inotify_add_watch(watch, folder.path(".").c_str(), IN_CREATE | IN_MODIFY), 0);
+  const PtuWriter writer(folder.path("a.ptu"), facts(), clock_from(1e9), false);
+  EXPECT_TRUE(splid::test::read_strictly(folder.path("a.ptu")).readable);
+  alignas(inotify_event) std::array<char, 4096> room{};
+  const ssize_t bytes = ::read(watch, room.data(), room.size());
+  ::close(watch);
+  std::vector<std::uint32_t> happened;  // to that name
+  for (ssize_t at = 0; at < bytes;) {
+    const auto* event = reinterpret_cast<const inotify_event*>(room.data() + at);
+    if (event->name == std::string("a.ptu")) happened.push_back(event->mask);
+    at += static_cast<ssize_t>(sizeof *event + event->len);
+  }
+  EXPECT_THAT(happened, ElementsAre(IN_CREATE));  // and not written to
 }
 
 TEST(PtuWriter, RefusesToOverwriteUnlessToldTo) {
