@@ -8,25 +8,22 @@ NearSeveral::NearSeveral(std::size_t max_photons, std::size_t max_entries) {
   for (auto* values : {&residual_ns, &position, &amplitude}) values->reserve(max_entries);
   target.reserve(max_entries);
   who_.reserve(max_photons);
-  index_.reserve(max_photons);
+  for (auto& places : place_) places.resize(max_photons);
+  index_.reserve(max_photons + 1);
   crowded_.reserve(max_photons + 1);
   groups_.reserve(is_crowded);
 }
 
 void NearSeveral::sort(std::span<const NearSet* const> near, std::size_t photons) {
   note_who(near, photons);
-  groups_.clear();
-  index_.clear();
   crowded_.clear();
   std::size_t entries = 0;
   for (const NearSet* of_one : near) entries += of_one->entries();
   for (auto* values : {&residual_ns, &position, &amplitude}) values->resize(entries);
   target.resize(entries);
-  entries_ = 0;
   const unsigned all = 1U << near.size();
-  for (unsigned targets = 1; targets < all; ++targets) {
-    if (photons_[targets] > 0) take_group(near, targets, photons_[targets]);
-  }
+  lay_out_groups(all);
+  fill_groups(near);
   for (unsigned targets = 1; targets < all; ++targets) {
     if (photons_[targets | is_crowded] > 0) take_crowded(near, targets);
   }
@@ -36,10 +33,12 @@ void NearSeveral::sort(std::span<const NearSet* const> near, std::size_t photons
 void NearSeveral::note_who(std::span<const NearSet* const> near, std::size_t photons) {
   who_.assign(photons, 0);
   for (std::size_t k = 0; k < near.size(); ++k) {
+    if (place_[k].size() < photons) place_[k].resize(photons);
     const std::vector<std::uint32_t>& index = near[k]->index;
     for (std::size_t n = 0; n < index.size(); ++n) {
       const bool is_one = near[k]->first[n + 1] == near[k]->first[n] + 1;
       who_[index[n]] |= static_cast<std::uint8_t>(1U << k | (is_one ? 0 : is_crowded));
+      place_[k][index[n]] = static_cast<std::uint32_t>(n);
     }
   }
   photons_ = {};
@@ -51,65 +50,74 @@ void NearSeveral::note_who(std::span<const NearSet* const> near, std::size_t pho
   }
 }
 
-// Visits the photons with this number, ascending: take(photon, at), where `at` has the photon's
-// place in the set of each of its targets.
-template <class Take>
-void NearSeveral::visit(std::span<const NearSet* const> near, unsigned who,
-                        const Take& take) const {
-  const auto one = static_cast<std::size_t>(std::countr_zero(who));
-  const std::vector<std::uint32_t>& index = near[one]->index;
-  std::array<std::size_t, most_targets> at{};
-  for (std::size_t n = 0; n < index.size(); ++n) {
-    if (who_[index[n]] != who) continue;
-    at[one] = n;
-    for (std::size_t k = one + 1; k < near.size(); ++k) {
-      if ((who >> k & 1U) == 0) continue;
-      while (near[k]->index[at[k]] < index[n]) ++at[k];
+void NearSeveral::lay_out_groups(unsigned all) {
+  groups_.clear();
+  entries_ = 0;
+  std::size_t photons = 0;
+  for (unsigned targets = 1; targets < all; ++targets) {
+    if (photons_[targets] == 0) continue;
+    Group group;
+    for (unsigned left = targets; left != 0; left &= left - 1) {
+      group.targets.at(group.target_count++) = static_cast<std::uint8_t>(std::countr_zero(left));
     }
-    take(index[n], at);
+    next_[targets] = group.first = photons;
+    group.last = photons += photons_[targets];
+    group.entries = entries_;
+    entries_ += group.photons() * group.target_count;
+    groups_.push_back(group);
   }
+  index_.resize(photons);
 }
 
-void NearSeveral::take_group(std::span<const NearSet* const> near, unsigned targets,
-                             std::size_t photons) {
-  Group group;
-  group.first = index_.size();
-  group.last = group.first + photons;
-  group.entries = entries_;
+// Design note: which group a photon belongs to is not foreseen by any processor, and a loop with a
+// choice takes twice as long. So those that are taken with another target, or are crowded, are
+// written too, behind all others.
+void NearSeveral::fill_groups(std::span<const NearSet* const> near) {
+  const std::size_t photons = index_.size();
+  index_.resize(photons + 1);
+  next_[0] = photons;
   for (std::size_t k = 0; k < near.size(); ++k) {
-    if ((targets >> k & 1U) != 0) {
-      group.targets.at(group.target_count++) = static_cast<std::uint8_t>(k);
+    const unsigned before = is_crowded | ((1U << k) - 1);
+    for (const std::uint32_t photon : near[k]->index) {
+      const unsigned who = who_[photon];
+      const unsigned group = (who & before) == 0 ? who : 0;
+      index_[next_[group]] = photon;
+      next_[group] += group == 0 ? 0 : 1;
     }
   }
-  visit(near, targets, [&](std::uint32_t photon, const auto& at) {
-    std::size_t entry = group.entries + index_.size() - group.first;
-    index_.push_back(photon);
-    for (std::size_t t = 0; t < group.target_count; ++t, entry += photons) {
-      const std::size_t k = group.targets[t];
-      const std::size_t j = near[k]->first[at[k]];
-      residual_ns[entry] = near[k]->residual_ns[j];
-      position[entry] = near[k]->position[j];
-      amplitude[entry] = near[k]->amplitude[j];
+  index_.resize(photons);
+  for (const Group& group : groups_) {
+    for (std::size_t t = 0; t < group.target_count; ++t) {
+      const NearSet& of_one = *near[group.targets[t]];
+      const std::vector<std::uint32_t>& place = place_[group.targets[t]];
+      for (std::size_t i = 0; i < group.photons(); ++i) {
+        const std::size_t entry = group.entries_of(t) + i;
+        const std::size_t j = of_one.first[place[index_[group.first + i]]];
+        residual_ns[entry] = of_one.residual_ns[j];
+        position[entry] = of_one.position[j];
+        amplitude[entry] = of_one.amplitude[j];
+      }
     }
-  });
-  entries_ += photons * group.target_count;
-  groups_.push_back(group);
+  }
 }
 
 void NearSeveral::take_crowded(std::span<const NearSet* const> near, unsigned targets) {
-  visit(near, targets | is_crowded, [&](std::uint32_t photon, const auto& at) {
+  for (const std::uint32_t photon :
+       near[static_cast<std::size_t>(std::countr_zero(targets))]->index) {
+    if (who_[photon] != (targets | is_crowded)) continue;
     crowded_.push_back(static_cast<std::uint32_t>(entries_));
     index_.push_back(photon);
     for (std::size_t k = 0; k < near.size(); ++k) {
       if ((targets >> k & 1U) == 0) continue;
-      for (std::size_t j = near[k]->first[at[k]]; j < near[k]->first[at[k] + 1]; ++j, ++entries_) {
+      const std::size_t place = place_[k][photon];
+      for (std::size_t j = near[k]->first[place]; j < near[k]->first[place + 1]; ++j, ++entries_) {
         residual_ns[entries_] = near[k]->residual_ns[j];
         position[entries_] = near[k]->position[j];
         amplitude[entries_] = near[k]->amplitude[j];
         target[entries_] = static_cast<std::uint8_t>(k);
       }
     }
-  });
+  }
 }
 
 }  // namespace splid

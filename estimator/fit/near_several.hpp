@@ -59,10 +59,9 @@ class NearSeveral {
   std::vector<std::uint8_t> target;  // that an entry of a crowded photon is for
 
  private:
-  template <class Take>
-  void visit(std::span<const NearSet* const> near, unsigned who, const Take& take) const;
   void note_who(std::span<const NearSet* const> near, std::size_t photons);
-  void take_group(std::span<const NearSet* const> near, unsigned targets, std::size_t photons);
+  void lay_out_groups(unsigned all);
+  void fill_groups(std::span<const NearSet* const> near);
   void take_crowded(std::span<const NearSet* const> near, unsigned targets);
 
   // A number's lowest bits are the targets that a photon is near, and the next one says that it is
@@ -70,6 +69,9 @@ class NearSeveral {
   static constexpr unsigned is_crowded = 1U << most_targets;
   std::vector<std::uint8_t> who_;                                   // of each photon of the frame
   std::array<std::size_t, std::size_t{2} * is_crowded> photons_{};  // of each such number
+  // Of each target, where a photon that is near it has its place in the target's set.
+  std::array<std::vector<std::uint32_t>, most_targets> place_;
+  std::array<std::size_t, is_crowded> next_{};  // of each group: where its next photon goes
   std::vector<Group> groups_;
   std::vector<std::uint32_t> index_, crowded_;
   std::size_t entries_ = 0;  // that have been taken
