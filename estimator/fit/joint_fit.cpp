@@ -68,14 +68,15 @@ void JointFit::begin(const FoldedFrame& frame, const Exposure& exposure) {
 }
 
 JointMaximum JointFit::climb(const FoldedFrame& frame, const Exposure& exposure,
-                             const JointParameters& start, bool moving) {
+                             const JointParameters& start, bool moving, double to_beat_nats) {
   Fixed fixed{};
   for (std::size_t k = 0; k < start.count; ++k) fixed.at(3 * k + 1) = !moving;
   JointMaximum maximum;
   maximum.at = start;
   for (int collected = 0; collected < most_collected; ++collected) {
     likelihood_.hold(frame, maximum.at);
-    climb_within(exposure, fixed, maximum);
+    climb_within(exposure, fixed, to_beat_nats, maximum);
+    if (maximum.stop == Stop::beaten) return maximum;
     if (likelihood_.serves(maximum.at)) break;
   }
   add_covariance(exposure, fixed, maximum);
@@ -83,14 +84,16 @@ JointMaximum JointFit::climb(const FoldedFrame& frame, const Exposure& exposure,
 }
 
 // On return `point_` is the likelihood at the best place.
-void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointMaximum& best) {
+void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, double to_beat_nats,
+                            JointMaximum& best) {
   constexpr double first_damping = 1e-3;
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
-  constexpr double last_gain = 3e-3;     // nats: 0.08 deviations
-  constexpr double last_if_fast = 2e-2;  // 0.2 deviations
-  constexpr double left_to_gain = 3e-5;  // 0.008 deviations
+  constexpr double last_gain = 3e-3;      // nats: 0.08 deviations
+  constexpr double last_if_fast = 2e-2;   // 0.2 deviations
+  constexpr double left_to_gain = 3e-5;   // 0.008 deviations
+  constexpr double most_of_promised = 3;  // what is gained over what a parabola promises
   likelihood_.evaluate(exposure, best.at, point_);
   double damping = 0;
   best.stop = Stop::rounds_spent;
@@ -111,6 +114,13 @@ void JointFit::climb_within(const Exposure& exposure, const Fixed& fixed, JointM
       continue;
     }
     SmallVector step = *uphill;
+    const double promised = slope.dot(step) / 2;
+    if (damping == 0 &&
+        point_.value + most_of_promised * promised < to_beat_nats + no_target_nats_) {
+      point_.value += promised;
+      best.stop = Stop::beaten;
+      break;
+    }
     const double longest = step.cwiseAbs().maxCoeff();
     if (longest > 1) step /= longest;
     // What is left to gain on this hill. A last step that short ends a tenth of its length from the

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "estimator/fit/joint_likelihood.hpp"
 #include "estimator/model/estimate.hpp"
@@ -28,9 +29,12 @@ class JointFit {
   // A frame comes, which the calls up to the next begin() are about.
   void begin(const FoldedFrame& frame, const Exposure& exposure);
   // The maximum near `start`, of which each line should be within some two pulse widths of the
-  // maximum's. moving: false keeps the travels of `start`.
+  // maximum's. moving: false keeps the travels of `start`. to_beat_nats: a maximum that surely has
+  // less gain than this is given up (Stop::beaten); its gain is then what a parabola promises, and
+  // it has no covariance.
   JointMaximum climb(const FoldedFrame& frame, const Exposure& exposure,
-                     const JointParameters& start, bool moving);
+                     const JointParameters& start, bool moving,
+                     double to_beat_nats = -std::numeric_limits<double>::infinity());
   // The gain of a maximum without one of its targets, where the other targets' lines stay and their
   // signals and the background become their best. likelihood() must have been collected about the
   // maximum.
@@ -44,7 +48,8 @@ class JointFit {
 
  private:
   using Fixed = std::array<bool, most_small_rows>;
-  void climb_within(const Exposure& exposure, const Fixed& fixed, JointMaximum& best);
+  void climb_within(const Exposure& exposure, const Fixed& fixed, double to_beat_nats,
+                    JointMaximum& best);
   void add_covariance(const Exposure& exposure, const Fixed& fixed, JointMaximum& maximum);
   [[nodiscard]] SmallVector units_of(const JointParameters& at, const Exposure& exposure) const;
 

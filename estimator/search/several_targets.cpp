@@ -19,6 +19,8 @@ constexpr double plain_margin_nats = 20;
 // What parts from a target may be half of the pulses of another one, which is elsewhere. It then
 // has less than so much of this target's signal, or that other place is as bright as this one.
 constexpr double most_of_half = 0.8;
+// Other places that are so much worse are no rivals.
+constexpr double no_rival_nats = 60;
 // The light of two targets looks like that of others where they move alike: where the ends of their
 // lines part by no more than this.
 constexpr double most_apart_widths = 3;
@@ -211,19 +213,23 @@ void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaxim
   const auto [less, more] = std::minmax(a.signal_per_pulse, b.signal_per_pulse);
   const double travel_ns = (a.line.travel_ns + b.line.travel_ns) / 2;
   const double S = (less + more) / 2;
+  const double to_beat_nats = found.gain_nats - no_rival_nats;
+  const auto climb_to = [&](const JointParameters& other) {
+    return joint_.climb(frame, exposure_, other, moving, to_beat_nats);
+  };
   for (std::size_t n = 0; n < delays_ns.size(); ++n) {
     const TargetParameters there = {{delays_ns[n], travel_ns}, S};
     for (std::size_t m = 0; m < n && less > least_alike * more; ++m) {
       JointParameters other = found.at;
       other.targets.at(pair[0]) = there;
       other.targets.at(pair[1]) = {{delays_ns[m], travel_ns}, S};
-      take_places(joint_.climb(frame, exposure_, other, moving), found, pair);
+      take_places(climb_to(other), found, pair);
     }
     for (std::size_t k = 0; k < 2 && less < most_alike * more; ++k) {
       JointParameters other = found.at;
       other.targets.at(pair.at(k)) = there;
       other.targets.at(pair.at(1 - k)).signal_per_pulse = S;
-      take_places(joint_.climb(frame, exposure_, other, moving), found, pair);
+      take_places(climb_to(other), found, pair);
     }
   }
 }
@@ -231,12 +237,13 @@ void SeveralTargets::try_other_places(const FoldedFrame& frame, const JointMaxim
 // Takes a joint fit with other places for two of the targets, where it is the better one.
 void SeveralTargets::take_places(const JointMaximum& other, const JointMaximum& found,
                                  std::span<const std::size_t> pair) {
-  if (!other.has_covariance) return;
+  const bool is_beaten = other.stop == Stop::beaten;
+  if (!other.has_covariance && !is_beaten) return;
   const double odds_nats = std::abs(other.gain_nats - found.gain_nats);
   for (const std::size_t k : pair) {
     pair_odds_nats_.at(k) = std::min(odds_nats, pair_odds_nats_.at(k).value_or(odds_nats));
   }
-  if (!(other.gain_nats > best_.gain_nats)) return;
+  if (is_beaten || !(other.gain_nats > best_.gain_nats)) return;
   best_ = other;
   for (const std::size_t k : pair) was_searched_.at(k) = false;
 }

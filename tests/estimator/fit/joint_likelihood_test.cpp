@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/fit/joint_fit.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {
@@ -303,6 +304,27 @@ TEST(JointLikelihood, MomentsAreThoseAboutTheLineAskedFor) {
   EXPECT_NEAR(moments.o / moments.photons, -0.1, 0.03);
   EXPECT_NEAR(moments.os / moments.photons, 0.3 / 12, 0.01);
   EXPECT_NEAR(moments.oo / moments.photons, 0.02 + 0.09 / 12, 0.015);
+}
+
+// A place that is taken to beat another is climbed to as any other; one that cannot is given up,
+// with what a parabola promises there.
+TEST(JointFit, GivesUpWhatCannotBeatAnotherMaximum) {
+  SomeTargets scene({20, 50});
+  JointFit fit(*scene.shape, scene.train, scene.folded.size());
+  const Exposure exposure(scene.folded, scene.train);
+  fit.begin(scene.folded, exposure);
+  JointParameters start = scene.truth;
+  start.targets.at(1).line.delay_ns += 0.05;
+  const JointMaximum top = fit.climb(scene.folded, exposure, start, true);
+  ASSERT_TRUE(top.has_covariance);
+  const JointMaximum beats = fit.climb(scene.folded, exposure, start, true, top.gain_nats - 1);
+  EXPECT_EQ(beats.gain_nats, top.gain_nats);
+  EXPECT_EQ(beats.covariance, top.covariance);
+  const JointMaximum beaten = fit.climb(scene.folded, exposure, start, true, 2 * top.gain_nats);
+  EXPECT_EQ(beaten.stop, Stop::beaten);
+  EXPECT_FALSE(beaten.has_covariance);
+  EXPECT_NEAR(beaten.gain_nats, top.gain_nats, 0.2 * top.gain_nats);
+  EXPECT_NE(beaten.gain_nats, top.gain_nats);
 }
 
 }  // namespace
