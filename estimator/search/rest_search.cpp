@@ -45,20 +45,41 @@ std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks&
     const auto seen = peaks.seen.best_beside(std::span(lines).first(known.size() + n));
     if (!seen) return std::nullopt;
     lines.at(known.size() + n) = seen->line;
-    const Level& level = levels_.front();
-    const DelayLine photons_at = {seen->line.delay_ns + shape_.peak_offset_ns(),
-                                  seen->line.travel_ns};
-    const ZoomResult zoomed = zoom_into(rest, level, photons_at);
-    const double left_nats = box_gain_nats(rest, zoomed.count, zoomed.box_ns);
-    if (left_nats < std::max(settled_nats(), least_left * seen->gain_nats)) continue;
-    begin(Refinement::Until::near_top);
-    const Exposure exposure(rest, train_);
-    Fit fit = climb(rest, exposure, zoomed.line);
-    if (!fit.has_covariance || fit.gain_nats < settled_nats()) continue;
-    if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {&peaks, known, true});
-    return fit;
+    const double least_nats = std::max(settled_nats(), least_left * seen->gain_nats);
+    if (auto found = find_in_place(rest, seen->line, least_nats, peaks, known)) return found;
   }
   return std::nullopt;
+}
+
+// Design note: a wall and what stands before it move alike. To look at all delays of one travel
+// takes a quarter of the time of a look at all travels.
+std::optional<Fit> TargetSearch::find_alike(const FoldedFrame& rest, const Peaks& peaks,
+                                            std::span<const DelayLine> known) {
+  const double travel_ns = known.front().travel_ns;
+  const bool move_alike = std::all_of(known.begin(), known.end(), [&](DelayLine line) {
+    return std::abs(line.travel_ns - travel_ns) <= recheck_.bin_ns;
+  });
+  if (!moving_ || !move_alike) return std::nullopt;
+  const std::span<const DelayCell> cells = search_.best_delays(rest, travel_ns, recheck_);
+  if (cells.empty() || delay_gain_nats(rest, cells.front()) < settled_nats()) return std::nullopt;
+  const DelayLine line = {cells.front().delay_ns - shape_.peak_offset_ns(), travel_ns};
+  return find_in_place(rest, line, settled_nats(), peaks, known);
+}
+
+// The target at a place, where one has the least gain.
+std::optional<Fit> TargetSearch::find_in_place(const FoldedFrame& rest, DelayLine line,
+                                               double least_nats, const Peaks& peaks,
+                                               std::span<const DelayLine> known) {
+  const Level& level = levels_.front();
+  line.delay_ns += shape_.peak_offset_ns();
+  const ZoomResult zoomed = zoom_into(rest, level, line);
+  if (box_gain_nats(rest, zoomed.count, zoomed.box_ns) < least_nats) return std::nullopt;
+  begin(Refinement::Until::near_top);
+  const Exposure exposure(rest, train_);
+  Fit fit = climb(rest, exposure, zoomed.line);
+  if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
+  if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {&peaks, known, true});
+  return fit;
 }
 
 // The best of a target that was kept and those places that may be taken for its own.

@@ -306,7 +306,9 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
     if (kept) return kept;
     are_peaks_left_ = false;
   }
-  if (auto seen = search_.find_seen(rest_, searches_.at(seen_by_).peaks, known)) return seen;
+  const TargetSearch::Peaks& peaks = searches_.at(seen_by_).peaks;
+  if (auto seen = search_.find_seen(rest_, peaks, known)) return seen;
+  if (auto alike = search_.find_alike(rest_, peaks, known)) return alike;
   seen_by_ = all_.at.count;
   return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
 }

@@ -135,6 +135,10 @@ class TargetSearch {
   // has not climbed, beside the known targets. Empty where what is left shows no target there.
   std::optional<Fit> find_seen(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known);
+  // A target that moves as the known ones do, where all of these move alike: the one with the most
+  // photons. Empty where there is none, or nothing moves. peaks: as for find_seen().
+  std::optional<Fit> find_alike(const FoldedFrame& rest, const Peaks& peaks,
+                                std::span<const DelayLine> known);
   // A target so close to one of the known ones that a zoom about that one reaches it.
   std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
                                  double least_nats);
@@ -202,6 +206,8 @@ class TargetSearch {
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
                   std::span<const DelayLine> known, const Search& last);
+  std::optional<Fit> find_in_place(const FoldedFrame& rest, DelayLine line, double least_nats,
+                                   const Peaks& peaks, std::span<const DelayLine> known);
   [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
                                                              std::span<const DelayLine> known,
                                                              const Search& last) const;

@@ -239,21 +239,23 @@ TEST(JointStart, LeavesPeaksInDoubtToTheSearch) {
   EXPECT_EQ(lone.guess(4).at.count, 1U);
 }
 
-// A target that is no rival of the best one is not climbed to. It is seen, and found where it was
-// seen once the better ones have been taken out.
-TEST(TargetSearch, FindsOneThatWasSeen) {
-  StartScene scene({0, 7, -50}, {20, 95, -60}, {40e-4, 24e-4, 13e-4});
-  FoldedFrame rest(scene.train, scene.folded.size());
-  std::vector<std::uint8_t> stays;
-  stays.reserve(scene.folded.size());
+// What is left of a scene's frame, target by target.
+struct RestOfScene {
+  StartScene& scene;
+  FoldedFrame rest{scene.train, scene.folded.size()};
+  std::vector<std::uint8_t> stays = std::vector<std::uint8_t>(scene.folded.size());
   JointParameters known = scene.alone;
-  std::array<DelayLine, 3> lines = {known.targets.front().line};
-  const auto take_out = [&] {
+  std::array<DelayLine, most_targets> lines = {known.targets.front().line};
+
+  explicit RestOfScene(StartScene& of) : scene(of) { take_out(); }
+
+  void take_out() {
     scene.likelihood.collect(scene.folded, known);
     scene.likelihood.thin({scene.folded, scene.train}, known, stays);
     rest.take_some(stays, JointLikelihood::stays_without_any, scene.folded);
-  };
-  const auto expect_is = [&](const std::optional<Fit>& found, std::size_t k) {
+  }
+  // Takes what was found out too, which is the kth of the scene.
+  void expect_is(const std::optional<Fit>& found, std::size_t k) {
     ASSERT_TRUE(found) << k;
     const FrameParameters& at = found->parameters;
     const test::FrameMaker& truth = scene.makers[k];
@@ -262,18 +264,42 @@ TEST(TargetSearch, FindsOneThatWasSeen) {
     known.add({at.line, at.signal_per_pulse});
     lines.at(known.count - 1) = at.line;
     take_out();
-  };
-  take_out();
-  expect_is(scene.search.find_more(rest, Effort::balanced, 22), 1);
+  }
+  [[nodiscard]] std::span<const DelayLine> first_lines(std::size_t count) const {
+    return std::span(lines).first(count);
+  }
+};
+
+// A target that is no rival of the best one is not climbed to. It is seen, and found where it was
+// seen once the better ones have been taken out.
+TEST(TargetSearch, FindsOneThatWasSeen) {
+  StartScene scene({0, 7, -50}, {20, 95, -60}, {40e-4, 24e-4, 13e-4});
+  RestOfScene left(scene);
+  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22), 1);
   TargetSearch::Peaks peaks = scene.search.no_peaks();
   scene.search.keep_peaks(peaks);
-  const auto seen = peaks.seen.best_beside(std::span(lines).first(2));
+  const auto seen = peaks.seen.best_beside(left.first_lines(2));
   ASSERT_TRUE(seen);
   EXPECT_EQ(peaks.odds.gain_near(seen->line, 0.2, {}), 0);
-  expect_is(scene.search.find_seen(rest, peaks, std::span(lines).first(2)), 2);
+  left.expect_is(scene.search.find_seen(left.rest, peaks, left.first_lines(2)), 2);
   // Nothing is seen beside all three, and nothing is left where the third has been.
-  EXPECT_FALSE(scene.search.find_seen(rest, peaks, lines));
-  EXPECT_FALSE(scene.search.find_seen(rest, peaks, std::span(lines).first(2)));
+  EXPECT_FALSE(scene.search.find_seen(left.rest, peaks, left.first_lines(3)));
+  EXPECT_FALSE(scene.search.find_seen(left.rest, peaks, left.first_lines(2)));
+}
+
+// Of three, the last moves otherwise, and has more signal than the second.
+TEST(TargetSearch, FindsOneThatMovesAsTheOthersDo) {
+  StartScene scene({0, 7, -50}, {20, 20, 95}, {40e-4, 13e-4, 16e-4});
+  RestOfScene left(scene);
+  const TargetSearch::Peaks& peaks = scene.first.peaks;
+  left.expect_is(scene.search.find_alike(left.rest, peaks, left.first_lines(1)), 1);
+  EXPECT_FALSE(scene.search.find_alike(left.rest, peaks, left.first_lines(2)));
+  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22), 2);
+  // The known ones do not move alike any more.
+  left.known.count = 1;
+  left.take_out();
+  EXPECT_TRUE(scene.search.find_alike(left.rest, peaks, left.first_lines(1)));
+  EXPECT_FALSE(scene.search.find_alike(left.rest, peaks, left.first_lines(3)));
 }
 
 }  // namespace
