@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "estimator/fit/detector_check.hpp"
+#include "estimator/fit/input_split.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
@@ -520,6 +521,9 @@ void FrameEstimator::Workspace::say_pulse(Estimate& estimate, const PulseVerdict
 void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate,
                                        TargetTrack* track) const {
   const bool is_sure = estimate.range_odds_nats >= least_odds_nats;
+  if (frame.blind != nullptr) {
+    estimate.low_by_split = low_by_split(view, estimate, train.pulses_per_ns);
+  }
   estimate.status = mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) remember(view, estimate, *track);
 }

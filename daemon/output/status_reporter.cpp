@@ -172,6 +172,9 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   status_.uncounted_losses += message.uncounted_losses;
   stream_.last_frame = message.status;
   stream_.knew_blind_time = message.blind_fraction.has_value();
+  stream_.is_beyond_model =
+      message.blind_fraction &&
+      is_beyond_model(*message.blind_fraction, message.signal_per_pulse.value_or(0));
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
   second_.frames += message.valid() ? 1 : 0;
   const bool by_mode = message.mode == Mode::ambiguous;
@@ -469,6 +472,10 @@ std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) con
         "so much light that the detector's dead time biases the values, and detections contradict "
         "detector.dead_time_ns, as they follow each other sooner: give the dead time in the "
         "detector's data sheet";
+  } else if (models_dead_time_ && !stream_.is_beyond_model) {
+    reason =
+        "the detector's inputs share the light so unevenly that pulses as bright as these bias the "
+        "values: give the inputs even shares, or attenuate the light";
   }
   add_sentence(reason, stream_.dead_time_reason);
   return reason;

@@ -118,6 +118,7 @@ class StatusReporter {
     std::string notice;
     FrameStatus last_frame = FrameStatus::not_run;
     bool knew_blind_time = false;  // that frame: the dead time was modelled
+    bool is_beyond_model = false;  // that frame: there was more light than that is for
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;

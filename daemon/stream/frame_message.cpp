@@ -43,14 +43,16 @@ double seen_ns(const Frame& frame) {
 constexpr double most_in_a_dead_time = 10;
 constexpr double most_in_a_pulse = 10;
 
-bool is_beyond_model(const Estimate& estimate) {
-  const double in_a_dead_time = estimate.blind_fraction / (1 - estimate.blind_fraction);
-  const double in_a_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
-  return !(in_a_dead_time <= most_in_a_dead_time) || in_a_pulse > most_in_a_pulse;
+bool is_low_by_split(const Estimate& estimate) {
+  return estimate.has_values && estimate.low_by_split * estimate.signal_per_pulse >
+                                    most_deviations * estimate.std_signal_per_pulse;
 }
 
 bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameContext& context) {
-  if (estimate.dead_time_modelled) return is_beyond_model(estimate);
+  if (estimate.dead_time_modelled) {
+    const double in_a_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
+    return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate);
+  }
   const double seen = seen_ns(frame);
   if (!(context.dead_time_ns > 0) || !(seen > 0)) return false;
   const double photons_per_ns = static_cast<double>(frame.photons_ps.size()) / seen;
@@ -173,6 +175,11 @@ FrameMessage::Sync sync_message(const SyncFit& fit) {
 }
 
 }  // namespace
+
+bool is_beyond_model(double blind_fraction, double signal_per_pulse) {
+  const double in_a_dead_time = blind_fraction / (1 - blind_fraction);
+  return !(in_a_dead_time <= most_in_a_dead_time) || signal_per_pulse > most_in_a_pulse;
+}
 
 FrameContext frame_context(const Config& config) {
   FrameContext context;

@@ -38,11 +38,15 @@ struct FrameTiming {
 // What is published of a frame. The status is the estimate's, with three exceptions, of which the
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
 // min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
-// model, or where it is not modelled and more than a tenth of the signal photons would fall
+// model, or inputs share the light so unevenly that the signal is low by half of its deviation, or
+// where it is not modelled and more than a tenth of the signal photons would fall
 // into the detector's dead time; or, where it is to be modelled and is left out, so many that the
 // signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
+
+// Whether there is more light than the model of the dead time is for.
+bool is_beyond_model(double blind_fraction, double signal_per_pulse);
 
 // What leaves a dead time out that is given and to be modelled: "scene.targets above 1", or another
 // key with its value; empty where nothing does.

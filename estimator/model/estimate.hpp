@@ -118,6 +118,9 @@ struct Estimate {
   // the light, the share of the light that came on a blind one); 0 where dead_time_modelled is
   // false.
   double blind_fraction = 0;
+  // By how much of itself the signal is too low, as inputs share the light unevenly and pulses are
+  // bright; 0 where the dead time does not matter. See low_by_split().
+  double low_by_split = 0;
   // How long the detector is blind after each detection, as the photons show it, where that is
   // longer than the configured dead time and biases the values; the deviations do not hold that.
   // See DeadTimeCheck. It may be there without a target.

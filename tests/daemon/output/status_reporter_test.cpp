@@ -355,7 +355,10 @@ TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
   reporter.configure(status_options(config));
   EXPECT_THAT(reason(), HasSubstr("contradict detector.dead_time_ns"));
   saturated.blind_fraction = 0.95;
-  EXPECT_THAT(reason(), HasSubstr("detector.dead_time modelled"));
+  EXPECT_THAT(reason(),
+              AllOf(HasSubstr("detector.dead_time modelled"), Not(HasSubstr("unevenly"))));
+  saturated.blind_fraction = 0.1;
+  EXPECT_THAT(reason(), HasSubstr("inputs share the light so unevenly"));
 }
 
 // A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too

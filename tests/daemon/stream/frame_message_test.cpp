@@ -240,6 +240,19 @@ TEST_F(FrameMessages, WithTheDeadTimeModelledAreSaturatedBeyondTheModelOnly) {
   EXPECT_EQ(make().status, FrameStatus::ok);
 }
 
+TEST_F(FrameMessages, AreSaturatedWhereInputsShareTheLightTooUnevenly) {
+  context.dead_time_ns = 50;
+  estimate.dead_time_modelled = true;
+  estimate.signal_per_pulse = 1;
+  estimate.std_signal_per_pulse = 0.002;
+  estimate.low_by_split = 0.0009;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  estimate.low_by_split = 0.0011;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  estimate.has_values = false;
+  EXPECT_NE(make().status, FrameStatus::saturated);
+}
+
 TEST_F(FrameMessages, WithoutSyncStillCount) {
   frame.sync = {};
   frame.sync.count = 2;

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+
+namespace splid {
+
+// What bright pulses do to the signal where a detector's inputs share the light unevenly. BlindTime
+// takes each detection to blind the mean share of the light. But the input that gets more sees its
+// photon earlier in the pulse, when more of the pulse's light is still to come, and the counts say
+// the shares f less well, as it counts one photon where several came. The first of the two alone
+// makes the signal low by S^2 V / 12 of itself, to the second order in S, with
+// V = sum f^3 - (sum f^2)^2; with the second it is 1.8 to 2.6 times as much
+// (docs/evidence/dead-time.md, rows `split`), for which 2.4 is taken. That is a measure to warn by:
+// of pulses of three photons at 70 : 30 it says a quarter of it, as their counts understate V too.
+//
+// By how much of itself the signal of an estimate of this frame is low; 0 where the photons of each
+// input are not known. pulses_per_ns: of the pattern. Threads: any. Errors: none.
+double low_by_split(const FrameView& frame, const Estimate& estimate, double pulses_per_ns);
+
+}  // namespace splid
