@@ -1,6 +1,6 @@
 """One frame at a time, from its photons to its estimate."""
 
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,8 @@ class Estimator:
     def estimate(self, photons_ps: npt.NDArray[np.int64], syncs_ps: npt.NDArray[np.int64],
                  start_ps: Optional[int] = None, end_ps: Optional[int] = None,
                  losses: Optional[npt.ArrayLike] = None,
-                 before_ps: npt.NDArray[np.int64] = _NO_TIMES) -> _splid.Estimate:
+                 before_ps: npt.NDArray[np.int64] = _NO_TIMES,
+                 photons_of_input: Sequence[int] = ()) -> _splid.Estimate:
         """Estimates a frame of the tags in [start_ps, end_ps), all in ps of the tagger's clock.
 
         photons_ps: shape (n,), in any order. syncs_ps: shape (m,), nearly sorted; one a pattern
@@ -41,8 +42,9 @@ class Estimator:
         default from the first sync to one period after the last, which leaves out photons before
         and after; the frame should be a whole number of pattern periods. losses: rows of begin_ps,
         end_ps and count, sorted, in the frame. before_ps: the photons of a few dead times before
-        the frame, from which its detector may still be blind; it counts where detector.dead_time
-        is modelled.
+        the frame, from which its detector may still be blind. photons_of_input: how many photons
+        came on each input that shares the light, in any order; without it the light is taken as
+        shared evenly. Both count where detector.dead_time is modelled.
 
         Errors: TypeError for arrays of another type; UsageError for tags outside of bounds that
         were given, and where fewer than two syncs leave the bounds open.
@@ -54,7 +56,8 @@ class Estimator:
             photons_ps = _inside(photons_ps, start_ps, end_ps)
             syncs_ps = _inside(syncs_ps, start_ps, end_ps)
         rows = _NO_LOSSES if losses is None else np.ascontiguousarray(losses, dtype=np.int64)
-        return self._bound.estimate(photons_ps, syncs_ps, start_ps, end_ps, rows, before_ps)
+        return self._bound.estimate(photons_ps, syncs_ps, start_ps, end_ps, rows, before_ps,
+                                    photons_of_input)
 
 
 def _bounds(syncs_ps: npt.NDArray[np.int64]) -> tuple[int, int]:

@@ -1,5 +1,5 @@
 # The compiled part of the package. People import splid, whose modules document what stands here.
-from typing import Any, Optional
+from typing import Any, Optional, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -226,7 +226,8 @@ class Estimator:
     def __init__(self, config: Config) -> None: ...
     def estimate(self, photons_ps: npt.NDArray[np.int64], syncs_ps: npt.NDArray[np.int64],
                  start_ps: int, end_ps: int, losses: npt.NDArray[np.int64],
-                 before_ps: npt.NDArray[np.int64]) -> Estimate: ...
+                 before_ps: npt.NDArray[np.int64],
+                 photons_of_input: Sequence[int]) -> Estimate: ...
 
 class Truth:
     @staticmethod

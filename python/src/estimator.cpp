@@ -1,3 +1,5 @@
+#include <pybind11/stl.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -59,9 +61,15 @@ class FrameByFrame {
         estimator_(config.pattern, config.pulse, config.scene, config.estimator,
                    config.frame.length_ms, most_photons(config), config.drift.reference,
                    config.detector, config.channels.photon.size()),
-        range_offset_m_(config.scene.range_offset_m) {}
+        range_offset_m_(config.scene.range_offset_m),
+        inputs_(config.channels.photon.size()) {}
 
   FrameResult estimate(FrameView view, std::span<const std::int64_t> syncs_ps) {
+    if (!view.photons_of_input.empty() && view.photons_of_input.size() != inputs_) {
+      throw Error(Fault::usage,
+                  "photons_of_input: " + std::to_string(view.photons_of_input.size()) +
+                      " counts, and channels.photon has " + std::to_string(inputs_) + " inputs");
+    }
     const std::scoped_lock lock(mutex_);
     clock_.reset();  // else the estimate would depend on the frame before
     view.sync = clock_.fit(syncs_ps, view.start_ps, view.end_ps);
@@ -74,6 +82,7 @@ class FrameByFrame {
   SyncClock clock_;
   FrameEstimator estimator_;
   double range_offset_m_;
+  std::size_t inputs_;
 };
 
 void check_inside(std::span<const std::int64_t> times_ps, const char* name, std::int64_t start_ps,
@@ -112,7 +121,7 @@ std::vector<Loss> losses_from(const Times& rows, std::int64_t start_ps, std::int
 
 FrameResult estimate(FrameByFrame& estimator, const Times& photons_ps, const Times& syncs_ps,
                      std::int64_t start_ps, std::int64_t end_ps, const Times& loss_rows,
-                     const Times& before_ps) {
+                     const Times& before_ps, const std::vector<std::uint64_t>& photons_of_input) {
   if (start_ps >= end_ps) {
     throw Error(Fault::usage, "end_ps = " + std::to_string(end_ps) +
                                   " is not after start_ps = " + std::to_string(start_ps));
@@ -124,7 +133,8 @@ FrameResult estimate(FrameByFrame& estimator, const Times& photons_ps, const Tim
   const py::gil_scoped_release unlocked;
   check_inside(photons, "photons_ps", start_ps, end_ps);
   check_inside(syncs, "syncs_ps", start_ps, end_ps);
-  return estimator.estimate({start_ps, end_ps, photons, losses, {}, before}, syncs);
+  return estimator.estimate({start_ps, end_ps, photons, losses, {}, before, photons_of_input},
+                            syncs);
 }
 
 // A member of an estimate that has values; NaN where it has none.
@@ -319,7 +329,8 @@ void bind_estimator(py::module_& module) {
            py::arg("config"))
       .def("estimate", &estimate, py::arg("photons_ps").noconvert(),
            py::arg("syncs_ps").noconvert(), py::arg("start_ps"), py::arg("end_ps"),
-           py::arg("losses").noconvert(), py::arg("before_ps").noconvert());
+           py::arg("losses").noconvert(), py::arg("before_ps").noconvert(),
+           py::arg("photons_of_input"));
 }
 
 }  // namespace splid::python

@@ -75,6 +75,36 @@ def test_strong_light_on_a_detector_with_a_dead_time(scene):
         assert 49.9 < unaware.dead_time_misfit_ns < 51
 
 
+# Of two inputs one counts a third of the photons less than the other, as its light is weaker.
+def test_inputs_that_share_the_light_unevenly(scene):
+    scene["source"].update(signal_per_pulse=0.02, ambient_per_s=2e6,
+                           detector={"dead_time_ns": 50, "inputs": 2})
+    scene["channels"] = {**scene.get("channels", {}), "photon": [1, 2]}
+    scene["detector"] = {"dead_time_ns": 50}
+    scene["frame"]["length_ms"] = 2
+    tags = splid.simulate(scene, 0.005).tags
+    is_second = (tags["kind"] == splid.Kind.PHOTON) & (tags["value"] == 2)
+    tags = tags[~is_second | (np.cumsum(is_second) % 3 != 0)]
+    photons, syncs = (np.ascontiguousarray(tags["time_ps"][tags["kind"] == kind])
+                      for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
+    inputs = tags["value"][tags["kind"] == splid.Kind.PHOTON]
+    table = splid.frames(tags, scene)
+    row = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")][-1]
+    start = int(row["start_ps"])
+    end = start + round(float(row["duration_ms"]) * 1e9)
+    counts = [int(((photons >= start) & (photons < end) & (inputs == k)).sum()) for k in (1, 2)]
+    assert 0.6 < counts[1] / counts[0] < 0.75
+    estimator = splid.Estimator(scene)
+    frame = (inside(photons, start, end), inside(syncs, start, end), start, end)
+    before = photons[photons < start][-64:]
+    known = estimator.estimate(*frame, before_ps=before, photons_of_input=counts)
+    assert abs(known.blind_fraction - row["blind_fraction"]) < 1e-9
+    even = estimator.estimate(*frame, before_ps=before)
+    assert known.blind_fraction - even.blind_fraction > 1e-3
+    with pytest.raises(splid.UsageError, match="3 counts, and channels.photon has 2 inputs"):
+        estimator.estimate(*frame, photons_of_input=[1, 2, 3])
+
+
 def test_a_frame_has_all_its_targets(scene):
     scene["source"]["target"] = {"motion": "linear", "distance_m": 284.5, "velocity_mps": 20}
     scene["source"]["more_targets"] = [
