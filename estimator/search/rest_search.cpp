@@ -46,15 +46,20 @@ std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks&
     if (!seen) return std::nullopt;
     lines.at(known.size() + n) = seen->line;
     const double least_nats = std::max(settled_nats(), least_left * seen->gain_nats);
-    if (auto found = find_in_place(rest, seen->line, least_nats, peaks, known)) return found;
+    const auto place = zoom_to(rest, seen->line, least_nats);
+    if (!place) continue;
+    if (auto found = climb_in_rest(rest, *place, peaks, known)) return found;
   }
   return std::nullopt;
 }
 
 // Design note: a wall and what stands before it move alike. To look at all delays of one travel
-// takes a quarter of the time of a look at all travels.
+// takes a quarter of the time of a look at all travels. A bright target that moves otherwise shows
+// a part of its path there, and of that of each of its shoulders, which a zoom or a climb follows
+// to other travels.
 std::optional<Fit> TargetSearch::find_alike(const FoldedFrame& rest, const Peaks& peaks,
                                             std::span<const DelayLine> known) {
+  constexpr double most_apart_widths = 4;  // two steps of the zoom
   const double travel_ns = known.front().travel_ns;
   const bool move_alike = std::all_of(known.begin(), known.end(), [&](DelayLine line) {
     return std::abs(line.travel_ns - travel_ns) <= recheck_.bin_ns;
@@ -63,22 +68,36 @@ std::optional<Fit> TargetSearch::find_alike(const FoldedFrame& rest, const Peaks
   const std::span<const DelayCell> cells = search_.best_delays(rest, travel_ns, recheck_);
   if (cells.empty() || delay_gain_nats(rest, cells.front()) < settled_nats()) return std::nullopt;
   const DelayLine line = {cells.front().delay_ns - shape_.peak_offset_ns(), travel_ns};
-  return find_in_place(rest, line, settled_nats(), peaks, known);
+  const auto moves_alike = [&](DelayLine found) {
+    return std::abs(found.travel_ns - travel_ns) <= most_apart_widths * shape_.width_ns();
+  };
+  const auto place = zoom_to(rest, line, settled_nats());
+  if (!place || !moves_alike(*place)) return std::nullopt;
+  auto found = climb_in_rest(rest, *place, peaks, known);
+  if (found && !moves_alike(found->parameters.line)) found.reset();
+  return found;
 }
 
-// The target at a place, where one has the least gain.
-std::optional<Fit> TargetSearch::find_in_place(const FoldedFrame& rest, DelayLine line,
-                                               double least_nats, const Peaks& peaks,
-                                               std::span<const DelayLine> known) {
-  const Level& level = levels_.front();
+// Where a zoom about a line ends, if it has the least gain there.
+std::optional<DelayLine> TargetSearch::zoom_to(const FoldedFrame& rest, DelayLine line,
+                                               double least_nats) {
   line.delay_ns += shape_.peak_offset_ns();
-  const ZoomResult zoomed = zoom_into(rest, level, line);
+  const ZoomResult zoomed = zoom_into(rest, levels_.front(), line);
   if (box_gain_nats(rest, zoomed.count, zoomed.box_ns) < least_nats) return std::nullopt;
+  return zoomed.line;
+}
+
+// The target at a place, and those that may be taken for it.
+std::optional<Fit> TargetSearch::climb_in_rest(const FoldedFrame& rest, DelayLine place,
+                                               const Peaks& peaks,
+                                               std::span<const DelayLine> known) {
   begin(Refinement::Until::near_top);
   const Exposure exposure(rest, train_);
-  Fit fit = climb(rest, exposure, zoomed.line);
+  Fit fit = climb(rest, exposure, place);
   if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
-  if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {&peaks, known, true});
+  if (has_shoulders()) {
+    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+  }
   return fit;
 }
 

@@ -295,8 +295,8 @@ bool SeveralTargets::may_be_shoulder(const TargetParameters& target,
              TargetClaims::tail_widths * shape_.width_ns();
 }
 
-// The best target of what is left. The search of the frame has often climbed to it already.
-std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
+// The best target of what is left, as far as searches have come by it already.
+std::optional<Fit> SeveralTargets::find_passed() {
   Lines lines;
   const auto known = lines_of(all_.at, lines);
   const bool only_started = all_.at.count == started_with_;
@@ -306,9 +306,15 @@ std::optional<Fit> SeveralTargets::find_in_rest(Effort most) {
     if (kept) return kept;
     are_peaks_left_ = false;
   }
-  const TargetSearch::Peaks& peaks = searches_.at(seen_by_).peaks;
-  if (auto seen = search_.find_seen(rest_, peaks, known)) return seen;
-  if (auto alike = search_.find_alike(rest_, peaks, known)) return alike;
+  return search_.find_seen(rest_, searches_.at(seen_by_).peaks, known);
+}
+
+std::optional<Fit> SeveralTargets::find_alike() {
+  Lines lines;
+  return search_.find_alike(rest_, searches_.at(seen_by_).peaks, lines_of(all_.at, lines));
+}
+
+std::optional<Fit> SeveralTargets::find_anywhere(Effort most) {
   seen_by_ = all_.at.count;
   return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
 }
@@ -331,8 +337,13 @@ bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most
   const double least_nats = least_of_threshold * threshold_nats_;
   const auto beside = find_beside();
   if (beside && add(frame, *beside, moving, least_nats)) return true;
-  const auto next = find_in_rest(most);
-  return next && add(frame, *next, moving, threshold_nats_ - lost_nats);
+  const double least_elsewhere_nats = threshold_nats_ - lost_nats;
+  if (const auto passed = find_passed()) return add(frame, *passed, moving, least_elsewhere_nats);
+  // It may be none, and hide one that moves otherwise.
+  const auto alike = find_alike();
+  if (alike && add(frame, *alike, moving, least_elsewhere_nats)) return true;
+  const auto next = find_anywhere(most);
+  return next && add(frame, *next, moving, least_elsewhere_nats);
 }
 
 // Adds a target of what is left; returns false where it is none.

@@ -67,7 +67,9 @@ class SeveralTargets {
   void start_with_first();
   bool start_together(const FoldedFrame& frame, bool moving);
   [[nodiscard]] bool is_one_light(const JointParameters& at) const;
-  std::optional<Fit> find_in_rest(Effort most);
+  std::optional<Fit> find_passed();
+  std::optional<Fit> find_alike();
+  std::optional<Fit> find_anywhere(Effort most);
   std::optional<Fit> find_beside();
   bool add_next(const FoldedFrame& frame, bool moving, Effort most);
   bool add(const FoldedFrame& frame, const Fit& next, bool moving, double least_nats);

@@ -206,8 +206,9 @@ class TargetSearch {
                DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
   Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
                   std::span<const DelayLine> known, const Search& last);
-  std::optional<Fit> find_in_place(const FoldedFrame& rest, DelayLine line, double least_nats,
-                                   const Peaks& peaks, std::span<const DelayLine> known);
+  std::optional<DelayLine> zoom_to(const FoldedFrame& rest, DelayLine line, double least_nats);
+  std::optional<Fit> climb_in_rest(const FoldedFrame& rest, DelayLine place, const Peaks& peaks,
+                                   std::span<const DelayLine> known);
   [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
                                                              std::span<const DelayLine> known,
                                                              const Search& last) const;

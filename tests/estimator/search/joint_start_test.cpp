@@ -302,5 +302,18 @@ TEST(TargetSearch, FindsOneThatMovesAsTheOthersDo) {
   EXPECT_FALSE(scene.search.find_alike(left.rest, peaks, left.first_lines(3)));
 }
 
+// A bright target that moves otherwise shows a part of its path among the delays of the known one's
+// travel, and so do its 40 shoulders. Without a look at the travel that is found, the first of
+// these frames would have a part of the path, and the second a shoulder.
+TEST(TargetSearch, TakesNoPartOfAnotherPathForOneThatMovesAlike) {
+  for (const auto& [off_ns, signal, faster_mps] :
+       {std::tuple{-50.0, 40e-4, 50.0}, {300.0, 20e-4, 53.0}}) {
+    StartScene scene({0, off_ns}, {20, 20 + faster_mps}, {60e-4, signal},
+                     static_cast<std::uint64_t>(2 * faster_mps));
+    const RestOfScene left(scene);
+    EXPECT_FALSE(scene.search.find_alike(left.rest, scene.first.peaks, left.first_lines(1)));
+  }
+}
+
 }  // namespace
 }  // namespace splid
