@@ -2,8 +2,10 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "estimator/fit/small_matrix.hpp"
 
@@ -165,6 +167,29 @@ Fit Refinement::fit_rates(const FoldedFrame& frame, const Exposure& exposure, De
   fit.gain_nats = profile.gain_nats;
   add_covariance(exposure, moving, fit);
   return fit;
+}
+
+bool Refinement::is_all_along(const Fit& fit) const {
+  constexpr std::size_t parts = 4;
+  constexpr double half_widths = 2;
+  constexpr double most_uneven = 21.1;  // chi squared of three degrees of freedom
+  const DelayLine& line = fit.parameters.line;
+  const double delay_ns = line.delay_ns - near_.line.delay_ns + peak_ns_;
+  const double travel_ns = line.travel_ns - near_.line.travel_ns;
+  std::array<double, parts> photons{};
+  for (std::size_t k = 0; k < near_.photons(); ++k) {
+    for (std::size_t j = near_.first[k]; j < near_.first[k + 1]; ++j) {
+      const double s = near_.position[j];
+      const double off_ns = near_.residual_ns[j] - delay_ns - travel_ns * s;
+      if (std::abs(off_ns) > half_widths * width_ns_) continue;
+      const auto part = static_cast<std::size_t>(std::max(0.0, (s + 0.5) * parts));
+      photons[std::min(part, parts - 1)] += near_.weight[k];
+    }
+  }
+  const double mean = std::accumulate(photons.begin(), photons.end(), 0.0) / parts;
+  double squares = 0;
+  for (const double of_part : photons) squares += (of_part - mean) * (of_part - mean);
+  return squares <= most_uneven * mean;
 }
 
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,

@@ -338,7 +338,8 @@ bool SeveralTargets::add_next(const FoldedFrame& frame, bool moving, Effort most
   const auto beside = find_beside();
   if (beside && add(frame, *beside, moving, least_nats)) return true;
   const double least_elsewhere_nats = threshold_nats_ - lost_nats;
-  if (const auto passed = find_passed()) return add(frame, *passed, moving, least_elsewhere_nats);
+  const auto passed = find_passed();
+  if (passed && add(frame, *passed, moving, least_elsewhere_nats)) return true;
   // It may be none, and hide one that moves otherwise.
   const auto alike = find_alike();
   if (alike && add(frame, *alike, moving, least_elsewhere_nats)) return true;

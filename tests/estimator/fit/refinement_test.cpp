@@ -207,5 +207,20 @@ TEST(Refinement, RatesOfAMaximumsLineAreTheMaximums) {
   EXPECT_TRUE(rates.covariance.isApprox(fit.covariance, 1e-6));
 }
 
+// A line that crosses the target's path at mid-frame has its light in the frame's middle.
+TEST(Refinement, KnowsLightThatComesFromAPartOfTheFrame) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const RefinementScene scene(30, seed);
+    Refinement refinement(*scene.shape, scene.train, scene.folded.size());
+    const Exposure exposure(scene.folded, scene.train);
+    Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
+    EXPECT_TRUE(refinement.is_all_along(fit)) << seed;
+    DelayLine crossing = scene.truth;
+    crossing.travel_ns += 2;
+    fit = refinement.fit_rates(scene.folded, exposure, crossing, true);
+    EXPECT_FALSE(refinement.is_all_along(fit)) << seed;
+  }
+}
+
 }  // namespace
 }  // namespace splid
