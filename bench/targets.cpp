@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -339,9 +340,16 @@ std::vector<Anywhere> all_patterns() {
           {"one pulse in 3780 ns", test::periodic_pattern(3780000), of_one_in_forty}};
 }
 
-// What any number of targets costs where they are at any places, with any velocities or all with
-// one. A target is right where it is within a width and 0.5 m/s of a true one that is no other's.
-void run_anywhere(const Anywhere& scene, std::size_t count, bool move_alike, int trials) {
+// By how much the others are faster or slower than the first at most; nothing: each has any
+// velocity within 100 m/s.
+struct Motion {
+  const char* name;
+  std::optional<double> most_apart_mps = {};
+};
+
+// What any number of targets costs where they are at any places. A target is right where it is
+// within a width and 0.5 m/s of a true one that is no other's.
+void run_anywhere(const Anywhere& scene, std::size_t count, const Motion& motion, int trials) {
   Timed all(scene.pattern, static_cast<std::int64_t>(count)), one(scene.pattern, 1);
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> velocity(-100, 100), delay(100, 3600), share(0.3, 1);
@@ -350,8 +358,11 @@ void run_anywhere(const Anywhere& scene, std::size_t count, bool move_alike, int
   for (int n = 0; n < trials; ++n) {
     std::vector<Truth> truths = {{delay(random), velocity(random), scene.signal}};
     while (truths.size() < count) {
-      const double own_mps = velocity(random);
-      const double mps = move_alike ? truths[0].velocity_mps : own_mps;
+      double mps = velocity(random);
+      if (motion.most_apart_mps) {
+        const double beside_mps = truths[0].velocity_mps + mps / 100 * *motion.most_apart_mps;
+        mps = std::clamp(beside_mps, -100.0, 100.0);
+      }
       truths.push_back({delay(random), mps, scene.signal * share(random)});
     }
     const auto seed = static_cast<std::uint64_t>(n);
@@ -376,7 +387,7 @@ void run_anywhere(const Anywhere& scene, std::size_t count, bool move_alike, int
   std::sort(all_ms.begin(), all_ms.end());
   const double one_ms = median(alone_ms);
   std::printf("| %s | %zu | %s | %.1f %% | %.1f %% | %.2f | %.2f |\n", scene.name, count,
-              move_alike ? "one" : "their own", 100.0 * right / trials, 100.0 * elsewhere / trials,
+              motion.name, 100.0 * right / trials, 100.0 * elsewhere / trials,
               all_ms[all_ms.size() / 2] / one_ms, all_ms[all_ms.size() * 9 / 10] / one_ms);
   std::fflush(stdout);
 }
@@ -387,7 +398,10 @@ void run_all_anywhere(int trials) {
       "|\n|---|---|---|---|---|---|---|\n");
   for (const Anywhere& scene : all_patterns()) {
     for (std::size_t count = 2; count <= most_targets; ++count) {
-      for (const bool move_alike : {true, false}) run_anywhere(scene, count, move_alike, trials);
+      for (const Motion& motion :
+           {Motion{"one", 0}, Motion{"within 15 m/s", 15}, Motion{"their own"}}) {
+        run_anywhere(scene, count, motion, trials);
+      }
     }
   }
 }
