@@ -169,10 +169,12 @@ Fit Refinement::fit_rates(const FoldedFrame& frame, const Exposure& exposure, De
   return fit;
 }
 
-bool Refinement::is_all_along(const Fit& fit) const {
+bool Refinement::is_all_along(const Exposure& exposure, const Fit& fit) const {
   constexpr std::size_t parts = 4;
   constexpr double half_widths = 2;
   constexpr double most_uneven = 21.1;  // chi squared of three degrees of freedom
+  constexpr double least_light = 0.25;  // of the brightest part's
+  constexpr std::ptrdiff_t most_dark = 1;
   const DelayLine& line = fit.parameters.line;
   const double delay_ns = line.delay_ns - near_.line.delay_ns + peak_ns_;
   const double travel_ns = line.travel_ns - near_.line.travel_ns;
@@ -189,7 +191,13 @@ bool Refinement::is_all_along(const Fit& fit) const {
   const double mean = std::accumulate(photons.begin(), photons.end(), 0.0) / parts;
   double squares = 0;
   for (const double of_part : photons) squares += (of_part - mean) * (of_part - mean);
-  return squares <= most_uneven * mean;
+  if (squares <= most_uneven * mean) return true;
+  const double background = fit.parameters.background_per_ns * exposure.seen_ns *
+                            train_.pulses_per_ns * 2 * half_widths * width_ns_ / parts;
+  const double most = *std::max_element(photons.begin(), photons.end()) - background;
+  return std::count_if(photons.begin(), photons.end(), [&](double of_part) {
+           return of_part - background < least_light * most;
+         }) <= most_dark;
 }
 
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,

@@ -52,10 +52,13 @@ class Refinement {
   // The best signal and background of a line, and the curvature there, without a climb.
   Fit fit_rates(const FoldedFrame& frame, const Exposure& exposure, DelayLine line, bool moving);
 
-  // Whether the light of the fit that was made last comes from all along the frame, as far as
-  // chance lets it: quarters of the frame differ by more in one of 10,000. A line that crosses the
-  // path of a bright target has its light in a part of the frame.
-  [[nodiscard]] bool is_all_along(const Fit& fit) const;
+  // Whether the light of the fit that was made last comes from all along the frame. It does not
+  // where quarters of the frame differ by more than they do by chance in one of 10,000, and two of
+  // them or more have less than a fourth of the brightest one's. exposure: of that frame.
+  //
+  // Design note: a line that crosses the path of a bright target has its light in a part of the
+  // frame. A target that crosses another that has been taken out keeps half of its light there.
+  [[nodiscard]] bool is_all_along(const Exposure& exposure, const Fit& fit) const;
 
   // The likelihood and its curvature at given parameters, without a climb.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,

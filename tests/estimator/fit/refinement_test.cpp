@@ -214,11 +214,11 @@ TEST(Refinement, KnowsLightThatComesFromAPartOfTheFrame) {
     Refinement refinement(*scene.shape, scene.train, scene.folded.size());
     const Exposure exposure(scene.folded, scene.train);
     Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
-    EXPECT_TRUE(refinement.is_all_along(fit)) << seed;
+    EXPECT_TRUE(refinement.is_all_along(exposure, fit)) << seed;
     DelayLine crossing = scene.truth;
     crossing.travel_ns += 2;
     fit = refinement.fit_rates(scene.folded, exposure, crossing, true);
-    EXPECT_FALSE(refinement.is_all_along(fit)) << seed;
+    EXPECT_FALSE(refinement.is_all_along(exposure, fit)) << seed;
   }
 }
 

@@ -315,5 +315,25 @@ TEST(TargetSearch, TakesNoPartOfAnotherPathForOneThatMovesAlike) {
   }
 }
 
+// The path of a target that crosses that of the known one passes by it too, in a part of the frame.
+TEST(TargetSearch, TakesNoPathThatCrossesForOneBeside) {
+  const Pattern pattern = test::periodic_pattern(3780000);
+  int beside = 0;
+  for (const double faster_mps : {40.0, 60.0, 80.0, -50.0, -70.0}) {
+    StartScene scene({0, 1}, {20, 20 + faster_mps}, {0.16, 0.11}, 5, pattern);
+    const RestOfScene left(scene);
+    const auto found = scene.search.find_beside(left.rest, left.first_lines(1), 10);
+    // Within reach of the look it may be found as it is.
+    const double travel_ns = 2 * scene.makers[1].velocity_mps / 299792458.0 * 2e7;
+    if (found) {
+      EXPECT_NEAR(found->parameters.line.travel_ns, travel_ns, 0.2) << faster_mps;
+    }
+    StartScene alike({0, 1}, {20, 20}, {0.16, 0.11}, 5, pattern);
+    const RestOfScene rest(alike);
+    beside += alike.search.find_beside(rest.rest, rest.first_lines(1), 10) ? 1 : 0;
+  }
+  EXPECT_EQ(beside, 5);
+}
+
 }  // namespace
 }  // namespace splid
