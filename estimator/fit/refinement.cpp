@@ -169,12 +169,27 @@ Fit Refinement::fit_rates(const FoldedFrame& frame, const Exposure& exposure, De
   return fit;
 }
 
-bool Refinement::is_all_along(const Exposure& exposure, const Fit& fit) const {
+// Whether a line comes within two widths of another one from such a share of the frame on up to
+// such a share.
+bool Refinement::passes_by(DelayLine line, double from, double to,
+                           std::span<const DelayLine> others) const {
+  constexpr double near_widths = 2;
+  return std::any_of(others.begin(), others.end(), [&](DelayLine other) {
+    const double apart_ns = std::remainder(line.delay_ns - other.delay_ns, train_.circle_ns);
+    const double parting_ns = line.travel_ns - other.travel_ns;
+    const double first_ns = apart_ns + from * parting_ns, last_ns = apart_ns + to * parting_ns;
+    const auto [least, most] = std::minmax(first_ns, last_ns);
+    return least < near_widths * width_ns_ && most > -near_widths * width_ns_;
+  });
+}
+
+bool Refinement::is_all_along(const Exposure& exposure, const Fit& fit,
+                              std::span<const DelayLine> taken_out) const {
   constexpr std::size_t parts = 4;
   constexpr double half_widths = 2;
   constexpr double most_uneven = 21.1;  // chi squared of three degrees of freedom
   constexpr double least_light = 0.25;  // of the brightest part's
-  constexpr std::ptrdiff_t most_dark = 1;
+  constexpr std::size_t most_dark = 1;
   const DelayLine& line = fit.parameters.line;
   const double delay_ns = line.delay_ns - near_.line.delay_ns + peak_ns_;
   const double travel_ns = line.travel_ns - near_.line.travel_ns;
@@ -195,9 +210,15 @@ bool Refinement::is_all_along(const Exposure& exposure, const Fit& fit) const {
   const double background = fit.parameters.background_per_ns * exposure.seen_ns *
                             train_.pulses_per_ns * 2 * half_widths * width_ns_ / parts;
   const double most = *std::max_element(photons.begin(), photons.end()) - background;
-  return std::count_if(photons.begin(), photons.end(), [&](double of_part) {
-           return of_part - background < least_light * most;
-         }) <= most_dark;
+  std::size_t dark = 0;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const double from = static_cast<double>(part) / parts - 0.5;
+    dark += photons[part] - background < least_light * most &&
+                    !passes_by(line, from, from + 1.0 / parts, taken_out)
+                ? 1
+                : 0;
+  }
+  return dark <= most_dark;
 }
 
 Fit Refinement::judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/model/estimate.hpp"
@@ -54,11 +55,14 @@ class Refinement {
 
   // Whether the light of the fit that was made last comes from all along the frame. It does not
   // where quarters of the frame differ by more than they do by chance in one of 10,000, and two of
-  // them or more have less than a fourth of the brightest one's. exposure: of that frame.
+  // them or more have less than a fourth of the brightest one's. Quarters in which the line passes
+  // by one of those that were taken out do not count, as hardly any light of a weak target is left
+  // there. exposure: of that frame. taken_out: lines of targets.
   //
   // Design note: a line that crosses the path of a bright target has its light in a part of the
-  // frame. A target that crosses another that has been taken out keeps half of its light there.
-  [[nodiscard]] bool is_all_along(const Exposure& exposure, const Fit& fit) const;
+  // frame.
+  [[nodiscard]] bool is_all_along(const Exposure& exposure, const Fit& fit,
+                                  std::span<const DelayLine> taken_out) const;
 
   // The likelihood and its curvature at given parameters, without a climb.
   Fit judge(const FoldedFrame& frame, const Exposure& exposure, const FrameParameters& at,
@@ -85,6 +89,8 @@ class Refinement {
   };
   [[nodiscard]] Spread spread_about(const Exposure& exposure, const FrameParameters& at) const;
   [[nodiscard]] bool is_of_several(const Way& way, const FrameParameters& at) const;
+  [[nodiscard]] bool passes_by(DelayLine line, double from, double to,
+                               std::span<const DelayLine> others) const;
   void add_covariance_of_spread(const Exposure& exposure, bool moving, Fit& fit) const;
   void add_covariance(const Exposure& exposure, bool moving, Fit& fit);
 

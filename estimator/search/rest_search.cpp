@@ -28,7 +28,7 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
     const Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
     const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
     if (fit.has_covariance && fit.gain_nats >= least_nats &&
-        refinement_.is_all_along(exposure, fit)) {
+        refinement_.is_all_along(exposure, fit, known)) {
       return with_rivals(rest, fit, peaks, known, last);
     }
   }
@@ -96,7 +96,7 @@ std::optional<Fit> TargetSearch::climb_in_rest(const FoldedFrame& rest, DelayLin
   const Exposure exposure(rest, train_);
   Fit fit = climb(rest, exposure, place);
   if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
-  if (!refinement_.is_all_along(exposure, fit)) return std::nullopt;
+  if (!refinement_.is_all_along(exposure, fit, known)) return std::nullopt;
   if (has_shoulders()) {
     recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
   }
@@ -145,7 +145,7 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
   if (best.box_gain_nats < least_nats) return std::nullopt;
   const Exposure exposure(rest, train_);
   const Fit beside = climb(rest, exposure, best.line);
-  if (beside.gain_nats < least_nats || !refinement_.is_all_along(exposure, beside)) {
+  if (beside.gain_nats < least_nats || !refinement_.is_all_along(exposure, beside, known)) {
     return std::nullopt;
   }
   Fit fit = beside;

@@ -214,11 +214,14 @@ TEST(Refinement, KnowsLightThatComesFromAPartOfTheFrame) {
     Refinement refinement(*scene.shape, scene.train, scene.folded.size());
     const Exposure exposure(scene.folded, scene.train);
     Fit fit = refinement.climb(scene.folded, exposure, scene.truth, true);
-    EXPECT_TRUE(refinement.is_all_along(exposure, fit)) << seed;
+    EXPECT_TRUE(refinement.is_all_along(exposure, fit, {})) << seed;
     DelayLine crossing = scene.truth;
     crossing.travel_ns += 2;
     fit = refinement.fit_rates(scene.folded, exposure, crossing, true);
-    EXPECT_FALSE(refinement.is_all_along(exposure, fit)) << seed;
+    EXPECT_FALSE(refinement.is_all_along(exposure, fit, {})) << seed;
+    // In the first half another one is close to it.
+    const DelayLine close = {crossing.delay_ns + 0.5, crossing.travel_ns + 2};
+    EXPECT_TRUE(refinement.is_all_along(exposure, fit, {&close, 1})) << seed;
   }
 }
 
