@@ -10,9 +10,9 @@ namespace splid {
 // photon earlier in the pulse, when more of the pulse's light is still to come, and the counts say
 // the shares f less well, as it counts one photon where several came. The first of the two alone
 // makes the signal low by S^2 V / 12 of itself, to the second order in S, with
-// V = sum f^3 - (sum f^2)^2; with the second it is 1.8 to 2.6 times as much
-// (docs/evidence/dead-time.md, rows `split`), for which 2.4 is taken. That is a measure to warn by:
-// of pulses of three photons at 70 : 30 it says a quarter of it, as their counts understate V too.
+// V = sum f^3 - (sum f^2)^2. For both, 2.4 times that is taken. It is a measure to warn by: up to
+// one photon a pulse it says two thirds to all of what the signal is low by, and of three photons a
+// third, as their counts understate V too (docs/evidence/dead-time.md, rows `split`).
 //
 // By how much of itself the signal of an estimate of this frame is low; 0 where the photons of each
 // input are not known. pulses_per_ns: of the pattern. Threads: any. Errors: none.

@@ -69,9 +69,9 @@ void NearSeveral::lay_out_groups(unsigned all) {
   index_.resize(photons);
 }
 
-// Design note: which group a photon belongs to is not foreseen by any processor, and a loop with a
-// choice takes twice as long. So those that are taken with another target, or are crowded, are
-// written too, behind all others.
+// Design note: which group a photon belongs to is not foreseen by any processor, and a choice that
+// is foreseen wrongly costs more than a copy. So those that are taken with another target, or are
+// crowded, are written too, behind all others.
 void NearSeveral::fill_groups(std::span<const NearSet* const> near) {
   const std::size_t photons = index_.size();
   index_.resize(photons + 1);

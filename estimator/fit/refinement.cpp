@@ -190,6 +190,8 @@ bool Refinement::is_all_along(const Exposure& exposure, const Fit& fit,
   constexpr double most_uneven = 21.1;  // chi squared of three degrees of freedom
   constexpr double least_light = 0.25;  // of the brightest part's
   constexpr std::size_t most_dark = 1;
+  constexpr double least_seen = 0.9;  // of the frame: where less was seen, quarters say nothing
+  if (exposure.seen_ns < least_seen * exposure.length_ns * exposure.scale) return true;
   const DelayLine& line = fit.parameters.line;
   const double delay_ns = line.delay_ns - near_.line.delay_ns + peak_ns_;
   const double travel_ns = line.travel_ns - near_.line.travel_ns;

@@ -57,7 +57,8 @@ class Refinement {
   // where quarters of the frame differ by more than they do by chance in one of 10,000, and two of
   // them or more have less than a fourth of the brightest one's. Quarters in which the line passes
   // by one of those that were taken out do not count, as hardly any light of a weak target is left
-  // there. exposure: of that frame. taken_out: lines of targets.
+  // there, and of a frame of which a tenth was not seen they say nothing. exposure: of that frame.
+  // taken_out: lines of targets.
   //
   // Design note: a line that crosses the path of a bright target has its light in a part of the
   // frame.

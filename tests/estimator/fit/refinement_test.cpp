@@ -222,6 +222,10 @@ TEST(Refinement, KnowsLightThatComesFromAPartOfTheFrame) {
     // In the first half another one is close to it.
     const DelayLine close = {crossing.delay_ns + 0.5, crossing.travel_ns + 2};
     EXPECT_TRUE(refinement.is_all_along(exposure, fit, {&close, 1})) << seed;
+    // A frame of which a half was not seen would have light in a part too.
+    Exposure half = exposure;
+    half.seen_ns /= 2;
+    EXPECT_TRUE(refinement.is_all_along(half, fit, {})) << seed;
   }
 }
 

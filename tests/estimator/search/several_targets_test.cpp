@@ -163,7 +163,7 @@ TEST(SeveralTargets, OfManyWhoseCombsMeetEachIsWhereItIs) {
 // A row has more targets than are asked for: the brightest are listed, and the values of these know
 // of the others.
 // What the first search has come by of a bright target that moves by some m/s otherwise may be a
-// line that crosses its path. In these two of 1,500 frames it was taken for the target.
+// line that crosses its path. In these two frames it was taken for the target.
 TEST(SeveralTargets, APartOfAnotherPathIsNoTarget) {
   test::FrameMaker first = scene_of();
   first.pattern = test::random_pattern(3780000, 40, 9000, 3);
