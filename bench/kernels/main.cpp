@@ -31,6 +31,8 @@ struct Arrays {
       in_16.push_back(static_cast<std::uint16_t>(random()));
       in_32.push_back(static_cast<std::uint32_t>(random()));
       rows.push_back(in_32.back() >> 8);
+      slices.push_back(in_32.back() >> 24);
+      cells.push_back(in_32.back() % 16);
       times.push_back(static_cast<double>(random() >> 11) * 0x1p-20);
       photons_ps.push_back(static_cast<std::int64_t>(random() >> 28));  // 69 ms
     }
@@ -46,6 +48,7 @@ struct Arrays {
   std::vector<std::uint8_t> in_8;
   std::vector<std::uint16_t> in_16;
   std::vector<std::uint32_t> in_32, rows;
+  std::vector<std::uint32_t> slices, cells;  // 256 slices, so that 16 lines of each are `count`
   // Numbers whose sums of two fit into their type. Only the last of them is the largest.
   std::vector<std::uint8_t> half_8;
   std::vector<std::uint16_t> half_16;
@@ -146,6 +149,10 @@ Runs photons() {
       {"delay_cells",
        [](const SearchKernels& by, Arrays& a) {
          by.delay_cells(a.out_32.data(), a.rows.data(), a.in_32.data(), 77, count, 3780);
+       }},
+      {"count_equal",
+       [](const SearchKernels& by, Arrays& a) {
+         by.count_equal(a.four_32.data(), a.cells.data(), a.slices.data(), a.cells.data(), count);
        }},
       {"line_phases",
        [](const SearchKernels& by, Arrays& a) {

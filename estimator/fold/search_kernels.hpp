@@ -57,6 +57,11 @@ struct SearchKernels {
   // `bins`. Phases and pulse are in 2^-32 of the period.
   void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,
                       std::uint32_t pulse, std::size_t count, std::uint32_t bins);
+  // For each of 16 lines, how many photons have the cell that is the line's in their slice:
+  // counts[n] += the number of i with cells[16 * slices[i] + n] == of_photons[i].
+  void (*count_equal)(std::uint32_t* counts, const std::uint32_t* cells,
+                      const std::uint32_t* slices, const std::uint32_t* of_photons,
+                      std::size_t count);
   // phases[i] = folded[i] - (delay + slope * times[i]), modulo the period. All phases are in 2^-32
   // of a period. |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,

@@ -42,20 +42,6 @@ std::uint32_t largest(const SearchKernels& kernels, const Count* values, std::si
   }
 }
 
-// For each of some lines, how many photons have the cell that is the line's in their slice.
-void count_equal(std::span<const std::uint32_t> of_photons, const std::uint32_t* slices,
-                 const std::uint32_t* cells, std::uint32_t* counts) {
-  constexpr std::size_t lines = CombRows::lines_at_once;
-  std::array<std::uint32_t, lines> sums{};
-  for (std::size_t i = 0; i < of_photons.size(); ++i) {
-    const std::uint32_t* own = cells + slices[i] * lines;
-    for (std::size_t n = 0; n < lines; ++n) {
-      sums[n] += static_cast<std::uint32_t>(own[n] == of_photons[i]);
-    }
-  }
-  for (std::size_t n = 0; n < lines; ++n) counts[n] += sums[n];
-}
-
 std::uint32_t to_32(double turns) {
   turns -= std::floor(turns);
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
@@ -285,7 +271,7 @@ void CombRows::count_twice(const SearchGrid& grid, std::span<const std::uint32_t
     for (const std::uint32_t pulse : twice.pulses_32) {
       kernels_.delay_cells(of_photons.data(), row_begins.data(), phases.data(), pulse, count,
                            grid.bins);
-      count_equal(std::span(of_photons).first(count), slices, cells.data(), counts.data());
+      kernels_.count_equal(counts.data(), cells.data(), slices, of_photons.data(), count);
     }
   }
 }

@@ -93,6 +93,26 @@ TEST(SearchKernels, FourLinesAreSumsOfFourRows) {
   }
 }
 
+TEST(SearchKernels, PhotonsAreCountedInTheirLinesCells) {
+  constexpr std::size_t lines = 16, slices = 5;
+  const auto cells = numbers<std::uint32_t>(lines * slices, 7, 1);
+  for (const VectorLevel level : runnable_vector_levels()) {
+    for (const std::size_t count : lengths) {
+      const auto slice = numbers<std::uint32_t>(count, slices - 1, 2);
+      const auto of_photons = numbers<std::uint32_t>(count, 7, 3);
+      std::vector<std::uint32_t> counts(lines, 3), expected = counts;
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t n = 0; n < lines; ++n) {
+          if (cells[slice[i] * lines + n] == of_photons[i]) ++expected[n];
+        }
+      }
+      search_kernels(level).count_equal(counts.data(), cells.data(), slice.data(),
+                                        of_photons.data(), count);
+      EXPECT_EQ(counts, expected) << vector_level_name(level) << ' ' << count;
+    }
+  }
+}
+
 // first_above() of a type, from every place on, against a loop over the sums.
 template <class Number, class FirstAbove>
 void expect_first_above(FirstAbove first_above, std::size_t count, const char* level) {
