@@ -60,9 +60,10 @@ Count* LineSearch::buffer(std::size_t which) {
 }
 
 std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const SearchGrid& grid,
-                                            double max_travel_ns) {
+                                            double max_travel_ns, double about_travel_ns) {
   kept_.clear();
-  rows_.load(frame, 0, grid.slices);
+  about_travel_ns_ = about_travel_ns;
+  rows_.load(frame, about_travel_ns, grid.slices);
   const double most = rows_.most_in_slice(grid.bin_ns);
   if (most <= std::numeric_limits<std::uint8_t>::max()) {
     search<std::uint8_t>(grid, max_travel_ns);
@@ -168,8 +169,9 @@ void LineSearch::keep(const GridLine& line, std::uint32_t photons, const SearchG
   const auto travel = static_cast<double>(line.travel);
   const double delay_ns = (static_cast<double>(line.bin) + 0.5 + travel / 2) * grid.bin_ns;
   const double turn = std::floor(delay_ns / train_.circle_ns);
-  const SearchCell cell = {
-      {delay_ns - turn * train_.circle_ns, line.sign * travel * per_gap * grid.bin_ns}, photons};
+  const double beside_ns = line.sign * travel * per_gap * grid.bin_ns;
+  const SearchCell cell = {{delay_ns - turn * train_.circle_ns, about_travel_ns_ + beside_ns},
+                           photons};
   const auto same_target = [&](const Kept& other) {
     double apart = std::abs(cell.line.delay_ns - other.cell.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);

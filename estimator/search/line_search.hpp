@@ -48,11 +48,11 @@ class LineSearch {
   // What a search of these grids allocates, but for what grows with max_photons.
   static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
 
-  // The best cells, those with the most photons first. Lines whose |travel| is above max_travel_ns
-  // (and a bin) are left out, and so are cells in the bow tie that the photons of a better cell
-  // make (see keep()). Valid until the next run.
+  // The best cells, those with the most photons first. Lines whose travel is further than
+  // max_travel_ns (and a bin) from about_travel_ns are left out, and so are cells in the bow tie
+  // that the photons of a better cell make (see keep()). Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
-                                  double max_travel_ns);
+                                  double max_travel_ns, double about_travel_ns = 0);
 
   static constexpr std::size_t max_delays = 5;
   // The best delays for a known travel, those with the most photons first and at least four bins
@@ -105,6 +105,7 @@ class LineSearch {
   LineTree tree_;
   PartLines part_lines_;
   std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
+  double about_travel_ns_ = 0;                // travels of lines are beside this one
   std::vector<Kept> kept_;                    // the best cells so far
   std::vector<std::uint32_t> cells_;          // scratch: where their lines are in each slice
   std::vector<std::uint32_t> memory_;         // three buffers of rows, or the rows of all parts

@@ -49,34 +49,43 @@ std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks&
     const double least_nats = std::max(settled_nats(), least_left * seen->gain_nats);
     const auto place = zoom_to(rest, seen->line, least_nats);
     if (!place) continue;
-    if (auto found = climb_in_rest(rest, *place, peaks, known)) return found;
+    if (auto found = climb_in_rest(rest, *place, &peaks, known)) return found;
   }
   return std::nullopt;
 }
 
-// Design note: a wall and what stands before it move alike. To look at all delays of one travel
-// takes a quarter of the time of a look at all travels. A bright target that moves otherwise shows
-// a part of its path there, and of that of each of its shoulders, which a zoom or a climb follows
-// to other travels.
+// Design note: a wall and what stands before it move alike, and parts of one thing nearly. To look
+// at all delays of one travel takes a tenth of the time of a look at all travels, and to look at
+// the travels about it a third. A bright target that moves otherwise shows a part of its path
+// there, and of that of each of its shoulders, which a zoom or a climb follows to other travels.
 std::optional<Fit> TargetSearch::find_alike(const FoldedFrame& rest, const Peaks& peaks,
                                             std::span<const DelayLine> known) {
-  constexpr double most_apart_widths = 4;  // two steps of the zoom
+  constexpr double same_widths = 4;  // two steps of the zoom
   const double travel_ns = known.front().travel_ns;
-  const bool move_alike = std::all_of(known.begin(), known.end(), [&](DelayLine line) {
-    return std::abs(line.travel_ns - travel_ns) <= recheck_.bin_ns;
-  });
-  if (!moving_ || !move_alike) return std::nullopt;
-  const std::span<const DelayCell> cells = search_.best_delays(rest, travel_ns, recheck_);
-  if (cells.empty() || delay_gain_nats(rest, cells.front()) < settled_nats()) return std::nullopt;
-  const DelayLine line = {cells.front().delay_ns - shape_.peak_offset_ns(), travel_ns};
-  const auto moves_alike = [&](DelayLine found) {
-    return std::abs(found.travel_ns - travel_ns) <= most_apart_widths * shape_.width_ns();
+  const double most_apart_ns = (alike_.slices - 1) * alike_.bin_ns;
+  const auto are_within = [&](double apart_ns, std::span<const DelayLine> lines) {
+    return std::all_of(lines.begin(), lines.end(), [&](DelayLine line) {
+      return std::abs(line.travel_ns - travel_ns) <= apart_ns;
+    });
   };
-  const auto place = zoom_to(rest, line, settled_nats());
-  if (!place || !moves_alike(*place)) return std::nullopt;
-  auto found = climb_in_rest(rest, *place, peaks, known);
-  if (found && !moves_alike(found->parameters.line)) found.reset();
-  return found;
+  const auto find_at = [&](DelayLine of_photons, double apart_ns,
+                           const Peaks* climbed) -> std::optional<Fit> {
+    of_photons.delay_ns -= shape_.peak_offset_ns();
+    const auto place = zoom_to(rest, of_photons, settled_nats());
+    if (!place || !are_within(apart_ns, {&*place, 1})) return std::nullopt;
+    auto found = climb_in_rest(rest, *place, climbed, known);
+    if (found && !are_within(apart_ns, {&found->parameters.line, 1})) found.reset();
+    return found;
+  };
+  if (!moving_ || !are_within(most_apart_ns, known)) return std::nullopt;
+  const auto delays = search_.best_delays(rest, travel_ns, recheck_);
+  if (!delays.empty() && delay_gain_nats(rest, delays.front()) > settled_nats()) {
+    const DelayLine line = {delays.front().delay_ns, travel_ns};
+    if (auto found = find_at(line, same_widths * shape_.width_ns(), &peaks)) return found;
+  }
+  // What was climbed to with the known travel may be a part of a path with another one.
+  const auto cells = search_.run(rest, alike_, most_apart_ns, travel_ns);
+  return cells.empty() ? std::nullopt : find_at(cells.front().line, most_apart_ns, nullptr);
 }
 
 // Where a zoom about a line ends, if it has the least gain there.
@@ -88,9 +97,9 @@ std::optional<DelayLine> TargetSearch::zoom_to(const FoldedFrame& rest, DelayLin
   return zoomed.line;
 }
 
-// The target at a place, and those that may be taken for it.
+// The target at a place, and those that may be taken for it. peaks: see Climbed.
 std::optional<Fit> TargetSearch::climb_in_rest(const FoldedFrame& rest, DelayLine place,
-                                               const Peaks& peaks,
+                                               const Peaks* peaks,
                                                std::span<const DelayLine> known) {
   begin(Refinement::Until::near_top);
   const Exposure exposure(rest, train_);
@@ -98,7 +107,7 @@ std::optional<Fit> TargetSearch::climb_in_rest(const FoldedFrame& rest, DelayLin
   if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
   if (!refinement_.is_all_along(exposure, fit, known)) return std::nullopt;
   if (has_shoulders()) {
-    recheck_delay(rest, levels_.front(), exposure, fit, {&peaks, known, true});
+    recheck_delay(rest, levels_.front(), exposure, fit, {peaks, known, true});
   }
   return fit;
 }
@@ -168,8 +177,10 @@ std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const
 
 std::optional<Fit> TargetSearch::find_more(const FoldedFrame& rest, Effort most,
                                            double least_nats) {
-  if (rest.size() >= sampled_from) return find(rest, most);
   begin(Refinement::Until::near_top);
+  if (rest.size() >= sampled_from) {
+    if (std::optional<Fit> found = find_by_sample(rest)) return found;
+  }
   return find_at_level(rest, levels_[levels(most) - 1], least_nats);
 }
 

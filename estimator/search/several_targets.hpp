@@ -35,9 +35,9 @@ struct FoundTarget {
 //     intensity at each of them. What is left is as if these targets were not there: their
 //     shoulders, the delays at which a comb falls on itself in part, are gone too.
 //  2. What is left is looked at close to each target, then at the strongest other peak of the
-//     frame's search, and, where all targets move alike, at all delays of their travel; where none
-//     of these shows a target, TargetSearch looks for the best line in what is left, in its finest
-//     cells alone.
+//     frame's search, and, where all targets move alike, at all delays of about their travel; where
+//     none of these shows a target, TargetSearch looks for the best line in what is left, in its
+//     finest cells alone.
 //  3. All targets are fitted together (JointFit). The new target is claimed where it adds as much
 //     to the gain as a frame's only target needs, so that it is there by chance as rarely. A target
 //     that is plainly there and far from the others waits for this until all have been found.

@@ -48,6 +48,10 @@ constexpr double least_where_combs_meet = 0.7;
 // A climb is given up where it surely ends so much below the best maximum.
 constexpr double left_behind_nats = 60;
 
+// Targets whose travels differ by less than so many coarse cells, 70 pulse widths or 20 m/s in 50
+// ms, are looked for together.
+constexpr std::uint32_t alike_slices = 8;
+
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
 constexpr double most_recheck_bins = 262144;
@@ -117,6 +121,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       one_of_several_(scope.one_of_several),
       until_(first_until_),
       levels_(make_levels(scope)),
+      alike_(levels_.front().grid),
       recheck_(recheck_grid(train, shape.width_ns())),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
                                    : std::vector<double>()),
@@ -128,6 +133,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       refinement_(shape, train, max_photons, scope.may_be_blind),
       odds_(scope.volume),
       seen_(scope.volume) {
+  alike_.slices = std::min(alike_.slices, alike_slices);
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }

@@ -135,8 +135,9 @@ class TargetSearch {
   // has not climbed, beside the known targets. Empty where what is left shows no target there.
   std::optional<Fit> find_seen(const FoldedFrame& rest, const Peaks& peaks,
                                std::span<const DelayLine> known);
-  // A target that moves as the known ones do, where all of these move alike: the one with the most
-  // photons. Empty where there is none, or nothing moves. peaks: as for find_seen().
+  // A target that moves much as the known ones do, within 70 pulse widths of travel (20 m/s in 50
+  // ms), where all of these do: the one with the most photons. Empty where there is none, or
+  // nothing moves. peaks: as for find_seen().
   std::optional<Fit> find_alike(const FoldedFrame& rest, const Peaks& peaks,
                                 std::span<const DelayLine> known);
   // A target so close to one of the known ones that a zoom about that one reaches it.
@@ -207,7 +208,7 @@ class TargetSearch {
   Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
                   std::span<const DelayLine> known, const Search& last);
   std::optional<DelayLine> zoom_to(const FoldedFrame& rest, DelayLine line, double least_nats);
-  std::optional<Fit> climb_in_rest(const FoldedFrame& rest, DelayLine place, const Peaks& peaks,
+  std::optional<Fit> climb_in_rest(const FoldedFrame& rest, DelayLine place, const Peaks* peaks,
                                    std::span<const DelayLine> known);
   [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
                                                              std::span<const DelayLine> known,
@@ -247,6 +248,7 @@ class TargetSearch {
   bool one_of_several_;            // whether what is seen and no rival is kept
   Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;
+  SearchGrid alike_;               // of the coarsest cells, for travels that are close to one
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
   CombMeetings meetings_;
