@@ -32,6 +32,11 @@ std::string grouped(std::uint64_t number) {
   return digits;
 }
 
+void add_sentence(std::string& text, const std::string& sentence) {
+  if (sentence.empty()) return;
+  text += (text.empty() ? "" : "; ") + sentence;
+}
+
 std::string describe_pattern(const Pattern& pattern) {
   double closest_ps = std::numeric_limits<double>::infinity();
   for (const PatternSegment& segment : pattern.segments) {

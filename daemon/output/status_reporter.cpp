@@ -1,12 +1,10 @@
 #include "daemon/output/status_reporter.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <utility>
 
+#include "daemon/base/text.hpp"
 #include "daemon/stream/frame_message.hpp"
 
 namespace splid {
@@ -32,94 +30,6 @@ const char* reason_of(FrameStatus status) {
   }
 }
 
-void add_sentence(std::string& text, const std::string& sentence) {
-  if (sentence.empty()) return;
-  text += (text.empty() ? "" : "; ") + sentence;
-}
-
-std::string dead_time_in_words(double blind_ns) {
-  return fmt::format(
-      "the detector seems blind after each detection, for {:.3g} ns as far as the photons tell, "
-      "which biases the values: set detector.dead_time_ns to the dead time in its data sheet",
-      blind_ns);
-}
-
-std::string afterpulses_in_words(double share) {
-  return fmt::format(
-      "some {:.2g} % of detections are followed by another without light (afterpulses), which the "
-      "background counts and its deviation holds: set a longer dead time (hold-off) at the "
-      "detector, and detector.dead_time_ns to it",
-      100 * share);
-}
-
-std::string misfit_in_words(double pulse_misfit) {
-  if (pulse_misfit < 0) {
-    return fmt::format(
-        "the detected pulse is {:.0f} % narrower than the configured pulse: set pulse.sigma_ps, or "
-        "calibrate the pulse",
-        -100 * pulse_misfit);
-  }
-  return fmt::format(
-      "the detected pulse is {:.0f} % wider than the configured pulse, and the deviations are "
-      "widened "
-      "by that: set pulse.width fitted where the target is tilted, the beam wide or the air foggy, "
-      "scene.targets 2 where a second surface may be close behind, scene.motion accelerating where "
-      "the path may bend, or else calibrate the pulse",
-      100 * pulse_misfit);
-}
-
-// What no single frame shows is in no frame's deviations. Light from two delays or more that makes
-// the pulse wider by the ratio r has the spread sqrt(r^2 - 1) in units of the pulse's width.
-std::string mean_in_words(const PulseMean& pulse) {
-  const double ratio = 1 + pulse.excess();
-  const std::string how_much = fmt::format(
-      "over the last frames the detected pulse is {:.1f} +- {:.1f} % {} than the configured pulse, "
-      "which single frames do not show",
-      100 * std::abs(pulse.excess()), 100 * pulse.deviation(), ratio < 1 ? "narrower" : "wider");
-  if (ratio < 1) {
-    return how_much +
-           ": set scene.targets 2 where another surface is some pulse widths behind the target, or "
-           "else pulse.sigma_ps, or calibrate the pulse";
-  }
-  return fmt::format(
-      "{}: where a second surface is close behind the target, distances are off by up to {:.1f} of "
-      "a pulse width and their deviations do not say so; set pulse.width fitted where the target "
-      "is tilted, the beam wide or the air foggy, or else calibrate the pulse",
-      how_much, std::sqrt(ratio * ratio - 1));
-}
-
-constexpr const char* for_no_gaussian =
-    "set pulse.width fixed and scene.targets 2 where another surface is close to the target, or "
-    "calibrate the pulse and set pulse.shape tabulated where the detector's pulse has a tail";
-
-// Two surfaces of which one is half as bright have the skewness 2 (d / s)^3, where d is how far the
-// brighter one is from the mean and s the width of both together.
-std::string mean_in_words(const SkewMean& skew) {
-  return fmt::format(
-      "over the last frames the detected pulse has a skewness of {:+.2f} +- {:.2f}, which single "
-      "frames do not show: distances are off by some {:.1f} of the fitted width and their "
-      "deviations do not say so; {}",
-      skew.excess(), skew.deviation(), std::cbrt(std::abs(skew.excess()) / 2), for_no_gaussian);
-}
-
-// A path whose acceleration changes moves the velocity by 2.3 of its deviations for each deviation
-// of that change, and one that bends and is taken as straight moves the distance by 1.1.
-std::string mean_in_words(const PathMean& path) {
-  const std::string how_much = fmt::format(
-      "over the last frames the target's path is off the fitted one by {:.2g} times what chance "
-      "makes (rms), which single frames do not show",
-      path.excess());
-  if (!path.is_of_bent_paths()) {
-    return how_much +
-           ": the target accelerates, and distances or velocities are off by more than their "
-           "deviations say; set scene.motion accelerating, or make frames shorter";
-  }
-  return fmt::format(
-      "{}: its acceleration changes, and velocities are off by some {:.1f} of their deviations; "
-      "make frames shorter",
-      how_much, 2.3 * std::sqrt(std::max(0.0, path.excess() * path.excess() - 1)));
-}
-
 }  // namespace
 
 StatusOptions status_options(const Config& config) {
@@ -129,6 +39,7 @@ StatusOptions status_options(const Config& config) {
           config.estimator.effort,
           config.frame.length_ms,
           static_cast<double>(config.pipeline.estimation_threads),
+          mean_amplitude(config.pattern),
           unmodelled_by(config),
           config.detector.dead_time_ns > 0 && config.detector.dead_time == DeadTime::modelled &&
               unmodelled_by(config).empty()};
@@ -138,7 +49,7 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
                                const Clock& clock)
     : publisher_(publisher),
       clock_(clock),
-      threads_(options.estimation_threads),
+      findings_(options.estimation_threads),
       silence_limit_ns_(std::max(silent_frames * options.frame_length_ms, 100.0) * ns_per_ms) {
   version_.release = SPLID_VERSION;
   version_.pattern = std::filesystem::path(options.pattern_file).stem().string();
@@ -150,10 +61,11 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
 void StatusReporter::begin(const SourceInfo& source) {
   waits_ = false;
   stream_ = {};
-  second_ = {};
+  findings_.begin();
   stream_.source = source;
   stream_.last_frame_s = source.start_unix_s.value_or(0);
   stream_.started_ns = clock_.steady_ns();
+  second_ends_ns_ = stream_.started_ns + ns_per_s;
   status_.state = DaemonState::starting;
   status_.reason.clear();
   status_.device = DeviceState::connected;
@@ -172,57 +84,11 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   status_.uncounted_losses += message.uncounted_losses;
   stream_.last_frame = message.status;
   stream_.knew_blind_time = message.blind_fraction.has_value();
-  stream_.is_beyond_model =
-      message.blind_fraction &&
-      is_beyond_model(*message.blind_fraction, message.signal_per_pulse.value_or(0));
+  stream_.is_beyond_model = message.blind_fraction &&
+                            is_beyond_model(*message.blind_fraction,
+                                            message.signal_per_pulse.value_or(0) * mean_amplitude_);
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
-  second_.frames += message.valid() ? 1 : 0;
-  const bool by_mode = message.mode == Mode::ambiguous;
-  second_.unsure += message.status == FrameStatus::ambiguous && !by_mode ? 1 : 0;
-  if (message.amplitude_misfit) {
-    ++second_.misfits;
-    second_.amplitude_misfit = *message.amplitude_misfit;
-  }
-  if (message.pulse_misfit) {
-    ++second_.pulse_misfits;
-    second_.pulse_misfit = *message.pulse_misfit;
-  }
-  if (message.shape_misfit) {
-    ++second_.shape_misfits;
-    second_.shape_misfit = *message.shape_misfit;
-  }
-  if (message.valid()) {
-    stream_.pulse.add(message);
-    stream_.skew.add(message);
-    stream_.path.add(message);
-    second_.bent_paths += message.acceleration_mps2 ? 1 : 0;
-  }
-  if (message.acceleration_misfit_mps2) {
-    ++second_.path_misfits;
-    second_.acceleration_misfit_mps2 = *message.acceleration_misfit_mps2;
-  }
-  if (message.jerk_misfit_mps3) {
-    ++second_.turns;
-    second_.jerk_misfit_mps3 = *message.jerk_misfit_mps3;
-  }
-  if (message.signal_gap) {
-    ++second_.gaps;
-    second_.signal_gap = *message.signal_gap;
-  }
-  if (message.pattern_fault) {
-    ++second_.faults;
-    second_.pattern_fault = *message.pattern_fault;
-  }
-  if (message.dead_time_misfit_ns) {
-    ++second_.blinds;
-    second_.dead_time_misfit_ns = *message.dead_time_misfit_ns;
-  }
-  if (message.afterpulse_misfit) {
-    ++second_.afterpulses;
-    second_.afterpulse_misfit = *message.afterpulse_misfit;
-  }
-  second_.computed_ms += message.compute_ms.value_or(0);
-  second_.lasted_ms += message.duration_ms;
+  findings_.add(message);
   stream_.last_effort = message.effort.value_or(configured_effort_);
   stream_.last_frame_s = message.timestamp_s;
 }
@@ -231,35 +97,43 @@ void StatusReporter::tick(const StreamHealth& health) {
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
   for (const DeviceReport& report : health.device_reports) {
     stream_.device = report;
+    stream_.report_ends_ns = clock_.steady_ns() + ns_per_s;
     judge(health);
     publish(health);
   }
   for (const std::string& notice : health.notices) {
-    stream_.notice = notice;
+    note(notice);
     judge(health);
     publish(health);
   }
-  if (clock_.steady_ns() >= next_ns_) judge_second();
+  const std::int64_t now_ns = clock_.steady_ns();
+  if (now_ns >= second_ends_ns_) {
+    findings_.end_second();
+    second_ends_ns_ = now_ns + ns_per_s;
+  }
   const DaemonState state = status_.state;
   const std::string reason = status_.reason;
   judge(health);
-  const bool due = clock_.steady_ns() >= next_ns_;
   const bool is_new = state != status_.state || reason != status_.reason || is_turned(health);
-  if (due || is_new) publish(health);
+  if (now_ns >= next_ns_ || is_new) publish(health);
   // Notices, and the reasons of faults that are over, have now been published for a second.
-  if (!due) return;
-  stream_.notice.clear();
-  if (stream_.device.state == DeviceState::connected) stream_.device.reason.clear();
+  if (now_ns >= stream_.notice_ends_ns) stream_.notice.clear();
+  if (now_ns >= stream_.report_ends_ns && stream_.device.state == DeviceState::connected) {
+    stream_.device.reason.clear();
+  }
+}
+
+void StatusReporter::note(const std::string& notice) {
+  stream_.notice = notice;
+  stream_.notice_ends_ns = clock_.steady_ns() + ns_per_s;
 }
 
 void StatusReporter::wait(const StreamHealth& health, const std::string& reason) {
-  const bool due = clock_.steady_ns() >= next_ns_;
   if (!std::exchange(waits_, true)) {
     stream_.notice.clear();
-    stream_.pattern_reason.clear();
-    second_ = {};
+    findings_.begin();
   }
-  for (const std::string& notice : health.notices) stream_.notice = notice;
+  for (const std::string& notice : health.notices) note(notice);
   const std::string said = std::exchange(status_.reason, reason);
   add_reason(stream_.notice);
   add_reason(health.configuration_fault);
@@ -267,8 +141,9 @@ void StatusReporter::wait(const StreamHealth& health, const std::string& reason)
   status_.state = DaemonState::waiting_for_device;
   status_.device_name.clear();  // no instrument is open
   highest_fill_ = 0;
-  if (due || is_new) publish(health);
-  if (due) stream_.notice.clear();
+  const std::int64_t now_ns = clock_.steady_ns();
+  if (now_ns >= next_ns_ || is_new) publish(health);
+  if (now_ns >= stream_.notice_ends_ns) stream_.notice.clear();
 }
 
 void StatusReporter::stop(const StreamHealth& health, const std::string& reason) {
@@ -276,8 +151,8 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
   status_.state = DaemonState::stopping;
   status_.reason = reason;
   // Of a stream that is over within its first second no second has been judged yet.
-  judge_second();
-  add_reason(stream_.pattern_reason);
+  findings_.end_second();
+  add_reason(findings_.of_pattern());
   publish(health);
 }
 
@@ -317,101 +192,6 @@ void StatusReporter::judge_device(const StreamHealth& health) {
   status_.reason = stream_.device.reason;
 }
 
-// A finding counts from half of a second's frames on: chance makes one frame in a million show it.
-void StatusReporter::judge_second() {
-  judge_cost();
-  const bool is_blind = second_.blinds > 0 && 2 * second_.blinds >= second_.frames;
-  stream_.dead_time_reason = is_blind ? dead_time_in_words(second_.dead_time_misfit_ns) : "";
-  const bool is_contradicted = second_.faults > 0 && second_.faults >= second_.frames;
-  stream_.pattern_reason = !is_contradicted ? ""
-                           : is_blind       ? stream_.dead_time_reason
-                                            : in_words(second_.pattern_fault);
-  stream_.frames_reason = stream_.dead_time_reason;
-  if (!is_blind) judge_pulses();
-  judge_paths();
-  if (second_.afterpulses > 0 && 2 * second_.afterpulses >= second_.frames) {
-    add_sentence(stream_.frames_reason, afterpulses_in_words(second_.afterpulse_misfit));
-  }
-  if (second_.unsure > 0 && 2 * second_.unsure >= second_.frames) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("{} of the last {} frames are ambiguous: their photons fit another "
-                             "range nearly as well (range_odds_nats); more light, longer frames or "
-                             "a pattern that fits itself less tell them apart (splid check says "
-                             "how many signal photons this pattern takes)",
-                             second_.unsure, second_.frames));
-  }
-  second_ = {};
-}
-
-// The light of the pulses against the configured ones. A detector that is blind for longer than is
-// known hides pulses behind others, and makes each of them narrower: then nothing is wrong with the
-// configured pulses.
-void StatusReporter::judge_pulses() {
-  if (second_.misfits > 0 && 2 * second_.misfits >= second_.frames) {
-    stream_.frames_reason = "the pulses' light is " +
-                            fmt::format("{:.0f}", 100 * second_.amplitude_misfit) +
-                            " % (rms) off the pattern's amplitudes: calibrate the pattern";
-  }
-  if (second_.pulse_misfits > 0 && 2 * second_.pulse_misfits >= second_.frames) {
-    add_sentence(stream_.frames_reason, misfit_in_words(second_.pulse_misfit));
-  } else if (second_.frames > 0 && stream_.pulse.is_sure()) {
-    add_sentence(stream_.frames_reason, mean_in_words(stream_.pulse));
-  }
-  if (second_.shape_misfits > 0 && 2 * second_.shape_misfits >= second_.frames) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the detected pulse is no gaussian, by {:.0f} % (rms), and the "
-                             "deviations are widened by that: {}",
-                             100 * second_.shape_misfit, for_no_gaussian));
-  } else if (second_.frames > 0 && stream_.skew.is_sure()) {
-    add_sentence(stream_.frames_reason, mean_in_words(stream_.skew));
-  }
-}
-
-// The light against the path that was fitted.
-void StatusReporter::judge_paths() {
-  const bool is_bent = 2 * second_.bent_paths > second_.frames;
-  const bool bends = second_.path_misfits > 0 && 2 * second_.path_misfits >= second_.frames;
-  const bool turns = second_.turns > 0 && 2 * second_.turns >= second_.frames;
-  if (bends) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the target accelerates by some {:.2g} m/s^2, and its path was taken "
-                             "as straight: set scene.motion auto or accelerating, or make frames "
-                             "shorter",
-                             second_.acceleration_misfit_mps2));
-  }
-  if (turns) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the target's acceleration changes by some {:.2g} m/s^3, which no "
-                             "fitted path knows, and the deviations of the velocity are widened by "
-                             "that: make frames shorter",
-                             second_.jerk_misfit_mps3));
-  }
-  if (!bends && !turns && second_.frames > 0 && stream_.path.is_sure()) {
-    add_sentence(stream_.frames_reason, mean_in_words(stream_.path));
-  }
-  if (second_.gaps > 0 && 2 * second_.gaps >= second_.frames) {
-    add_sentence(stream_.frames_reason,
-                 fmt::format("the target's light is missing in {:.0f} % of a frame's time: the "
-                             "target comes and goes, or its path bends away from {}",
-                             100 * second_.signal_gap,
-                             is_bent ? "one of constant acceleration, for which make frames shorter"
-                                     : "a straight path, for which set scene.motion auto or "
-                                       "accelerating"));
-  }
-}
-
-// Frames of a live source come as fast as they last; where they take longer than that to compute,
-// on all threads together, splid falls behind.
-void StatusReporter::judge_cost() {
-  stream_.cost_reason.clear();
-  if (second_.computed_ms > second_.lasted_ms * threads_) {
-    stream_.cost_reason = fmt::format(
-        "frames take {:.3g} times as long to compute as they last, on {:.0f} threads: lower "
-        "estimator.effort or scene.max_speed_mps, or raise pipeline.estimation_threads",
-        second_.computed_ms / second_.lasted_ms, threads_);
-  }
-}
-
 void StatusReporter::disturb() { stream_.disturbed_until_ns = clock_.steady_ns() + ns_per_s; }
 
 bool StatusReporter::is_disturbed_frame() const {
@@ -441,18 +221,18 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
   } else if (reason_of(stream_.last_frame) != nullptr) {
     status_.state = DaemonState::degraded;
     status_.reason = reason_of_last_frame(health);
-  } else if (!stream_.pattern_reason.empty()) {
+  } else if (!findings_.of_pattern().empty()) {
     status_.state = DaemonState::degraded;
-    status_.reason = stream_.pattern_reason;
+    status_.reason = findings_.of_pattern();
   } else if (effort_is_lowered()) {
     status_.state = DaemonState::degraded;
     status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
                      stream_.last_effort + " until it keeps up";
   } else {
-    const bool falls_behind = stream_.source.live && !stream_.cost_reason.empty();
+    const bool falls_behind = stream_.source.live && !findings_.of_cost().empty();
     status_.state = falls_behind ? DaemonState::degraded : DaemonState::streaming;
-    status_.reason = stream_.cost_reason;
-    add_reason(stream_.frames_reason);
+    status_.reason = findings_.of_cost();
+    add_reason(findings_.of_frames());
   }
 }
 
@@ -477,7 +257,7 @@ std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) con
         "the detector's inputs share the light so unevenly that pulses as bright as these bias the "
         "values: give the inputs even shares, or attenuate the light";
   }
-  add_sentence(reason, stream_.dead_time_reason);
+  add_sentence(reason, findings_.of_dead_time());
   return reason;
 }
 

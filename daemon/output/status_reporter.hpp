@@ -7,9 +7,8 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
-#include "daemon/output/path_mean.hpp"
+#include "daemon/output/frame_findings.hpp"
 #include "daemon/output/publisher.hpp"
-#include "daemon/output/pulse_mean.hpp"
 #include "drivers/source.hpp"
 #include "estimator/model/options.hpp"
 #include "protocol/frame_json.hpp"
@@ -40,6 +39,7 @@ struct StatusOptions {
   Effort effort = Effort::balanced;  // that frames are to have
   double frame_length_ms = 50;
   double estimation_threads = 1;  // that share the frames
+  double mean_amplitude = 1;      // of the pattern's pulses
   // What leaves a dead time out that is to be modelled, as unmodelled_by() has it; empty: nothing.
   std::string dead_time_left_out_by = {};
   bool models_dead_time = false;  // one is given, and nothing leaves it out
@@ -86,6 +86,7 @@ class StatusReporter {
     configured_effort_ = to_string(options.effort);
     dead_time_left_out_by_ = options.dead_time_left_out_by;
     models_dead_time_ = options.models_dead_time;
+    mean_amplitude_ = options.mean_amplitude;
   }
 
   // The last frame had less effort than was configured.
@@ -98,13 +99,10 @@ class StatusReporter {
  private:
   void judge(const StreamHealth& health);
   void add_reason(const std::string& sentence);
+  void note(const std::string& notice);
   void judge_device(const StreamHealth& health);
-  void judge_second();
   void disturb();
   [[nodiscard]] bool is_disturbed_frame() const;
-  void judge_cost();
-  void judge_pulses();
-  void judge_paths();
   [[nodiscard]] std::string reason_of_last_frame(const StreamHealth& health) const;
   void judge_stream(const StreamHealth& health);
   [[nodiscard]] bool is_turned(const StreamHealth& health) const;
@@ -115,7 +113,9 @@ class StatusReporter {
   struct StreamSeen {
     SourceInfo source;
     DeviceReport device;
+    std::int64_t report_ends_ns = 0;  // it has been published for a second then
     std::string notice;
+    std::int64_t notice_ends_ns = 0;
     FrameStatus last_frame = FrameStatus::not_run;
     bool knew_blind_time = false;  // that frame: the dead time was modelled
     bool is_beyond_model = false;  // that frame: there was more light than that is for
@@ -123,39 +123,8 @@ class StatusReporter {
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;
     std::string last_effort;
-    PulseMean pulse;
-    SkewMean skew;
-    PathMean path;
     double last_frame_s = 0;
     std::int64_t started_ns = 0;
-    // What the last whole second had to say.
-    std::string frames_reason, pattern_reason, cost_reason, dead_time_reason;
-  };
-
-  // What the frames of the second that runs say together.
-  struct Second {
-    int frames = 0;               // with a target
-    int misfits = 0;              // of these, with other amplitudes than the pattern's
-    double amplitude_misfit = 0;  // of the last frame with a misfit
-    int pulse_misfits = 0;        // of these, with another pulse than the configured one
-    double pulse_misfit = 0;      // of the last such frame
-    int shape_misfits = 0;        // of these, with a fitted pulse that is no gaussian
-    double shape_misfit = 0;      // of the last such frame
-    int path_misfits = 0;         // of these, with a path that bends and was taken as straight
-    double acceleration_misfit_mps2 = 0;  // of the last such frame
-    int turns = 0;                        // of these, with an acceleration that changes
-    double jerk_misfit_mps3 = 0;          // of the last such frame
-    int gaps = 0;                         // of these, without the target's light for a part
-    double signal_gap = 0;                // of the last such frame
-    int bent_paths = 0;                   // of these, with an acceleration
-    int blinds = 0;                       // of all, with a longer dead time than the configured one
-    double dead_time_misfit_ns = 0;       // of the last such frame
-    int afterpulses = 0;                  // of all, with detections that follow others
-    double afterpulse_misfit = 0;         // of the last such frame
-    int unsure = 0;  // of these, ambiguous by their photons and not by the mode
-    int faults = 0;  // without a target, since the photons contradict the pattern
-    PatternFault pattern_fault = PatternFault::none;  // of the last frame with a fault
-    double computed_ms = 0, lasted_ms = 0;            // all frames together
   };
 
   Publisher& publisher_;
@@ -164,13 +133,14 @@ class StatusReporter {
   StatusMessage status_;
   bool waits_ = false;  // there is no stream
   StreamSeen stream_;
-  Second second_;
+  FrameFindings findings_;
   std::string configured_effort_;
   std::string dead_time_left_out_by_;
   bool models_dead_time_ = false;
-  double threads_ = 1;  // that share the frames
+  double mean_amplitude_ = 1;
   double silence_limit_ns_;
-  std::int64_t next_ns_ = 0;  // a status is due
+  std::int64_t next_ns_ = 0;         // a status is due
+  std::int64_t second_ends_ns_ = 0;  // of frames that are judged together
   double highest_fill_ = 0;
 };
 

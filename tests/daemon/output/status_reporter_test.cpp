@@ -188,6 +188,28 @@ TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
                                                 HasSubstr("gone")));
 }
 
+// A state that turns all the time puts off neither the end of a notice nor that of a second.
+TEST_F(StatusReports, JudgeASecondWhileTheStateTurns) {
+  FrameMessage blind = frame(FrameStatus::ok);
+  blind.dead_time_misfit_ns = 50.04;
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  health.notices = {"a notice"};
+  int noticed = 0, said_blind = 0;
+  for (int n = 0; n < 80; ++n) {
+    reporter.frame_published(n % 4 == 0 ? frame(FrameStatus::incomplete) : blind);
+    clock.advance_ms(50);
+    health.last_arrival_ns = clock.steady_ns();
+    reporter.tick(health);
+    health.notices.clear();
+    noticed += reporter.status().reason.find("a notice") != std::string::npos ? 1 : 0;
+    said_blind += reporter.status().reason.find("for 50 ns") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GE(noticed, 20);
+  EXPECT_LE(noticed, 22);
+  // In each frame with a target from the second second on.
+  EXPECT_GE(said_blind, 44);
+}
+
 // The frame that a silence was in has no syncs: not for its cable.
 TEST_F(StatusReports, AdviseOnNoCableAfterASilence) {
   StreamHealth health{1, clock.steady_ns(), 0, "", {{DeviceState::failing, "it sends nothing"}}};
@@ -315,6 +337,19 @@ TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses
                                    AllOf(HasSubstr("\"streaming\""), says_blind),
                                    AllOf(HasSubstr("\"degraded\""), says_blind),
                                    HasSubstr("\"reason\":\"\"")));
+}
+
+// What one frame of twenty shows is chance, also where none of the others has a target.
+TEST_F(StatusReports, SayNothingOfTheDetectorByAFrameOfMany) {
+  FrameMessage unlike = frame(FrameStatus::no_target);
+  unlike.dead_time_misfit_ns = 50.04;
+  unlike.afterpulse_misfit = 0.05;
+  for (int n = 0; n < 20; ++n) {
+    reporter.frame_published(n == 0 ? unlike : frame(FrameStatus::no_target));
+  }
+  clock.advance_ms(1000);
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_EQ(reporter.status().reason, "");
 }
 
 // Afterpulses are said from half of a second's frames on.
