@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <string>
 #include <utility>
 
+#include "estimator/fit/dead_time_model.hpp"
 #include "estimator/fit/detector_check.hpp"
 #include "estimator/fit/input_split.hpp"
 #include "estimator/fit/pattern_check.hpp"
@@ -45,8 +45,9 @@ constexpr double longest_gap_ps = 1e12;
 // three standard deviations of the acceleration.
 constexpr double nats_for_acceleration = 4.5;
 
-// A dead time that moves no value by more than this, in deviations, is left out.
-constexpr double least_correction = 0.05;
+void refuse_if(const std::optional<OptionFault>& fault, const char* section) {
+  if (fault) throw Error(Fault::usage, section + fault->pointer + ": " + fault->what);
+}
 
 }  // namespace
 
@@ -64,9 +65,8 @@ struct FrameEstimator::Workspace {
   TargetSearch search;
   PatternCheck pattern_check;
   DetectorCheck detector_check;
-  std::optional<BlindTime> blind;  // where the dead time is modelled
-  bool knows_blind_time = false;   // of this frame: it is modelled, or too short to matter
-  PulseVerdict pulse_verdict;      // of this frame
+  std::optional<DeadTimeModel> dead_time;        // where it is modelled
+  PulseVerdict pulse_verdict;                    // of this frame
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::unique_ptr<BendSearch> bends;             // null: paths are taken as straight
   double bent_threshold_nats;                    // for a path that bends
@@ -103,19 +103,15 @@ struct FrameEstimator::Workspace {
         pattern_check(train, *shape, frame.reach_ns(), pulse.width == PulseWidth::fitted),
         detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons),
         bent_threshold_nats(threshold_nats) {
-    if (const auto fault = options.validate(scene)) {
-      throw Error(Fault::usage, "/estimator" + fault->pointer + ": " + fault->what);
-    }
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
     std::optional<BlindTime> straight_blind;
     if (scene.targets > 1) look_for_several(options.false_alarm_rate, max_photons);
-    width = make_width_fit(pulse, scene, options, train, max_photons);
+    width = make_width_fit(pulse, train, max_photons);
     if (models_dead_time(detector, options, pulse)) {
-      for (auto* room : {&blind, &straight_blind}) {
-        room->emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
-      }
+      dead_time.emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
+      straight_blind.emplace(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
     }
     if (may_accelerate()) {
       look_for_bends(options, frame_length_ms * 1e6, max_photons, std::move(straight_blind));
@@ -162,11 +158,6 @@ struct FrameEstimator::Workspace {
   }
 
   Estimate estimate(const FrameView& view, TargetTrack* track, Effort most);
-  void see_blind_time(const FrameView& view);
-  void look_for_blind_time(const FrameView& view);
-  [[nodiscard]] double loss_to_dead_time() const;
-  [[nodiscard]] bool pulses_feel_dead_time(const Fit& fit) const;
-  bool see_blind_time_of_pulses(const FrameView& view, const Fit& fit);
   Fit with_blind_time(const FrameView& view, const Fit& fit);
   BentFit with_blind_time(const FrameView& view, const BentFit& bent);
   void say_blind_time(Estimate& estimate) const;
@@ -194,69 +185,20 @@ struct FrameEstimator::Workspace {
   void remember(const FrameView& view, const Estimate& estimate, TargetTrack& track) const;
 };
 
-// The share of the light that comes while the detector is blind, where light is spread evenly.
-double FrameEstimator::Workspace::loss_to_dead_time() const {
-  return static_cast<double>(frame.size()) * blind->dead_time_ns * blind->share / frame.seen_ns;
-}
-
-// Gives the frame its blind time, unless the detections contradict the dead time: more of them
-// follow each other sooner than moves a value by a tenth of its deviation, or hardly any time is
-// left in which the detector could have been alive.
-void FrameEstimator::Workspace::see_blind_time(const FrameView& view) {
-  constexpr double few = 2;
-  constexpr double deviations = 0.1;
-  constexpr double most_blind = 0.999;
-  blind->find(view, train);
-  const double most = few + deviations * std::sqrt(static_cast<double>(frame.size()));
-  knows_blind_time = (blind->share < 1 || static_cast<double>(blind->early) <= most) &&
-                     blind->blind_ns <= most_blind * frame.seen_ns;
-  if (knows_blind_time) frame.blind = &*blind;
-}
-
-// Before the search: a blind time that lowers b or S by least_correction is part of everything that
-// is fitted. The blind share of the time lowers both by as much of themselves.
-void FrameEstimator::Workspace::look_for_blind_time(const FrameView& view) {
-  frame.blind = nullptr;
-  knows_blind_time = blind.has_value();
-  if (!blind) return;
-  blind->share_roughly(view);
-  const double deviations = loss_to_dead_time() * std::sqrt(static_cast<double>(frame.size()));
-  if (deviations >= least_correction) see_blind_time(view);
-}
-
-// Whether the dead time moves a value by least_correction because photons keep later photons of
-// their own pulse from being seen. S then reads low by S / 2 of itself.
-bool FrameEstimator::Workspace::pulses_feel_dead_time(const Fit& fit) const {
-  const double S = fit.parameters.signal_per_pulse * blind->share;
-  const double signal = S * train.pulses_per_ns * frame.seen_ns;
-  return S / 2 * std::sqrt(signal) >= least_correction;
-}
-
-// After the search: gives the frame its blind time where the search did without and the pulses turn
-// out to be so bright that it matters. Returns whether it did, so that the fit is to be made anew.
-bool FrameEstimator::Workspace::see_blind_time_of_pulses(const FrameView& view, const Fit& fit) {
-  if (!knows_blind_time || frame.blind != nullptr || !pulses_feel_dead_time(fit)) return false;
-  see_blind_time(view);
-  return frame.blind != nullptr;
-}
-
 Fit FrameEstimator::Workspace::with_blind_time(const FrameView& view, const Fit& fit) {
-  if (!see_blind_time_of_pulses(view, fit)) return fit;
+  if (!dead_time || !dead_time->look_at_pulses(view, frame, fit)) return fit;
   const DelayLine line = fit.parameters.line;
   return moving() ? search.fit_moving(frame, line) : search.fit_at_rest(frame, line.delay_ns);
 }
 
 BentFit FrameEstimator::Workspace::with_blind_time(const FrameView& view, const BentFit& bent) {
-  if (!see_blind_time_of_pulses(view, bent.fit)) return bent;
+  if (!dead_time || !dead_time->look_at_pulses(view, frame, bent.fit)) return bent;
   return bends->refine(frame, bent.fit.parameters.line, bent.bend_ns);
 }
 
 // With the light as it is if none of the photons is from a target.
 void FrameEstimator::Workspace::say_blind_time(Estimate& estimate) const {
-  estimate.dead_time_modelled = knows_blind_time;
-  estimate.blind_fraction = !knows_blind_time        ? 0
-                            : frame.blind != nullptr ? frame.blind->blind_ns / frame.seen_ns
-                                                     : loss_to_dead_time();
+  if (dead_time) dead_time->say(frame, estimate);
   estimate.background_per_ns =
       static_cast<double>(estimate.photons) / frame.seen_ns / (1 - estimate.blind_fraction);
 }
@@ -522,7 +464,7 @@ void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate
                                        TargetTrack* track) const {
   const bool is_sure = estimate.range_odds_nats >= least_odds_nats;
   if (frame.blind != nullptr) {
-    estimate.low_by_split = low_by_split(view, estimate, train.pulses_per_ns);
+    estimate.low_by_split = low_by_split(view, estimate, train);
   }
   estimate.status = mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) remember(view, estimate, *track);
@@ -545,7 +487,8 @@ Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack*
   if (estimate.photons == 0 || seen_ns <= 0) return estimate;
 
   frame.fold(view, train);
-  look_for_blind_time(view);
+  frame.blind = nullptr;
+  if (dead_time) dead_time->look(view, frame);
   if (bends && scene.motion == Motion::accelerating) {
     estimate_bent(view, estimate, track, most);
     return estimate;
@@ -582,9 +525,13 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
                                const SceneOptions& scene, const EstimatorOptions& options,
                                double frame_length_ms, std::size_t max_photons,
                                ClockReference reference, const DetectorOptions& detector,
-                               std::size_t inputs)
-    : workspace_(std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
-                                             max_photons, reference, detector, inputs)) {}
+                               std::size_t inputs) {
+  refuse_if(scene.validate(), "/scene");
+  refuse_if(options.validate(scene), "/estimator");
+  refuse_if(pulse.validate(scene, options), "/pulse");
+  workspace_ = std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
+                                           max_photons, reference, detector, inputs);
+}
 
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;

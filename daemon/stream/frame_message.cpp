@@ -49,20 +49,20 @@ bool is_low_by_split(const Estimate& estimate) {
 }
 
 bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameContext& context) {
+  const double in_a_pulse =
+      estimate.has_values ? estimate.signal_per_pulse * context.mean_amplitude : 0;
   if (estimate.dead_time_modelled) {
-    const double in_a_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
     return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate);
   }
   const double seen = seen_ns(frame);
   if (!(context.dead_time_ns > 0) || !(seen > 0)) return false;
   const double photons_per_ns = static_cast<double>(frame.photons_ps.size()) / seen;
-  const double signal_per_pulse = estimate.has_values ? estimate.signal_per_pulse : 0;
-  if (photons_per_ns * context.dead_time_ns + signal_per_pulse > max_dead_time_chance) return true;
-  if (!context.dead_time_left_out || !(signal_per_pulse > 0)) return false;
+  if (photons_per_ns * context.dead_time_ns + in_a_pulse > max_dead_time_chance) return true;
+  // It was to be modelled: what the model would have mended is too much.
+  if (!context.models_dead_time || !(in_a_pulse > 0)) return false;
   // Of a pulse's photons half are behind another, on average, where there are few.
-  const double lost =
-      (photons_per_ns * context.dead_time_ns + signal_per_pulse / 2) / context.inputs;
-  return lost * signal_per_pulse > most_deviations * estimate.std_signal_per_pulse;
+  const double lost = (photons_per_ns * context.dead_time_ns + in_a_pulse / 2) / context.inputs;
+  return lost * estimate.signal_per_pulse > most_deviations * estimate.std_signal_per_pulse;
 }
 
 FrameStatus status_of(const Frame& frame, const Estimate& estimate, const FrameContext& context) {
@@ -84,7 +84,7 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   }
   message.signal_per_pulse = estimate.signal_per_pulse;
   message.std_signal_per_pulse = estimate.std_signal_per_pulse;
-  message.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
+  message.signal_per_period = estimate.signal_per_pulse * context.amplitude_per_period;
   message.delay_ns = estimate.delay_start_ns;
   message.amplitude_misfit = estimate.amplitude_misfit;
   message.pulse_misfit = estimate.pulse_misfit;
@@ -122,7 +122,7 @@ FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameC
   if (estimate.std_velocity_mps > 0) target.std_velocity_mps = estimate.std_velocity_mps;
   target.signal_per_pulse = estimate.signal_per_pulse;
   target.std_signal_per_pulse = estimate.std_signal_per_pulse;
-  target.signal_per_period = estimate.signal_per_pulse * context.amplitude_sum;
+  target.signal_per_period = estimate.signal_per_pulse * context.amplitude_per_period;
   target.delay_ns = estimate.delay_start_ns;
   target.significance = estimate.significance_nats;
   target.range_odds_nats = estimate.range_odds_nats;
@@ -176,9 +176,9 @@ FrameMessage::Sync sync_message(const SyncFit& fit) {
 
 }  // namespace
 
-bool is_beyond_model(double blind_fraction, double signal_per_pulse) {
+bool is_beyond_model(double blind_fraction, double in_a_pulse) {
   const double in_a_dead_time = blind_fraction / (1 - blind_fraction);
-  return !(in_a_dead_time <= most_in_a_dead_time) || signal_per_pulse > most_in_a_pulse;
+  return !(in_a_dead_time <= most_in_a_dead_time) || in_a_pulse > most_in_a_pulse;
 }
 
 FrameContext frame_context(const Config& config) {
@@ -187,16 +187,12 @@ FrameContext frame_context(const Config& config) {
   context.range_offset_m = config.scene.range_offset_m;
   context.min_seen_fraction = config.frame.min_seen_fraction;
   context.dead_time_ns = config.detector.dead_time_ns;
-  context.dead_time_left_out = !unmodelled_by(config).empty();
+  context.models_dead_time = config.detector.dead_time == DeadTime::modelled;
   context.inputs = static_cast<double>(std::max<std::size_t>(config.channels.photon.size(), 1));
   context.lists_targets = config.scene.targets > 1;
   context.period_ps = pattern_period_ps(config.pattern);
-  for (const PatternSegment& segment : config.pattern.segments) {
-    double sum = 0;
-    for (const double amplitude : segment.amplitudes) sum += amplitude;
-    const auto times = static_cast<double>(std::max<std::int64_t>(segment.repeats, 1));
-    context.amplitude_sum += sum * times;
-  }
+  context.amplitude_per_period = amplitude_per_period(config.pattern);
+  context.mean_amplitude = mean_amplitude(config.pattern);
   return context;
 }
 

@@ -16,10 +16,11 @@ struct FrameContext {
   double range_offset_m = 0;        // of the instrument, subtracted from each distance
   double min_seen_fraction = 0;     // below it a frame is incomplete
   double dead_time_ns = 0;          // 0: not known
-  bool dead_time_left_out = false;  // it is to be modelled, and something leaves it out
+  bool models_dead_time = false;    // detector.dead_time
   double inputs = 1;                // of the detector, that share the light
   double period_ps = 0;             // of the pattern, for frames that did not measure it
-  double amplitude_sum = 0;         // of all pulses in one pattern period
+  double amplitude_per_period = 0;  // of all pulses in one pattern period
+  double mean_amplitude = 1;        // of a pulse
   bool lists_targets = false;       // scene.targets is more than 1
   // The source counts syncs and does not time them (SourceInfo): there is nothing to say of them.
   bool syncs_are_counted = false;
@@ -40,13 +41,14 @@ struct FrameTiming {
 // min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
 // model, or inputs share the light so unevenly that the signal is low by half of its deviation, or
 // where it is not modelled and more than a tenth of the signal photons would fall
-// into the detector's dead time; or, where it is to be modelled and is left out, so many that the
-// signal is low by half of its deviation.
+// into the detector's dead time; or, where it is to be modelled and is left out, or detections
+// contradict it, so many that the signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
 
-// Whether there is more light than the model of the dead time is for.
-bool is_beyond_model(double blind_fraction, double signal_per_pulse);
+// Whether there is more light than the model of the dead time is for. in_a_pulse: signal photons in
+// a pulse of mean amplitude.
+bool is_beyond_model(double blind_fraction, double in_a_pulse);
 
 // What leaves a dead time out that is given and to be modelled: "scene.targets above 1", or another
 // key with its value; empty where nothing does.

@@ -154,7 +154,7 @@ std::optional<double> DeadTimeCheck::misfit_ns(const FrameView& frame, Times tim
   light.per_ns = light.photons / seen_ns;
   light.looked = static_cast<double>(times_ps.size());
   if (estimate.has_values && estimate.std_signal_per_pulse > 0) {
-    light.S = estimate.signal_per_pulse * train_.amplitude_per_ns / train_.pulses_per_ns / inputs_;
+    light.S = estimate.signal_per_pulse * train_.mean_amplitude() / inputs_;
     light.in_deviations = estimate.signal_per_pulse / estimate.std_signal_per_pulse;
   }
   // The pattern's own period, and of rates in turn that of the first.

@@ -2,6 +2,7 @@
 
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
+#include "estimator/model/pulse_train.hpp"
 
 namespace splid {
 
@@ -15,7 +16,7 @@ namespace splid {
 // third, as their counts understate V too (docs/evidence/dead-time.md, rows `split`).
 //
 // By how much of itself the signal of an estimate of this frame is low; 0 where the photons of each
-// input are not known. pulses_per_ns: of the pattern. Threads: any. Errors: none.
-double low_by_split(const FrameView& frame, const Estimate& estimate, double pulses_per_ns);
+// input are not known. Threads: any. Errors: none.
+double low_by_split(const FrameView& frame, const Estimate& estimate, const PulseTrain& train);
 
 }  // namespace splid

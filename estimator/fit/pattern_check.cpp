@@ -128,8 +128,7 @@ void PatternCheck::add_bins(const PulseTrain::Stretch& stretch, const PulseShape
 }
 
 PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParameters& found) {
-  path_.begin(found.signal_per_pulse * train_.amplitude_per_ns / train_.pulses_per_ns,
-              found.background_per_ns,
+  path_.begin(found.signal_per_pulse * train_.mean_amplitude(), found.background_per_ns,
               train_.single() && frame.seen_ns > 0.99 * frame.length_ns * frame.scale);
   PatternVerdict verdict;
   if (frame.size() == 0) return verdict;
@@ -165,8 +164,7 @@ PulseVerdict PatternCheck::judge_pulse(const FoldedFrame& frame,
   double hidden = 0;
   if (frame.blind != nullptr) {
     if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return {};
-    hidden = found.signal_per_pulse * frame.blind->share * train_.amplitude_per_ns /
-             train_.pulses_per_ns;
+    hidden = found.signal_per_pulse * frame.blind->share * train_.mean_amplitude();
   }
   return pulse_.judge(background_in_bin(frame, found.background_per_ns), hidden);
 }

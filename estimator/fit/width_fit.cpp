@@ -7,7 +7,6 @@
 
 #include "estimator/fit/small_matrix.hpp"
 #include "estimator/model/units.hpp"
-#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -183,13 +182,9 @@ std::optional<FittedWidth> WidthFit::with_covariance(const Exposure& exposure, b
   return fitted;
 }
 
-std::unique_ptr<WidthFit> make_width_fit(const PulseOptions& pulse, const SceneOptions& scene,
-                                         const EstimatorOptions& options, const PulseTrain& train,
+std::unique_ptr<WidthFit> make_width_fit(const PulseOptions& pulse, const PulseTrain& train,
                                          std::size_t max_photons) {
   if (pulse.width == PulseWidth::fixed) return nullptr;
-  if (const auto fault = pulse.validate(scene, options)) {
-    throw Error(Fault::usage, "pulse" + fault->pointer + ": " + fault->what);
-  }
   return std::make_unique<WidthFit>(pulse.sigma_ps * ns_per_ps, train, max_photons);
 }
 

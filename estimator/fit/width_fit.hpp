@@ -60,9 +60,7 @@ class WidthFit {
 };
 
 // Null where the width is not to be fitted.
-// Errors: Error(Fault::usage) where a fitted width does not go with the other options.
-std::unique_ptr<WidthFit> make_width_fit(const PulseOptions& pulse, const SceneOptions& scene,
-                                         const EstimatorOptions& options, const PulseTrain& train,
+std::unique_ptr<WidthFit> make_width_fit(const PulseOptions& pulse, const PulseTrain& train,
                                          std::size_t max_photons);
 
 }  // namespace splid

@@ -35,6 +35,7 @@ struct PulseTrain {
   // The stretch that a time in [0, period_ns) lies in.
   [[nodiscard]] std::size_t stretch_at(double time_ns) const;
   [[nodiscard]] bool single() const { return stretches.size() == 1; }
+  [[nodiscard]] double mean_amplitude() const { return amplitude_per_ns / pulses_per_ns; }
 };
 
 // A train's near copies: shifts in (0, circle), ns, ascending, by which the train nearly falls on

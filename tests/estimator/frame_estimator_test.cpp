@@ -1,5 +1,6 @@
 #include "estimator/frame_estimator.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -425,6 +426,29 @@ TEST(FrameEstimator, RefusesWhatDoesNotFitTogether) {
   PulseOptions pulse;
   pulse.shape = Shape::tabulated;
   EXPECT_THROW(FrameEstimator(made.pattern, pulse, {}, {}, 50, 1000), Error);
+}
+
+TEST(FrameEstimator, OptionsThatDoNotGoTogetherAreRefusedByTheirPlace) {
+  const auto error_of = [](const PulseOptions& pulse, const SceneOptions& scene,
+                           const EstimatorOptions& options) {
+    try {
+      const FrameEstimator made(paper_scene().pattern, pulse, scene, options, 50, 1000);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  SceneOptions several;
+  several.targets = 2;
+  several.motion = Motion::accelerating;
+  EXPECT_THAT(error_of({}, several, {}), testing::StartsWith("/scene/"));
+  several.motion = Motion::moving;
+  EXPECT_EQ(error_of({}, several, {}), "");
+  EXPECT_THAT(error_of({}, several, {.method = Method::paper}),
+              testing::StartsWith("/estimator/method: "));
+  PulseOptions fitted;
+  fitted.width = PulseWidth::fitted;
+  EXPECT_THAT(error_of(fitted, several, {}), testing::StartsWith("/pulse/width: "));
 }
 
 // Bright and dark frames of a scene, each on its own and followed.

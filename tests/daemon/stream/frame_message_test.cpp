@@ -16,7 +16,7 @@ class FrameMessages : public testing::Test {
     context.range_offset_m = 10;
     context.min_seen_fraction = 0.9;
     context.period_ps = 3'780'000;
-    context.amplitude_sum = 40;
+    context.amplitude_per_period = 40;
     frame.sequence = 7;
     frame.start_ps = 1'000;
     frame.end_ps = 50'000'001'000;
@@ -179,7 +179,7 @@ TEST_F(FrameMessages, AreSaturatedWhereTheDeadTimeBiasesTheSignalByHalfOfItsDevi
   estimate.signal_per_pulse = 1e-3;
   estimate.std_signal_per_pulse = 1e-3 / 400;
   EXPECT_EQ(make().status, FrameStatus::ok);
-  context.dead_time_left_out = true;
+  context.models_dead_time = true;
   EXPECT_EQ(make().status, FrameStatus::saturated);
   context.inputs = 2;
   EXPECT_EQ(make().status, FrameStatus::ok);
@@ -238,6 +238,20 @@ TEST_F(FrameMessages, WithTheDeadTimeModelledAreSaturatedBeyondTheModelOnly) {
   EXPECT_EQ(make().status, FrameStatus::saturated);
   estimate.signal_per_pulse = 9.9;
   EXPECT_EQ(make().status, FrameStatus::ok);
+}
+
+// Ten times the amplitudes with a tenth of the signal are the same light.
+TEST_F(FrameMessages, AreSaturatedByTheLightOfAPulseWhateverItsAmplitude) {
+  context.dead_time_ns = 1;
+  context.mean_amplitude = 10;
+  estimate.signal_per_pulse = 0.011;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  estimate.signal_per_pulse = 0.009;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  estimate.dead_time_modelled = true;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  estimate.signal_per_pulse = 1.1;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
 }
 
 TEST_F(FrameMessages, AreSaturatedWhereInputsShareTheLightTooUnevenly) {
@@ -313,8 +327,13 @@ TEST(FrameContext, SumsTheAmplitudesOfAllPulsesInAPeriod) {
   config.pattern.mode = Mode::mrr;
   config.pattern.segments = {{1000, {0}, {0.5}, 10}, {1100, {0, 10}, {1, 2}, 20}};
   const FrameContext context = frame_context(config);
-  EXPECT_DOUBLE_EQ(context.amplitude_sum, 5 + 60);
+  EXPECT_DOUBLE_EQ(context.amplitude_per_period, 5 + 60);
+  EXPECT_DOUBLE_EQ(context.mean_amplitude, 65.0 / 50);
   EXPECT_DOUBLE_EQ(context.period_ps, 32'000);
+  // A single segment is one period, however often it is played.
+  config.pattern.mode = Mode::interleaved;
+  config.pattern.segments = {{1000, {0, 300}, {0.5, 1.5}, 10}};
+  EXPECT_DOUBLE_EQ(frame_context(config).amplitude_per_period, 2);
 }
 
 }  // namespace

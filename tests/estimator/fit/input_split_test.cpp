@@ -57,10 +57,10 @@ TEST(InputSplit, SaysNothingWhereTheCountsAreNotKnown) {
   estimate.signal_per_pulse = 3;
   FrameView frame;
   frame.end_ps = 1'000'000'000;
-  EXPECT_EQ(low_by_split(frame, estimate, 0.01), 0);
+  EXPECT_EQ(low_by_split(frame, estimate, PulseTrain(test::periodic_pattern(100000))), 0);
   const std::vector<std::uint64_t> counts = {900, 100};
   frame.photons_of_input = counts;
-  EXPECT_GT(low_by_split(frame, estimate, 0.01), 0.01);
+  EXPECT_GT(low_by_split(frame, estimate, PulseTrain(test::periodic_pattern(100000))), 0.01);
 }
 
 }  // namespace

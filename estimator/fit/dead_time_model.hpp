@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+
+#include "estimator/fit/refinement.hpp"
+#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/pulse_train.hpp"
+
+namespace splid {
+
+// Says of each frame whether the detector's dead time is part of what is fitted: where it moves a
+// value by more than 0.05 deviations, and detections do not contradict it.
+//
+// Threads: one thread for each object. Errors: none. No allocation after construction for frames of
+// up to max_photons.
+class DeadTimeModel {
+ public:
+  // Arguments: as for BlindTime. train: outlives this.
+  DeadTimeModel(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
+                std::size_t max_photons, double reach_ns);
+
+  // Before the search: a blind time that lowers b or S is part of everything that is fitted. The
+  // blind share of the time lowers both by as much of themselves. frame: the folded view, to which
+  // its blind time is given.
+  void look(const FrameView& view, FoldedFrame& frame);
+  // After the search: gives the frame its blind time where the search did without and the pulses
+  // turn out to be so bright that it matters. Returns whether it did, so that the fit is to be made
+  // anew.
+  bool look_at_pulses(const FrameView& view, FoldedFrame& frame, const Fit& fit);
+  void say(const FoldedFrame& frame, Estimate& estimate) const;
+
+ private:
+  [[nodiscard]] double loss(const FoldedFrame& frame) const;
+  [[nodiscard]] bool do_pulses_feel_it(const FoldedFrame& frame, const Fit& fit) const;
+  void take(const FrameView& view, FoldedFrame& frame);
+
+  const PulseTrain& train_;
+  BlindTime blind_;
+  bool holds_ = true;  // of the last frame: it is modelled, or too short to matter
+};
+
+}  // namespace splid
