@@ -37,4 +37,19 @@ std::size_t pulses_per_period(const Pattern& pattern) {
   return pulses;
 }
 
+double amplitude_per_period(const Pattern& pattern) {
+  const bool is_one = pattern.segments.size() == 1;
+  double all = 0;
+  for (const PatternSegment& segment : pattern.segments) {
+    double once = 0;
+    for (const double amplitude : segment.amplitudes) once += amplitude;
+    all += is_one ? once : once * static_cast<double>(segment.repeats);
+  }
+  return all;
+}
+
+double mean_amplitude(const Pattern& pattern) {
+  return amplitude_per_period(pattern) / static_cast<double>(pulses_per_period(pattern));
+}
+
 }  // namespace splid

@@ -73,6 +73,10 @@ double pattern_period_ps(const Pattern& pattern);
 // The number of pulses in one pattern period.
 std::size_t pulses_per_period(const Pattern& pattern);
 
+// The sum of the amplitudes of these pulses, and their mean.
+double amplitude_per_period(const Pattern& pattern);
+double mean_amplitude(const Pattern& pattern);
+
 // Null if the pattern can be used; otherwise one sentence naming the member (as a JSON pointer such
 // as /segments/0/period_ps), its value and the bound that it breaks.
 std::optional<std::string> validate(const Pattern& pattern);

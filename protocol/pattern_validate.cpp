@@ -14,6 +14,10 @@ using Finding = std::optional<std::string>;
 // exactly.
 constexpr double max_period_ps = 1e12;
 
+// The search sorts photons by the segment that they may have left in, and by one more group for
+// those between two, in numbers of 8 bits.
+constexpr std::size_t max_segments = 255;
+
 std::string as_text(double value) {
   return std::isfinite(value) ? number_text(value) : std::string("not finite");
 }
@@ -88,6 +92,10 @@ Finding check_segments(const Pattern& pattern) {
     return fault("/segments", std::to_string(count) + " segments",
                  std::string("mode ") + to_string(pattern.mode) +
                      (mrr ? " needs two or more" : " has exactly one"));
+  }
+  if (count > max_segments) {
+    return fault("/segments", std::to_string(count) + " segments",
+                 "there must be at most " + std::to_string(max_segments));
   }
   for (std::size_t i = 0; i < count; ++i) {
     const std::string pointer = "/segments/" + std::to_string(i);

@@ -8,7 +8,7 @@ NearSeveral::NearSeveral(std::size_t max_photons, std::size_t max_entries) {
   for (auto* values : {&residual_ns, &position, &amplitude}) values->reserve(max_entries);
   target.reserve(max_entries);
   who_.reserve(max_photons);
-  for (auto& places : place_) places.resize(max_photons);
+  for (auto& places : place_) places.reserve(max_photons);
   index_.reserve(max_photons + 1);
   crowded_.reserve(max_photons + 1);
   groups_.reserve(is_crowded);

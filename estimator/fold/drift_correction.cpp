@@ -13,11 +13,6 @@ DriftCorrection::DriftCorrection(const FrameView& frame, double period_ns)
       to_ns_(ns_per_ps / scale_),
       length_ns_(static_cast<double>(frame.end_ps - frame.start_ps) * to_ns_) {}
 
-// [P] Eq. 20: a time in the tagger's clock becomes a time in the clock of the calibrated pattern.
-double DriftCorrection::time_ns(std::int64_t tagger_ps) const {
-  return static_cast<double>(tagger_ps - mid_ps_) * to_ns_;
-}
-
 void DriftCorrection::correct(double* times_ns, double* phases_ns, std::uint32_t* phases_32) const {
   const SyncFit& sync = frame_.sync;
   const double start_phase_ps =

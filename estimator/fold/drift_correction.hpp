@@ -23,9 +23,8 @@ class DriftCorrection {
   DriftCorrection(const FrameView& frame, double period_ns);
 
   [[nodiscard]] double scale() const { return scale_; }
-  // The duration of the frame, and a time from mid-frame, in the pattern's clock.
+  // The duration of the frame in the pattern's clock.
   [[nodiscard]] double length_ns() const { return length_ns_; }
-  [[nodiscard]] double time_ns(std::int64_t tagger_ps) const;
 
   // Writes for each photon of the frame its time from mid-frame, its phase in [0, period_ns), and
   // that phase in 2^-32 of a period. Each array has room for all photons.

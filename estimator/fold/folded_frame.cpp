@@ -32,8 +32,6 @@ FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, doubl
   for (auto* values : {&phase_ns, &time_ns}) values->reserve(max_photons);
   phase_32.reserve(max_photons);
   group_end.reserve(train.stretches.size() + 1);
-  lost_begin_ns.reserve(64);
-  lost_end_ns.reserve(64);
   if (train.single()) return;
   group_.reserve(max_photons);
   for (auto* values : {&phases_, &times_}) values->reserve(max_photons);
@@ -61,12 +59,8 @@ void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
   length_ns = correction.length_ns();
 
   seen_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;
-  lost_begin_ns.clear();
-  lost_end_ns.clear();
   for (const Loss& loss : frame.losses) {
     seen_ns -= static_cast<double>(loss.end_ps - loss.begin_ps) * ns_per_ps;
-    lost_begin_ns.push_back(correction.time_ns(loss.begin_ps));
-    lost_end_ns.push_back(correction.time_ns(loss.end_ps));
   }
 }
 
@@ -107,8 +101,6 @@ void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const Puls
   seen_ns = bent.seen_ns;
   scale = bent.scale;
   blind = nullptr;
-  lost_begin_ns = bent.lost_begin_ns;
-  lost_end_ns = bent.lost_end_ns;
   group_end = bent.group_end;
   time_ns = bent.time_ns;
   phase_ns = bent.phase_ns;

@@ -39,15 +39,14 @@ struct BlindTime;
 // they may have left in the stretch before, and photons of stretches whose period does not fit into
 // the circle of delays.
 struct FoldedFrame {
-  std::vector<double> phase_ns;                    // in [0, pattern period)
-  std::vector<double> time_ns;                     // from mid-frame, in [-length / 2, length / 2]
-  std::vector<std::uint32_t> phase_32;             // from the stretch's begin, in 2^-32 of its
-                                                   // comb's period: wraps by itself
-  std::vector<std::size_t> group_end;              // photons of group k end here
-  double length_ns = 0;                            // t_a
-  double seen_ns = 0;                              // t_a less losses, in the tagger's clock
-  double scale = 1;                                // measured over calibrated period
-  std::vector<double> lost_begin_ns, lost_end_ns;  // losses, from mid-frame
+  std::vector<double> phase_ns;         // in [0, pattern period)
+  std::vector<double> time_ns;          // from mid-frame, in [-length / 2, length / 2]
+  std::vector<std::uint32_t> phase_32;  // from the stretch's begin, in 2^-32 of its
+                                        // comb's period: wraps by itself
+  std::vector<std::size_t> group_end;   // photons of group k end here
+  double length_ns = 0;                 // t_a
+  double seen_ns = 0;                   // t_a less losses, in the tagger's clock
+  double scale = 1;                     // measured over calibrated period
   // When the detector was blind, where the likelihood is to know it; else null. Not owned. A sample
   // of the frame does not have it.
   const BlindTime* blind = nullptr;

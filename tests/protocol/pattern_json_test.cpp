@@ -160,6 +160,13 @@ TEST(PatternJson, WrongTypesAreNamed) {
 }
 
 TEST(PatternJson, BrokenBoundsAreNamed) {
+  Pattern many;
+  many.mode = Mode::mrr;
+  for (int k = 0; k < 256; ++k) {
+    many.segments.push_back({1000.0 + k, {0}, {1}, 2});
+    many.subperiods_ps.push_back(1000.0 + k);
+  }
+  EXPECT_THAT(validate(many).value_or(""), HasSubstr("/segments: 256 segments; there must be at"));
   EXPECT_THAT(pattern_error(with("250.125", "-1")),
               HasSubstr("/segments/0/pulse_times_ps/2: -1; "));
   EXPECT_THAT(pattern_error(with("\"amplitudes\":[1,", "\"amplitudes\":[")),
