@@ -448,6 +448,8 @@ void FrameEstimator::Workspace::say_light(Estimate& estimate, const PathVerdict&
   path.widen(estimate, to_reference(), frame.length_ns, pulse.misfit.has_value());
   if (bends) {
     path.widen_if_accelerating(estimate, to_reference(), frame.length_ns, pulse.misfit.has_value());
+  } else if (!several) {
+    path.say_excess(estimate);
   }
   say_pulse(estimate, pulse);
 }

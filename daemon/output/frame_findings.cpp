@@ -85,8 +85,10 @@ std::string mean_in_words(const PathMean& path) {
       path.excess());
   if (!path.is_of_bent_paths()) {
     return how_much +
-           ": the target accelerates, and distances or velocities are off by more than their "
-           "deviations say; set scene.motion accelerating, or make frames shorter";
+           ": the target accelerates or vibrates, or the pattern's clock wanders, and distances or "
+           "velocities are off by more than their deviations say; set scene.motion accelerating, "
+           "or "
+           "make frames shorter";
   }
   return fmt::format(
       "{}: its acceleration changes, and velocities are off by some {:.1f} of their deviations; "

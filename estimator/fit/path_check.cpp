@@ -88,6 +88,13 @@ void PathVerdict::widen(Estimate& estimate, double scale, double length_ns,
   widen_velocity(estimate, length_ns, std::hypot(travel_ns, parts() ? parting_ns : 0));
 }
 
+void PathVerdict::say_excess(Estimate& estimate) const {
+  if (photons < fewest_for_bend) return;
+  const double squares = deviations * deviations + turn_deviations * turn_deviations +
+                         swing_deviations * swing_deviations;
+  estimate.path_excess = std::sqrt(squares / 3);
+}
+
 void PathVerdict::widen_if_accelerating(Estimate& estimate, double scale, double length_ns,
                                         bool has_pulse_misfit) const {
   if (photons < fewest_for_bend) return;
@@ -209,7 +216,11 @@ void PathCheck::step_to_turn(PathVerdict& verdict) const {
   constexpr double first_slope = 3.0 / 20;
   Eigen::Vector4d score = Eigen::Vector4d::Zero();
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+  double squares = 0, lit = 0;
   for (std::size_t i = 0; i < parts; ++i) {
+    if (!(parts_[i].slopes > 0)) continue;
+    squares += parts_[i].slope * parts_[i].slope / parts_[i].slopes;
+    lit += 1;
     const double s = (static_cast<double>(i) + 0.5) / parts - 0.5;
     const Eigen::Vector4d by(1, s, s * s - 1.0 / 12, s * (s * s - first_slope));
     score += parts_[i].slope * by;
@@ -223,6 +234,11 @@ void PathCheck::step_to_turn(PathVerdict& verdict) const {
   verdict.turn_ns = step[3];
   verdict.turn_deviations = step[3] / std::sqrt(covariance(3, 3));
   verdict.turn_travel_ns = std::abs(step[1] - first_slope * step[3]);
+  // What is left of chi squared without these four, which has two for each degree of freedom as
+  // its variance.
+  const double degrees = lit - 4;
+  if (!(degrees > 1)) return;
+  verdict.swing_deviations = (squares - score.dot(step) - degrees) / std::sqrt(2 * degrees);
 }
 
 // The curvature of the spread over the frame, by one step of scoring from none: two at +-(d + t s)

@@ -22,6 +22,9 @@ struct PathVerdict {
   // j t_a^3 / (3 c) of a path whose acceleration changes by j, by such a step with delay, travel
   // and bend free; in deviations from none; and by how much it puts the travel at mid-frame off.
   double turn_ns = 0, turn_deviations = 0, turn_travel_ns = 0;
+  // How much the light swings about the path beyond a bend and a turn, in deviations of the sum
+  // over 32 parts of the frame of what each is late by.
+  double swing_deviations = 0;
   double photons = 0;    // of signal, that were looked at
   bool is_even = false;  // the signal is spread over the frame as evenly as chance has it
   // The share of the frame in which the signal is surely missing, in eighths.
@@ -55,12 +58,15 @@ struct PathVerdict {
   // meets other light. scale: the estimate's clock over the pattern's. length_ns: of the
   // frame, pattern's clock.
   void widen(Estimate& estimate, double scale, double length_ns, bool has_pulse_misfit) const;
-  // Where targets may accelerate, the same for an acceleration that changes, and for what is likely
-  // and not sure. Says by how much the path appears to be another one, to be averaged over frames.
-  // To be called after widen().
+  // Says by how much the path appears to be another one, where it was taken as straight and no
+  // acceleration is looked for: the root mean square of bend, turn and swing.
+  void say_excess(Estimate& estimate) const;
+  // Where targets may accelerate, the same as widen() for an acceleration that changes, and for
+  // what is likely and not sure. Says by how much the path appears to be another one, to be
+  // averaged over frames. To be called after widen().
   //
-  // Design note: elsewhere nothing is said of a change. Bright frames of sources at rest show one
-  // where the pattern's clock wanders within the frame, which is no motion.
+  // Design note: elsewhere no frame says a jerk. Bright frames of sources at rest show one where
+  // the pattern's clock wanders within the frame, which is no motion.
   void widen_if_accelerating(Estimate& estimate, double scale, double length_ns,
                              bool has_pulse_misfit) const;
 

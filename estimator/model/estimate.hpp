@@ -100,8 +100,8 @@ struct Estimate {
   // holds what that leaves uncertain. See PathCheck.
   std::optional<double> jerk_misfit_mps3;
   // By how many of chance's deviations the path appears to be another than the fitted one, sure or
-  // not: a root mean square, over frames, that is 1 where the path is right. Absent where targets
-  // are not taken to accelerate, and where photons are few.
+  // not: a root mean square, over frames, that is 1 where the path is right. Absent where photons
+  // are few, and in frames of several targets.
   std::optional<double> path_excess;
   // The share of the frame's time in which the target's light is surely missing; absent where no
   // light is missing. With a gap, the deviations of delay and velocity are those of a path that may

@@ -110,8 +110,8 @@ TEST(TurnOfAFrame, IsSaidAndInTheDeviationOfTheVelocity) {
   }
 }
 
-// Where the acceleration passes through zero at mid-frame, a straight path is fitted. Nothing is
-// said where targets are not taken to accelerate.
+// Where the acceleration passes through zero at mid-frame, a straight path is fitted. Where targets
+// are not taken to accelerate, no frame says a jerk.
 TEST(TurnOfAFrame, IsSaidOfAStraightPathToo) {
   test::FrameMaker made = turning_target(200, 100);
   made.acceleration_mps2 = 0;
@@ -127,7 +127,8 @@ TEST(TurnOfAFrame, IsSaidOfAStraightPathToo) {
     EXPECT_LT(velocity_off(e, made), 2 * e.std_velocity_mps);
     EXPECT_TRUE(e.path_excess);
     const Estimate other = moving.estimate(frame.view());
-    EXPECT_FALSE(other.jerk_misfit_mps3 || other.path_excess);
+    EXPECT_FALSE(other.jerk_misfit_mps3);
+    EXPECT_GT(other.path_excess.value_or(0), 2);
   }
 }
 
@@ -165,6 +166,60 @@ TEST(TurnOfAFrame, ThatIsNoneIsNotSaid) {
     squares += std::pow(e.path_excess.value(), 2) / frames;
   }
   EXPECT_NEAR(squares, 1, 4 * std::sqrt(2.0 / frames));
+}
+
+double rms_excess(const test::FrameMaker& made, int frames) {
+  FrameEstimator moving(made.pattern, {}, {}, {}, made.length_ms, 200'000);
+  double squares = 0;
+  for (int n = 1; n <= frames; ++n) {
+    const Estimate e = moving.estimate(made.make(static_cast<std::uint64_t>(n)).view());
+    EXPECT_TRUE(e.path_excess) << n;
+    squares += std::pow(e.path_excess.value_or(0), 2) / frames;
+  }
+  return std::sqrt(squares);
+}
+
+// Each of the three is 1 by chance, so that their mean square has a variance of 2 / 3 or less. At
+// 20 m/s^2 the distance is off by three of its deviations in 50 ms, which few frames say.
+TEST(PathOfAFrame, ThatIsNotStraightShowsInManyFrames) {
+  test::FrameMaker made = turning_target(50, 0);
+  made.acceleration_mps2 = 0;
+  const int frames = test::times(150);
+  EXPECT_NEAR(rms_excess(made, frames), 1, 4 * 0.5 * std::sqrt(1.0 / frames));
+  made.acceleration_mps2 = 20;
+  EXPECT_GT(rms_excess(made, 40), 1.6);
+}
+
+// A target that swings by a third of a pulse width, four times in a frame: neither a bend nor a
+// turn.
+TEST(PathSwing, IsInTheLightOfTheParts) {
+  constexpr int photons = 400, draws = 200;
+  const GaussianPulse shape(turn_width_ns);
+  PathCheck check(shape, 9);
+  std::mt19937_64 random(19);
+  std::normal_distribution<double> pulse(0, turn_width_ns);
+  std::uniform_real_distribution<double> over(-0.5, 0.5);
+  for (const double swing_widths : {0.0, 0.33}) {
+    double mean = 0, squares = 0;
+    for (int n = 0; n < draws; ++n) {
+      check.begin(photons, 30, true);
+      for (int k = 0; k < photons; ++k) {
+        const double s = over(random);
+        const double off_ns = swing_widths * turn_width_ns * std::sin(8 * 3.14159265 * s);
+        check.add(pulse(random) + off_ns, s);
+      }
+      const double deviations = check.judge(1).swing_deviations;
+      mean += deviations / draws;
+      squares += deviations * deviations / draws;
+    }
+    if (swing_widths == 0) {
+      EXPECT_NEAR(mean, 0, 4 / std::sqrt(draws));
+      EXPECT_NEAR(squares, 1, 4 * std::sqrt(2.5 / draws));
+    } else {
+      // Chi squared is 400 (0.33)^2 / 2 more where each part has many photons, not 12.
+      EXPECT_GT(mean, 0.6 * 400 * 0.33 * 0.33 / 2 / std::sqrt(56));
+    }
+  }
 }
 
 // A path that bends by less than shows in a frame: 'auto' takes most frames as straight, whose
