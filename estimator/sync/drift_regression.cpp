@@ -3,9 +3,45 @@
 #include <cmath>
 
 namespace splid::sync {
+namespace {
+
+// r = a + b k + c k^2, in ps.
+struct Parabola {
+  double a = 0, b = 0, c = 0;
+  double std_b = 0, std_c = 0;
+  double sigma_ps = 0;  // of a sync, at least what a tagger's rounding makes
+  double rms_ps = 0;    // of the syncs about the parabola
+};
+
+Parabola parabola(const Sums& s) {
+  const double kk = s.sxx();
+  const double kkk = s.kkk - s.k * s.kk / s.n;
+  const double kkkk = s.kkkk - s.kk * s.kk / s.n;
+  const double kr = s.kr - s.k * s.r / s.n;
+  const double kkr = s.kkr - s.kk * s.r / s.n;
+  const double rr = s.rr - s.r * s.r / s.n;
+  const double spread = kkkk - kkk * kkk / kk;  // of k^2, beside what goes with k
+  Parabola p;
+  p.c = (kkr - kkk / kk * kr) / spread;
+  p.b = (kr - p.c * kkk) / kk;
+  p.a = (s.r - p.b * s.k - p.c * s.kk) / s.n;
+  const double about = std::max(rr - kr * kr / kk - p.c * p.c * spread, 0.0);
+  p.rms_ps = std::sqrt(about / s.n);
+  p.sigma_ps = std::max(std::sqrt(about / (s.n - 3)), least_sigma_ps / 2);
+  p.std_c = p.sigma_ps / std::sqrt(spread);
+  p.std_b = p.sigma_ps / std::sqrt(kk - kkk * kkk / kkkk);
+  return p;
+}
+
+}  // namespace
 
 Line Line::at_origin() const {
-  return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps};
+  return {phase_ps - std::round(phase_ps / period_ps) * period_ps, period_ps, bend_per_ps};
+}
+
+Line Line::later(double a_ps, double b, double c_per_ps) const {
+  const double stretch = 1 / (1 - b);
+  return {(phase_ps + a_ps) * stretch, period_ps * stretch, (bend_per_ps + c_per_ps) * stretch};
 }
 
 // [P] Eq. 19, the measured pattern period, as the slope of a regression through all syncs.
@@ -13,7 +49,7 @@ Line regressed(const Line& line, const Sums& sums) {
   const double sxx = sums.sxx();
   const double slope = sxx > 0 ? (sums.kr - sums.k * sums.r / sums.n) / sxx : 0;
   const double offset = (sums.r - slope * sums.k) / sums.n;
-  return {line.phase_ps + offset, line.period_ps + slope};
+  return {line.phase_ps + offset, line.period_ps + slope, line.bend_per_ps};
 }
 
 void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const Accepted& accepted) {
@@ -52,35 +88,32 @@ void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const A
   fit.jitter_ps = std::sqrt(s.squares(offset, slope) / s.n);
 }
 
-void fill_bend(SyncFit& fit, std::span<const double> syncs, double half_length_ps) {
+void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps,
+               const Accepted& accepted) {
+  constexpr double least_syncs = 16;
   constexpr double least_deviations = 4;
-  const double gate_ps = outlier_sigmas * fit.jitter_ps + least_sigma_ps;
-  double n = 0, u = 0, r = 0, uu = 0, ur = 0, rr = 0;
-  for (const double x_ps : syncs) {
-    const double from_phase_ps = x_ps - fit.phase_ps;
-    const double k = round_quickly(from_phase_ps / fit.period_ps);
-    const double off_ps = from_phase_ps - k * fit.period_ps;
-    if (std::abs(off_ps) > gate_ps) continue;
-    const double x = x_ps / half_length_ps;
-    const double square = x * x;
-    n += 1;
-    u += square;
-    r += off_ps;
-    uu += square * square;
-    ur += square * off_ps;
-    rr += off_ps * off_ps;
-  }
-  const double spread = uu - u * u / n;
-  if (n < 16 || !(spread > 0)) return;
-  const double bend_ps = (ur - u * r / n) / spread;
-  const double about_line = rr - r * r / n;
-  const double about_bend = std::max(about_line - bend_ps * bend_ps * spread, 0.0);
-  const double sigma_ps = std::max(std::sqrt(about_bend / (n - 3)), least_sigma_ps / 2);
-  if (std::abs(bend_ps) < least_deviations * sigma_ps / std::sqrt(spread)) return;
-  fit.bend_ps = bend_ps;
-  fit.bend_zero = u / n;
-  const double less = std::sqrt(about_bend / about_line);
-  for (double* value : {&fit.jitter_ps, &fit.std_phase_ps, &fit.std_period_ps}) *value *= less;
+  const Sums& s = accepted.sums;
+  if (s.n < least_syncs) return;
+  const Line& line = accepted.line;
+  const Parabola p = parabola(s);
+  const double c_per_ps = p.c / (line.period_ps * line.period_ps);
+  const double std_per_ps = p.std_c / (line.period_ps * line.period_ps);
+  const bool bends = std::abs(line.bend_per_ps + c_per_ps) >= least_deviations * std_per_ps;
+  if (!bends && line.bend_per_ps == 0) return;
+  // At a time of x ps, k is (x - phase) / period.
+  const double k0 = -line.phase_ps / line.period_ps;
+  const Line bent =
+      line.later(p.a + k0 * (p.b + k0 * p.c), (p.b + 2 * k0 * p.c) / line.period_ps, c_per_ps);
+  const double mean_k = s.k / s.n - k0;
+  fit.bend_ps = bent.bend_per_ps * half_length_ps * half_length_ps;
+  fit.bend_zero = (s.sxx() / s.n + mean_k * mean_k) * std::pow(line.period_ps / half_length_ps, 2);
+  const Line mean = Line{bent.phase_ps + fit.bend_ps * fit.bend_zero, bent.period_ps}.at_origin();
+  fit.phase_ps = mean.phase_ps;
+  fit.period_ps = mean.period_ps;
+  fit.drift_ppm = (mean.period_ps / calibrated_ps - 1) * 1e6;
+  fit.std_period_ps = p.std_b;
+  fit.std_phase_ps = std::hypot(p.sigma_ps / std::sqrt(s.n), p.std_b * mean_k);
+  fit.jitter_ps = p.rms_ps;
 }
 
 }  // namespace splid::sync

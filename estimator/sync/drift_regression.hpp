@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 
 #include "estimator/sync/sync_fit.hpp"
 
@@ -20,13 +19,18 @@ inline double round_quickly(double value) {
   return (value + shift) - shift;
 }
 
-// Pattern starts are at phase_ps + k * period_ps for every whole k.
+// Pattern starts are at the times x_ps where straight_ps(x_ps) is phase_ps + k * period_ps, for
+// every whole k. Where the clock's rate is steady, bend_per_ps is 0 and straight_ps(x_ps) is x_ps.
 struct Line {
   double phase_ps = 0;
   double period_ps = 0;
+  double bend_per_ps = 0;  // 1 ppm/s is 5e-19 / ps
 
+  [[nodiscard]] double straight_ps(double x_ps) const { return x_ps - bend_per_ps * (x_ps * x_ps); }
   // The same line, with the pattern start nearest to the origin as number 0.
   [[nodiscard]] Line at_origin() const;
+  // The line of syncs that are a_ps + b x + c_per_ps x^2 later than this one, at times of x ps.
+  [[nodiscard]] Line later(double a_ps, double b, double c_per_ps) const;
 };
 
 // An accepted sync: the number of its period, and how much later than the line it is.
@@ -35,9 +39,10 @@ struct Point {
   double residual_ps = 0;
 };
 
-// The sums that a least-squares line through points needs.
+// The sums that a least-squares line through points needs, and those that a parabola needs beside.
 struct Sums {
   double n = 0, k = 0, r = 0, kk = 0, kr = 0, rr = 0;
+  double kkk = 0, kkkk = 0, kkr = 0;
 
   void add(const Point& p) {
     n += 1;
@@ -46,6 +51,12 @@ struct Sums {
     kk += p.k * p.k;
     kr += p.k * p.residual_ps;
     rr += p.residual_ps * p.residual_ps;
+  }
+  void add_for_parabola(const Point& p) {
+    const double square = p.k * p.k;
+    kkk += square * p.k;
+    kkkk += square * square;
+    kkr += square * p.residual_ps;
   }
   [[nodiscard]] double sxx() const { return kk - k * k / n; }
   // The sum of squared distances from the line offset + slope * k.
@@ -74,9 +85,14 @@ Line regressed(const Line& line, const Sums& sums);
 // bound (4.3 cm/s); the line through all 13,227 syncs leaves 0.09 cm/s.
 void fill_period(SyncFit& fit, DriftMethod method, double calibrated_ps, const Accepted& accepted);
 
-// Fills the fit's bend: the parabola that a changing rate leaves of the syncs about the fit's line,
-// where it is there by four deviations. syncs: from the fit's origin. half_length_ps: half of the
-// frame's length.
-void fill_bend(SyncFit& fit, std::span<const double> syncs, double half_length_ps);
+// Fills the fit's bend, where the least-squares parabola through the syncs bends by four of its
+// deviations. Phase, period and jitter are then those of that parabola.
+//
+// Design note: the parabola has a period of its own. Slow syncs lie unevenly about mid-frame (49 in
+// 50 ms: by 1 % of the frame), and their line then takes a part of the bend for drift: 6 cm/s at
+// 1.5 ppm/s.
+//
+// half_length_ps: half of the frame's length.
+void fill_bend(SyncFit& fit, double half_length_ps, double calibrated_ps, const Accepted& accepted);
 
 }  // namespace splid::sync

@@ -11,6 +11,7 @@ namespace splid {
 namespace {
 
 using sync::Accepted;
+using sync::Line;
 using sync::Lock;
 
 // Design note: an oscillator changes by far less than 1 ppm between two frames. So a line within
@@ -24,7 +25,8 @@ double missing_syncs(const Lock& found, double begin_ps, double end_ps, double s
   const Accepted& accepted = found.accepted;
   const double margin_ps = sync::outlier_sigmas * found.sigma_ps;
   const auto from = [&](double x_ps) {
-    return std::ceil((x_ps - accepted.line.phase_ps) / accepted.line.period_ps);
+    const Line& line = accepted.line;
+    return std::ceil((line.straight_ps(x_ps) - line.phase_ps) / line.period_ps);
   };
   const double low = from(begin_ps + margin_ps);
   const double high = from(end_ps - margin_ps);
@@ -60,8 +62,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
 
   const std::span<const double> syncs(position_.data(), taken);
   const double max_drift = max_drift_ppm_ * 1e-6;
-  auto found = sync::lock(syncs, period_ps_, drift_between_fits, residual_);
-  if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, residual_);
+  const bool may_bend = method_ == DriftMethod::regression;
+  auto found = sync::lock(syncs, period_ps_, drift_between_fits, may_bend, residual_);
+  if (!found) found = sync::lock(syncs, calibrated_period_ps_, max_drift, may_bend, residual_);
   if (!found) return fit;
   const Accepted& accepted = found->accepted;
   const double period_ps = sync::regressed(accepted.line, accepted.sums).period_ps;
@@ -70,8 +73,9 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   fit.locked = true;
   period_ps_ = period_ps;
   sync::fill_period(fit, method_, calibrated_period_ps_, accepted);  // [P] Eq. 19
-  if (method_ == DriftMethod::regression) {
-    sync::fill_bend(fit, syncs, static_cast<double>(end_ps - begin_ps) / 2);
+  if (may_bend) {
+    const double half_length_ps = static_cast<double>(end_ps - begin_ps) / 2;
+    sync::fill_bend(fit, half_length_ps, calibrated_period_ps_, accepted);
   }
   const double scale = static_cast<double>(syncs_ps.size()) / static_cast<double>(taken);
   fit.missing =

@@ -3,26 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/sync/sync_bend.hpp"
+
 namespace splid::sync {
 namespace {
 
-// Design note: while the line is still unknown, a sync may be off its place by a 16th of the
-// period, and by 5 ns at most. 5 ns is ten times the jitter of a bad sync input. Of syncs at random
-// an eighth fit a window of +-T/16, which is far from the 60 % that are asked for.
-constexpr double window_of_period = 1.0 / 16;
-constexpr double widest_window_ps = 5000;
-constexpr double min_agreeing = 0.6;  // of the syncs, doubles aside
-
+constexpr double min_agreeing = 0.6;    // of the syncs, doubles aside
 constexpr std::size_t first_walk = 64;  // syncs that are followed one by one
 constexpr std::size_t growth = 8;       // each later step takes so many times more syncs
+constexpr std::size_t bent_growth = 4;  // the same along a bent clock, see bent_line()
 constexpr std::size_t early_seeds = 8;
 
-constexpr double sigma_per_mad = 1.4826;  // of a gaussian: sigma over median absolute deviation
 constexpr std::size_t mad_sample = 1024;  // the median's standard error is then 4 %
-
-double first_window_ps(double period_ps) {
-  return std::min(period_ps * window_of_period, widest_window_ps);
-}
 
 // How far from a line a sync may be: window_ps at period number `centre`, and slope_ps more for
 // each period further away.
@@ -91,7 +83,9 @@ class Walk {
 };
 
 // Collects the syncs on a line as points. Of several syncs in one period the nearest stays, and the
-// others count as doubles.
+// others count as doubles. Growing lines are straight and need no sums of a parabola: with these,
+// and with the bend, their passes would take a quarter longer.
+template <bool may_bend>
 class Gatherer {
  public:
   Gatherer(const Line& line, const Gate& gate, std::vector<double>& residuals)
@@ -102,7 +96,8 @@ class Gatherer {
         residuals_(residuals.data()) {}
 
   void take(double x_ps) {
-    const double from_phase_ps = x_ps - line_.phase_ps;
+    const double straight_ps = may_bend ? line_.straight_ps(x_ps) : x_ps;
+    const double from_phase_ps = straight_ps - line_.phase_ps;
     const double k = round_quickly(from_phase_ps * per_ps_);
     const double residual_ps = from_phase_ps - k * line_.period_ps;
     const double off_ps = std::abs(residual_ps);
@@ -132,6 +127,7 @@ class Gatherer {
     if (count_ == 0) first_ = pending_;
     residuals_[count_++] = pending_.residual_ps;
     sums_.add(pending_);
+    if constexpr (may_bend) sums_.add_for_parabola(pending_);
   }
 
   // From the median absolute residual about the mean, of an evenly thinned sample.
@@ -159,9 +155,10 @@ class Gatherer {
   std::size_t near_ = 0;
 };
 
+template <bool may_bend>
 Lock gather(std::span<const double> syncs, const Line& line, const Gate& gate,
             std::vector<double>& scratch) {
-  Gatherer gatherer(line, gate, scratch);
+  Gatherer<may_bend> gatherer(line, gate, scratch);
   for (const double x_ps : syncs) gatherer.take(x_ps);
   return gatherer.finish();
 }
@@ -179,6 +176,21 @@ bool agrees(const Lock& pass, std::size_t syncs) {
   return accepted >= least_syncs && accepted >= min_agreeing * others;
 }
 
+// The syncs about a line that is known; then once more, now that the line has settled and its
+// outliers are known. wander_ps: by how much more than their jitter syncs may be off the line.
+std::optional<Lock> settle(std::span<const double> syncs, Line line, Gate gate, double wander_ps,
+                           std::vector<double>& scratch) {
+  for (int round = 0; round < 2; ++round) {
+    line = line.at_origin();
+    const Lock pass = gather<true>(syncs, line, gate, scratch);
+    if (!agrees(pass, syncs.size())) return std::nullopt;
+    if (round == 1) return pass;
+    line = regressed(line, pass.accepted.sums);
+    gate = {outlier_sigmas * pass.sigma_ps + wander_ps, 0, 0};
+  }
+  return std::nullopt;
+}
+
 // Extends the line of a walk over ever more syncs until it goes through all of them; nothing where
 // at some step too few of the syncs lie on it.
 std::optional<Lock> grow(std::span<const double> syncs, std::size_t seed, Line line,
@@ -188,39 +200,49 @@ std::optional<Lock> grow(std::span<const double> syncs, std::size_t seed, Line l
   while (true) {
     const auto part = syncs.subspan(seed, count);
     line = line.at_origin();
-    const Lock pass = gather(part, line, gate, scratch);
+    const Lock pass = gather<false>(part, line, gate, scratch);
     if (!agrees(pass, part.size())) return std::nullopt;
     line = regressed(line, pass.accepted.sums);
     gate = next_gate(pass);
     if (seed + count == syncs.size()) break;
     count = std::min(count * growth, syncs.size() - seed);
   }
-  // All syncs, also those before the seed; then once more, now that the line has settled and its
-  // outliers are known.
-  for (int round = 0; round < 2; ++round) {
-    line = line.at_origin();
-    const Lock pass = gather(syncs, line, gate, scratch);
-    if (!agrees(pass, syncs.size())) return std::nullopt;
-    if (round == 1) return pass;
-    line = regressed(line, pass.accepted.sums);
-    gate = {outlier_sigmas * pass.sigma_ps, 0, 0};
+  return settle(syncs, line, gate, 0, scratch);
+}
+
+// Extends the line of a walk as grow() does, along a clock whose rate changes.
+std::optional<Lock> follow(std::span<const double> syncs, std::size_t seed, Line line,
+                           std::vector<double>& scratch) {
+  std::size_t count = std::min(first_walk, syncs.size() - seed);
+  while (count < syncs.size() - seed) {
+    const auto bent = bent_line(syncs.subspan(seed, count), line);
+    if (!bent) return std::nullopt;
+    line = *bent;
+    count = std::min(count * bent_growth, syncs.size() - seed);
   }
-  return std::nullopt;
+  const auto bent = bent_line(syncs, line);
+  if (!bent) return std::nullopt;
+  const auto medians = block_medians(syncs, *bent);
+  if (!medians) return std::nullopt;
+  const double wander_ps = medians->farthest_ps();
+  return settle(syncs, *bent, {outlier_sigmas * medians->sigma_ps + wander_ps, 0, 0}, wander_ps,
+                scratch);
 }
 
 std::optional<Lock> lock_from(std::span<const double> syncs, std::size_t seed, double period_ps,
-                              double drift, std::vector<double>& scratch) {
+                              double drift, bool may_bend, std::vector<double>& scratch) {
   Walk walk(syncs[seed], period_ps, drift);
   const std::size_t end = std::min(syncs.size(), seed + first_walk);
   for (std::size_t i = seed + 1; i < end; ++i) walk.take(syncs[i]);
   if (!walk.agrees()) return std::nullopt;
-  return grow(syncs, seed, walk.line(), scratch);
-}
-
-// A sync so close behind another is a reflection of it, or the cable rings. Where every sync has
-// such a double, the doubles are as regular as the true syncs, and late.
-bool is_double(std::span<const double> syncs, std::size_t i, double period_ps) {
-  return i > 0 && syncs[i] - syncs[i - 1] < period_ps * window_of_period;
+  const auto straight = grow(syncs, seed, walk.line(), scratch);
+  if (!may_bend || (straight && is_straight(syncs, straight->accepted.line))) return straight;
+  const auto bent = follow(syncs, seed, walk.line(), scratch);
+  // The wide gate of a straight line about a bent clock holds some strays beside the syncs.
+  constexpr double nearly_all = 0.9;
+  const bool holds_them =
+      bent && (!straight || bent->accepted.sums.n >= nearly_all * straight->accepted.sums.n);
+  return holds_them ? bent : straight;
 }
 
 }  // namespace
@@ -228,18 +250,20 @@ bool is_double(std::span<const double> syncs, std::size_t i, double period_ps) {
 // Tries several seeds near the beginning, as the first sync may be a stray, and two further on.
 // Doubles are seeds only where no other seed leads anywhere.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         std::vector<double>& scratch) {
+                         bool may_bend, std::vector<double>& scratch) {
   const std::size_t early = std::min(early_seeds, syncs.size() - least_syncs + 1);
   for (const bool doubles : {false, true}) {
     for (std::size_t i = 1; i <= early; ++i) {
       const std::size_t seed = i % early;
       if (is_double(syncs, seed, period_ps) != doubles) continue;
-      if (const auto found = lock_from(syncs, seed, period_ps, drift, scratch)) return found;
+      if (const auto found = lock_from(syncs, seed, period_ps, drift, may_bend, scratch))
+        return found;
     }
   }
   for (const std::size_t seed : {syncs.size() / 4, syncs.size() / 2}) {
     if (seed < early) continue;
-    if (const auto found = lock_from(syncs, seed, period_ps, drift, scratch)) return found;
+    if (const auto found = lock_from(syncs, seed, period_ps, drift, may_bend, scratch))
+      return found;
   }
   return std::nullopt;
 }

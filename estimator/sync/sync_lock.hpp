@@ -21,11 +21,12 @@ struct Lock {
 };
 
 // The line through the syncs whose period is within the ratio `drift` of period_ps, or nothing
-// where less than 60 % of the syncs lie on such a line.
+// where less than 60 % of the syncs lie on such a line. Where the clock's rate surely changes
+// within the frame, the line is one that bends, if may_bend.
 //
 // syncs: at least least_syncs times in ps from the fit's origin, nearly sorted. scratch: room for
 // as many values as there are syncs. Threads: any, with a scratch each. Allocates nothing.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
-                         std::vector<double>& scratch);
+                         bool may_bend, std::vector<double>& scratch);
 
 }  // namespace splid::sync
