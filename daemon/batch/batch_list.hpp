@@ -28,10 +28,10 @@ struct Recording {
   std::uint64_t begin = 0;  // bytes of the recordings before it
 };
 
-// The recordings that a command line names. Of a folder these are all files *.ptu in it and in the
-// folders below it, sorted by their path. A recording that cannot be opened is listed all the same,
-// so that it is named where it fails. Errors: Error(Fault::usage) where a folder has no recording,
-// and where two recordings would have one table.
+// The recordings that a command line names. Of a folder these are all files in it and in the
+// folders below it that are named as recordings are, sorted by their path. A recording that cannot
+// be opened is listed all the same, so that it is named where it fails. Errors: Error(Fault::usage)
+// where a folder has no recording, and where two recordings would have one table.
 std::vector<Recording> find_recordings(const std::vector<std::string>& given);
 
 // One of `count` shares of a batch, which together are the whole, numbered from 1.

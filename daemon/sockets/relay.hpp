@@ -36,7 +36,6 @@ class Relay {
   void allow(std::size_t bytes) { allowed_ = bytes; }
   // true: keeps the bytes taken so far and sends nothing on, until hold(false).
   void hold(bool held) { held_ = held; }
-  [[nodiscard]] bool is_full() const { return held_ || !pending_.empty(); }
   [[nodiscard]] bool is_held() const { return held_; }
 
  private:

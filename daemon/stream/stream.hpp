@@ -102,9 +102,9 @@ class Stream {
   // ms at most, the tap before it is not used any more. To be called before start() or while the
   // stream runs, from one thread at a time, which is not the thread that takes frames.
   void tap_into(TagTap* tap);
-  // Frames from now on are estimated by the pulse, scene and estimator of these options; the other
-  // options are not looked at. Any thread, while the stream runs. Errors: Error(Fault::usage) where
-  // the estimator refuses them; nothing has changed then.
+  // Frames from now on are estimated by the pulse, scene, estimator and detector of these options;
+  // the other options are not looked at. Any thread, while the stream runs. Errors:
+  // Error(Fault::usage) where the estimator refuses them; nothing has changed then.
   void reload(const StreamOptions& next);
 
   [[nodiscard]] const StreamOptions& options() const { return options_; }

@@ -9,22 +9,36 @@
 
 // The room fit/ judges places in the plane of delay and travel by the likelihood of the photons.
 // Open this file first. Its parts:
-//   likelihood.hpp      value, gradient and Hessian of the likelihood: [P] Eq. 4 and 7
-//   blind_light.hpp     the light that comes while the detector is blind
-//   refinement.hpp      the climb to its maximum, with the covariance there
-//   joint_fit.hpp       the same for several targets at once, with joint_likelihood.hpp
-//   flank_check.hpp     whether light beside a bright pulse is another target's
-//   moving_light.hpp    whether light beside a bright target moves
-//   crossing_check.hpp  whether two targets' lines part, or one pulse is wide
-//   width_fit.hpp       the same with the pulse's width unknown, with width_likelihood.hpp
-//   significance.hpp    the gain over no target that noise does not reach
-//   range_odds.hpp      how sure a range is against all others
-//   pattern_check.hpp   whether the light is that of the pattern
-//   path_check.hpp      whether the target's path is straight
-//   pulse_check.hpp     whether the detected pulse is the configured one
-//   frame_fold.hpp      pictures of a frame's photons, for people to look at
-//   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13
-//   joint_bound.hpp     the bound of several targets
+//
+// The fit of one target:
+//   likelihood.hpp       value, gradient and Hessian of the likelihood: [P] Eq. 4 and 7
+//   blind_light.hpp      the light that comes while the detector is blind
+//   dead_time_model.hpp  whether that is part of what is fitted
+//   refinement.hpp       the climb to its maximum, with the covariance there
+//   width_fit.hpp        the same with the pulse's width unknown, with width_likelihood.hpp
+//   significance.hpp     the gain over no target that noise does not reach
+//   range_odds.hpp       how sure a range is against all others
+//   bound.hpp            the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13, with
+//                        alive_fraction.hpp
+// Of several targets at once:
+//   joint_fit.hpp        the climb, with joint_likelihood.hpp and the photons of near_several.hpp
+//                        and near_sets.hpp
+//   target_claims.hpp    which targets of it are claimed
+//   flank_check.hpp      whether light beside a bright pulse is another target's
+//   moving_light.hpp     whether light beside a bright target moves
+//   crossing_check.hpp   whether two targets' lines part, or one pulse is wide; light_about.hpp is
+//                        what these two see
+//   range_profile.hpp    the light beside a line, where a joint fit of close targets begins
+//   joint_bound.hpp      the bound of several targets
+// What the photons say against a fit:
+//   pattern_check.hpp    whether the light is that of the pattern
+//   path_check.hpp       whether the target's path is straight
+//   pulse_check.hpp      whether the detected pulse is the configured one
+//   detector_check.hpp   whether the detector is what the likelihood knows, by dead_time_check.hpp
+//                        and afterpulse_check.hpp, with middle_photons.hpp and pulse_mask.hpp
+//   input_split.hpp      whether the detector's inputs share the light too unevenly
+// For people to look at:
+//   frame_fold.hpp       pictures of a frame's photons
 
 namespace splid {
 

@@ -30,7 +30,6 @@ class WidthLikelihood {
   WidthLikelihood(double sigma_ns, std::size_t max_entries);
 
   void set_sigma_ns(double sigma_ns);
-  [[nodiscard]] double sigma_ns() const { return shape_.width_ns(); }
   // See Likelihood, with the width that was set.
   Likelihood::Profile profile(const NearSet& near, const Exposure& exposure, DelayLine line,
                               double about_fraction = -1);

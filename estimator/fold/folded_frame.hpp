@@ -13,6 +13,7 @@
 // Its parts:
 //   drift_correction.hpp   [P] Eq. 20: from the tagger's clock to the pattern's
 //   folded_frame.hpp       those times, and their phases in the pattern period
+//   blind_time.hpp         when the detector was blind
 //   near_set.hpp           the photons near one line, and how far from its pulses they are
 //   search_kernels.hpp     the inner loops of the search
 //   kernel_choice.hpp      those for this processor's vectors

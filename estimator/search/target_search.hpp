@@ -19,12 +19,14 @@
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // travels. Open this file first. Its parts:
-//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
+//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike;
+//                       rest_search.cpp has that of what is left without known targets
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
 //   several_targets.hpp   the targets of a frame beside its best one
 //   joint_start.hpp     where the fit of several targets begins
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
 //   line_tree.hpp       the tree: sums along all straight lines of a block of delays
+//   part_lines.hpp      the same for each rate of a comb that has several
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
 
