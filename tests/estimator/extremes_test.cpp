@@ -284,6 +284,17 @@ const std::vector<Extreme> extremes = {
        s.chirp_ppm_per_s = 1;
        s.sync_jitter_ps = 10;
      }},
+    {"clock drift of 10 ppm/s, sync jitter 1 ps",
+     [](ExtremeScene& s) {
+       s.chirp_ppm_per_s = 10;
+       s.sync_jitter_ps = 1;
+     }},
+    {"clock drift of 0.01 ppm/s, sync jitter 10 ps, 1 s",
+     [](ExtremeScene& s) {
+       of_length(s, 1000, 8);
+       s.chirp_ppm_per_s = 0.01;
+       s.sync_jitter_ps = 10;
+     }},
     {"sync jitter 10 ps", [](ExtremeScene& s) { s.sync_jitter_ps = 10; }},
     {"sync jitter 500 ps", [](ExtremeScene& s) { s.sync_jitter_ps = 500; }},
     {"30 % of syncs missing, jitter 100 ps",
