@@ -26,7 +26,7 @@ FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMeth
 FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity);
 
 // Photons that the estimator has room for from its start: 40 M/s in 50 ms, what the fastest taggers
-// deliver. A fuller frame makes the room larger, by 80 bytes a photon.
+// deliver. A fuller frame makes the room larger.
 inline constexpr std::size_t max_estimated_photons = std::size_t{1} << 21;
 
 // Errors: Error(Fault::usage) where the syncs of a frame of length_ms alone, one for each pattern

@@ -54,10 +54,10 @@ std::optional<Fit> TargetSearch::find_seen(const FoldedFrame& rest, const Peaks&
   return std::nullopt;
 }
 
-// Design note: a wall and what stands before it move alike, and parts of one thing nearly. To look
-// at all delays of one travel takes a tenth of the time of a look at all travels, and to look at
-// the travels about it a third. A bright target that moves otherwise shows a part of its path
-// there, and of that of each of its shoulders, which a zoom or a climb follows to other travels.
+// Design note: a wall and what stands before it move alike, and parts of one thing nearly. A look
+// at all delays of one travel, and one at the travels about it, are each far less work than one at
+// all travels. A bright target that moves otherwise shows a part of its path there, and of that of
+// each of its shoulders, which a zoom or a climb follows to other travels.
 std::optional<Fit> TargetSearch::find_alike(const FoldedFrame& rest, const Peaks& peaks,
                                             std::span<const DelayLine> known) {
   constexpr double same_widths = 4;  // two steps of the zoom

@@ -55,22 +55,23 @@ Bend bend_of(const BlockMedians& m) {
   for (std::size_t i = 0; i < m.count; ++i) {
     bend.scale_ps = std::max(bend.scale_ps, std::abs(m.at_ps[i] - bend.mean_ps));
   }
-  double xx = 0, xxx = 0, xxxx = 0, r = 0, xr = 0, xxr = 0;
+  // Sums of the powers of x, whose own sum is 0, and of the medians times these.
+  double square = 0, cube = 0, fourth = 0, off = 0, x_off = 0, square_off = 0;
   for (std::size_t i = 0; i < m.count; ++i) {
     const double x = (m.at_ps[i] - bend.mean_ps) / bend.scale_ps;
-    xx += x * x;
-    xxx += x * x * x;
-    xxxx += x * x * x * x;
-    r += m.off_ps[i];
-    xr += x * m.off_ps[i];
-    xxr += x * x * m.off_ps[i];
+    square += x * x;
+    cube += x * x * x;
+    fourth += x * x * x * x;
+    off += m.off_ps[i];
+    x_off += x * m.off_ps[i];
+    square_off += x * x * m.off_ps[i];
   }
-  const double spread = xxxx - xx * xx / n - xxx * xxx / xx;
-  const double c = (xxr - xx * r / n - xxx / xx * xr) / spread;
+  const double spread = fourth - square * square / n - cube * cube / square;
+  const double c = (square_off - square * off / n - cube / square * x_off) / spread;
   bend.sure = std::abs(c) * std::sqrt(spread) > sure_deviations * m.std_ps;
   if (bend.sure) bend.c = c;
-  bend.b = (xr - bend.c * xxx) / xx;
-  bend.a = (r - bend.c * xx) / n;
+  bend.b = (x_off - bend.c * cube) / square;
+  bend.a = (off - bend.c * square) / n;
   return bend;
 }
 
