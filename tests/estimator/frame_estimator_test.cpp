@@ -469,6 +469,24 @@ void expect_no_allocation(test::FrameMaker made, const EstimatorOptions& options
   EXPECT_EQ(test::allocations, before);
 }
 
+// As many losses as the framer keeps of a frame.
+TEST(FrameEstimator, AllocatesNothingForManyLosses) {
+  const test::FrameMaker made = paper_scene();
+  auto frame = made.make(1);
+  constexpr std::int64_t count = 256;
+  const std::int64_t step_ps = (frame.end_ps - frame.start_ps) / count;
+  for (std::int64_t k = 0; k < count; ++k) {
+    const std::int64_t begin_ps = frame.start_ps + k * step_ps;
+    frame.losses.push_back({begin_ps, begin_ps + step_ps / 20, 0});
+  }
+  std::erase_if(frame.photons_ps,
+                [&](std::int64_t t) { return (t - frame.start_ps) % step_ps < step_ps / 20; });
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 400000);
+  const std::uint64_t before = test::allocations;
+  EXPECT_EQ(estimator.estimate(frame.view()).status, FrameStatus::ok);
+  EXPECT_EQ(test::allocations, before);
+}
+
 TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
   test::FrameMaker made = paper_scene();
   expect_no_allocation(made);

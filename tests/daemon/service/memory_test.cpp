@@ -26,6 +26,7 @@ TEST(MemoryNeeded, IsWhatTheProgramHas) {
       {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"motion":"static"})"},
       {R"("pipeline":{"ring_capacity_tags":524288,"estimation_threads":4})"},
       {R"("pipeline":{"ring_capacity_tags":4194304})"},
+      {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"targets":2})"},
       // The tables are those of frames of 10 s with 150 m/s.
       {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"max_speed_mps":30000})", 1},
       {R"("pipeline":{"ring_capacity_tags":524288},"scene":{"max_speed_mps":30000})", 1,

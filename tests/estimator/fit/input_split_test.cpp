@@ -51,6 +51,23 @@ TEST(InputSplit, OfEvenSharesAndOfWeakPulsesSaysNothing) {
   }
 }
 
+// Ten times the amplitudes with a tenth of the signal are the same light.
+TEST(InputSplit, IsOfTheLightOfAPulseWhateverItsAmplitude) {
+  Pattern pattern = test::periodic_pattern(100000);
+  const std::vector<std::uint64_t> counts = {900, 100};
+  Estimate estimate;
+  estimate.photons = 1000;
+  estimate.signal_per_pulse = 3;
+  FrameView frame;
+  frame.end_ps = 1'000'000'000;
+  frame.photons_of_input = counts;
+  const double low = low_by_split(frame, estimate, PulseTrain(pattern));
+  EXPECT_GT(low, 0.01);
+  for (double& amplitude : pattern.segments[0].amplitudes) amplitude *= 10;
+  estimate.signal_per_pulse /= 10;
+  EXPECT_NEAR(low_by_split(frame, estimate, PulseTrain(pattern)), low, 1e-12);
+}
+
 TEST(InputSplit, SaysNothingWhereTheCountsAreNotKnown) {
   Estimate estimate;
   estimate.photons = 1000;

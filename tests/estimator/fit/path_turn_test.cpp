@@ -185,7 +185,7 @@ TEST(PathOfAFrame, ThatIsNotStraightShowsInManyFrames) {
   test::FrameMaker made = turning_target(50, 0);
   made.acceleration_mps2 = 0;
   const int frames = test::times(150);
-  EXPECT_NEAR(rms_excess(made, frames), 1, 4 * 0.5 * std::sqrt(1.0 / frames));
+  EXPECT_NEAR(rms_excess(made, frames), 1, 4 * 0.41 / std::sqrt(frames));
   made.acceleration_mps2 = 20;
   EXPECT_GT(rms_excess(made, 40), 1.6);
 }
