@@ -3,7 +3,8 @@
 // light, for docs/evidence/dead-time.md. Then, for frames of 50 ms, what frames say of a dead time
 // that is not given and of afterpulses, in a second table, whose rows are all named `noticed`.
 // Last, for frames of 50 ms, light that is split unevenly over inputs, with and without the counts
-// of each input; these rows are all named `split`.
+// of each input; these rows are all named `split`. And for frames of 50 ms, light that varies
+// within the frame; these rows are all named `flicker`.
 //
 //   dead_time [FRAMES [NAME]]    by default 1000 frames for each row; rows whose name has NAME
 
@@ -310,6 +311,64 @@ void run_all_splits(const Pattern& pattern, int frames) {
   }
 }
 
+struct FlickerRow {
+  double S, in_a_dead_time, signal_swing, background_swing, hz = 200;
+};
+
+void run_flicker(const Pattern& pattern, const FlickerRow& row, int frames) {
+  test::FrameMaker made = scene(pattern, row.S, row.in_a_dead_time, 50);
+  made.length_ms = 50;
+  made.signal_swing = row.signal_swing;
+  made.background_swing = row.background_swing;
+  made.swing_hz = row.hz;
+  const test::FrameMaker::Frame first = made.make(0);
+  FrameEstimator estimator(pattern, {}, {}, {}, made.length_ms, 3 * first.photons_ps.size() + 1000,
+                           ClockReference::tagger, {50, DeadTime::modelled});
+  const double tau = 2 * made.distance_m / speed_of_light_mps * 1e9;
+  const double range_ns = pattern.unambiguous_delay_ps * 1e-3;
+  Errors errors;
+  int said = 0;
+  double flicker = 0;
+  for (int n = 0; n < frames; ++n) {
+    made.start_ps = n * std::int64_t{50'000'000'000};
+    const test::FrameMaker::Frame frame = made.make(static_cast<std::uint64_t>(n));
+    const Estimate e = estimator.estimate(frame.view());
+    if (!e.has_values) continue;
+    const std::array<double, values> deviation = {e.std_delay_ns, e.std_velocity_mps,
+                                                  e.std_signal_per_pulse, e.std_background_per_ns};
+    errors.add({std::remainder(e.delay_ns - tau, range_ns), e.velocity_mps - made.velocity_mps,
+                e.signal_per_pulse - row.S, e.background_per_ns - made.background_per_ns},
+               deviation, deviation);
+    said += e.flicker_misfit ? 1 : 0;
+    flicker += e.flicker_misfit.value_or(0);
+  }
+  const double found = std::max(1, errors.found);
+  std::printf("| flicker | %g | %g | %.0f, %.0f | %g |", row.S, row.in_a_dead_time,
+              100 * row.signal_swing / std::sqrt(2), 100 * row.background_swing / std::sqrt(2),
+              row.hz);
+  for (const std::size_t k : {0, 2, 3}) std::printf(" %+.2f", errors.sum[k] / found);
+  std::printf(" | %.0f, %.0f |\n", 100 * said / found, 100 * flicker / std::max(1, said));
+  std::fflush(stdout);
+}
+
+void run_all_flickers(const Pattern& pattern, int frames) {
+  std::printf(
+      "\n| row | S | b t_d | varies by, %%: signal, background | at, Hz | mean error of delay, S, "
+      "b "
+      "| noticed: frames, %%, and by, %% |\n|---|---|---|---|---|---|---|\n");
+  for (const FlickerRow& row :
+       {FlickerRow{0.02, 0.1, 0, 0}, FlickerRow{0.02, 0.1, 0.5, 0},
+        FlickerRow{0.02, 0.1, 0, 0.5, 100}, FlickerRow{0.02, 1, 0, 0},
+        FlickerRow{0.02, 1, 0, 0.1, 100}, FlickerRow{0.02, 1, 0, 0.5, 100},
+        FlickerRow{0.1, 3, 0, 0}, FlickerRow{0.1, 3, 0.5, 0}, FlickerRow{0.5, 0.1, 0, 0},
+        FlickerRow{0.5, 0.1, 0.1, 0}, FlickerRow{0.5, 0.1, 0.2, 0}, FlickerRow{0.5, 0.1, 0.5, 0},
+        FlickerRow{0.5, 0.1, 0.5, 0, 2000}, FlickerRow{0.5, 0.1, 0.5, 0, 10000},
+        FlickerRow{3, 0.1, 0, 0}, FlickerRow{3, 0.1, 0.1, 0}, FlickerRow{3, 0.1, 0.2, 0},
+        FlickerRow{3, 0.1, 0.5, 0}}) {
+    run_flicker(pattern, row, frames);
+  }
+}
+
 }  // namespace
 }  // namespace splid
 
@@ -361,4 +420,5 @@ int main(int count, char** arguments) {
   }
   if (std::string("noticed").find(name) != std::string::npos) run_all_said(interleaved, frames);
   if (std::string("split").find(name) != std::string::npos) run_all_splits(interleaved, frames);
+  if (std::string("flicker").find(name) != std::string::npos) run_all_flickers(interleaved, frames);
 }

@@ -9,6 +9,7 @@
 #include "estimator/fit/dead_time_model.hpp"
 #include "estimator/fit/detector_check.hpp"
 #include "estimator/fit/input_split.hpp"
+#include "estimator/fit/light_flicker.hpp"
 #include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
@@ -467,6 +468,7 @@ void FrameEstimator::Workspace::finish(const FrameView& view, Estimate& estimate
   const bool is_sure = estimate.range_odds_nats >= least_odds_nats;
   if (frame.blind != nullptr) {
     estimate.low_by_split = low_by_split(view, estimate, train);
+    estimate.flicker_misfit = flicker_misfit(view, estimate, train, frame.blind->share);
   }
   estimate.status = mode == Mode::ambiguous || !is_sure ? FrameStatus::ambiguous : FrameStatus::ok;
   if (track != nullptr) remember(view, estimate, *track);

@@ -52,6 +52,7 @@ void show_estimates(const FrameMessage& message, ColumnVisitor& columns) {
   columns.number("blind_fraction", "", message.blind_fraction);
   columns.number("dead_time_misfit_ns", "ns", message.dead_time_misfit_ns);
   columns.number("afterpulse_misfit", "", message.afterpulse_misfit);
+  columns.number("flicker_misfit", "", message.flicker_misfit);
   columns.text("pattern_fault", name_bytes,
                message.pattern_fault ? to_string(*message.pattern_fault) : "");
   columns.number("std_distance_m", "m", message.std_distance_m);

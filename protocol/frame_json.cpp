@@ -36,7 +36,8 @@ void write_estimates(JsonWriter& json, const FrameMessage& message) {
       .number("pulse_skew", message.pulse_skew)
       .number("blind_fraction", message.blind_fraction)
       .number("dead_time_misfit_ns", message.dead_time_misfit_ns)
-      .number("afterpulse_misfit", message.afterpulse_misfit);
+      .number("afterpulse_misfit", message.afterpulse_misfit)
+      .number("flicker_misfit", message.flicker_misfit);
   if (message.pattern_fault) json.text("pattern_fault", to_string(*message.pattern_fault));
   JsonWriter std_members;
   std_members.number("distance_m", message.std_distance_m)
@@ -212,6 +213,7 @@ void read_estimates(const Members& members, FrameMessage& message) {
   message.blind_fraction = members.number("blind_fraction");
   message.dead_time_misfit_ns = members.number("dead_time_misfit_ns");
   message.afterpulse_misfit = members.number("afterpulse_misfit");
+  message.flicker_misfit = members.number("flicker_misfit");
   message.pattern_fault = pattern_fault(members);
   if (const nlohmann::json* json = members.find("std")) {
     const Members std_members(*json, "/std");

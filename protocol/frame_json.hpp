@@ -62,6 +62,9 @@ struct FrameMessage {
   // The share of detections that an afterpulse follows. There only where that surely raises the
   // background.
   std::optional<double> afterpulse_misfit;
+  // Relative root mean square by which the light varies within the frame, where the dead time then
+  // makes values too low; the status is `saturated`.
+  std::optional<double> flicker_misfit;
   std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
 
   // One of several targets; its members are as those of the frame.

@@ -1,5 +1,7 @@
 #include "daemon/output/status_reporter.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <utility>
@@ -87,6 +89,7 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   stream_.is_beyond_model = message.blind_fraction &&
                             is_beyond_model(*message.blind_fraction,
                                             message.signal_per_pulse.value_or(0) * mean_amplitude_);
+  stream_.flicker = message.flicker_misfit;
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
   findings_.add(message);
   stream_.last_effort = message.effort.value_or(configured_effort_);
@@ -252,6 +255,12 @@ std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) con
         "so much light that the detector's dead time biases the values, and detections contradict "
         "detector.dead_time_ns, as they follow each other sooner: give the dead time in the "
         "detector's data sheet";
+  } else if (models_dead_time_ && !stream_.is_beyond_model && stream_.flicker) {
+    reason = fmt::format(
+        "the light varies by {:.0f} % (rms) within a frame, and so much of it comes while the "
+        "detector is blind that this biases the values: make frames shorter, attenuate the light, "
+        "or keep lamps away that flicker with the mains",
+        100 * *stream_.flicker);
   } else if (models_dead_time_ && !stream_.is_beyond_model) {
     reason =
         "the detector's inputs share the light so unevenly that pulses as bright as these bias the "

@@ -117,8 +117,9 @@ class StatusReporter {
     std::string notice;
     std::int64_t notice_ends_ns = 0;
     FrameStatus last_frame = FrameStatus::not_run;
-    bool knew_blind_time = false;  // that frame: the dead time was modelled
-    bool is_beyond_model = false;  // that frame: there was more light than that is for
+    bool knew_blind_time = false;   // that frame: the dead time was modelled
+    bool is_beyond_model = false;   // that frame: there was more light than that is for
+    std::optional<double> flicker;  // that frame: see FrameMessage::flicker_misfit
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;

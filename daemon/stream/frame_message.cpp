@@ -52,7 +52,8 @@ bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameConte
   const double in_a_pulse =
       estimate.has_values ? estimate.signal_per_pulse * context.mean_amplitude : 0;
   if (estimate.dead_time_modelled) {
-    return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate);
+    return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate) ||
+           estimate.flicker_misfit.has_value();
   }
   const double seen = seen_ns(frame);
   if (!(context.dead_time_ns > 0) || !(seen > 0)) return false;
@@ -161,6 +162,7 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
   if (estimate.dead_time_modelled) message.blind_fraction = estimate.blind_fraction;
   message.dead_time_misfit_ns = estimate.dead_time_misfit_ns;
   message.afterpulse_misfit = estimate.afterpulse_misfit;
+  message.flicker_misfit = estimate.flicker_misfit;
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 

@@ -39,7 +39,8 @@ struct FrameTiming {
 // What is published of a frame. The status is the estimate's, with three exceptions, of which the
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
 // min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
-// model, or inputs share the light so unevenly that the signal is low by half of its deviation, or
+// model, or varies within the frame or is shared so unevenly by the inputs that a value is low by
+// half of its deviation, or
 // where it is not modelled and more than a tenth of the signal photons would fall
 // into the detector's dead time; or, where it is to be modelled and is left out, or detections
 // contradict it, so many that the signal is low by half of its deviation.

@@ -45,6 +45,9 @@ std::string misfits_in_words(const FrameMessage& frame) {
   if (frame.afterpulse_misfit) {
     add(words, fmt::format("{:.1f} % afterpulses", 100 * *frame.afterpulse_misfit));
   }
+  if (frame.flicker_misfit) {
+    add(words, fmt::format("light varies by {:.0f} %", 100 * *frame.flicker_misfit));
+  }
   return words;
 }
 

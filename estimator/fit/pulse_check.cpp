@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/fit/chi_squared.hpp"
 #include "estimator/fit/small_matrix.hpp"
 
 namespace splid {
@@ -27,8 +28,7 @@ constexpr int most_scorings = 25;
 // Of the groups that a fitted gaussian's counts are judged in.
 constexpr double fewest_in_group = 8;
 constexpr double least_group_widths = 0.8;
-constexpr double million_deviations = 4.753;  // of a normal number: above it, one of a million
-constexpr double surely_skew = 3;             // deviations from which on the skewness is believed
+constexpr double surely_skew = 3;  // deviations from which on the skewness is believed
 
 // The least background: a tenth of a photon in all bins together, so that a photon far from the
 // pulse does not forbid a model.
@@ -255,8 +255,8 @@ PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
   return verdict;
 }
 
-// Neighbouring bins are put together. Counts of 8 and more have deviances of chi squared, whose
-// cube root is normal (Wilson and Hilferty); a sum of squares would have a longer tail.
+// Neighbouring bins are put together. Counts of 8 and more have deviances of chi squared; a sum of
+// squares would have a longer tail.
 PulseCheck::Deviance PulseCheck::deviance(const Expected& expected, double ratio) const {
   const double least_bins = least_group_widths * ratio * shape_.width_ns() * bins_per_ns_;
   Deviance all;
@@ -335,10 +335,7 @@ ShapeVerdict PulseCheck::judge_shape(double background_in_bin, double ratio) con
   constexpr int fitted = 2;  // of the four parameters, those that the groups surely tell
   const double degrees = found.groups - fitted;
   if (degrees < 2) return verdict;
-  const double spread = 2 / (9 * degrees);
-  if (std::cbrt(found.value / degrees) < 1 - spread + million_deviations * std::sqrt(spread)) {
-    return verdict;
-  }
+  if (found.value / degrees < million_of_chi_squared(degrees)) return verdict;
   verdict.misfit = std::sqrt((found.value - degrees) / model.light);
   verdict.signal_ratio = std::max(0.0, light) / model.light;
   return verdict;

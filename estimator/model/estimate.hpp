@@ -123,6 +123,10 @@ struct Estimate {
   // By how much of itself the signal is too low, as inputs share the light unevenly and pulses are
   // bright; 0 where the dead time does not matter. See low_by_split().
   double low_by_split = 0;
+  // By how much the light varies within the frame (relative, root mean square), where the dead time
+  // then makes the signal or the background low by more than half of its deviation; the deviations
+  // do not hold that. See flicker_misfit().
+  std::optional<double> flicker_misfit;
   // How long the detector is blind after each detection, as the photons show it, where that is
   // longer than the configured dead time and biases the values; the deviations do not hold that.
   // See DeadTimeCheck. It may be there without a target.

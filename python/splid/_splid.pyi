@@ -167,6 +167,10 @@ class Estimate:
         """The share of detections that an afterpulse follows; NaN where that does not surely raise
         the background."""
     @property
+    def flicker_misfit(self) -> float:
+        """The relative rms by which the light varies within the frame, where the dead time then
+        makes values too low; NaN where it does not surely do so."""
+    @property
     def pulse_misfit(self) -> float:
         """By how much the detected pulse is wider than configured; NaN where it is not surely so."""
     @property

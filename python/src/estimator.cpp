@@ -168,6 +168,9 @@ void bind_values(py::class_<FrameResult>& type) {
       .def_property_readonly(
           "afterpulse_misfit",
           [](const FrameResult& self) { return self.estimate.afterpulse_misfit.value_or(unknown); })
+      .def_property_readonly(
+          "flicker_misfit",
+          [](const FrameResult& self) { return self.estimate.flicker_misfit.value_or(unknown); })
       .def_property_readonly("background_per_s",
                              [](const FrameResult& self) {
                                return self.estimate.status == FrameStatus::not_run ||

@@ -70,6 +70,7 @@ def test_strong_light_on_a_detector_with_a_dead_time(scene):
         assert (abs(found.distance_m - row["distance_m"]) < 1e-6 * found.std_distance_m)
         assert np.isnan([found.dead_time_misfit_ns, row["dead_time_misfit_ns"]]).all()
         assert np.isnan([found.afterpulse_misfit, row["afterpulse_misfit"]]).all()
+        assert np.isnan([found.flicker_misfit, row["flicker_misfit"]]).all()
         unaware = splid.Estimator({**scene, "detector": {}}).estimate(
             inside(photons, start, end), inside(syncs, start, end), start, end)
         assert 49.9 < unaware.dead_time_misfit_ns < 51

@@ -124,7 +124,8 @@ auto values_of(const Estimate& e) {
                     e.signal_gap.value_or(0),
                     e.blind_fraction,
                     e.dead_time_misfit_ns.value_or(0),
-                    e.afterpulse_misfit.value_or(0)};
+                    e.afterpulse_misfit.value_or(0),
+                    e.flicker_misfit.value_or(0)};
 }
 
 bool are_same(const Estimate& a, const Estimate& b) {
@@ -174,6 +175,8 @@ void check_values(const Estimate& e, const Pattern& pattern) {
   must(e.blind_fraction >= 0 && e.blind_fraction < 1, "a share is below 1");
   must(e.afterpulse_misfit.value_or(0.5) > 0 && e.afterpulse_misfit.value_or(0) <= 0.5,
        "up to half of the detections have an afterpulse");
+  must(e.flicker_misfit.value_or(1) > 0 && e.flicker_misfit.value_or(1) <= 2,
+       "light varies by up to twice its mean");
   if (e.status == FrameStatus::no_target || e.status == FrameStatus::no_sync) return;
   must(e.has_values, "a target has values");
   // Times of the tagger, in which the period may be 500 ppm longer.

@@ -57,6 +57,7 @@ FrameMessage typical() {
   message.blind_fraction = 0.375;
   message.dead_time_misfit_ns = 49.5;
   message.afterpulse_misfit = 0.046875;
+  message.flicker_misfit = 0.3125;
   message.pattern_fault = PatternFault::dark_pulses;
   message.std_distance_m = 0.00062;
   message.std_velocity_mps = 0.043;
@@ -85,6 +86,7 @@ const char* const typical_json =
     R"("acceleration_misfit_mps2":62.5,"jerk_misfit_mps3":-37.5,"path_excess":1.25,)"
     R"("signal_gap":0.25,"pulse_sigma_ps":137.5,"shape_misfit":0.375,"pulse_skew":0.125,)"
     R"("blind_fraction":0.375,"dead_time_misfit_ns":49.5,"afterpulse_misfit":0.046875,)"
+    R"("flicker_misfit":0.3125,)"
     R"("pattern_fault":"dark_pulses",)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
     R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5,"pulse_skew":0.0625},"photons":9480,"lost_tags":0,"seen_fraction":1,)"

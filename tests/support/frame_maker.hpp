@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -32,6 +33,9 @@ struct FrameMaker {
   double dead_time_ns = 0;  // of a detector that is not blind for longer by what it does not see
   int inputs = 1;           // detectors that the light is split over, each blind on its own
   double first_share = 0;   // of the light that the first of them gets; 0: as much as the others
+  // Relative amplitudes of sines by which the light swings over the frame; rms is 0.7 of that.
+  double signal_swing = 0, background_swing = 0;
+  double swing_hz = 200;
   double afterpulse_probability = 0;  // that a detection is followed by one without light
   double afterpulse_ns = 30;          // mean time from the end of the dead time to that afterpulse
 
@@ -91,7 +95,7 @@ struct FrameMaker {
     for (const PatternSegment& segment : pattern.segments) {
       const std::int64_t repeats = pattern.segments.size() == 1 ? 1 : segment.repeats;
       for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-        const double mean = signal_per_pulse * segment.amplitudes[p];
+        const double mean = signal_per_pulse * segment.amplitudes[p] * (1 + signal_swing);
         if (mean <= 0) continue;
         // Gaps between detections are exponential in accumulated amplitude.
         std::exponential_distribution<double> gap(mean);
@@ -105,17 +109,20 @@ struct FrameMaker {
               begin_ps + repeat * segment.period_ps + segment.pulse_times_ps[p];
           const long double e = whole * period_ps + in_pattern * scale - length_ps / 2;
           const auto t = mid + std::llround(arrival(e) + offset_ps());
-          if (t >= from_ps && t < frame.end_ps) frame.photons_ps.push_back(t);
+          if (t < from_ps || t >= frame.end_ps || !shines(t, signal_swing, random)) continue;
+          frame.photons_ps.push_back(t);
         }
       }
       begin_ps += static_cast<long double>(repeats) * segment.period_ps;
     }
     std::poisson_distribution<std::int64_t> background(
-        std::max(1e-300, background_per_ns * static_cast<double>(frame.end_ps - from_ps) * 1e-3));
+        std::max(1e-300, background_per_ns * (1 + background_swing) *
+                             static_cast<double>(frame.end_ps - from_ps) * 1e-3));
     std::uniform_int_distribution<std::int64_t> anywhere(from_ps, frame.end_ps - 1);
     if (background_per_ns > 0) {
       for (std::int64_t n = background(random); n > 0; --n) {
-        frame.photons_ps.push_back(anywhere(random));
+        const std::int64_t t = anywhere(random);
+        if (shines(t, background_swing, random)) frame.photons_ps.push_back(t);
       }
     }
     std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
@@ -151,6 +158,14 @@ struct FrameMaker {
     std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
     frame.photons_of_input.clear();
     return frame;
+  }
+
+  // Whether a photon of the brightest light is one of light that swings.
+  [[nodiscard]] bool shines(std::int64_t t, double swing, std::mt19937_64& random) const {
+    if (swing == 0) return true;
+    const double turns = static_cast<double>(t) * 1e-12 * swing_hz;
+    const double light = 1 + swing * std::sin(2 * std::numbers::pi * turns);
+    return std::bernoulli_distribution(light / (1 + swing))(random);
   }
 
   // Leaves of the photons what the detectors see, with their afterpulses, and parts them at the

@@ -201,12 +201,12 @@ function show_beside_best(id, value, best) {
 }
 
 // What the light of a frame, or of one of its targets, surely has against the configured pulse, a
-// straight path and, of a frame, the configured dead time and a detector without afterpulses.
+// straight path and, of a frame, the configured dead time, a detector without afterpulses and steady light.
 const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
 const in_digits = (value) => (Math.abs(value) < 10 ? value.toPrecision(2) : fixed(value, 0));
 const misfits_of = ({
   pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap, shape_misfit,
-  dead_time_misfit_ns, afterpulse_misfit,
+  dead_time_misfit_ns, afterpulse_misfit, flicker_misfit,
 }) => [
   is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
   is_number(acceleration_misfit_mps2) && `accelerates ${in_digits(acceleration_misfit_mps2)} m/s²`,
@@ -215,6 +215,7 @@ const misfits_of = ({
   is_number(shape_misfit) && `${percent(shape_misfit)} off a gaussian`,
   is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
   is_number(afterpulse_misfit) && `${fixed(100 * afterpulse_misfit, 1)} % afterpulses`,
+  is_number(flicker_misfit) && `light varies by ${percent(flicker_misfit)}`,
 ].filter(Boolean).join(', ');
 
 // The columns of the table of targets: a heading with its unit, and the text of a target's cell.

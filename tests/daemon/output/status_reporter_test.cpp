@@ -394,6 +394,9 @@ TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
               AllOf(HasSubstr("detector.dead_time modelled"), Not(HasSubstr("unevenly"))));
   saturated.blind_fraction = 0.1;
   EXPECT_THAT(reason(), HasSubstr("inputs share the light so unevenly"));
+  saturated.flicker_misfit = 0.338;
+  EXPECT_THAT(reason(), AllOf(HasSubstr("the light varies by 34 % (rms) within a frame"),
+                              Not(HasSubstr("unevenly"))));
 }
 
 // A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too

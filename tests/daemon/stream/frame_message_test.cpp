@@ -267,6 +267,15 @@ TEST_F(FrameMessages, AreSaturatedWhereInputsShareTheLightTooUnevenly) {
   EXPECT_NE(make().status, FrameStatus::saturated);
 }
 
+TEST_F(FrameMessages, AreSaturatedWhereTheLightVariesTooMuchForTheDeadTime) {
+  context.dead_time_ns = 50;
+  estimate.dead_time_modelled = true;
+  EXPECT_EQ(make().status, FrameStatus::ok);
+  estimate.flicker_misfit = 0.3;
+  EXPECT_EQ(make().status, FrameStatus::saturated);
+  EXPECT_EQ(make().flicker_misfit, 0.3);
+}
+
 TEST_F(FrameMessages, WithoutSyncStillCount) {
   frame.sync = {};
   frame.sync.count = 2;

@@ -103,17 +103,19 @@ TEST(WatchPicture, SaysWhatTheLightHasAgainstTheConfiguredPulse) {
   frame.shape_misfit = 0.216;
   frame.dead_time_misfit_ns = 49.6;
   frame.afterpulse_misfit = 0.0312;
+  frame.flicker_misfit = 0.338;
   frame.targets.emplace(2);
   frame.targets->back().status = FrameStatus::ok;
   frame.targets->back().pulse_misfit = -0.25;
   frame.targets->back().acceleration_misfit_mps2 = -12.3;
   frame.targets->back().jerk_misfit_mps3 = 0.0456;
   picture.take("frame", to_json(frame));
-  EXPECT_THAT(all_of(picture, {140, 40}),
-              AllOf(HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, 22 % off a gaussian, "
-                              "blind for 50 ns, 3.1 % afterpulses   effort -"),
-                    HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2, acceleration "
-                              "changes 0.046 m/s3\n")));
+  EXPECT_THAT(
+      all_of(picture, {140, 40}),
+      AllOf(HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, 22 % off a gaussian, "
+                      "blind for 50 ns, 3.1 % afterpulses, light varies by 34 %   effort -"),
+            HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2, acceleration "
+                      "changes 0.046 m/s3\n")));
 }
 
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/frame_view.hpp"
+#include "estimator/model/pulse_train.hpp"
+
+namespace splid {
+
+// By how much the light of a frame varies, where that makes values too low.
+//
+// The light that comes while the detector is blind is taken to be the frame's mean. Where the light
+// varies, blind times are where it was strong, and what is taken for their light is too little. The
+// detections rise by the share e of what the light rises by, as the others come while the detector
+// is blind; then the light is low by (1 - e) of its relative variance. Of a pulse with the light h
+// one photon is seen with the chance 1 - exp(-h), and e = h / (exp(h) - 1); of steady light a
+// detector sees the share 1 - f, and e is as much.
+//
+// The detections in 128 parts of the frame, each of so many whole pattern periods, vary by chance
+// by e of their number at most, as detectors that are blind count more evenly than the light comes.
+// The light surely varies where chance makes as much in one frame of a million. Which light varies,
+// the target's or the background, these counts do not say: either may, and is then low.
+//
+// Design note: a likelihood that knows each part's light would mend it, but in 0.4 ms [P]'s target
+// has a photon and a half. Light that varies faster than in 0.4 ms of a frame of 50 ms is not seen.
+//
+// Returns the relative root mean square by which that light varies which is low by more than half
+// of its deviation; the target's where both would be. Empty where neither would be, or the light
+// does not surely vary. frame: locked to its syncs, with its dead time modelled. estimate: of that
+// frame, with values. share: of the light that a detection blinds (see BlindTime).
+// Threads: any. Errors: none. No allocation.
+std::optional<double> flicker_misfit(const FrameView& frame, const Estimate& estimate,
+                                     const PulseTrain& train, double share);
+
+}  // namespace splid
