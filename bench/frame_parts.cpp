@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/fit/pattern_check.hpp"
+#include "estimator/checks/pattern_check.hpp"
 #include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/kernel_choice.hpp"

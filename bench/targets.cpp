@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/fit/joint_bound.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/several/joint_bound.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <utility>
 
+#include "estimator/checks/detector_check.hpp"
+#include "estimator/checks/input_split.hpp"
+#include "estimator/checks/light_flicker.hpp"
+#include "estimator/checks/pattern_check.hpp"
 #include "estimator/fit/dead_time_model.hpp"
-#include "estimator/fit/detector_check.hpp"
-#include "estimator/fit/input_split.hpp"
-#include "estimator/fit/light_flicker.hpp"
-#include "estimator/fit/pattern_check.hpp"
 #include "estimator/fit/range_odds.hpp"
 #include "estimator/fit/significance.hpp"
 #include "estimator/fit/width_fit.hpp"

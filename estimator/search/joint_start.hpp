@@ -5,10 +5,10 @@
 #include <optional>
 #include <span>
 
-#include "estimator/fit/joint_likelihood.hpp"
-#include "estimator/fit/range_profile.hpp"
-#include "estimator/fit/target_claims.hpp"
 #include "estimator/search/target_search.hpp"
+#include "estimator/several/joint_likelihood.hpp"
+#include "estimator/several/range_profile.hpp"
+#include "estimator/several/target_claims.hpp"
 
 namespace splid {
 

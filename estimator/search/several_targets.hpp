@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fit/joint_fit.hpp"
-#include "estimator/fit/pattern_check.hpp"
-#include "estimator/fit/target_claims.hpp"
+#include "estimator/checks/pattern_check.hpp"
 #include "estimator/search/joint_start.hpp"
 #include "estimator/search/target_search.hpp"
+#include "estimator/several/joint_fit.hpp"
+#include "estimator/several/target_claims.hpp"
 
 namespace splid {
 

@@ -1,0 +1,110 @@
+#include "estimator/checks/light_flicker.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "estimator/checks/chi_squared.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::size_t most_parts = 128;
+constexpr std::size_t fewest_parts = 16;
+constexpr double most_deviations = 0.5;  // by which a value may be low
+constexpr double most_swing = 2;         // relative rms of the light: more is not expected
+
+// The target's light, or the background.
+struct SwingingLight {
+  double share = 0;  // of the detections
+  double seen = 0;   // of what the light rises by: e
+  double value = 0, deviation = 0;
+
+  // What all detections rise by, where this light rises by its own amount.
+  [[nodiscard]] double rise() const { return share * seen; }
+  // Whether the value is too low where the light has such a relative variance.
+  [[nodiscard]] bool is_low(double variance) const {
+    return variance <= most_swing * most_swing &&
+           variance * (1 - seen) * value > most_deviations * deviation;
+  }
+  [[nodiscard]] bool may_be_low() const { return is_low(most_swing * most_swing); }
+};
+
+struct PartCounts {
+  double parts = 0, mean = 0;
+  double variance = 0;  // over the parts
+};
+
+// Parts that a loss touches do not count.
+PartCounts count(const FrameView& frame) {
+  const double periods =
+      std::floor(static_cast<double>(frame.end_ps - frame.start_ps) / frame.sync.period_ps);
+  const auto parts = static_cast<std::size_t>(std::min<double>(most_parts, periods));
+  if (parts < fewest_parts) return {};
+  const double part_ps = std::floor(periods / static_cast<double>(parts)) * frame.sync.period_ps;
+  std::array<std::uint32_t, most_parts + 1> counts{};  // the last: what is in no whole part
+  const auto part_of = [&](std::int64_t time_ps) {
+    const auto part =
+        static_cast<std::size_t>(static_cast<double>(time_ps - frame.start_ps) / part_ps);
+    return std::min(part, parts);
+  };
+  for (const std::int64_t time_ps : frame.photons_ps) ++counts[part_of(time_ps)];
+  std::array<bool, most_parts + 1> is_cut{};
+  for (const Loss& loss : frame.losses) {
+    for (std::size_t k = part_of(loss.begin_ps); k <= part_of(loss.end_ps); ++k) is_cut[k] = true;
+  }
+  PartCounts all;
+  double sum = 0, squares = 0;
+  for (std::size_t k = 0; k < parts; ++k) {
+    if (is_cut[k]) continue;
+    all.parts += 1;
+    sum += counts[k];
+    squares += static_cast<double>(counts[k]) * counts[k];
+  }
+  if (all.parts < fewest_parts) return {};
+  all.mean = sum / all.parts;
+  all.variance = (squares - sum * all.mean) / (all.parts - 1);
+  return all;
+}
+
+}  // namespace
+
+std::optional<double> flicker_misfit(const FrameView& frame, const Estimate& estimate,
+                                     const PulseTrain& train, double share) {
+  const double blind = estimate.blind_fraction;
+  const double pulses = train.pulses_per_ns * frame.seen_ns();
+  const auto photons = static_cast<double>(estimate.photons);
+  const double in_a_pulse = estimate.signal_per_pulse * train.mean_amplitude();
+  const double dark = estimate.background_per_ns * frame.seen_ns() * (1 - blind);
+  const double of_signal = std::clamp(1 - dark / photons, 0.0, 1.0);
+  if (!(photons > 0) || !(in_a_pulse > 0)) return std::nullopt;
+
+  // How much of what the light rises by is seen. Half of a pulse's light is `half`, and a pulse
+  // with the light h shows (1 - exp(-h)) / h of it.
+  const double half = std::max(in_a_pulse * share / 2, 1e-9);
+  const double of_pulse = std::exp(-half) * std::sinh(half) / half;
+  const double alive = std::min(1.0, of_signal * photons / (pulses * in_a_pulse * of_pulse));
+  const double signal_seen =
+      (1 - (1 - alive) * of_signal) * std::exp(-half) * half / std::sinh(half);
+  const double background_seen = 1 - blind * (1 - of_signal);
+
+  const SwingingLight signal = {of_signal, signal_seen, estimate.signal_per_pulse,
+                                estimate.std_signal_per_pulse};
+  const SwingingLight background = {1 - of_signal, background_seen, estimate.background_per_ns,
+                                    estimate.std_background_per_ns};
+  if (!signal.may_be_low() && !background.may_be_low()) return std::nullopt;
+  const PartCounts counts = count(frame);
+  const double by_chance = counts.mean * (signal.rise() + background.rise());
+  if (!(counts.variance > by_chance * million_of_chi_squared(counts.parts - 1)))
+    return std::nullopt;
+  const double excess = (counts.variance - by_chance) / (counts.mean * counts.mean);
+  for (const SwingingLight& light : {signal, background}) {
+    const double variance = excess / (light.rise() * light.rise());
+    if (light.is_low(variance)) return std::sqrt(variance);
+  }
+  return std::nullopt;
+}
+
+}  // namespace splid

@@ -1,0 +1,287 @@
+#include "estimator/checks/pulse_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "estimator/frame_estimator.hpp"
+#include "tests/support/frame_maker.hpp"
+#include "tests/support/sanitized.hpp"
+
+namespace splid {
+namespace {
+
+constexpr double pulse_width_ns = 0.1;
+
+// Light about a pulse: photons of a gaussian, of a second surface behind it, and of background.
+struct PulseLight {
+  int photons = 300;
+  double sigma_ns = pulse_width_ns;
+  double behind_ns = 0;
+  double share_behind = 0;
+  double background_per_ns = 30;
+  double hidden = 0;  // light of each pulse, of which the detector sees the first photon
+
+  // What the check says of one draw.
+  PulseVerdict drawn(PulseCheck& check, std::mt19937_64& random) const {
+    std::normal_distribution<double> pulse(0, sigma_ns);
+    std::uniform_real_distribution<double> unit(0, 1), window(check.first_ns(), check.last_ns());
+    std::poisson_distribution<int> count(hidden > 0 ? hidden : photons);
+    std::poisson_distribution<int> dark(
+        std::max(1e-9, background_per_ns * (check.last_ns() - check.first_ns())));
+    check.clear();
+    const auto add = [&](double t) {
+      if (t > check.first_ns() && t < check.last_ns()) check.add(t);
+    };
+    const auto late = [&] { return unit(random) < share_behind ? behind_ns : 0; };
+    if (hidden > 0) {
+      for (int n = 0; n < photons; ++n) {
+        double first = 1e9;
+        for (int k = count(random); k > 0; --k) first = std::min(first, pulse(random));
+        add(first);
+      }
+    } else {
+      for (int n = count(random); n > 0; --n) add(pulse(random) + late());
+    }
+    if (background_per_ns > 0) {
+      for (int n = dark(random); n > 0; --n) add(window(random));
+    }
+    return check.judge(background_per_ns * check.bin_ns(), hidden);
+  }
+};
+
+int alarms(const PulseLight& light, int draws, const PulseShape& shape) {
+  PulseCheck check(shape, 9);
+  std::mt19937_64 random(5);
+  int seen = 0;
+  for (int n = 0; n < draws; ++n) seen += light.drawn(check, random).misfit ? 1 : 0;
+  return seen;
+}
+
+// The mean width ratio over draws that all show a misfit.
+double seen_ratio(const PulseLight& light) {
+  const GaussianPulse shape(pulse_width_ns);
+  PulseCheck check(shape, 9);
+  std::mt19937_64 random(5);
+  double sum = 0;
+  constexpr int draws = 50;
+  for (int n = 0; n < draws; ++n) {
+    const auto misfit = light.drawn(check, random).misfit;
+    EXPECT_TRUE(misfit);
+    sum += misfit ? misfit->width_ratio : 0;
+  }
+  return sum / draws;
+}
+
+TEST(PulseCheck, SaysNothingOfTheConfiguredPulse) {
+  const GaussianPulse shape(pulse_width_ns);
+  for (const int photons : {45, 100, 300, 5000}) {
+    for (const double background : {0.0, 30.0, 2000.0}) {
+      PulseLight light;
+      light.photons = photons;
+      light.background_per_ns = background;
+      EXPECT_EQ(alarms(light, test::times(1500), shape), 0) << photons << ", " << background;
+    }
+  }
+}
+
+TEST(PulseCheck, SaysByHowMuchThePulseIsWiderOrNarrower) {
+  PulseLight light;
+  for (const double ratio : {0.6, 1.5, 2.0, 3.0}) {
+    light.sigma_ns = ratio * pulse_width_ns;
+    EXPECT_NEAR(seen_ratio(light), ratio, 0.05 * ratio) << ratio;
+  }
+}
+
+// A third of the light comes from two widths behind: the deviation of all of it is 1.37 widths.
+TEST(PulseCheck, NoticesASecondSurfaceCloseBehind) {
+  PulseLight light;
+  light.photons = 700;
+  light.share_behind = 1.0 / 3;
+  light.behind_ns = 0.2;
+  EXPECT_NEAR(seen_ratio(light), 1.37, 0.08);
+  for (const double behind_widths : {3.0, 4.0}) {
+    light.behind_ns = behind_widths * pulse_width_ns;
+    EXPECT_GT(seen_ratio(light), 1.5) << behind_widths;
+  }
+}
+
+TEST(PulseCheck, SaysNothingOfTooFewPhotons) {
+  PulseLight light;
+  light.photons = 12;
+  light.sigma_ns = 0.3;
+  EXPECT_EQ(alarms(light, 300, GaussianPulse(pulse_width_ns)), 0);
+}
+
+// The mean excess over draws, and its deviation by what the draws say of themselves.
+PulseVerdict mean_excess(const PulseLight& light, int draws) {
+  const GaussianPulse shape(pulse_width_ns);
+  PulseCheck check(shape, 9);
+  std::mt19937_64 random(11);
+  double weights = 0, sum = 0;
+  for (int n = 0; n < draws; ++n) {
+    const PulseVerdict verdict = light.drawn(check, random);
+    if (verdict.std_excess == 0) continue;  // too few photons beside the background
+    const double weight = 1 / (verdict.std_excess * verdict.std_excess);
+    weights += weight;
+    sum += weight * verdict.excess;
+  }
+  return {sum / weights, 1 / std::sqrt(weights), {}};
+}
+
+// The mean of 4000 draws is known to 0.2 % of the width and better. Photons that also tell the
+// pulse's place appear narrower by a share of one over their number.
+TEST(PulseCheck, SaysOnAverageThatTheConfiguredPulseIsRight) {
+  for (const int photons : {100, 300, 1200}) {
+    for (const double background : {0.0, 30.0, 300.0}) {
+      PulseLight light;
+      light.photons = photons;
+      light.background_per_ns = background;
+      constexpr int draws = test::times(4000);
+      const PulseVerdict mean = mean_excess(light, draws);
+      EXPECT_LT(mean.std_excess, 0.004 * std::sqrt(4000.0 / draws));
+      EXPECT_NEAR(mean.excess, 0, 3.5 * mean.std_excess + 1.5 / photons)
+          << photons << ", " << background;
+    }
+  }
+}
+
+TEST(PulseCheck, SaysOnAverageWhatNoSingleFrameShows) {
+  PulseLight light;
+  light.photons = 1200;
+  for (const double ratio : {0.95, 1.03, 1.06}) {
+    light.sigma_ns = ratio * pulse_width_ns;
+    EXPECT_LE(alarms(light, 100, GaussianPulse(pulse_width_ns)), 5) << ratio;
+    const PulseVerdict mean = mean_excess(light, 1000);
+    EXPECT_LT(mean.std_excess, 0.002);
+    EXPECT_NEAR(1 + mean.excess, ratio, 0.006) << ratio;
+  }
+}
+
+// The first photon of a bright pulse comes early, and all first photons lie closer together.
+TEST(PulseCheck, KnowsThatADeadTimeHidesAPulsesLaterPhotons) {
+  PulseLight light;
+  light.photons = 5000;
+  light.hidden = 3;
+  light.background_per_ns = 0;
+  const GaussianPulse shape(pulse_width_ns);
+  EXPECT_EQ(alarms(light, 50, shape), 0);
+  PulseCheck check(shape, 9);
+  std::mt19937_64 random(5);
+  ASSERT_FALSE(light.drawn(check, random).misfit);
+  EXPECT_TRUE(check.judge(0, 0).misfit);
+}
+
+TEST(PulseCheck, KnowsATabulatedPulse) {
+  TabulatedPulse table;
+  table.first_ps = -600;
+  table.step_ps = 25;
+  for (int n = 0; n < 49; ++n) {
+    const double x = (n * 25 - 600) / 100.0;
+    table.density.push_back(std::exp(-x * x / 2));
+  }
+  const auto shape = make_tabulated(table);
+  EXPECT_EQ(alarms({}, 300, *shape), 0);
+  PulseLight wide;
+  wide.sigma_ns = 0.17;
+  EXPECT_EQ(alarms(wide, 30, *shape), 30);
+}
+
+TEST(PulseCheck, LeavesPulsesThatOverlapAlone) {
+  EXPECT_FALSE(PulseCheck(GaussianPulse(pulse_width_ns), 0.7).looks());
+  EXPECT_TRUE(PulseCheck(GaussianPulse(pulse_width_ns), 0.9).looks());
+}
+
+test::FrameMaker one_surface() {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.velocity_mps = 30;
+  return made;
+}
+
+double distance_error_m(const Estimate& e, const test::FrameMaker& made) {
+  return e.delay_ns * 0.299792458 / 2 - made.distance_m;
+}
+
+TEST(PulseMisfit, IsAbsentWhereThePulseIsTheConfiguredOne) {
+  const test::FrameMaker made = one_surface();
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000);
+  for (std::uint64_t n = 0; n < 30; ++n) {
+    EXPECT_EQ(estimator.estimate(made.make(n).view()).pulse_misfit, std::nullopt);
+  }
+}
+
+// A second surface half as bright, 3 cm behind, moves the distance by many of the deviations that
+// a frame with one surface has. The frame says so, and its deviation holds the error.
+TEST(PulseMisfit, NoticesASecondSurfaceAndSaysHowUncertainTheDistanceIs) {
+  const test::FrameMaker made = one_surface();
+  test::FrameMaker behind = made;
+  behind.distance_m += 0.03;
+  behind.signal_per_pulse /= 2;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000);
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    const Estimate e = estimator.estimate(made.make_with({behind}, n).view());
+    EXPECT_EQ(e.status, FrameStatus::ok);
+    ASSERT_TRUE(e.pulse_misfit);
+    const double std_m = e.std_delay_ns * 0.299792458 / 2;
+    EXPECT_GT(distance_error_m(e, made), 0.005);
+    EXPECT_LT(std::abs(distance_error_m(e, made)), std_m);
+    EXPECT_LT(std_m, 0.03);
+    const double total_signal = made.signal_per_pulse * 1.5;
+    EXPECT_LT(std::abs(e.signal_per_pulse - total_signal), 4 * e.std_signal_per_pulse);
+  }
+}
+
+// A second surface half as bright 1 cm behind moves the distance by 3.3 mm, five of its deviations,
+// and no frame shows it. The mean of 100 frames does.
+TEST(PulseMisfit, IsSeenOverManyFramesWhereNoSingleFrameShowsIt) {
+  const test::FrameMaker made = one_surface();
+  test::FrameMaker behind = made;
+  behind.distance_m += 0.01;
+  behind.signal_per_pulse /= 2;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000);
+  double weights[2] = {}, sums[2] = {};
+  int misfits = 0;
+  for (std::uint64_t n = 0; n < 100; ++n) {
+    for (const int surfaces : {1, 2}) {
+      const auto frame = surfaces == 1 ? made.make(n) : made.make_with({behind}, n);
+      const Estimate e = estimator.estimate(frame.view());
+      ASSERT_GT(e.std_pulse_excess, 0);
+      const double weight = 1 / (e.std_pulse_excess * e.std_pulse_excess);
+      weights[surfaces - 1] += weight;
+      sums[surfaces - 1] += weight * e.pulse_excess;
+      misfits += e.pulse_misfit ? 1 : 0;
+    }
+  }
+  EXPECT_LE(misfits, 2);
+  EXPECT_LT(std::abs(sums[0] / weights[0]), 4 / std::sqrt(weights[0]));
+  EXPECT_GT(sums[1] / weights[1], 0.03);
+  EXPECT_GT(sums[1] / weights[1], 6 / std::sqrt(weights[1]));
+}
+
+TEST(PulseMisfit, HoldsForATargetOnABentPathTakenAsStraight) {
+  test::FrameMaker made = one_surface();
+  made.acceleration_mps2 = 100;  // bends the delay by 8 widths
+  made.signal_per_pulse *= 8;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000);
+  EXPECT_TRUE(estimator.estimate(made.make(3).view()).pulse_misfit);
+}
+
+// A detector that is blind for 50 ns sees at most one photon of a pulse.
+TEST(PulseMisfit, IsAbsentWhereTheDeadTimeIsModelled) {
+  test::FrameMaker made = one_surface();
+  made.length_ms = 5;
+  made.signal_per_pulse = 0.5;
+  made.dead_time_ns = 50;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000,
+                           ClockReference::tagger, {50});
+  for (std::uint64_t n = 0; n < 5; ++n) {
+    const Estimate e = estimator.estimate(made.make(n).view());
+    EXPECT_TRUE(e.dead_time_modelled);
+    EXPECT_EQ(e.pulse_misfit, std::nullopt);
+  }
+}
+
+}  // namespace
+}  // namespace splid
