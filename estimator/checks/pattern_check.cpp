@@ -161,12 +161,13 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
 PulseVerdict PatternCheck::judge_pulse(const FoldedFrame& frame,
                                        const FrameParameters& found) const {
   if (frame.size() == 0) return {};
-  double hidden = 0;
+  HidingLight hiding;
   if (frame.blind != nullptr) {
     if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return {};
-    hidden = found.signal_per_pulse * frame.blind->share * train_.mean_amplitude();
+    hiding.mean = found.signal_per_pulse * frame.blind->share * train_.mean_amplitude();
+    hiding.spread = train_.amplitude_spread;
   }
-  return pulse_.judge(background_in_bin(frame, found.background_per_ns), hidden);
+  return pulse_.judge(background_in_bin(frame, found.background_per_ns), hiding);
 }
 
 ShapeVerdict PatternCheck::judge_shape(const FoldedFrame& frame, const FrameParameters& found,

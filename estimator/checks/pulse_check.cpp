@@ -78,8 +78,8 @@ void ShapeVerdict::widen(Estimate& estimate, double configured_ns, double fitted
 // background about the pulse.
 struct PulseCheck::Known {
   double background = 0;  // photons in a bin
-  double hidden = 0;      // see judge()
-  [[nodiscard]] double std_background() const { return (hidden > 0 ? 1.0 : 0.1) * background; }
+  HidingLight hiding;
+  [[nodiscard]] double std_background() const { return (hiding.mean > 0 ? 1.0 : 0.1) * background; }
   [[nodiscard]] double deviations(double of_background) const {
     return (of_background - background) / std_background();
   }
@@ -110,9 +110,29 @@ PulseCheck::PulseCheck(const PulseShape& shape, double closest_ns, bool is_fitte
   last_ns_ = shape.peak_offset_ns() + reach_ns;
 }
 
-// Where the first photon of a pulse hides the others, the pulse shows exp(-hidden H) of its light
-// after the share H of it has come, and as much of the background that comes with it.
-void PulseCheck::expect(const Model& model, double hidden, Expected& expected) const {
+// What is seen after the share H of a pulse's light has come, of the light so far and of what comes
+// then: where the first photon of a pulse hides the others, a pulse with the light n shows
+// exp(-n H) of it, and as much of the background that comes with it. Pulses that are not alike are
+// taken for two kinds, with the same mean and spread of their light.
+struct PulseCheck::Seen {
+  double so_far = 0, light = 0, background = 0;
+  Seen(HidingLight hiding, double share) {
+    if (!(hiding.mean > 0)) {
+      so_far = share;
+      light = background = 1;
+      return;
+    }
+    const double spread = std::min(hiding.spread, 1.0);
+    for (const double relative : {1 - spread, 1 + spread}) {
+      const double alive = std::exp(-hiding.mean * relative * share);
+      so_far += (1 - alive) / hiding.mean / 2;
+      light += relative * alive / 2;
+      background += alive / 2;
+    }
+  }
+};
+
+void PulseCheck::expect(const Model& model, HidingLight hiding, Expected& expected) const {
   std::array<double, most_bins + 1> offset{}, h{}, d1{}, d2{}, integral{};
   const std::size_t edges = bins_ + 1;
   const double peak_ns = shape_.peak_offset_ns();
@@ -125,21 +145,20 @@ void PulseCheck::expect(const Model& model, double hidden, Expected& expected) c
   shape_.integrate(offsets, integral);
   double before = 0, before_shift = 0, before_width = 0, before_alive = 0;
   for (std::size_t i = 0; i < edges; ++i) {
-    const double alive = std::exp(-hidden * integral[i]);
-    const double seen = hidden > 0 ? (1 - alive) / hidden : integral[i];
-    const double d_shift = -alive * h[i] / model.ratio;
-    const double d_width = -alive * h[i] * (offset[i] - peak_ns);
+    const Seen seen(hiding, integral[i]);
+    const double d_shift = -seen.light * h[i] / model.ratio;
+    const double d_width = -seen.light * h[i] * (offset[i] - peak_ns);
     if (i > 0) {
-      const double part = seen - before;
-      const double flat = (before_alive + alive) / 2;
+      const double part = seen.so_far - before;
+      const double flat = (before_alive + seen.background) / 2;
       expected.count[i - 1] = model.light * part + model.background * flat;
       expected.by[i - 1] = {part, flat, model.light * (d_shift - before_shift),
                             model.light * (d_width - before_width)};
     }
-    before = seen;
+    before = seen.so_far;
     before_shift = d_shift;
     before_width = d_width;
-    before_alive = alive;
+    before_alive = seen.background;
   }
 }
 
@@ -157,7 +176,7 @@ double PulseCheck::log_likelihood(const Expected& expected) const {
 double PulseCheck::climb(Model& model, const Known& known, int parameters) const {
   Expected expected;
   const auto value_of = [&](const Model& at) {
-    expect(at, known.hidden, expected);
+    expect(at, known.hiding, expected);
     return log_likelihood(expected) - std::pow(known.deviations(at.background), 2) / 2;
   };
   double best = value_of(model);
@@ -236,14 +255,14 @@ PulseCheck::Model PulseCheck::model_of_counts(double background_in_bin) const {
   return model;
 }
 
-PulseVerdict PulseCheck::judge(double background_in_bin, double hidden) const {
+PulseVerdict PulseCheck::judge(double background_in_bin, HidingLight hiding) const {
   if (!looks()) return {};
   Model configured = model_of_counts(background_in_bin);
   if (configured.light < fewest_photons) return {};
-  const Known known = {configured.background, hidden};
-  if (hidden > 0) configured.light *= hidden / -std::expm1(-hidden);
+  const Known known = {configured.background, hiding};
+  configured.light /= Seen(hiding, 1).so_far;
   Expected expected;
-  expect(configured, hidden, expected);
+  expect(configured, hiding, expected);
   PulseVerdict verdict = step_of_width(expected, known);
   if (std::pow(verdict.excess, 2) < least_score * std::pow(verdict.std_excess, 2)) return verdict;
   const double with_configured = climb(configured, known, by_log_width);
@@ -326,10 +345,10 @@ ShapeVerdict PulseCheck::judge_shape(double background_in_bin, double ratio) con
   const double light = model.light;
   model.ratio = std::clamp(ratio, 1 / widest_ratio, widest_ratio);
   if (model.light < fewest_photons) return verdict;
-  const Known known = {model.background, 0};
+  const Known known = {model.background, {}};
   climb(model, known, pulse_parameters);
   Expected expected;
-  expect(model, 0, expected);
+  expect(model, {}, expected);
   step_to_skew(expected, model, known, verdict);
   const Deviance found = deviance(expected, model.ratio);
   constexpr int fitted = 2;  // of the four parameters, those that the groups surely tell

@@ -40,6 +40,12 @@ struct PulseVerdict {
   std::optional<PulseMisfit> misfit;
 };
 
+// The light of pulses whose first photon keeps the detector from seeing the others.
+struct HidingLight {
+  double mean = 0;    // photons of a pulse; 0 where no dead time is modelled
+  double spread = 0;  // of the pulses' light over the pulses: relative root mean square
+};
+
 // What the photons of a frame say of the shape of a pulse whose width was fitted.
 struct ShapeVerdict {
   // The skewness of the light about its mean, 0 of a gaussian and above 0 with a late tail, and one
@@ -110,10 +116,8 @@ class PulseCheck {
 
   // What the photons added since clear() say; nothing where they are fewer than some 40.
   //
-  // background: photons of background that a bin is expected to have. hidden: the mean light of a
-  // pulse whose first photon keeps the detector from seeing the others; 0 where no dead time is
-  // modelled.
-  [[nodiscard]] PulseVerdict judge(double background, double hidden) const;
+  // background: photons of background that a bin is expected to have.
+  [[nodiscard]] PulseVerdict judge(double background, HidingLight hiding) const;
   // The same of a gaussian whose width was fitted, where no dead time is modelled. ratio: of that
   // width to the configured one.
   [[nodiscard]] ShapeVerdict judge_shape(double background, double ratio) const;
@@ -121,10 +125,11 @@ class PulseCheck {
  private:
   static constexpr std::size_t most_bins = 64;
   struct Known;
+  struct Seen;
   struct Model;
   struct Expected;
   [[nodiscard]] Model model_of_counts(double background_in_bin) const;
-  void expect(const Model& model, double hidden, Expected& expected) const;
+  void expect(const Model& model, HidingLight hiding, Expected& expected) const;
   [[nodiscard]] double log_likelihood(const Expected& expected) const;
   double climb(Model& model, const Known& known, int parameters) const;
   // Of grouped counts from what was expected.
