@@ -207,10 +207,9 @@ void FrameEstimator::Workspace::say_blind_time(Estimate& estimate) const {
 std::optional<Fit> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                    Effort most) {
   if (by_paper) return find_as_paper(view);
-  const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
   std::optional<Fit> fit;
   if (track != nullptr) {
-    fit = follow(*track, mid_ps, frame);
+    fit = follow(*track, view.mid_ps(), frame);
     track->followed = fit ? track->followed + 1 : 0;
   }
   return fit ? fit : search.find(frame, most);
@@ -299,10 +298,9 @@ void FrameEstimator::Workspace::look_for_bends(const EstimatorOptions& options, 
 std::optional<BentFit> FrameEstimator::Workspace::find_bent(const FrameView& view,
                                                             TargetTrack* track, Effort most) {
   if (track != nullptr) {
-    const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
     const double bend_ns = track->acceleration_mps2 / acceleration_of_bend(1, frame.length_ns);
     const std::optional<Fit> fit =
-        follow(*track, mid_ps, bends->straightened(frame, bend_ns), bend_ns);
+        follow(*track, view.mid_ps(), bends->straightened(frame, bend_ns), bend_ns);
     track->followed = fit ? track->followed + 1 : 0;
     if (fit) return bends->refine(frame, fit->parameters.line, bend_ns);
   }
@@ -407,7 +405,7 @@ void FrameEstimator::Workspace::remember(const FrameView& view, const Estimate& 
                                          TargetTrack& track) const {
   // A range that may be wrong is not followed: the next frame is then searched over all delays.
   track.valid = estimate.range_odds_nats >= least_odds_nats;
-  track.mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
+  track.mid_ps = view.mid_ps();
   track.delay_ns = estimate.delay_ns;
   track.velocity_mps = estimate.velocity_mps;
   track.acceleration_mps2 = estimate.acceleration_mps2;

@@ -38,12 +38,11 @@ struct FrameTiming {
 
 // What is published of a frame. The status is the estimate's, with three exceptions, of which the
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
-// min_seen_fraction was seen, `saturated` where the dead time is modelled and light is beyond the
-// model, or varies within the frame or is shared so unevenly by the inputs that a value is low by
-// half of its deviation, or
-// where it is not modelled and more than a tenth of the signal photons would fall
-// into the detector's dead time; or, where it is to be modelled and is left out, or detections
-// contradict it, so many that the signal is low by half of its deviation.
+// min_seen_fraction was seen, `saturated` where the dead time biases the values. If it is modelled,
+// that is where light is beyond the model, or varies within the frame or is shared by the inputs so
+// unevenly that a value is low by half of its deviation. If it is not, it is where more than a
+// tenth of the signal photons would fall into it; or, where it is to be modelled and is left out,
+// or detections contradict it, so many that the signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
 

@@ -107,7 +107,6 @@ class Stream {
   // Error(Fault::usage) where the estimator refuses them; nothing has changed then.
   void reload(const StreamOptions& next);
 
-  [[nodiscard]] const StreamOptions& options() const { return options_; }
   [[nodiscard]] SourceInfo info() const { return source_->info(); }
   // Any thread.
   [[nodiscard]] StreamCounters counters() const;

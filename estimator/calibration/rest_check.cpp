@@ -52,7 +52,7 @@ RestCheck::RestCheck(const PhaseHistogram& fold, const Calibration& calibration)
 
 void RestCheck::add(const FrameView& frame) {
   if (!frame.sync.locked || frame.photons_ps.empty()) return;
-  const std::int64_t middle_ps = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
+  const std::int64_t middle_ps = frame.mid_ps();
   if (!begin_ps_) begin_ps_ = middle_ps;
   const FramePhase phase(frame);
   double sum = 0;

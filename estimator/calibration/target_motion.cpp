@@ -103,7 +103,7 @@ void TargetMotion::add(const FrameView& frame) {
     if (slices_.size() == most_slices) merge_pairs();
     slices_.push_back({std::vector<float>(bins_), 0, 0});
   }
-  const std::int64_t middle_ps = frame.start_ps + (frame.end_ps - frame.start_ps) / 2;
+  const std::int64_t middle_ps = frame.mid_ps();
   if (!begin_ps_) begin_ps_ = middle_ps;
   Slice& slice = slices_.back();
   ++slice.frames;

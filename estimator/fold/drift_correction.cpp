@@ -7,7 +7,7 @@ namespace splid {
 
 DriftCorrection::DriftCorrection(const FrameView& frame, double period_ns)
     : frame_(frame),
-      mid_ps_(frame.start_ps + (frame.end_ps - frame.start_ps) / 2),
+      mid_ps_(frame.mid_ps()),
       period_ns_(period_ns),
       scale_(frame.sync.period_ps * ns_per_ps / period_ns),
       to_ns_(ns_per_ps / scale_),

@@ -24,6 +24,7 @@ struct FrameView {
   // known, the light is then taken to be shared evenly.
   std::span<const std::uint64_t> photons_of_input = {};
 
+  [[nodiscard]] std::int64_t mid_ps() const { return start_ps + (end_ps - start_ps) / 2; }
   // The frame's time less that of its losses.
   [[nodiscard]] double seen_ns() const {
     double seen = static_cast<double>(end_ps - start_ps) * ns_per_ps;

@@ -212,7 +212,7 @@ class Summed {
         sigma_ns_(sigma_ns),
         max_travel_ns_(max_travel_ns) {
     const auto length_ps = static_cast<long double>(view.end_ps - view.start_ps);
-    const std::int64_t mid_ps = view.start_ps + (view.end_ps - view.start_ps) / 2;
+    const std::int64_t mid_ps = view.mid_ps();
     for (const std::int64_t photon_ps : view.photons_ps) {
       position_.push_back(static_cast<long double>(photon_ps - mid_ps) / length_ps);
       phase_ns_.push_back(static_cast<long double>(photon_ps - view.start_ps) * 1e-3L);
