@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
@@ -301,6 +302,26 @@ TEST(PulseMisfit, IsAbsentWhereTheDeadTimeIsModelled) {
     const Estimate e = estimator.estimate(made.make(n).view());
     EXPECT_TRUE(e.dead_time_modelled);
     EXPECT_EQ(e.pulse_misfit, std::nullopt);
+  }
+}
+
+// Taken for alike these pulses would be 4 % wider than configured.
+TEST(PulseMisfit, IsAbsentWhereBrightPulsesDiffer) {
+  test::FrameMaker made = one_surface();
+  double amplitude = 0.5;
+  for (double& a : made.pattern.segments[0].amplitudes) {
+    a = std::exchange(amplitude, 2 - amplitude);
+  }
+  made.length_ms = 20;
+  made.signal_per_pulse = 3;
+  made.dead_time_ns = 50;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 200'000,
+                           ClockReference::tagger, {50});
+  for (std::uint64_t n = 0; n < 3; ++n) {
+    const Estimate e = estimator.estimate(made.make(n).view());
+    ASSERT_TRUE(e.dead_time_modelled);
+    EXPECT_EQ(e.pulse_misfit, std::nullopt);
+    EXPECT_LT(std::abs(e.signal_per_pulse - 3), 4 * e.std_signal_per_pulse);
   }
 }
 
