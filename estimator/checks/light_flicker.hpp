@@ -23,7 +23,7 @@ namespace splid {
 // the target's or the background, these counts do not say: either may, and is then low.
 //
 // Design note: a likelihood that knows each part's light would mend it, but in 0.4 ms [P]'s target
-// has a photon and a half. Light that varies faster than in 0.4 ms of a frame of 50 ms is not seen.
+// has six photons. Light that varies faster than in 0.4 ms of a frame of 50 ms is not seen.
 //
 // Returns the relative root mean square by which that light varies which is low by more than half
 // of its deviation; the target's where both would be. Empty where neither would be, or the light
