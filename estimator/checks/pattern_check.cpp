@@ -49,9 +49,11 @@ constexpr double bins_in_window = 4;
 //
 // Design note: where each pulse is seen in each period, every second photon is from the same pulses
 // in period after period.
-std::size_t sampled(std::size_t nth, std::size_t step) {
+std::size_t photon_of(const FoldedFrame& frame, std::size_t nth, std::size_t step,
+                      std::size_t stretch) {
   const std::uint64_t place_32 = (nth * 0x9E3779B97F4A7C15U) >> 32;  // the golden ratio's turns
-  return nth * step + static_cast<std::size_t>((place_32 * step) >> 32);
+  const std::size_t in_step = static_cast<std::size_t>((place_32 * step) >> 32);
+  return std::min(frame.group_begin(stretch) + nth * step + in_step, frame.group_end[stretch] - 1);
 }
 
 double whole_turns_off(double turns) { return turns - std::floor(turns); }
@@ -300,10 +302,9 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
     visit_near(frame, line, step, stretch, count_photon);
     return;
   }
-  const std::size_t begin = frame.group_begin(stretch);
-  const std::size_t end = frame.group_end[stretch];
-  for (std::size_t n = 0; begin + n * step < end; ++n) {
-    count_photon(std::min(begin + sampled(n, step), end - 1));
+  const std::size_t photons = frame.group_end[stretch] - frame.group_begin(stretch);
+  for (std::size_t n = 0; n * step < photons; ++n) {
+    count_photon(photon_of(frame, n, step, stretch));
   }
 }
 
@@ -335,12 +336,12 @@ void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::siz
   };
   const std::size_t photons = frame.group_end[stretch] - frame.group_begin(stretch);
   if (photons <= most_photons || period_ns / cover_bins > window_ns_ / bins_in_window) {
-    for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
+    for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
       for (const std::uint32_t phase_32 : phases) cover(phase_32, 1);
     });
   } else {
     std::fill(phases_.begin(), phases_.end(), 0);
-    for_phases(frame, line, 1, stretch, [&](const auto&, const auto& phases) {
+    for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
       for (const std::uint32_t phase_32 : phases) ++phases_[phase_32 / phases_in_bin];
     });
     for (std::uint64_t bin = 0; bin < cover_bins; ++bin) {
@@ -363,8 +364,8 @@ void PatternCheck::count_at(const Part& part, double phase, double period_ns, do
   }
 }
 
-// Visits one of `step` photons of a stretch each, in chunks: with which they are, and their phases
-// in 2^-32 of the comb's period.
+// Visits one of `step` photons of a stretch each, in chunks: with the number of the first of them
+// among those that are visited, and their phases in 2^-32 of the comb's period.
 template <class Visit>
 void PatternCheck::for_phases(const FoldedFrame& frame, DelayLine line, std::size_t step,
                               std::size_t stretch, const Visit& visit) const {
@@ -373,21 +374,26 @@ void PatternCheck::for_phases(const FoldedFrame& frame, DelayLine line, std::siz
   const double to_32 = 0x1p32 / period_ns;
   const double delay_32 = std::remainder(line.delay_ns, period_ns) * to_32;
   const double slope_32 = line.travel_ns / frame.length_ns * to_32;
-  std::array<std::uint32_t, chunk> folded, phases;
-  std::array<double, chunk> times;
-  std::array<std::size_t, chunk> photons;
+  std::array<std::uint32_t, chunk> some_folded, phases;
+  std::array<double, chunk> some_times;
   const std::size_t begin = frame.group_begin(stretch);
   const std::size_t end = frame.group_end[stretch];
   const std::size_t all = (end - begin + step - 1) / step;
   for (std::size_t first = 0; first < all; first += chunk) {
     const std::size_t count = std::min(chunk, all - first);
-    for (std::size_t k = 0; k < count; ++k) {
-      photons[k] = std::min(begin + sampled(first + k, step), end - 1);
-      folded[k] = frame.phase_32[photons[k]];
-      times[k] = frame.time_ns[photons[k]];
+    const std::uint32_t* folded = frame.phase_32.data() + begin + first;
+    const double* times = frame.time_ns.data() + begin + first;
+    if (step > 1) {
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t photon = photon_of(frame, first + k, step, stretch);
+        some_folded[k] = frame.phase_32[photon];
+        some_times[k] = frame.time_ns[photon];
+      }
+      folded = some_folded.data();
+      times = some_times.data();
     }
-    kernels.line_phases(phases.data(), folded.data(), times.data(), delay_32, slope_32, count);
-    visit(std::span(photons.data(), count), std::span(phases.data(), count));
+    kernels.line_phases(phases.data(), folded, times, delay_32, slope_32, count);
+    visit(first, std::span(phases.data(), count));
   }
 }
 
@@ -401,10 +407,11 @@ void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::siz
   const SearchKernels& kernels = best_search_kernels();
   const CombWindow& window = parts_[stretch].window;
   std::array<std::uint32_t, chunk> picked;
-  for_phases(frame, line, step, stretch, [&](const auto& photons, const auto& phases) {
+  for_phases(frame, line, step, stretch, [&](std::size_t first, const auto& phases) {
     const std::size_t near =
         kernels.pick(picked.data(), phases.data(), window.flags(), window.shift(), phases.size());
-    for (std::size_t n = 0; n < near; ++n) visit(photons[picked[n]]);
+    for (std::size_t n = 0; n < near; ++n)
+      visit(photon_of(frame, first + picked[n], step, stretch));
   });
 }
 
