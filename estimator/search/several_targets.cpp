@@ -316,7 +316,7 @@ std::optional<Fit> SeveralTargets::find_alike() {
 
 std::optional<Fit> SeveralTargets::find_anywhere(Effort most) {
   seen_by_ = all_.at.count;
-  return search_.find_more(rest_, most, threshold_nats_ - lost_nats);
+  return search_.find_more(rest_, most, threshold_nats_ - lost_nats, all_.at.count);
 }
 
 // The best target close to one of those found, of which what is left of the frame may hold less

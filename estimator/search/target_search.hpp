@@ -145,8 +145,9 @@ class TargetSearch {
   // A target so close to one of the known ones that a zoom about that one reaches it.
   std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
                                  double least_nats);
-  // A target anywhere. most: as in find().
-  std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats);
+  // A target anywhere. most: as in find(). known: how many targets have been taken out.
+  std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats,
+                               std::size_t known);
   // Whether the look at all delays about a fit was one about a line of another target too: the
   // line has much the same travel.
   [[nodiscard]] bool has_looked_beside(const Fit& fit, DelayLine line) const {

@@ -275,7 +275,7 @@ struct RestOfScene {
 TEST(TargetSearch, FindsOneThatWasSeen) {
   StartScene scene({0, 7, -50}, {20, 95, -60}, {40e-4, 24e-4, 13e-4});
   RestOfScene left(scene);
-  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22), 1);
+  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22, 1), 1);
   TargetSearch::Peaks peaks = scene.search.no_peaks();
   scene.search.keep_peaks(peaks);
   const auto seen = peaks.seen.best_beside(left.first_lines(2));
@@ -294,7 +294,7 @@ TEST(TargetSearch, FindsOneThatMovesAsTheOthersDo) {
   const TargetSearch::Peaks& peaks = scene.first.peaks;
   left.expect_is(scene.search.find_alike(left.rest, peaks, left.first_lines(1)), 1);
   EXPECT_FALSE(scene.search.find_alike(left.rest, peaks, left.first_lines(2)));
-  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22), 2);
+  left.expect_is(scene.search.find_more(left.rest, Effort::balanced, 22, 2), 2);
   // The known ones do not move alike any more.
   left.known.count = 1;
   left.take_out();

@@ -258,8 +258,10 @@ TEST(TargetSearch, OneMoreIsFoundWhereItMayGainEnough) {
     return found && s.apart_ns(found->parameters.line, fit->parameters.line) < 0.05;
   };
   const double gain = fit->gain_nats;
-  EXPECT_TRUE(is_it(s.search.find_more(s.frame, Effort::balanced, 0.9 * gain)));
-  EXPECT_FALSE(s.search.find_more(s.frame, Effort::balanced, 3 * gain));
+  for (const std::size_t known : {1, 2}) {
+    EXPECT_TRUE(is_it(s.search.find_more(s.frame, Effort::balanced, 0.9 * gain, known))) << known;
+    EXPECT_FALSE(s.search.find_more(s.frame, Effort::balanced, 3 * gain, known)) << known;
+  }
   DelayLine beside = fit->parameters.line;
   beside.delay_ns += 0.5;
   EXPECT_TRUE(is_it(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain)));
