@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::size_t most_photons = 65536;
 constexpr std::size_t chunk = 1024;  // photons whose phases are made at once
+// Pulses of more photons hide so much of their late light from a blind detector that their width
+// moves the place: 2 % of it by a third of a deviation at 0.3 photons, and by 14 at 3.
+constexpr double fewest_that_hide = 0.1;
 // Such a window holds 87 % of a gaussian pulse's light, and not much background.
 constexpr double half_window_widths = 1.5;
 
@@ -97,9 +100,26 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
   seen_turns_.resize(weights_.size());
   covers_.resize(weights_.size() + parts_.size());
   phases_.resize(cover_bins);
+  note_kinds();
   double all = 0;
   for (const double weight : weights_) all += weight;
   for (double& weight : weights_) weight = all > 0 ? weight / all : 0;
+}
+
+// Puts pulses of much the same amplitude into one kind.
+void PatternCheck::note_kinds() {
+  std::vector<double> amplitudes;
+  for (const PulseTrain::Stretch& stretch : train_.stretches) {
+    const std::vector<double>& own = stretch.comb.amplitudes;
+    amplitudes.insert(amplitudes.end(), own.begin(), own.end());
+  }
+  const auto [least, most] = std::minmax_element(amplitudes.begin(), amplitudes.end());
+  const double range = *most - *least;
+  constexpr double last = HidingLight::most_kinds - 1;
+  for (const double amplitude : amplitudes) {
+    const double kind = range > 0 ? std::round((amplitude - *least) / range * last) : 0;
+    kinds_.push_back(static_cast<std::uint8_t>(kind));
+  }
 }
 
 // Divides the comb's period into bins of a window's width, and marks as free the bins that the
@@ -134,7 +154,13 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
               train_.single() && frame.seen_ns > 0.99 * frame.length_ns * frame.scale);
   PatternVerdict verdict;
   if (frame.size() == 0) return verdict;
-  const double part_seen = count(frame, found.line);
+  const std::size_t step = 1 + (frame.size() - 1) / most_photons;
+  const double part_seen = 1 / static_cast<double>(step);
+  const bool do_hide =
+      frame.blind != nullptr &&
+      found.signal_per_pulse * frame.blind->share * train_.mean_amplitude() >= fewest_that_hide;
+  pulse_step_ = do_hide ? 1 : step;
+  count(frame, found.line, step);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
   expect(frame, found, periods);
   const Share share =
@@ -163,13 +189,10 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
 PulseVerdict PatternCheck::judge_pulse(const FoldedFrame& frame,
                                        const FrameParameters& found) const {
   if (frame.size() == 0) return {};
-  HidingLight hiding;
-  if (frame.blind != nullptr) {
-    if (frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) return {};
-    hiding.mean = found.signal_per_pulse * frame.blind->share * train_.mean_amplitude();
-    hiding.spread = train_.amplitude_spread;
+  if (frame.blind != nullptr && frame.blind->dead_time_ns < pulse_.last_ns() - pulse_.first_ns()) {
+    return {};
   }
-  return pulse_.judge(background_in_bin(frame, found.background_per_ns), hiding);
+  return pulse_.judge(background_in_bin(frame, found.background_per_ns), hiding_);
 }
 
 ShapeVerdict PatternCheck::judge_shape(const FoldedFrame& frame, const FrameParameters& found,
@@ -181,9 +204,8 @@ ShapeVerdict PatternCheck::judge_shape(const FoldedFrame& frame, const FramePara
 
 // The photons of background that each of the pulse check's bins is expected to have.
 double PatternCheck::background_in_bin(const FoldedFrame& frame, double background_per_ns) const {
-  const std::size_t step = 1 + (frame.size() - 1) / most_photons;
   const double periods =
-      frame.seen_ns / (train_.period_ns * frame.scale) / static_cast<double>(step);
+      frame.seen_ns / (train_.period_ns * frame.scale) / static_cast<double>(pulse_step_);
   double turns = 0;
   for (const double seen : seen_turns_) turns += seen;
   return background_per_ns * pulse_.bin_ns() * frame.scale * periods * turns;
@@ -246,6 +268,7 @@ bool PatternCheck::has_stray_pulses(const Share& share) const {
 void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found, double periods) {
   std::copy(weights_.begin(), weights_.end(), light_.begin());
   std::copy(turns_.begin(), turns_.end(), seen_turns_.begin());
+  hiding_ = {};
   if (frame.blind == nullptr) return;
   double all = 0;
   for (std::size_t s = 0; s < parts_.size(); ++s) {
@@ -262,24 +285,64 @@ void PatternCheck::expect(const FoldedFrame& frame, const FrameParameters& found
       light_[p] *= alive * (own > 0 ? -std::expm1(-own) / own : 1);
       seen_turns_[p] *= alive;
       all += light_[p];
+      add_hiding(kinds_[p], periods * seen_turns_[p], turns - periods * seen_turns_[p], own);
     }
   }
   for (double& light : light_) light = all > 0 ? light / all : 0;
+  settle_hiding(frame, found);
 }
 
-// Counts the photons at the pulses and in the bins; returns the share of the photons that is looked
-// at.
-double PatternCheck::count(const FoldedFrame& frame, DelayLine line) {
-  const std::size_t step = 1 + (frame.size() - 1) / most_photons;
+// Adds pulses that the detector was alive for, and those that it was blind for, of a kind.
+void PatternCheck::add_hiding(std::size_t kind, double pulses, double blind, double photons) {
+  HidingLight::Kind& sums = hiding_.kinds.at(kind);
+  sums.pulses += pulses;
+  sums.photons += pulses * photons;
+  sums.wakes_per_ns += blind;
+}
+
+// From sums to means, of those kinds that there are. Each blind time ends once.
+void PatternCheck::settle_hiding(const FoldedFrame& frame, const FrameParameters& found) {
+  const double dead_ns = frame.blind->dead_time_ns / frame.scale;
+  hiding_.background_per_ns = frame.blind->share * found.background_per_ns * frame.scale;
+  for (const HidingLight::Kind& sums : hiding_.kinds) {
+    if (!(sums.photons > 0)) continue;
+    hiding_.kinds.at(hiding_.count++) = {sums.photons / sums.pulses,
+                                         sums.pulses / static_cast<double>(pulse_step_),
+                                         sums.wakes_per_ns / sums.pulses / dead_ns};
+  }
+}
+
+// Counts one of `step` photons each at the pulses and in the bins.
+void PatternCheck::count(const FoldedFrame& frame, DelayLine line, std::size_t step) {
   std::fill(counts_.begin(), counts_.end(), 0.0);
   std::fill(bins_.begin(), bins_.end(), 0);
   std::fill(covers_.begin(), covers_.end(), 0.0);
   pulse_.clear();
   for (std::size_t s = 0; s < parts_.size(); ++s) {
     count_part(frame, line, step, s);
+    if (pulse_step_ != step && pulse_.looks()) count_about_pulses(frame, line, s);
     if (frame.blind != nullptr) cover_part(frame, line, s);
   }
-  return 1 / static_cast<double>(step);
+}
+
+// Where pulses hide much of their light, all photons tell how wide they are.
+//
+// Design note: 65,536 of the photons of a frame of 50 ms with 3 photons a pulse know the width to
+// 0.35 %, where 0.3 % moves the place by two deviations of all 510,000.
+void PatternCheck::count_about_pulses(const FoldedFrame& frame, DelayLine line,
+                                      std::size_t stretch) {
+  const Part& part = parts_[stretch];
+  if (part.turns == 0) return;
+  const double to_ns = train_.stretches[stretch].comb.period_ns * 0x1p-32;
+  for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
+    for (const std::uint32_t phase_32 : phases) {
+      for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
+        const double residual_ns = phase_32 * to_ns - pulse.time_ns;
+        if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
+        pulse_.add(residual_ns);
+      }
+    }
+  });
 }
 
 void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::size_t step,
@@ -292,7 +355,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   const auto count_photon = [&](std::size_t i) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / comb.period_ns - turns - slope * frame.time_ns[i]);
-    count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns);
+    count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns, step);
     if (part.bins_per_turn == 0) return;
     const auto bin = static_cast<std::size_t>(phase * part.bins_per_turn);
     const auto last = static_cast<std::size_t>(part.bins_per_turn) - 1;
@@ -351,15 +414,17 @@ void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::siz
   steps[0] += turns;
 }
 
-// Counts a photon, at a share of the frame from -1/2 to 1/2, at the pulses whose windows hold it.
-void PatternCheck::count_at(const Part& part, double phase, double period_ns, double share) {
+// Counts a photon, one of `step`, at a share of the frame from -1/2 to 1/2, at the pulses whose
+// windows hold it.
+void PatternCheck::count_at(const Part& part, double phase, double period_ns, double share,
+                            std::size_t step) {
   const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * 0x1p32));
   for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
     const double residual_ns = phase * period_ns - pulse.time_ns;
     const bool inside = residual_ns >= first_ns_ && residual_ns <= last_ns_;
     counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
     if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
-    if (pulse_.looks()) pulse_.add(residual_ns);
+    if (pulse_.looks() && pulse_step_ == step) pulse_.add(residual_ns);
     path_.add(residual_ns, share);
   }
 }

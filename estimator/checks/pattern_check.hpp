@@ -43,8 +43,8 @@ class PatternCheck {
   PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns,
                bool is_fitted = false);
 
-  // found: the fit in this frame. Of more than 65,536 photons an even part is looked
-  // at, and when the detector was blind is known of all.
+  // found: the fit in this frame. Of more than 65,536 photons an even part is looked at. When the
+  // detector was blind is known of all, and so are the pulses that hide much of their light then.
   //
   // The fault is dark_pulses where the pulses' light deviates from the amplitudes by more than 0.95
   // rms of their mean, as if less than 53 % of the pulses had any light, and by more than 4.5
@@ -85,12 +85,16 @@ class PatternCheck {
     double expected = 0;   // light of all pulses
   };
 
+  void note_kinds();
   void add_bins(const PulseTrain::Stretch& stretch, const PulseShape& shape, Part& part);
-  double count(const FoldedFrame& frame, DelayLine line);
+  void count(const FoldedFrame& frame, DelayLine line, std::size_t step);
   void expect(const FoldedFrame& frame, const FrameParameters& found, double periods);
+  void add_hiding(std::size_t kind, double pulses, double blind, double photons);
+  void settle_hiding(const FoldedFrame& frame, const FrameParameters& found);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
+  void count_about_pulses(const FoldedFrame& frame, DelayLine line, std::size_t stretch);
   void cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch);
-  void count_at(const Part& part, double phase, double period_ns, double share);
+  void count_at(const Part& part, double phase, double period_ns, double share, std::size_t step);
   template <class Visit>
   void for_phases(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
                   const Visit& visit) const;
@@ -108,9 +112,12 @@ class PatternCheck {
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;
+  std::size_t pulse_step_ = 1;         // one of so many photons each is in pulse_
   std::vector<Part> parts_;            // of each stretch
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern
   std::vector<double> turns_;          // of each pulse: the `turns` of its part
+  std::vector<std::uint8_t> kinds_;    // of each pulse: which of hiding_'s kinds it is
+  HidingLight hiding_;                 // of the last judge()
   std::vector<double> counts_;         // of each pulse: the photons near it
   std::vector<double> light_;          // of each pulse: its weight times what the detector sees
   std::vector<double> seen_turns_;     // of each pulse: its turns times the share not blind

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -13,6 +14,7 @@ namespace splid {
 struct PulseMisfit {
   double width_ratio = 1;   // of the detected pulse's width to that of the configured one
   double signal_ratio = 1;  // of the light with that width to the light with the configured one
+  double shift_ns = 0;  // of the pulse's place with that width from that with the configured one
 
   // Says the misfit in an estimate with the configured pulse, and puts what it leaves uncertain
   // into the deviations. width_ns: of the configured pulse, in the estimate's clock.
@@ -25,7 +27,8 @@ struct PulseMisfit {
   // s is part of the delay's deviation. The likelihood takes each photon's time for more exact than
   // it is by the ratio of the widths, and so are delay, velocity and acceleration. The light is
   // shared otherwise between signal and background with the true width, and that difference is part
-  // of their deviations.
+  // of their deviations. So is the difference of the places: a blind detector, which sees the first
+  // photons of a pulse, sees them earlier where the pulse is wider.
   void widen(Estimate& estimate, double width_ns, double amplitude_per_ns) const;
 };
 
@@ -40,10 +43,31 @@ struct PulseVerdict {
   std::optional<PulseMisfit> misfit;
 };
 
-// The light of pulses whose first photon keeps the detector from seeing the others.
+// The light of pulses whose first photon keeps the detector from seeing the others. There are no
+// kinds of pulses where no dead time is modelled.
 struct HidingLight {
-  double mean = 0;    // photons of a pulse; 0 where no dead time is modelled
-  double spread = 0;  // of the pulses' light over the pulses: relative root mean square
+  // Pulses whose light is much the same.
+  struct Kind {
+    double photons = 0;       // of a pulse
+    double pulses = 0;        // so many, less those that come while the detector is blind
+    double wakes_per_ns = 0;  // dead times that end about such a pulse, over `pulses`
+  };
+  static constexpr std::size_t most_kinds = 8;
+  std::array<Kind, most_kinds> kinds{};
+  std::size_t count = 0;
+  double background_per_ns = 0;  // of which a photon hides what comes later too
+
+  // Photons of all pulses, and how many pulses these are.
+  [[nodiscard]] double light() const {
+    double sum = 0;
+    for (const Kind& kind : std::span(kinds).first(count)) sum += kind.pulses * kind.photons;
+    return sum;
+  }
+  [[nodiscard]] double pulses() const {
+    double sum = 0;
+    for (const Kind& kind : std::span(kinds).first(count)) sum += kind.pulses;
+    return sum;
+  }
 };
 
 // What the photons of a frame say of the shape of a pulse whose width was fitted.
@@ -80,7 +104,8 @@ struct ShapeVerdict {
 // of the frame: the configured pulse, and that pulse made wider or narrower by a factor. Twice what
 // the second gains over the first is distributed as chi squared with one degree of freedom where
 // the configured pulse is right. From 24 on, which chance reaches in one frame of a million, the
-// pulse is another.
+// pulse is another. It is said where the width differs by 2 %, or moves the pulse's place by half a
+// deviation.
 //
 // Design note: a score test would need no second fit, but with 100 photons its chance of an alarm
 // is 150 times the stated one, since the squares of the times have a long tail. The ratio of the
@@ -117,7 +142,7 @@ class PulseCheck {
   // What the photons added since clear() say; nothing where they are fewer than some 40.
   //
   // background: photons of background that a bin is expected to have.
-  [[nodiscard]] PulseVerdict judge(double background, HidingLight hiding) const;
+  [[nodiscard]] PulseVerdict judge(double background, const HidingLight& hiding) const;
   // The same of a gaussian whose width was fitted, where no dead time is modelled. ratio: of that
   // width to the configured one.
   [[nodiscard]] ShapeVerdict judge_shape(double background, double ratio) const;
@@ -129,9 +154,18 @@ class PulseCheck {
   struct Model;
   struct Expected;
   [[nodiscard]] Model model_of_counts(double background_in_bin) const;
-  void expect(const Model& model, HidingLight hiding, Expected& expected) const;
+  void see(const HidingLight& hiding, std::span<const double> integral, Seen& seen) const;
+  void expect(const Model& model, const HidingLight& hiding, Expected& expected) const;
   [[nodiscard]] double log_likelihood(const Expected& expected) const;
   double climb(Model& model, const Known& known, int parameters) const;
+  // What a width that is wrong moves in a likelihood that takes it for right, for a difference of
+  // the logarithm of 1: the light, relative to itself, and the place of the pulse.
+  struct Pull {
+    double light = 0;
+    double shift_ns = 0;
+    double std_shift_ns = 0;  // one standard deviation of that place
+  };
+  [[nodiscard]] Pull pull_of_width(const Model& model, const HidingLight& hiding) const;
   // Of grouped counts from what was expected.
   struct Deviance {
     double value = 0;

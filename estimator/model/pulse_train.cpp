@@ -10,7 +10,6 @@ namespace splid {
 PulseTrain::PulseTrain(const Pattern& pattern) : period_ns(pattern_period_ps(pattern) * ns_per_ps) {
   double begin_ns = 0;
   double amplitude = 0;
-  double squares = 0;
   double pulses = 0;
   closest_ns = period_ns;
   for (const PatternSegment& segment : pattern.segments) {
@@ -18,15 +17,12 @@ PulseTrain::PulseTrain(const Pattern& pattern) : period_ns(pattern_period_ps(pat
     const double end_ns = begin_ns + repeats * segment.period_ps * ns_per_ps;
     stretches.push_back({Comb(segment), begin_ns, end_ns, 1, {}});
     amplitude += repeats * stretches.back().comb.total_amplitude;
-    for (const double a : stretches.back().comb.amplitudes) squares += repeats * a * a;
     pulses += repeats * static_cast<double>(stretches.back().comb.times_ns.size());
     closest_ns = std::min(closest_ns, stretches.back().comb.closest_ns);
     begin_ns = end_ns;
   }
   amplitude_per_ns = amplitude / period_ns;
   pulses_per_ns = pulses / period_ns;
-  const double mean = amplitude / pulses;
-  amplitude_spread = std::sqrt(std::max(0.0, squares / pulses - mean * mean)) / mean;
   circle_ns = period_ns;
   if (single()) {
     if (pattern.mode == Mode::interleaved) {

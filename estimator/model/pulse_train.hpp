@@ -28,7 +28,6 @@ struct PulseTrain {
                          // unambiguous delay, which is shorter than its pattern period
   double amplitude_per_ns = 0;  // mean over the period
   double pulses_per_ns = 0;     // mean over the period
-  double amplitude_spread = 0;  // of the pulses: root mean square about the mean, relative to it
   double closest_ns = 0;        // smallest distance between two pulses of a stretch
 
   explicit PulseTrain(const Pattern& pattern);

@@ -15,6 +15,12 @@ namespace {
 
 constexpr double pulse_width_ns = 0.1;
 
+// As many of so many pulses with 1 - spread of the mean light as with 1 + spread.
+HidingLight hiding(double mean, double spread, double pulses) {
+  if (!(mean > 0)) return {};
+  return {{{{mean * (1 - spread), pulses / 2}, {mean * (1 + spread), pulses / 2}}}, 2};
+}
+
 // Light about a pulse: photons of a gaussian, of a second surface behind it, and of background.
 struct PulseLight {
   int photons = 300;
@@ -52,7 +58,7 @@ struct PulseLight {
     if (background_per_ns > 0) {
       for (int n = dark(random); n > 0; --n) add(window(random));
     }
-    return check.judge(background_per_ns * check.bin_ns(), {hidden, spread});
+    return check.judge(background_per_ns * check.bin_ns(), hiding(hidden, spread, photons));
   }
 };
 
@@ -192,7 +198,7 @@ TEST(PulseCheck, KnowsThatBrightPulsesHideMoreThanOthers) {
   PulseCheck check(shape, 9);
   std::mt19937_64 random(5);
   light.drawn(check, random);
-  EXPECT_TRUE(check.judge(0, {light.hidden, 0}).misfit);
+  EXPECT_TRUE(check.judge(0, hiding(light.hidden, 0, light.photons)).misfit);
 }
 
 TEST(PulseCheck, KnowsATabulatedPulse) {
@@ -305,23 +311,67 @@ TEST(PulseMisfit, IsAbsentWhereTheDeadTimeIsModelled) {
   }
 }
 
-// Taken for alike these pulses would be 4 % wider than configured.
+// Taken for alike, or for two kinds of the same mean and spread, some of which come while the
+// detector is blind, these pulses would be some per cent wider or narrower than configured.
 TEST(PulseMisfit, IsAbsentWhereBrightPulsesDiffer) {
-  test::FrameMaker made = one_surface();
-  double amplitude = 0.5;
-  for (double& a : made.pattern.segments[0].amplitudes) {
-    a = std::exchange(amplitude, 2 - amplitude);
+  for (const double dimmer : {0.1, 0.5}) {
+    test::FrameMaker made = one_surface();
+    double amplitude = dimmer;
+    for (double& a : made.pattern.segments[0].amplitudes) {
+      a = std::exchange(amplitude, 2 - amplitude);
+    }
+    made.length_ms = 20;
+    made.signal_per_pulse = 3;
+    made.dead_time_ns = 50;
+    FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 250'000,
+                             ClockReference::tagger, {50});
+    for (std::uint64_t n = 0; n < 3; ++n) {
+      const Estimate e = estimator.estimate(made.make(n).view());
+      ASSERT_TRUE(e.dead_time_modelled);
+      EXPECT_EQ(e.pulse_misfit, std::nullopt) << dimmer;
+      EXPECT_LT(std::abs(e.signal_per_pulse - 3), 4 * e.std_signal_per_pulse) << dimmer;
+      EXPECT_LT(std::abs(e.pulse_excess), 4 * e.std_pulse_excess) << dimmer;
+    }
   }
-  made.length_ms = 20;
+}
+
+// Dead times that end within a pulse, and background just before it, would make it 1 % wider.
+TEST(PulseMisfit, IsAbsentWhereTheDetectorIsBlindForMostOfTheTime) {
+  test::FrameMaker made = one_surface();
   made.signal_per_pulse = 3;
+  made.background_per_ns = 3.0 / 50;
   made.dead_time_ns = 50;
-  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 200'000,
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 1'000'000,
                            ClockReference::tagger, {50});
-  for (std::uint64_t n = 0; n < 3; ++n) {
+  double excess = 0, information = 0;
+  for (std::uint64_t n = 0; n < 6; ++n) {
     const Estimate e = estimator.estimate(made.make(n).view());
     ASSERT_TRUE(e.dead_time_modelled);
     EXPECT_EQ(e.pulse_misfit, std::nullopt);
-    EXPECT_LT(std::abs(e.signal_per_pulse - 3), 4 * e.std_signal_per_pulse);
+    const double weight = 1 / (e.std_pulse_excess * e.std_pulse_excess);
+    excess += weight * e.pulse_excess;
+    information += weight;
+  }
+  EXPECT_LT(std::abs(excess / information), 4 / std::sqrt(information));
+}
+
+// The first photons of a wide pulse come early: 1 % of its width is 7 deviations of the distance,
+// and 3 of the signal.
+TEST(PulseMisfit, HoldsTheValuesWhereTheFirstPhotonHidesTheRest) {
+  for (const double wider : {0.99, 1.0, 1.01}) {
+    test::FrameMaker made = one_surface();
+    made.sigma_ns *= wider;
+    made.signal_per_pulse = 3;
+    made.dead_time_ns = 50;
+    FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 700'000,
+                             ClockReference::tagger, {50});
+    const Estimate e = estimator.estimate(made.make(4).view());
+    ASSERT_TRUE(e.dead_time_modelled);
+    EXPECT_EQ(e.pulse_misfit.has_value(), wider != 1.0) << wider;
+    EXPECT_NEAR(e.pulse_misfit.value_or(0), wider - 1, 0.005);
+    const double off_ns = e.delay_ns - 2 * made.distance_m / 0.299792458;
+    EXPECT_LT(std::abs(std::remainder(off_ns, 3780.0)), 3 * e.std_delay_ns) << wider;
+    EXPECT_LT(std::abs(e.signal_per_pulse - 3), 3 * e.std_signal_per_pulse) << wider;
   }
 }
 
