@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 
@@ -44,19 +45,26 @@ constexpr double most_masked = 0.75;
 constexpr std::size_t most_bins = 65536;
 // Phases of photons after which the detector is blind: bins, which are so much finer than a window.
 constexpr std::size_t cover_bins = 65536;
-constexpr std::uint32_t phases_in_bin = 65536;  // all phases are in 2^-32 of a period
 constexpr double bins_in_window = 4;
+// Those that tell how wide a pulse is: at a 16th of its width they make it 0.02 % wider.
+constexpr double fine_bins_a_width = 16;
+constexpr std::size_t most_fine_bins = std::size_t{1} << 20;
 
-// Which photon of a stretch stands for the nth `step` of its photons: one after the other, at
-// places in their step that are spread evenly.
+// Which of a stretch's photons, from `begin` to `end`, stands for the nth `step` of its photons:
+// one after the other, at places in their step that are spread evenly.
 //
 // Design note: where each pulse is seen in each period, every second photon is from the same pulses
 // in period after period.
-std::size_t photon_of(const FoldedFrame& frame, std::size_t nth, std::size_t step,
-                      std::size_t stretch) {
+std::size_t photon_of(std::size_t nth, std::size_t step, std::size_t begin, std::size_t end) {
   const std::uint64_t place_32 = (nth * 0x9E3779B97F4A7C15U) >> 32;  // the golden ratio's turns
-  const std::size_t in_step = static_cast<std::size_t>((place_32 * step) >> 32);
-  return std::min(frame.group_begin(stretch) + nth * step + in_step, frame.group_end[stretch] - 1);
+  const auto in_step = static_cast<std::size_t>((place_32 * step) >> 32);
+  return std::min(begin + nth * step + in_step, end - 1);
+}
+
+// Powers of two; 0 where that is too many.
+std::size_t fine_bins(double period_ns, double width_ns) {
+  const double bins = std::max(1.0, std::ceil(period_ns / width_ns * fine_bins_a_width));
+  return bins > most_fine_bins ? 0 : std::bit_ceil(static_cast<std::size_t>(bins));
 }
 
 double whole_turns_off(double turns) { return turns - std::floor(turns); }
@@ -88,7 +96,8 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
                       turns,
                       weights_.size(),
                       weights_.size() + parts_.size(),
-                      bins_.size()});
+                      bins_.size(),
+                      pulse_.looks() ? fine_bins(comb.period_ns, shape.width_ns()) : 0});
     for (const double amplitude : comb.amplitudes) {
       weights_.push_back(amplitude * turns);
       turns_.push_back(turns);
@@ -99,7 +108,13 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
   light_.resize(weights_.size());
   seen_turns_.resize(weights_.size());
   covers_.resize(weights_.size() + parts_.size());
-  phases_.resize(cover_bins);
+  std::size_t most_phases = cover_bins;
+  for (const Part& part : parts_) {
+    if (part.turns == 0) continue;
+    most_phases = std::max(most_phases, part.fine_bins);
+    has_fine_bins_ = has_fine_bins_ && part.fine_bins > 0;
+  }
+  phases_.resize(most_phases);
   note_kinds();
   double all = 0;
   for (const double weight : weights_) all += weight;
@@ -159,7 +174,8 @@ PatternVerdict PatternCheck::judge(const FoldedFrame& frame, const FrameParamete
   const bool do_hide =
       frame.blind != nullptr &&
       found.signal_per_pulse * frame.blind->share * train_.mean_amplitude() >= fewest_that_hide;
-  pulse_step_ = do_hide ? 1 : step;
+  do_all_tell_width_ = do_hide && has_fine_bins_ && step > 1;
+  pulse_step_ = do_all_tell_width_ ? 1 : step;
   count(frame, found.line, step);
   const double periods = frame.seen_ns / (train_.period_ns * frame.scale);
   expect(frame, found, periods);
@@ -320,29 +336,8 @@ void PatternCheck::count(const FoldedFrame& frame, DelayLine line, std::size_t s
   pulse_.clear();
   for (std::size_t s = 0; s < parts_.size(); ++s) {
     count_part(frame, line, step, s);
-    if (pulse_step_ != step && pulse_.looks()) count_about_pulses(frame, line, s);
     if (frame.blind != nullptr) cover_part(frame, line, s);
   }
-}
-
-// Where pulses hide much of their light, all photons tell how wide they are.
-//
-// Design note: 65,536 of the photons of a frame of 50 ms with 3 photons a pulse know the width to
-// 0.35 %, where 0.3 % moves the place by two deviations of all 510,000.
-void PatternCheck::count_about_pulses(const FoldedFrame& frame, DelayLine line,
-                                      std::size_t stretch) {
-  const Part& part = parts_[stretch];
-  if (part.turns == 0) return;
-  const double to_ns = train_.stretches[stretch].comb.period_ns * 0x1p-32;
-  for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
-    for (const std::uint32_t phase_32 : phases) {
-      for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
-        const double residual_ns = phase_32 * to_ns - pulse.time_ns;
-        if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
-        pulse_.add(residual_ns);
-      }
-    }
-  });
 }
 
 void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::size_t step,
@@ -355,7 +350,7 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
   const auto count_photon = [&](std::size_t i) {
     const double phase =
         whole_turns_off(frame.phase_ns[i] / comb.period_ns - turns - slope * frame.time_ns[i]);
-    count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns, step);
+    count_at(part, phase, comb.period_ns, frame.time_ns[i] / frame.length_ns);
     if (part.bins_per_turn == 0) return;
     const auto bin = static_cast<std::size_t>(phase * part.bins_per_turn);
     const auto last = static_cast<std::size_t>(part.bins_per_turn) - 1;
@@ -365,10 +360,9 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
     visit_near(frame, line, step, stretch, count_photon);
     return;
   }
-  const std::size_t photons = frame.group_end[stretch] - frame.group_begin(stretch);
-  for (std::size_t n = 0; n * step < photons; ++n) {
-    count_photon(photon_of(frame, n, step, stretch));
-  }
+  const std::size_t begin = frame.group_begin(stretch);
+  const std::size_t end = frame.group_end[stretch];
+  for (std::size_t n = 0; begin + n * step < end; ++n) count_photon(photon_of(n, step, begin, end));
 }
 
 // Notes when the detector was blind after the photons of a stretch, at the pulses that come after a
@@ -377,7 +371,8 @@ void PatternCheck::count_part(const FoldedFrame& frame, DelayLine line, std::siz
 // Design note: all photons are looked at, also where their counts are those of a part. A part would
 // tell how often the detector was alive only to within its own chance, which is no part of what the
 // counts are judged by: where it is alive for a tenth of the time, a tenth of the pulses' light.
-// Very many photons are counted in bins of their phase first, which costs a quarter as much.
+// Very many photons are counted in bins of their phase first, which costs a quarter as much. These
+// then tell how wide bright pulses are, too.
 void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch) {
   const Part& part = parts_[stretch];
   const double blind_ns = frame.blind->dead_time_ns / frame.scale;
@@ -398,33 +393,62 @@ void PatternCheck::cover_part(const FoldedFrame& frame, DelayLine line, std::siz
     turns += photons * (turn(phase_32 + end_32, -photons) - from_turn);
   };
   const std::size_t photons = frame.group_end[stretch] - frame.group_begin(stretch);
-  if (photons <= most_photons || period_ns / cover_bins > window_ns_ / bins_in_window) {
+  if (!do_all_tell_width_ &&
+      (photons <= most_photons || period_ns / cover_bins > window_ns_ / bins_in_window)) {
     for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
       for (const std::uint32_t phase_32 : phases) cover(phase_32, 1);
     });
   } else {
-    std::fill(phases_.begin(), phases_.end(), 0);
+    const std::size_t bins = do_all_tell_width_ ? part.fine_bins : cover_bins;
+    const int shift = 32 - std::countr_zero(bins);  // of a phase in 2^-32 to its bin
+    std::fill_n(phases_.begin(), bins, 0);
     for_phases(frame, line, 1, stretch, [&](std::size_t, const auto& phases) {
-      for (const std::uint32_t phase_32 : phases) ++phases_[phase_32 / phases_in_bin];
+      for (const std::uint32_t phase_32 : phases) ++phases_[phase_32 >> shift];
     });
-    for (std::uint64_t bin = 0; bin < cover_bins; ++bin) {
-      if (phases_[bin] > 0) cover(bin * phases_in_bin + phases_in_bin / 2, phases_[bin]);
+    if (do_all_tell_width_) count_about_pulses(part, train_.stretches[stretch].comb);
+    const std::size_t together = do_all_tell_width_ ? most_together(part, period_ns) : 1;
+    for (std::size_t bin = 0; bin < bins; bin += together) {
+      double count = 0;
+      for (std::size_t k = bin; k < bin + together; ++k) count += phases_[k];
+      if (count > 0) cover((2 * bin + together) << shift >> 1, count);
     }
   }
   steps[0] += turns;
 }
 
-// Counts a photon, one of `step`, at a share of the frame from -1/2 to 1/2, at the pulses whose
-// windows hold it.
-void PatternCheck::count_at(const Part& part, double phase, double period_ns, double share,
-                            std::size_t step) {
+// So many fine bins are taken together where they say when the detector was blind.
+std::size_t PatternCheck::most_together(const Part& part, double period_ns) const {
+  const double fine_ns = period_ns / static_cast<double>(part.fine_bins);
+  return std::bit_floor(static_cast<std::size_t>(window_ns_ / bins_in_window / fine_ns));
+}
+
+// Where pulses hide much of their light, all photons tell how wide they are, by their fine bins.
+//
+// Design note: 65,536 of the photons of a frame of 50 ms with 3 photons a pulse know the width to
+// 0.35 %, and 0.3 % moves the place by two deviations of all 510,000.
+void PatternCheck::count_about_pulses(const Part& part, const Comb& comb) {
+  const double bin_ns = comb.period_ns / static_cast<double>(part.fine_bins);
+  for (const double time_ns : comb.times_ns) {
+    const double first = std::floor((time_ns + part.window.first_ns()) / bin_ns);
+    const double last = std::floor((time_ns + part.window.last_ns()) / bin_ns);
+    for (double at = first; at <= last; ++at) {
+      const double residual_ns = (at + 0.5) * bin_ns - time_ns;
+      if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
+      const auto bin = static_cast<std::size_t>(static_cast<std::int64_t>(at)) % part.fine_bins;
+      if (phases_[bin] > 0) pulse_.add(residual_ns, phases_[bin]);
+    }
+  }
+}
+
+// Counts a photon, at a share of the frame from -1/2 to 1/2, at the pulses whose windows hold it.
+void PatternCheck::count_at(const Part& part, double phase, double period_ns, double share) {
   const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(phase * 0x1p32));
   for (const CombWindow::Pulse& pulse : part.window.candidates(phase_32)) {
     const double residual_ns = phase * period_ns - pulse.time_ns;
     const bool inside = residual_ns >= first_ns_ && residual_ns <= last_ns_;
     counts_[part.first_pulse + part.window.index_of(pulse)] += inside ? 1 : 0;
     if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
-    if (pulse_.looks() && pulse_step_ == step) pulse_.add(residual_ns);
+    if (pulse_.looks() && !do_all_tell_width_) pulse_.add(residual_ns);
     path_.add(residual_ns, share);
   }
 }
@@ -450,7 +474,7 @@ void PatternCheck::for_phases(const FoldedFrame& frame, DelayLine line, std::siz
     const double* times = frame.time_ns.data() + begin + first;
     if (step > 1) {
       for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t photon = photon_of(frame, first + k, step, stretch);
+        const std::size_t photon = photon_of(first + k, step, begin, end);
         some_folded[k] = frame.phase_32[photon];
         some_times[k] = frame.time_ns[photon];
       }
@@ -472,11 +496,12 @@ void PatternCheck::visit_near(const FoldedFrame& frame, DelayLine line, std::siz
   const SearchKernels& kernels = best_search_kernels();
   const CombWindow& window = parts_[stretch].window;
   std::array<std::uint32_t, chunk> picked;
+  const std::size_t begin = frame.group_begin(stretch);
+  const std::size_t end = frame.group_end[stretch];
   for_phases(frame, line, step, stretch, [&](std::size_t first, const auto& phases) {
     const std::size_t near =
         kernels.pick(picked.data(), phases.data(), window.flags(), window.shift(), phases.size());
-    for (std::size_t n = 0; n < near; ++n)
-      visit(photon_of(frame, first + picked[n], step, stretch));
+    for (std::size_t n = 0; n < near; ++n) visit(photon_of(first + picked[n], step, begin, end));
   });
 }
 

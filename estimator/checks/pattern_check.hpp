@@ -73,6 +73,7 @@ class PatternCheck {
     std::size_t first_pulse;  // where its pulses begin in counts_
     std::size_t first_cover;  // where its steps begin in covers_: one a pulse, and the end
     std::size_t first_bin;    // where its bins begin in bins_
+    std::size_t fine_bins;    // of phase, that tell how wide a pulse is; 0 where that is too many
     double bins_per_turn = 0;  // 0 where no light is looked for between the pulses
   };
   // Sums over all pulses, of photons; for amplitude_misfit and dark_pulses.
@@ -92,9 +93,10 @@ class PatternCheck {
   void add_hiding(std::size_t kind, double pulses, double blind, double photons);
   void settle_hiding(const FoldedFrame& frame, const FrameParameters& found);
   void count_part(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch);
-  void count_about_pulses(const FoldedFrame& frame, DelayLine line, std::size_t stretch);
   void cover_part(const FoldedFrame& frame, DelayLine line, std::size_t stretch);
-  void count_at(const Part& part, double phase, double period_ns, double share, std::size_t step);
+  [[nodiscard]] std::size_t most_together(const Part& part, double period_ns) const;
+  void count_about_pulses(const Part& part, const Comb& comb);
+  void count_at(const Part& part, double phase, double period_ns, double share);
   template <class Visit>
   void for_phases(const FoldedFrame& frame, DelayLine line, std::size_t step, std::size_t stretch,
                   const Visit& visit) const;
@@ -112,6 +114,8 @@ class PatternCheck {
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;
+  bool has_fine_bins_ = true;          // all parts have
+  bool do_all_tell_width_ = false;     // all photons are in pulse_, and not a part of them
   std::size_t pulse_step_ = 1;         // one of so many photons each is in pulse_
   std::vector<Part> parts_;            // of each stretch
   std::vector<double> weights_;        // of each pulse: its share of the light, by the pattern

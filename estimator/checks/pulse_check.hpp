@@ -133,10 +133,10 @@ class PulseCheck {
   [[nodiscard]] double bin_ns() const { return bin_ns_; }
 
   void clear() { counts_.fill(0); }
-  // A photon at a time about its pulse, which must be from first_ns() to last_ns().
-  void add(double residual_ns) {
+  // Photons at a time about their pulse, which must be from first_ns() to last_ns().
+  void add(double residual_ns, double photons = 1) {
     const auto bin = static_cast<std::size_t>((residual_ns - first_ns_) * bins_per_ns_);
-    counts_[bin < bins_ ? bin : bins_ - 1] += 1;
+    counts_[bin < bins_ ? bin : bins_ - 1] += photons;
   }
 
   // What the photons added since clear() say; nothing where they are fewer than some 40.
