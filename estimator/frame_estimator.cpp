@@ -101,7 +101,9 @@ struct FrameEstimator::Workspace {
                 models_dead_time(detector, options, pulse),
                 scene.targets > 1},
                max_photons),
-        pattern_check(train, *shape, frame.reach_ns(), pulse.width == PulseWidth::fitted),
+        pattern_check(train, *shape, frame.reach_ns(),
+                      models_dead_time(detector, options, pulse) ? max_photons : 0,
+                      pulse.width == PulseWidth::fitted),
         detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons),
         bent_threshold_nats(threshold_nats) {
     if (options.method == Method::paper) {

@@ -72,7 +72,7 @@ double whole_turns_off(double turns) { return turns - std::floor(turns); }
 }  // namespace
 
 PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns,
-                           bool is_fitted)
+                           std::size_t max_blind_photons, bool is_fitted)
     : train_(train),
       pulse_(shape, train.closest_ns, is_fitted),
       path_(shape, train.closest_ns),
@@ -108,13 +108,14 @@ PatternCheck::PatternCheck(const PulseTrain& train, const PulseShape& shape, dou
   light_.resize(weights_.size());
   seen_turns_.resize(weights_.size());
   covers_.resize(weights_.size() + parts_.size());
-  std::size_t most_phases = cover_bins;
+  has_fine_bins_ = max_blind_photons > most_photons;
+  std::size_t most_fine = 0;
   for (const Part& part : parts_) {
     if (part.turns == 0) continue;
-    most_phases = std::max(most_phases, part.fine_bins);
+    most_fine = std::max(most_fine, part.fine_bins);
     has_fine_bins_ = has_fine_bins_ && part.fine_bins > 0;
   }
-  phases_.resize(most_phases);
+  phases_.resize(has_fine_bins_ ? std::max(cover_bins, most_fine) : cover_bins);
   note_kinds();
   double all = 0;
   for (const double weight : weights_) all += weight;

@@ -38,10 +38,11 @@ struct PatternVerdict {
 // Threads: one thread for each object. Errors: none. No allocation in judge().
 class PatternCheck {
  public:
-  // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given. is_fitted:
-  // the pulse's width is fitted.
+  // train: outlives this. reach_ns: that of the FoldedFrame which judge() will be given.
+  // max_blind_photons: of a frame that comes with its blind time. is_fitted: the pulse's width is
+  // fitted.
   PatternCheck(const PulseTrain& train, const PulseShape& shape, double reach_ns,
-               bool is_fitted = false);
+               std::size_t max_blind_photons, bool is_fitted = false);
 
   // found: the fit in this frame. Of more than 65,536 photons an even part is looked at. When the
   // detector was blind is known of all, and so are the pulses that hide much of their light then.
@@ -114,7 +115,7 @@ class PatternCheck {
   double window_ns_;
   double first_ns_, last_ns_;  // of the light that counts as a pulse's, about its time
   double reach_ns_;
-  bool has_fine_bins_ = true;          // all parts have
+  bool has_fine_bins_ = false;         // all parts have, and frames are of that many photons
   bool do_all_tell_width_ = false;     // all photons are in pulse_, and not a part of them
   std::size_t pulse_step_ = 1;         // one of so many photons each is in pulse_
   std::vector<Part> parts_;            // of each stretch
