@@ -270,7 +270,7 @@ class Parts {
     const DelayLine beside = {line_.delay_ns + 0.1, line_.travel_ns - 0.1};
     row("a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
         [&] { refinement.climb(frame_, exposure, beside, true); });
-    PatternCheck check(train_, *shape_, 30);
+    PatternCheck check(train_, *shape_, 30, 0);
     row("the light at each pulse", photons, limits_.increment, [&] { check.judge(frame_, at); });
   }
 

@@ -433,10 +433,8 @@ void PatternCheck::count_about_pulses(const Part& part, const Comb& comb) {
     const double first = std::floor((time_ns + part.window.first_ns()) / bin_ns);
     const double last = std::floor((time_ns + part.window.last_ns()) / bin_ns);
     for (double at = first; at <= last; ++at) {
-      const double residual_ns = (at + 0.5) * bin_ns - time_ns;
-      if (residual_ns < part.window.first_ns() || residual_ns > part.window.last_ns()) continue;
       const auto bin = static_cast<std::size_t>(static_cast<std::int64_t>(at)) % part.fine_bins;
-      if (phases_[bin] > 0) pulse_.add(residual_ns, phases_[bin]);
+      if (phases_[bin] > 0) pulse_.add_spread(at * bin_ns - time_ns, bin_ns, phases_[bin]);
     }
   }
 }

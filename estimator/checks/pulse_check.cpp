@@ -147,7 +147,7 @@ void PulseCheck::see(const HidingLight& hiding, std::span<const double> integral
   for (const HidingLight::Kind& kind : std::span(hiding.kinds).first(hiding.count)) {
     const double wakes = kind.wakes_per_ns;
     const double awake = wakes * bin_ns_ / 2, kept = 1 - dark * bin_ns_ / 2;
-    double alive = 1 + (dark - wakes) * (shape_.peak_offset_ns() - first_ns_);
+    double alive = std::max(0.0, 1 + (dark - wakes) * (shape_.peak_offset_ns() - first_ns_));
     double by_light = 0;  // of `alive`
     for (std::size_t j = 0; j < bins_; ++j) {
       seen.at_edge[j] += kind.pulses * kind.photons * alive * of_light;
@@ -309,7 +309,7 @@ PulseVerdict PulseCheck::judge(double background_in_bin, const HidingLight& hidi
   const double with_configured = climb(configured, known, by_log_width);
   Model another = configured;
   const double with_another = climb(another, known, pulse_parameters);
-  if (2 * (with_another - with_configured) < least_ratio) return verdict;
+  if (!(2 * (with_another - with_configured) >= least_ratio)) return verdict;
   const Pull pull = pull_of_width(configured, hiding);
   PulseMisfit misfit = {another.ratio, another.light / configured.light,
                         another.shift_ns - configured.shift_ns};
@@ -318,11 +318,8 @@ PulseVerdict PulseCheck::judge(double background_in_bin, const HidingLight& hidi
     misfit.signal_ratio = 1 - pull.light * wider;
     misfit.shift_ns = -pull.shift_ns * wider;
   }
-  if (std::abs(another.ratio - 1) < least_width_misfit &&
-      std::abs(misfit.shift_ns) < least_moved * pull.std_shift_ns) {
-    return verdict;
-  }
-  verdict.misfit = misfit;
+  const bool does_move = std::abs(misfit.shift_ns) >= least_moved * pull.std_shift_ns;
+  if (does_move || std::abs(another.ratio - 1) >= least_width_misfit) verdict.misfit = misfit;
   return verdict;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -133,10 +135,19 @@ class PulseCheck {
   [[nodiscard]] double bin_ns() const { return bin_ns_; }
 
   void clear() { counts_.fill(0); }
-  // Photons at a time about their pulse, which must be from first_ns() to last_ns().
-  void add(double residual_ns, double photons = 1) {
+  // A photon at a time about its pulse, which must be from first_ns() to last_ns().
+  void add(double residual_ns) {
     const auto bin = static_cast<std::size_t>((residual_ns - first_ns_) * bins_per_ns_);
-    counts_[bin < bins_ ? bin : bins_ - 1] += photons;
+    counts_[bin < bins_ ? bin : bins_ - 1] += 1;
+  }
+  // Photons that are spread evenly from such a time on, over less than bin_ns(). What lies beyond
+  // first_ns() and last_ns() is left out.
+  void add_spread(double from_ns, double over_ns, double photons) {
+    const double from = (from_ns - first_ns_) * bins_per_ns_;
+    const double edge = std::floor(from) + 1;
+    const double before = std::min(1.0, (edge - from) / (over_ns * bins_per_ns_));
+    add_to(edge - 1, before * photons);
+    add_to(edge, (1 - before) * photons);
   }
 
   // What the photons added since clear() say; nothing where they are fewer than some 40.
@@ -149,6 +160,11 @@ class PulseCheck {
 
  private:
   static constexpr std::size_t most_bins = 64;
+  void add_to(double bin, double photons) {
+    if (bin >= 0 && bin < static_cast<double>(bins_)) {
+      counts_[static_cast<std::size_t>(bin)] += photons;
+    }
+  }
   struct Known;
   struct Seen;
   struct Model;
