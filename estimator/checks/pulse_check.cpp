@@ -327,9 +327,8 @@ PulseVerdict PulseCheck::judge(double background_in_bin, const HidingLight& hidi
 // hides is the one that is seen, and how many pulses there are of which nothing is seen. With three
 // photons a pulse most of what it knows of the light are these.
 //
-// Design note: to fit that here too would make the width known 1.1 to 1.7 times as well. But
-// one of 20 such pulses stays dark, so that a detector that is blind for a thousandth of the time
-// more than it is taken for would seem to have a pulse of another width.
+// Design note: of such pulses one in 20 stays dark. So fits that know that too took a detector that
+// is blind for a thousandth of the time more or less than was said for one of another pulse width.
 PulseCheck::Pull PulseCheck::pull_of_width(const Model& model, const HidingLight& hiding) const {
   Expected expected;
   expect(model, hiding, expected);
