@@ -296,14 +296,18 @@ TEST(PulseMisfit, HoldsForATargetOnABentPathTakenAsStraight) {
   EXPECT_TRUE(estimator.estimate(made.make(3).view()).pulse_misfit);
 }
 
+FrameEstimator knows_dead_time(const test::FrameMaker& made) {
+  return {made.pattern,       {}, {}, {}, made.length_ms, 1'000'000, ClockReference::tagger,
+          {made.dead_time_ns}};
+}
+
 // A detector that is blind for 50 ns sees at most one photon of a pulse.
 TEST(PulseMisfit, IsAbsentWhereTheDeadTimeIsModelled) {
   test::FrameMaker made = one_surface();
   made.length_ms = 5;
   made.signal_per_pulse = 0.5;
   made.dead_time_ns = 50;
-  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 100'000,
-                           ClockReference::tagger, {50});
+  FrameEstimator estimator = knows_dead_time(made);
   for (std::uint64_t n = 0; n < 5; ++n) {
     const Estimate e = estimator.estimate(made.make(n).view());
     EXPECT_TRUE(e.dead_time_modelled);
@@ -323,8 +327,7 @@ TEST(PulseMisfit, IsAbsentWhereBrightPulsesDiffer) {
     made.length_ms = 20;
     made.signal_per_pulse = 3;
     made.dead_time_ns = 50;
-    FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 250'000,
-                             ClockReference::tagger, {50});
+    FrameEstimator estimator = knows_dead_time(made);
     for (std::uint64_t n = 0; n < 3; ++n) {
       const Estimate e = estimator.estimate(made.make(n).view());
       ASSERT_TRUE(e.dead_time_modelled);
@@ -339,8 +342,7 @@ TEST(PulseMisfit, IsAbsentWhereBrightPulsesDiffer) {
 // mean. None of these frames has a misfit.
 double mean_excess_deviations(test::FrameMaker made, int frames) {
   made.dead_time_ns = 50;
-  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 1'000'000,
-                           ClockReference::tagger, {50});
+  FrameEstimator estimator = knows_dead_time(made);
   double excess = 0, information = 0;
   for (int n = 0; n < frames; ++n) {
     const Estimate e = estimator.estimate(made.make(static_cast<std::uint64_t>(n)).view());
@@ -379,8 +381,7 @@ TEST(PulseMisfit, HoldsTheValuesWhereTheFirstPhotonHidesTheRest) {
     made.sigma_ns *= wider;
     made.signal_per_pulse = 3;
     made.dead_time_ns = 50;
-    FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 700'000,
-                             ClockReference::tagger, {50});
+    FrameEstimator estimator = knows_dead_time(made);
     const Estimate e = estimator.estimate(made.make(4).view());
     ASSERT_TRUE(e.dead_time_modelled);
     EXPECT_EQ(e.pulse_misfit.has_value(), wider != 1.0) << wider;
