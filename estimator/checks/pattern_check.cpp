@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t most_photons = 65536;
 constexpr std::size_t chunk = 1024;  // photons whose phases are made at once
 // Pulses of more photons hide so much of their late light from a blind detector that their width
-// moves the place: 2 % of it by a third of a deviation at 0.3 photons, and by 14 at 3.
+// moves the place: at three photons 2 % of it by 14 deviations (docs/evidence/pulse-width.md).
 constexpr double fewest_that_hide = 0.1;
 // Such a window holds 87 % of a gaussian pulse's light, and not much background.
 constexpr double half_window_widths = 1.5;
@@ -426,7 +426,7 @@ std::size_t PatternCheck::most_together(const Part& part, double period_ns) cons
 // Where pulses hide much of their light, all photons tell how wide they are, by their fine bins.
 //
 // Design note: 65,536 of the photons of a frame of 50 ms with 3 photons a pulse know the width to
-// 0.35 %, and 0.3 % moves the place by two deviations of all 510,000.
+// 0.3 %, which moves the place by two deviations of all 510,000.
 void PatternCheck::count_about_pulses(const Part& part, const Comb& comb) {
   const double bin_ns = comb.period_ns / static_cast<double>(part.fine_bins);
   for (const double time_ns : comb.times_ns) {
