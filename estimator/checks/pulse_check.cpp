@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "estimator/checks/chi_squared.hpp"
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 
 namespace splid {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {

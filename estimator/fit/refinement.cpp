@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 
 namespace splid {
 namespace {

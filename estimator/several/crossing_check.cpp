@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/several/light_about.hpp"
 
 namespace splid {

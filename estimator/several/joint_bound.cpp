@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {

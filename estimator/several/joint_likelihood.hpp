@@ -10,7 +10,7 @@
 
 #include "estimator/fit/likelihood.hpp"
 #include "estimator/fit/log_sum.hpp"
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/several/joint_likelihood.hpp"
 
 // The likelihood of several targets whose lines stay, by their signals and the background.

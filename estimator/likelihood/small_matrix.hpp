@@ -12,8 +12,8 @@
 
 namespace splid {
 
-// Of several targets' parameters, three each, and the background; on the stack.
-constexpr int most_small_rows = 3 * static_cast<int>(most_targets) + 1;
+// Of several targets: four parameters each, the width and the background (model.hpp); on the stack.
+constexpr int most_small_rows = 4 * static_cast<int>(most_targets) + 2;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_small_rows, 1>;
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor,
                                   most_small_rows, most_small_rows>;

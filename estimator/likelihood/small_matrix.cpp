@@ -1,4 +1,4 @@
-#include "estimator/fit/small_matrix.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 
 #include <Eigen/Cholesky>
 
