@@ -4,18 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/fit/log_sum.hpp"
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/likelihood/log_sum.hpp"
 
 namespace splid {
-
-Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
-    : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
-      seen_ns(frame.seen_ns),
-      length_ns(frame.length_ns),
-      scale(frame.scale) {
-  if (frame.blind != nullptr) seen_ns -= frame.blind->blind_ns;
-}
 
 Likelihood::Likelihood(const PulseShape& shape, std::size_t max_entries) : shape_(shape) {
   for (auto* scratch : {&offset_, &h_, &d1_, &d2_, &density_}) scratch->reserve(max_entries);

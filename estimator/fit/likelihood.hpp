@@ -5,6 +5,7 @@
 
 #include "estimator/fit/blind_light.hpp"
 #include "estimator/fold/near_set.hpp"
+#include "estimator/likelihood/exposure.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
 // The room fit/ judges places in the plane of delay and travel by the likelihood of the photons.
@@ -59,22 +60,6 @@ struct LikelihoodPoint {
   double value = 0;
   Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
   Eigen::Matrix4d hessian = Eigen::Matrix4d::Zero();
-};
-
-// How much of the pattern and of the time a frame saw. The integral of the intensity over the frame
-// is S * (amplitude * (1 - g) - B) + b * seen_ns, where B is the light that came while the detector
-// was blind (BlindLight), or 0 where that is not modelled.
-//
-// Design note: the pulses in a loss are counted by their mean rate. This is wrong by two pulses at
-// most, where a loss starts or ends within a period, of 529,000 pulses in a frame of 50 ms.
-struct Exposure {
-  double amplitude = 0;  // sum of a_p over the pulses that are seen of a target at rest
-  double seen_ns = 0;    // t_a less losses, less the frame's blind time; tagger's clock
-  double length_ns = 0;  // t_a, pattern's clock
-  double scale = 1;      // tagger's clock over pattern's clock
-
-  Exposure() = default;
-  Exposure(const FoldedFrame& frame, const PulseTrain& train);
 };
 
 // The log-likelihood of a frame's photons,

@@ -11,10 +11,9 @@ namespace {
 constexpr std::size_t gathered_rows = 32;
 constexpr std::size_t most_cells = 16384;
 constexpr std::size_t most_columns = most_cells / gathered_rows;
-constexpr double cells_a_width = 8;
 
 double columns_of(const CombWindow& window, double width_ns) {
-  return std::floor((window.last_ns() - window.first_ns()) * cells_a_width / width_ns) + 1;
+  return std::floor((window.last_ns() - window.first_ns()) * NearSet::cells_a_width / width_ns) + 1;
 }
 
 // Whether no photon is near two pulses, and all pulses have the same amplitude, so that the photons
@@ -42,6 +41,21 @@ double whole(double x) {
 
 }  // namespace
 
+// The set's track, by the time from mid-frame.
+struct NearSet::Curve {
+  double mid_ns;  // delay at mid-frame
+  double slope, curve;
+
+  Curve(const NearSet& set, double length_ns)
+      : mid_ns(set.track().at_mid_frame_ns()),
+        slope(set.line.travel_ns / length_ns),
+        curve(6 * set.quadratic_ns / (length_ns * length_ns)) {}
+  // When light left that came at a phase.
+  [[nodiscard]] double left(double phase_ns, double time_ns) const {
+    return phase_ns - mid_ns - slope * time_ns - curve * time_ns * time_ns;
+  }
+};
+
 NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index)
     : notes_index_(notes_index) {
   if (notes_index) index.reserve(max_photons);
@@ -59,7 +73,15 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_in
 void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                       const PulseTrain& train, DelayLine about, double gather_width_ns,
                       std::size_t gather_from) {
-  line = about;
+  collect_along(frame, windows, train, {about.delay_ns, about.travel_ns}, gather_width_ns,
+                gather_from);
+}
+
+void NearSet::collect_along(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                            const PulseTrain& train, const DelayTrack& about,
+                            double gather_width_ns, std::size_t gather_from) {
+  line = {about.delay_ns, about.walk_ns};
+  quadratic_ns = about.quadratic_ns;
   beyond_ = 0;
   residual_ns.clear();
   position.clear();
@@ -106,7 +128,7 @@ void NearSet::straighten(double bend_ns) {
 std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombWindow> windows,
                                  const PulseTrain& train) {
   const SearchKernels& kernels = best_search_kernels();
-  const double slope = line.travel_ns / frame.length_ns;
+  const Curve curve(*this, frame.length_ns);
   phase_32_.resize(frame.size());
   picked_.resize(frame.size());
   picks_.clear();
@@ -116,9 +138,16 @@ std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombW
     const std::size_t count = frame.group_end[s] - begin;
     const double period_ns = train.stretches[s].comb.period_ns;
     const double to_32 = 0x1p32 / period_ns;
-    kernels.line_phases(phase_32_.data() + begin, frame.phase_32.data() + begin,
-                        frame.time_ns.data() + begin,
-                        std::remainder(line.delay_ns, period_ns) * to_32, slope * to_32, count);
+    std::uint32_t* phases = phase_32_.data() + begin;
+    const std::uint32_t* folded = frame.phase_32.data() + begin;
+    const double* times = frame.time_ns.data() + begin;
+    const double delay_32 = std::remainder(curve.mid_ns, period_ns) * to_32;
+    if (curve.curve == 0) {
+      kernels.line_phases(phases, folded, times, delay_32, curve.slope * to_32, count);
+    } else {
+      kernels.curve_phases(phases, folded, times, delay_32, curve.slope * to_32,
+                           curve.curve * to_32, count);
+    }
     picks_.push_back(kernels.pick(picked_.data() + begin, phase_32_.data() + begin,
                                   windows[s].flags(), windows[s].shift(), count));
     sum += picks_.back();
@@ -140,7 +169,7 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
                           const PulseTrain::Stretch& stretch, const Add& add) const {
   const std::size_t begin = frame.group_begin(group);
   const double period_ns = stretch.comb.period_ns;
-  const double slope = line.travel_ns / frame.length_ns;
+  const Curve curve(*this, frame.length_ns);
   const double to_32 = 0x1p32 / period_ns;
   const double turns_per_ns = 1 / period_ns;
   // The integer phases, in 2^-32 of a period, tell which photons are near and on which turn. The
@@ -149,8 +178,7 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
     const std::size_t i = begin + picked_[begin + n];
     const std::uint32_t phase_32 = phase_32_[i];
     const double coarse = phase_32 / to_32;
-    const double phase =
-        frame.phase_ns[i] - stretch.begin_ns - line.delay_ns - slope * frame.time_ns[i];
+    const double phase = curve.left(frame.phase_ns[i] - stretch.begin_ns, frame.time_ns[i]);
     const double apart = phase - coarse;
     add(i, coarse + (apart - period_ns * whole(apart * turns_per_ns)), window.candidates(phase_32),
         window);
@@ -161,9 +189,9 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
 template <class Add>
 void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                             const PulseTrain& train, const Add& add) const {
-  const double slope = line.travel_ns / frame.length_ns;
+  const Curve curve(*this, frame.length_ns);
   for (std::size_t i = frame.group_begin(train.stretches.size()); i < frame.size(); ++i) {
-    double left = frame.phase_ns[i] - line.delay_ns - slope * frame.time_ns[i];
+    double left = curve.left(frame.phase_ns[i], frame.time_ns[i]);
     left -= train.period_ns * std::floor(left / train.period_ns);
     const std::size_t s = train.stretch_at(left);
     const PulseTrain::Stretch& stretch = train.stretches[s];

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "estimator/fold/delay_track.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/comb.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -18,6 +19,7 @@ namespace splid {
 // Threads: one thread for each object. Errors: none.
 struct NearSet {
   DelayLine line;                    // that the residuals are taken from
+  double quadratic_ns = 0;           // the quadratic term of the track that they are taken from
   std::vector<double> residual_ns;   // of each entry: emission time less pulse time
   std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
   std::vector<double> amplitude;     // a_p
@@ -47,9 +49,13 @@ struct NearSet {
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
                const PulseTrain& train, DelayLine about, double gather_width_ns = 0,
                std::size_t gather_from = gathered_from);
+  void collect_along(const FoldedFrame& frame, std::span<const CombWindow> windows,
+                     const PulseTrain& train, const DelayTrack& about, double gather_width_ns = 0,
+                     std::size_t gather_from = gathered_from);
   // Design note: one evaluation of the likelihood of 16,384 entries takes a third of a millisecond,
   // which is worth the work of gathering them. On the way to a maximum, where a thousandth of a
   // deviation does not matter, gathering is worth it from a quarter of that on.
+  static constexpr double cells_a_width = 8;
   static constexpr std::size_t gathered_from = 16384;
   static constexpr std::size_t gathered_roughly_from = 4096;
   // Moves the photons back along a bend: by bend_ns (s^2 - 1/12), with s their position.
@@ -65,10 +71,12 @@ struct NearSet {
   // among those that have passed.
   [[nodiscard]] Passed passed(const FoldedFrame& frame, std::span<const CombWindow> windows,
                               const PulseTrain& train) const;
+  [[nodiscard]] DelayTrack track() const { return {line.delay_ns, line.travel_ns, quadratic_ns}; }
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 
  private:
+  struct Curve;
   // The cells that photons are gathered in. Rows go along the frame, columns across the window.
   struct Cells {
     double first_ns, last_ns;  // the window

@@ -146,6 +146,16 @@ void line_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restri
   }
 }
 
+void curve_phases(std::uint32_t* __restrict phases, const std::uint32_t* __restrict folded,
+                  const double* __restrict times, double delay, double slope, double curve,
+                  std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const double time = times[i];
+    const double moved = (delay + time * (slope + curve * time)) + 0x1.8p52;
+    phases[i] = folded[i] - static_cast<std::uint32_t>(__builtin_bit_cast(std::uint64_t, moved));
+  }
+}
+
 // All bits where the highest one is set, and none where it is not.
 inline std::uint64_t mask_of_sign(std::uint64_t bits) { return 0 - (bits >> 63U); }
 
@@ -218,6 +228,7 @@ const SearchKernels search_kernels = {add<std::uint8_t, std::uint8_t>,
                                       delay_cells,
                                       count_equal,
                                       line_phases,
+                                      curve_phases,
                                       fold,
                                       pick};
 

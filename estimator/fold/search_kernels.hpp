@@ -66,6 +66,9 @@ struct SearchKernels {
   // of a period. |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                       double delay, double slope, std::size_t count);
+  // The same with delay + times[i] * (slope + curve * times[i]).
+  void (*curve_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
+                       double delay, double slope, double curve, std::size_t count);
   // [P] Eq. 20 and the folding on the pattern period, for DriftCorrection. With x = photons_ps[i] -
   // zero_ps:
   //   times_ns[i]  = x * ns_per_ps, where ns_per_ps holds the ratio of Eq. 20

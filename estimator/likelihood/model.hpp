@@ -4,7 +4,7 @@
 #include <bitset>
 #include <cstddef>
 
-#include "estimator/fold/folded_frame.hpp"
+#include "estimator/fold/delay_track.hpp"
 #include "estimator/model/options.hpp"
 
 // The room likelihood/ holds the one model of a frame's light, and everything that is done with it.
@@ -16,8 +16,8 @@
 //   maximizer.hpp       the maximum in the free parameters
 //   information.hpp     the covariance of the free parameters at a maximum
 //
-// Photons are folded on the pattern (see FoldedFrame). At the share s of the frame, from -1/2 to
-// 1/2, with u = 2 s from -1 to 1, the intensity at the phase x is
+// Photons are folded on the pattern (see FoldedFrame). With u from -1 to 1 over the frame, and the
+// tracks x_k(u) of the targets, the intensity at the phase x is
 //   lambda(x, u) = b + sum_k S_k sum_p a_p h_w(x - t_p - x_k(u)),
 // and the log-likelihood is
 //   l = sum over photons of log lambda - integral of lambda over the time that the detector was
@@ -25,24 +25,6 @@
 // ([P] Eq. 1, 2, 4 and 7). h_w is the detected pulse, stretched by the factor w.
 
 namespace splid::likelihood {
-
-// A target's delay over a frame, in ns of the pattern's clock:
-//   x(u) = delay + walk / 2 P_1(u) + quadratic P_2(u)
-// with the Legendre polynomials P_1 = u and P_2 = (3 u^2 - 1) / 2. Where the light is even over the
-// frame, the three do not correlate.
-//
-// The delay is that of a mean over the frame. At mid-frame the delay is quadratic / 2 less.
-struct DelayTrack {
-  double delay_ns = 0;
-  double walk_ns = 0;  // range walk: from the frame's begin to its end; above 0 moves away
-  double quadratic_ns = 0;
-
-  [[nodiscard]] double at(double u) const {
-    return delay_ns + walk_ns / 2 * u + quadratic_ns * (3 * u * u - 1) / 2;
-  }
-  [[nodiscard]] double at_mid_frame_ns() const { return delay_ns - quadratic_ns / 2; }
-  [[nodiscard]] DelayLine line() const { return {delay_ns, walk_ns}; }
-};
 
 struct Target {
   DelayTrack track;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "estimator/fit/likelihood.hpp"
-#include "estimator/fit/log_sum.hpp"
-#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/fold/near_set.hpp"
+#include "estimator/likelihood/log_sum.hpp"
+#include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/several/near_sets.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "estimator/fit/log_sum.hpp"
+#include "estimator/likelihood/log_sum.hpp"
 #include "estimator/several/light_about.hpp"
 
 namespace splid {

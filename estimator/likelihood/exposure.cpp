@@ -1,0 +1,15 @@
+#include "estimator/likelihood/exposure.hpp"
+
+#include "estimator/fold/blind_time.hpp"
+
+namespace splid {
+
+Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
+    : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
+      seen_ns(frame.seen_ns),
+      length_ns(frame.length_ns),
+      scale(frame.scale) {
+  if (frame.blind != nullptr) seen_ns -= frame.blind->blind_ns;
+}
+
+}  // namespace splid

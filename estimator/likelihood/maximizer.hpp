@@ -1,0 +1,63 @@
+#pragma once
+
+#include <limits>
+
+#include "estimator/likelihood/log_likelihood.hpp"
+#include "estimator/model/estimate.hpp"
+
+namespace splid::likelihood {
+
+// A maximum of the likelihood, and the observed information there.
+struct Maximum {
+  Model model;
+  double gain_nats = 0;         // log-likelihood over that of no target
+  SmallMatrix covariance;       // in the places of model.hpp; rows of held parameters are 0
+  bool has_covariance = false;  // false where the likelihood does not fall off in all directions
+  Stop stop = Stop::not_run;
+};
+
+// Maximizes the likelihood in all free parameters at once: Newton's method with exact derivatives,
+// damped as Levenberg and Marquardt do where the surface is not concave. [P] runs L-BFGS on (S, b)
+// and (tau, v) in turn; the maximum is the same.
+//
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
+class Maximizer {
+ public:
+  // What is left to gain, in nats, at which a last step is taken. That step is a hundredth of a
+  // deviation long, and ends some 1e-5 deviations from the maximum.
+  static constexpr double exact_nats = 1e-4;
+  struct Aim {
+    FreeSet free;
+    // A maximum that surely has less gain than this is given up (Stop::beaten): its gain is then
+    // lower, and it has no covariance.
+    double to_beat_nats = -std::numeric_limits<double>::infinity();
+    double enough_nats = exact_nats;
+    // Whether a thousandth of a deviation does not matter, as where a sample of a frame's photons
+    // shows where to look.
+    bool roughly = false;
+  };
+
+  // Arguments: as for LogLikelihood.
+  Maximizer(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
+            const Scope& scope);
+
+  // A frame comes, which outlives the calls up to the next begin().
+  void begin(const FoldedFrame& frame) { likelihood_.begin(frame); }
+  // The maximum near `start`, whose tracks should be within two pulse widths of it. Signals of 0
+  // begin at what the photons near the tracks show.
+  Maximum maximize(const Model& start, const Aim& aim);
+  // The likelihood, with the photons about the last maximum.
+  LogLikelihood& likelihood() { return likelihood_; }
+
+ private:
+  [[nodiscard]] Model with_rates(const Model& start) const;
+  void maximize_gathered(const Aim& aim, std::size_t gather_from, Maximum& best);
+  void maximize_within(const Aim& aim, Maximum& best);
+
+  double width_ns_, most_log_width_;
+  LogLikelihood likelihood_;
+  Point point_, next_;
+};
+
+}  // namespace splid::likelihood
