@@ -63,7 +63,9 @@ TEST(JsonText, ShowsLongValuesCut) {
 TEST(JsonText, WholeNumbersPrintWithoutAPoint) {
   EXPECT_EQ(json_text(plain_number(50)), "50");
   EXPECT_EQ(json_text(plain_number(-0.5)), "-0.5");
+  EXPECT_EQ(json_text(plain_number(-9007199254740991)), "-9007199254740991");
   EXPECT_EQ(json_text(plain_number(1e300)), "1e+300");
+  EXPECT_EQ(json_text(plain_number(-1e300)), "-1e+300");
 }
 
 }  // namespace

@@ -104,6 +104,21 @@ TEST(OptionReader, WholeNumbersAreExactToTheLastBit) {
               HasSubstr("/c: 9.007199254740994e+15 is no whole number"));
 }
 
+TEST(OptionReader, WholeNumbersBelowZeroAreExactToo) {
+  const auto json = json_value(R"({"a": -9223372036854775808, "b": -9007199254740992.0,
+      "c": -9007199254740994.0, "d": -1e300})");
+  OptionReader reader(json, "a.json", "");
+  std::int64_t value = 0;
+  reader.integer("a", value, INT64_MIN, 0, "");
+  EXPECT_EQ(value, INT64_MIN);
+  reader.integer("b", value, INT64_MIN, 0, "");
+  EXPECT_EQ(value, -9007199254740992);
+  EXPECT_THAT(test::error_text([&] { reader.integer("c", value, INT64_MIN, 0, ""); }),
+              HasSubstr("/c: -9.007199254740994e+15 is no whole number"));
+  EXPECT_THAT(test::error_text([&] { reader.integer("d", value, INT64_MIN, 0, ""); }),
+              HasSubstr("/d: -1e+300 is no whole number"));
+}
+
 TEST(OptionReader, WrongTypesAreNamed) {
   EXPECT_THAT(reader_error(R"({"length_ms": "50"})"),
               HasSubstr("/source/length_ms: \"50\" is no num"));

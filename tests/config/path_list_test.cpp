@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "drivers/replay/replay.hpp"
 #include "drivers/simulator/simulator_options.hpp"
@@ -47,6 +51,39 @@ TEST(InputFiles, OfASceneAreNotItsTruth) {
   scene->truth = "t.json";
   config.source = std::move(scene);
   EXPECT_THAT(listed(config), ElementsAre("the configuration itself c.json"));
+}
+
+// A source that has a list of three parts, each with a file, and notes which of them it is asked
+// of.
+class ListedSource final : public SourceOptions {
+ public:
+  explicit ListedSource(std::vector<std::size_t>& asked) : asked_(asked) {}
+  void describe(OptionVisitor& visitor) override {
+    visitor.objects(
+        "parts", [](std::size_t) {},
+        [this](OptionVisitor& part, std::size_t i) {
+          asked_.push_back(i);
+          std::string file = "part-" + std::to_string(i);
+          part.path("file", file, "");
+        },
+        3, "");
+  }
+  [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext&) const override { return {}; }
+
+ private:
+  std::vector<std::size_t>& asked_;
+};
+
+TEST(InputFiles, OfAListAreThoseOfItsMembersAndNoneBeyond) {
+  std::vector<std::size_t> asked;
+  Config config;
+  config.file = "c.json";
+  config.source_driver = "replay";  // a name that is registered
+  config.source = std::make_unique<ListedSource>(asked);
+  EXPECT_THAT(listed(config),
+              ElementsAre("the configuration itself c.json", "/source/parts/0/file part-0",
+                          "/source/parts/1/file part-1", "/source/parts/2/file part-2"));
+  EXPECT_THAT(asked, ElementsAre(0, 1, 2));
 }
 
 TEST(WrittenFiles, AreNoneThatAreRead) {

@@ -21,7 +21,9 @@ TEST(NumberText, FewestDigits) {
   EXPECT_EQ(number_text(1e-12), "1e-12");
   EXPECT_EQ(number_text(5e-324), "5e-324");
   EXPECT_EQ(number_text(9007199254740991), "9007199254740991");
+  EXPECT_EQ(number_text(-9007199254740991), "-9007199254740991");
   EXPECT_EQ(number_text(1e300), "1e+300");
+  EXPECT_EQ(number_text(-1e300), "-1e+300");
   EXPECT_EQ(number_text(std::numeric_limits<double>::max()), "1.7976931348623157e+308");
 }
 

@@ -42,6 +42,15 @@ TEST(PtuLosses, FitTheRoom) {
   }
 }
 
+TEST(PtuLosses, TwoThatDoNotFitAreJoinedAndOneStaysWhole) {
+  const Loss first{1'000'000, 2'000'000, 3}, second{5'000'000, 9'000'000, 4};
+  EXPECT_EQ(losses_to_text({first, second}, 35), "1000000:2000000:3 5000000:9000000:4");
+  EXPECT_EQ(losses_to_text({first, second}, 34), "1000000:9000000:7");
+  EXPECT_EQ(losses_to_text({first, second}, 1), "1000000:9000000:7");
+  EXPECT_EQ(losses_to_text({first}, 16), "1000000:2000000:3");
+  EXPECT_EQ(losses_to_text({first}, 0), "1000000:2000000:3");
+}
+
 TEST(PtuLosses, RefusesWhatIsNoList) {
   for (const char* text : {"x", "1:2", "1:2:3:4", "1:2:", "1:2:3  4:5:6", "2:1:3", "1:2:-2",
                            "1.5:2:3", "9223372036854775808:1:1", " 1:2:3", "[]"}) {

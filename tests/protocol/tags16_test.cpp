@@ -137,6 +137,29 @@ TEST(Tags16, ABlockMayBeginAMicrosecondEarlyAndNotMore) {
       ElementsAre(heartbeat_tag(5'000'000), clock_break(3'999'999), heartbeat_tag(6'000'000)));
 }
 
+// After a gap in the numbers a header that begins too early is believed only with what follows it.
+TEST(Tags16, AfterLostBlocksABlockMayBeginAMicrosecondEarlyAndNotMore) {
+  const test::Tags16Block first{0, 0, 5'000'000, {}};
+  EXPECT_THAT(tags_in(bytes_of({first, {2, 4'000'000, 6'000'000, {}}})),
+              ElementsAre(heartbeat_tag(5'000'000), loss_begin(5'000'000), loss_end(5'000'000, -1),
+                          heartbeat_tag(6'000'000)));
+  const test::Tags16Block early{2, 3'999'999, 6'000'000, {}};
+  EXPECT_THAT(tags_in(bytes_of({first, early})), ElementsAre(heartbeat_tag(5'000'000)));
+  EXPECT_THAT(tags_in(bytes_of({first, early, {3, 6'000'000, 7'000'000, {}}})),
+              ElementsAre(heartbeat_tag(5'000'000), clock_break(3'999'999),
+                          heartbeat_tag(6'000'000), heartbeat_tag(7'000'000)));
+}
+
+TEST(Tags16, WhatFollowsADoubtfulHeaderMayBeginAMicrosecondEarlyAndNotMore) {
+  constexpr std::int64_t day_ps = 86'400'000'000'000'000;
+  const test::Tags16Block first{0, 0, 10, {}}, jump{1, day_ps, day_ps + 5'000'000, {}};
+  EXPECT_THAT(tags_in(bytes_of({first, jump, {2, day_ps + 4'000'000, day_ps + 6'000'000, {}}})),
+              ElementsAre(heartbeat_tag(10), loss_begin(10), loss_end(day_ps, -1),
+                          heartbeat_tag(day_ps + 5'000'000), heartbeat_tag(day_ps + 6'000'000)));
+  EXPECT_THAT(tags_in(bytes_of({first, jump, {2, day_ps + 3'999'999, day_ps + 6'000'000, {}}})),
+              ElementsAre(heartbeat_tag(10)));
+}
+
 TEST(Tags16, ABrokenTimeBaseIsAClockBreak) {
   EXPECT_THAT(tags_in(block_bytes({0, 0, 10, {{4, 0, 1}, {5, 2}}})),
               ElementsAre(clock_break(4), photon_tag(5, 2), heartbeat_tag(10)));
