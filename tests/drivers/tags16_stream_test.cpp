@@ -67,5 +67,28 @@ TEST(Tags16News, BlocksThatAreMissingBeforeTheFirstLookAreTold) {
   EXPECT_EQ(news.since_last(counts, now), "tags were lost: 7 bytes that belong to no block");
 }
 
+// What comes within 40 ms is one sentence, and a sentence comes once a second at most.
+TEST(Tags16News, DamageIsToldTogetherAndSeldom) {
+  using std::chrono::milliseconds;
+  Tags16News news;
+  Tags16Counts counts;
+  counts.blocks = 1;
+  Tags16News::Time now{};
+  now += std::chrono::hours(1);
+  EXPECT_EQ(news.since_last(counts, now), "");
+  counts.lost_blocks = 1;
+  EXPECT_EQ(news.since_last(counts, now + milliseconds{39}), "");
+  counts.skipped_bytes = 7;
+  now += milliseconds{40};
+  EXPECT_EQ(news.since_last(counts, now),
+            "tags were lost: 1 blocks missing by their numbers, 7 bytes that belong to no block");
+  counts.lost_blocks = 3;
+  EXPECT_EQ(news.since_last(counts, now + milliseconds{999}), "");
+  now += milliseconds{1000};
+  EXPECT_EQ(news.since_last(counts, now), "tags were lost: 2 blocks missing by their numbers");
+  now += milliseconds{1000};
+  EXPECT_EQ(news.since_last(counts, now), "");
+}
+
 }  // namespace
 }  // namespace splid

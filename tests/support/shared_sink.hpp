@@ -58,6 +58,12 @@ class ReportList {
     });
   }
 
+  // All that came so far.
+  std::vector<DeviceReport> all() {
+    const std::lock_guard lock(mutex_);
+    return reports_;
+  }
+
  private:
   std::mutex mutex_;
   std::condition_variable changed_;

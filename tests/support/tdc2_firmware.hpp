@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -23,9 +22,10 @@ namespace splid::test {
 struct Tdc2Faults {
   bool table_lost = false;     // not in its RAM until loaded from the EEPROM
   bool table_damaged = false;  // does not load at all
-  bool parameters_damaged = false;
-  bool busy = false;  // does not start
-  bool mute = false;  // answers no command
+  bool busy = false;           // does not start
+  bool mute = false;           // answers no command
+  // In its RAM: a count, as many words, and a word that makes the sum zero.
+  std::vector<std::uint16_t> parameters = {2, 0x8011, 0x0001, 0x7FEC};
 };
 
 // A TDC2 as its public host programs know it: follows the command sequence, refuses to send before
@@ -76,6 +76,16 @@ class Tdc2Firmware final : public UsbFirmware {
   [[nodiscard]] std::vector<std::uint32_t> thresholds() const {
     const std::lock_guard lock(mutex_);
     return thresholds_;
+  }
+  // Arguments of the commands that write parameters.
+  [[nodiscard]] std::vector<std::uint32_t> parameters() const {
+    const std::lock_guard lock(mutex_);
+    return parameters_;
+  }
+  // How often its status word was asked for while it answered no command.
+  [[nodiscard]] int unanswered_polls() const {
+    const std::lock_guard lock(mutex_);
+    return unanswered_polls_;
   }
   [[nodiscard]] bool streams() const {
     const std::lock_guard lock(mutex_);
@@ -132,6 +142,7 @@ class Tdc2Firmware final : public UsbFirmware {
 
   void take(int command, std::uint32_t argument) {
     if (command != 67 && command != 60) commands_.push_back(command);
+    unanswered_polls_ += faults_.mute && command == 67 ? 1 : 0;
     if (faults_.mute && command != 54) return;
     switch (command) {
       case 54:
@@ -145,7 +156,9 @@ class Tdc2Firmware final : public UsbFirmware {
         break;
       case 60:
       case 61:
+        break;
       case 64:
+        parameters_.push_back(argument);
         break;
       case 66:
         answer({static_cast<std::uint8_t>((booted_ ? 0xA0 : 0x20) | (table_loaded_ ? 1 : 0))});
@@ -199,10 +212,8 @@ class Tdc2Firmware final : public UsbFirmware {
   }
 
   [[nodiscard]] std::uint16_t ram(std::uint32_t address) const {
-    constexpr std::array<std::uint16_t, 4> words = {2, 0x8011, 0x0001, 0x7FEC};
     const std::uint32_t index = (address - 4096) / 2;
-    if (faults_.parameters_damaged && index == 3) return 0;
-    return index < words.size() ? words.at(index) : std::uint16_t{0};
+    return index < faults_.parameters.size() ? faults_.parameters.at(index) : std::uint16_t{0};
   }
 
   void answer(std::vector<std::uint8_t> bytes) { replies_.push_back(std::move(bytes)); }
@@ -254,6 +265,8 @@ class Tdc2Firmware final : public UsbFirmware {
   std::vector<std::string> complaints_;
   std::vector<int> commands_;
   std::vector<std::uint32_t> thresholds_;
+  std::vector<std::uint32_t> parameters_;
+  int unanswered_polls_ = 0;
   std::deque<std::vector<std::uint8_t>> replies_;
   std::vector<std::byte> inserted_;
   std::vector<std::byte> left_;

@@ -67,6 +67,8 @@ class SourceRun {
   }
   // The sink takes nothing until this is false again.
   void block(bool blocked) { blocked_ = blocked; }
+  // The sink takes each clock_break, and then nothing until block(false).
+  void block_after_clock_breaks() { blocks_after_break_ = true; }
 
   [[nodiscard]] std::vector<Tag> tags() const {
     const std::lock_guard lock(mutex_);
@@ -77,6 +79,8 @@ class SourceRun {
     return counts_.at(static_cast<std::size_t>(kind));
   }
   [[nodiscard]] std::size_t photons() const { return count(TagKind::photon); }
+  // How often the source published tags or nothing.
+  [[nodiscard]] std::size_t publishes() const { return publishes_; }
   [[nodiscard]] std::vector<DeviceReport> reports() const {
     const std::lock_guard lock(mutex_);
     return reports_;
@@ -104,9 +108,11 @@ class SourceRun {
       return std::span(room_).first(std::min(max_count, room_.size()));
     }
     void publish(std::size_t count) override {
+      ++run_.publishes_;
       while (run_.blocked_) std::this_thread::sleep_for(std::chrono::milliseconds{1});
       const std::lock_guard lock(run_.mutex_);
       for (const Tag& tag : std::span(room_).first(count)) {
+        if (run_.blocks_after_break_ && tag.kind == TagKind::clock_break) run_.blocked_ = true;
         ++run_.counts_.at(static_cast<std::size_t>(tag.kind));
         if (keep_photons_ || tag.kind != TagKind::photon) run_.tags_.push_back(tag);
       }
@@ -126,6 +132,8 @@ class SourceRun {
   std::vector<DeviceReport> reports_;
   std::optional<Error> error_;
   std::atomic<bool> blocked_{false};
+  std::atomic<bool> blocks_after_break_{false};
+  std::atomic<std::size_t> publishes_{0};
   Sink sink_;
   std::unique_ptr<TagSource> source_;
   std::jthread thread_;

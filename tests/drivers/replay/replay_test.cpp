@@ -140,6 +140,21 @@ TEST_F(Replay, PacedHandsOnInSlices) {
   EXPECT_THAT(sizes, ElementsAre(2, 4, 5));
 }
 
+// The first slice of 5 ms ends before the tag at 5 ms.
+TEST_F(Replay, ATagAtTheEndOfASliceIsInTheNext) {
+  constexpr int overflows = 149;
+  constexpr std::int64_t rest_ps = 5'000'000'000 - overflows * std::int64_t{33'554'432};
+  const std::string content = recording(
+      counted(4),
+      {sync_record(0), overflow_record(overflows), sync_record(rest_ps - 1), sync_record(rest_ps)});
+  test::VectorSink sink;
+  std::vector<std::size_t> sizes;
+  sink.on_publish = [&](test::VectorSink& self) { sizes.push_back(self.tags.size()); };
+  open(content, 1)->run(sink, {});
+  EXPECT_THAT(sizes, ElementsAre(2, 3, 4));
+  EXPECT_EQ(sink.tags[2], sync_tag(5'000'000'000));
+}
+
 TEST_F(Replay, AStopEndsItWhileItSleeps) {
   const std::string content =
       recording(counted(3), {sync_record(0), overflow_record(1'000'000), sync_record(1)});

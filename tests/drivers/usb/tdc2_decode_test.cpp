@@ -43,6 +43,11 @@ std::vector<Tag> decode(const std::vector<std::uint64_t>& records) {
 constexpr Tag clock_break(std::int64_t time_ps) { return {time_ps, 0, TagKind::clock_break, {}}; }
 constexpr Tag missed(std::int64_t time_ps) { return {time_ps, 1, TagKind::missed, {}}; }
 
+std::size_t count(const std::vector<Tag>& tags, TagKind kind) {
+  return static_cast<std::size_t>(
+      std::count_if(tags.begin(), tags.end(), [&](const Tag& tag) { return tag.kind == kind; }));
+}
+
 TEST(Tdc2Decode, ARecordIsPinned) {
   // 0x0102030405060708: 54 bits of time, internal 24, inputs 4.
   const std::vector<std::byte> bytes = {std::byte{8}, std::byte{7}, std::byte{6}, std::byte{5},
@@ -115,6 +120,14 @@ TEST(Tdc2Decode, StepsBackAddUpToAMillisecondAtMost) {
               ElementsAre(photon_tag(5'000'000'000, 1), missed(5'000'000'000)));
 }
 
+// The first record is at 125 ps: what is earlier than 0 cannot be a time.
+TEST(Tdc2Decode, ATimeBeforeZeroIsMissed) {
+  Tdc2Decoder decoder;
+  EXPECT_THAT(decode(decoder, {record(32, 1), record(0, 2), record(most_units, 3), record(33, 1)}),
+              ElementsAre(photon_tag(125, 1), photon_tag(0, 2), missed(125), photon_tag(129, 1)));
+  EXPECT_EQ(decoder.strays(), 1U);
+}
+
 TEST(Tdc2Decode, WhatLiesPastTheHorizonIsMissed) {
   Tdc2Decoder decoder;
   decode(decoder, {record(32, 1)});
@@ -154,12 +167,15 @@ TEST(Tdc2Decode, AnyBytesAreDecodedToSomething) {
   std::vector<std::uint64_t> records(100'000);
   for (std::uint64_t& each : records) each = random();
   Tdc2Decoder decoder;
-  for (const Tag& tag : decode(decoder, records)) ASSERT_GE(tag.time_ps, 0);
-}
-
-std::size_t count(const std::vector<Tag>& tags, TagKind kind) {
-  return static_cast<std::size_t>(
-      std::count_if(tags.begin(), tags.end(), [&](const Tag& tag) { return tag.kind == kind; }));
+  const std::vector<Tag> tags = decode(decoder, records);
+  for (const Tag& tag : tags) ASSERT_GE(tag.time_ps, 0);
+  // Two inputs a record, a half of which are dummies; and each record that is left out is told.
+  EXPECT_GT(count(tags, TagKind::heartbeat), 1000U);
+  EXPECT_GT(count(tags, TagKind::photon), 1000U);
+  EXPECT_GT(decoder.strays(), 1000U);
+  EXPECT_EQ(count(tags, TagKind::missed), decoder.strays());
+  EXPECT_EQ(count(tags, TagKind::loss_begin),
+            count(tags, TagKind::loss_end) + (decoder.is_adrift() ? 1 : 0));
 }
 
 std::vector<std::byte> steady_bytes(std::size_t records) {

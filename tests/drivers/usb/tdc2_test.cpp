@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <random>
@@ -107,7 +108,34 @@ TEST_F(Tdc2OnDouble, ATableThatDoesNotLoadIsSaid) {
 }
 
 TEST_F(Tdc2OnDouble, DamagedParametersAreSaid) {
-  expect_refusal({.parameters_damaged = true}, "parameters in its EEPROM are damaged");
+  expect_refusal({.parameters = {2, 0x8011, 0x0001, 0}}, "parameters in its EEPROM are damaged");
+}
+
+// Their sum is zero, as it should be, but there are 1 to 126.
+TEST_F(Tdc2OnDouble, ACountOfParametersThatCannotBeIsSaid) {
+  for (const std::vector<std::uint16_t>& none_or_many :
+       {std::vector<std::uint16_t>{0, 0}, std::vector<std::uint16_t>{127, 0xFF81}}) {
+    expect_refusal({.parameters = none_or_many}, "parameters in its EEPROM are damaged");
+    device.unplug();
+  }
+}
+
+// The second word is the output's; where there is none, or what more there is, is not written.
+TEST_F(Tdc2OnDouble, ItsParametersAreWrittenBack) {
+  firmware.set({.parameters = {1, 0x8011, 0x7FEE}});
+  device.plug();
+  test::SourceRun one(options());
+  ASSERT_TRUE(goes_on(one));
+  one.stop();
+  EXPECT_THAT(firmware.parameters(), ElementsAre(0x8011, 0));
+  firmware.set({.parameters = {126, 0xFF82}});
+  test::SourceRun most(options());
+  ASSERT_TRUE(goes_on(most));
+  most.stop();
+  firmware.set({});
+  test::SourceRun two(options());
+  ASSERT_TRUE(goes_on(two));
+  EXPECT_THAT(firmware.parameters(), ElementsAre(0x8011, 0, 0xFF82, 0, 0x00018011, 0));
 }
 
 TEST_F(Tdc2OnDouble, ABusyOneIsSaid) { expect_refusal({.busy = true}, "it is busy"); }
@@ -121,6 +149,7 @@ TEST_F(Tdc2OnDouble, OneThatStopsAnsweringIsOpenedAnew) {
   firmware.set({.mute = true});
   EXPECT_TRUE(
       comes_true([&] { return run.said(DeviceState::failing, "does not answer any more"); }));
+  EXPECT_EQ(firmware.unanswered_polls(), 4);
   EXPECT_EQ(run.count(TagKind::clock_break), 1U);
   firmware.set({});
   EXPECT_TRUE(goes_on(run));
@@ -137,6 +166,14 @@ TEST_F(Tdc2OnDouble, ABitOfTheStatusWordIsALoss) {
   EXPECT_TRUE(comes_true([&] { return run.count(TagKind::loss_end) == 1; }));
   ASSERT_TRUE(goes_on(run));
   EXPECT_EQ(run.count(TagKind::loss_begin), 1U);
+  run.stop();
+  // From one look at the word to the next, which are 50 ms apart, and of unknown count. Photons are
+  // 10 us apart: a loss that ended with the next of them would be that short.
+  const std::vector<Tag> tags = run.tags();
+  const Tag begin = *std::ranges::find(tags, TagKind::loss_begin, &Tag::kind);
+  const Tag end = *std::ranges::find(tags, TagKind::loss_end, &Tag::kind);
+  EXPECT_EQ(end.value, -1);
+  EXPECT_GT(end.time_ps - begin.time_ps, 5'000'000'000);
 }
 
 TEST_F(Tdc2OnDouble, BitsThatMeanNothingAreLeftOut) {
@@ -234,6 +271,9 @@ TEST_F(Tdc2OnDouble, OneWhoseStatusWordIsGoneIsOpenedAnew) {
   firmware.set_status(0xFFFFFFFF);
   EXPECT_TRUE(
       comes_true([&] { return run.said(DeviceState::failing, "cannot be read any more"); }));
+  // From the 20th reading on each is a loss of unknown count; the 40th is the last.
+  EXPECT_EQ(run.count(TagKind::missed), 20U);
+  EXPECT_EQ(run.count(TagKind::loss_begin), 1U);  // with which its clock ends
   EXPECT_TRUE(goes_on(run));
 }
 
@@ -259,15 +299,29 @@ TEST_F(Tdc2OnDouble, UnpluggedIsSaidWhereACommandMeetsItFirst) {
   EXPECT_FALSE(run.said(DeviceState::no_device, "cannot write"));
 }
 
-// A transfer breaks on the cable before the kernel knows that the device is gone.
+// A transfer breaks on the cable before the kernel knows that the device is gone. The source is
+// held while it waits whether the device goes.
 TEST_F(Tdc2OnDouble, UnpluggedIsSaidWhereACommandBreaksFirst) {
   device.plug();
   test::SourceRun run(options());
   ASSERT_TRUE(goes_on(run));
+  run.block_after_clock_breaks();
   device.fail_writes(-EPROTO);
-  EXPECT_TRUE(comes_true([&] { return device.transfers_in_flight() == 0; }));
+  EXPECT_TRUE(comes_true([&] { return run.count(TagKind::clock_break) == 1; }));
   device.unplug();
+  run.block(false);
   EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
+  EXPECT_FALSE(run.said(DeviceState::failing, ""));
+}
+
+// The device is there all the time, so that the command is what failed.
+TEST_F(Tdc2OnDouble, ACommandThatBreaksOnADeviceThatStaysIsSaid) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.fail_writes(-EPROTO);
+  EXPECT_TRUE(comes_true([&] { return run.said(DeviceState::failing, "TDC2-0042"); }));
+  EXPECT_FALSE(run.said(DeviceState::no_device, ""));
 }
 
 }  // namespace
