@@ -50,6 +50,23 @@ TEST(SliceChoice, PartsAreEvenAndOfWholeSlices) {
   EXPECT_TRUE(choice.passed());
 }
 
+// Slices of 8 frames begin every 640 bytes.
+TEST(SliceChoice, ASliceThatBeginsAtTheEndOfAPartIsInTheNext) {
+  constexpr std::uint64_t slice = 8 * 4 * photons_a_frame;
+  SliceChoice choice({8}, recorded_bytes, {slice, 3 * slice}, {});
+  const std::set<std::uint64_t> wanted = wanted_frames(choice);
+  EXPECT_EQ(wanted.size(), 16U);
+  EXPECT_EQ(*wanted.begin(), 8U);
+  EXPECT_EQ(*wanted.rbegin(), 23U);
+  EXPECT_TRUE(choice.passed());
+  SliceChoice last({8}, recorded_bytes, {0, 12 * slice + 1}, {});
+  wanted_frames(last);
+  EXPECT_FALSE(last.passed());
+  SliceChoice but_one({8}, recorded_bytes, {0, 12 * slice}, {});
+  wanted_frames(but_one);
+  EXPECT_TRUE(but_one.passed());
+}
+
 // Of a format with records of 10 bytes.
 TEST(SliceChoice, PartsOfLongerRecordsAreEvenToo) {
   Recording recording;

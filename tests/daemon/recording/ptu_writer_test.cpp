@@ -205,6 +205,18 @@ TEST(PtuWriter, WhatWasThereStaysWhereARecordingCannotBegin) {
   EXPECT_FALSE(std::filesystem::exists(folder.path("new.ptu")));
 }
 
+// Nothing is allocated there and nothing cut, which a device cannot do.
+TEST(PtuWriter, WritesToADeviceThatTakesAll) {
+  const splid::test::TempFolder folder;
+  const std::string device = folder.path("device");
+  std::filesystem::create_symlink("/dev/null", device);
+  PtuWriter writer(device, facts(), clock_from(0), true);
+  writer.write(some_tags(1000));
+  writer.close();
+  EXPECT_EQ(writer.lost_tags(), 0U);
+  EXPECT_TRUE(std::filesystem::is_character_file(device));
+}
+
 TEST(PtuWriter, WritesOverNoFolderPipeOrSocket) {
   const splid::test::TempFolder folder;
   const std::string pipe = folder.path("pipe");

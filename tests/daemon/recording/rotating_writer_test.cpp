@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -183,6 +185,39 @@ TEST_F(RotatingWriterTest, AFullDiskLosesACountedStretchAndIsTriedAgain) {
   EXPECT_EQ(told_lost(disk.path("r")), recorder.lost_tags());
   EXPECT_TRUE(std::ranges::equal(std::span(kept).last(500'000),
                                  std::span(tags).subspan(2'020'000, 500'000)));
+}
+
+// The header has its place and the first record none, so the file goes. What was lost before it,
+// with a count and without, is told by the next file, and so are the tags that it would have had.
+TEST_F(RotatingWriterTest, LossesOfAFileThatGotNoTagGoToTheNext) {
+  RotatingWriter recorder = recorder_in(folder.path("r"));
+  recorder.take(std::vector<Tag>{{1'000'000, 0, TagKind::loss_begin, {}},
+                                 {2'000'000, -1, TagKind::loss_end, {}},
+                                 {3'000'000, 5, TagKind::missed, {}},
+                                 photon_tag(4'000'000, 1),
+                                 photon_tag(5'000'000, 1)});
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit header{std::filesystem::file_size(recordings_in(folder.path("r")).at(0)),
+                      before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &header), 0);
+  recorder.flush();
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(recorder.fault(), HasSubstr("File too large"));
+  EXPECT_EQ(recorder.files(), 0U);
+  EXPECT_THAT(recordings_in(folder.path("r")), IsEmpty());
+  clock.advance_ms(5000);
+  const std::vector<Tag> tags = steady_tags(30'000'000, 3);
+  recorder.take(tags);
+  recorder.close();
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_THAT(read_back(files[0]), ElementsAreArray(tags));
+  EXPECT_THAT(scan_recording(files[0]).header.losses,
+              ElementsAre(Loss{30'000'000, 30'000'000, 7}, Loss{30'000'000, 30'000'000, -1}));
+  EXPECT_EQ(recorder.lost_tags(), 2U);
 }
 
 TEST_F(RotatingWriterTest, AFolderThatCannotBeMadeLeavesNothingUnsaid) {

@@ -61,8 +61,13 @@ double seen_between(const Frame& frame, std::int64_t begin_ps, std::int64_t end_
   return 1 - std::max(inside, 0.0) / double(frame.end_ps - frame.start_ps);
 }
 
+// 400 ms in frames of 50: the last ends with the stream. What a test says of each frame it must
+// have said of some.
+void expect_eight_frames(const Framed& r) { ASSERT_EQ(r.frames.size(), 8U); }
+
 void expect_unseen_between(const Framed& r, std::int64_t begin_ps, std::int64_t end_ps) {
   expect_frames_whole(r);
+  expect_eight_frames(r);
   for (std::size_t i = 1; i + 1 < r.frames.size(); ++i) {
     const Frame& frame = r.frames[i];
     const double seen = seen_between(frame, begin_ps, end_ps);
@@ -99,6 +104,7 @@ TEST(Silence, ThatComesAndGoesIsFoundEachTime) {
   std::vector<Tag> tags = faint_stream().make();
   std::erase_if(tags, [](const Tag& tag) { return tag.time_ps % ms > ms / 5; });
   const Framed r = framed(tags, 1 << 14, room_enough, frames_of_50_ms);
+  expect_eight_frames(r);
   for (std::size_t i = 1; i + 1 < r.frames.size(); ++i) {
     EXPECT_NEAR(r.frames[i].seen_fraction, 0.2, 0.01);
   }
@@ -120,6 +126,7 @@ TEST(Silence, OfSomePeriodsIsFoundToo) {
     expect_sums_close(r, events_in(tags));
     // A run reaches from the sync before it to the sync after it.
     const double silent = (double(run.silent_ps) + pattern_ps) / double(run.turn_ps);
+    expect_eight_frames(r);
     for (std::size_t i = 1; i + 1 < r.frames.size(); ++i) {
       EXPECT_NEAR(r.frames[i].seen_fraction, 1 - silent, 0.02) << i;
     }
@@ -131,6 +138,7 @@ TEST(Silence, SyncsDroppedOneByOneAreNone) {
     TagStream stream = faint_stream();
     stream.sync_missing = dropped;
     const Framed r = framed(stream.make(), 1 << 14, room_enough, frames_of_50_ms);
+    expect_eight_frames(r);
     for (std::size_t i = 0; i + 1 < r.frames.size(); ++i) {
       EXPECT_GT(r.frames[i].seen_fraction, 0.9999) << dropped;
       EXPECT_EQ(r.frames[i].uncounted_losses, 0U) << dropped;
@@ -145,6 +153,7 @@ TEST(Silence, IsNoneWherePhotonsGoOn) {
     return tag.kind == TagKind::sync && tag.time_ps > 170 * ms && tag.time_ps < 310 * ms;
   });
   const Framed r = framed(tags, 1 << 14, room_enough, frames_of_50_ms);
+  expect_eight_frames(r);
   for (std::size_t i = 0; i + 1 < r.frames.size(); ++i) EXPECT_GT(r.frames[i].seen_fraction, 0.99);
 }
 
