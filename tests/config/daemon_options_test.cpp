@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
 #include "config/endpoint.hpp"
 
 namespace splid {
@@ -37,6 +40,22 @@ TEST(ChannelOptions, EncoderMayBeAbsentAndTheOthersNot) {
   EXPECT_THAT(channel_fault({.sync = ""}), HasSubstr("/sync: \"\" is no channel"));
   EXPECT_THAT(channel_fault({.photon = {}}), HasSubstr("/photon: [] names no input"));
   EXPECT_THAT(channel_fault({.photon = {"0", "laser"}}), HasSubstr("/photon/1: \"laser\""));
+}
+
+TEST(ChannelOptions, DelaysAreOfInputsAndNotFarApart) {
+  const auto fault = [](const std::vector<double>& delays_ps) {
+    return channel_fault({.photon = {"1", "marker:2"}, .delays_ps = delays_ps});
+  };
+  EXPECT_EQ(fault({}), "");
+  EXPECT_THAT(fault({0}), HasSubstr("/delays_ps: has 1 delays where /channels/photon has 2"));
+  EXPECT_EQ(fault({0, 0}), "");
+  for (const double delay_ps : {1, -1, 7}) {
+    EXPECT_THAT(fault({0, delay_ps}), HasSubstr("/delays_ps/1: \"marker:2\" is no input"));
+  }
+  for (const double sign : {1, -1}) {  // from the syncs, which have none
+    EXPECT_EQ(fault({sign * 500'000, 0}), "");
+    EXPECT_THAT(fault({sign * 500'001, 0}), HasSubstr("/delays_ps: are more than 500000 ps apart"));
+  }
 }
 
 TEST(PublishOptions, TakesLoopbackAndLocalSockets) {

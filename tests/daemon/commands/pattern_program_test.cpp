@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -67,6 +68,8 @@ TEST_F(PatternProgram, NoFrameOfAnotherPatternIsOkAndTheReasonIsSaid) {
                                   HasSubstr("name the pattern that was played")));
     const auto frames = frames_of(result);
     EXPECT_EQ(frames.size(), 20u);
+    EXPECT_TRUE(std::ranges::any_of(
+        frames, [](const FrameMessage& frame) { return frame.pattern_fault.has_value(); }));
     for (const FrameMessage& frame : frames) {
       // A line of chance through other light may look like any target's, with the odds of one.
       EXPECT_NE(frame.status, FrameStatus::ok) << wrong;
@@ -84,7 +87,9 @@ TEST_F(PatternProgram, ThePatternThatWasPlayedIsBelievedAndNothingIsSaid) {
   const ProgramResult result = replay(played);
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.err, AllOf(Not(HasSubstr("another pattern")), Not(HasSubstr("contradict"))));
-  for (const FrameMessage& frame : frames_of(result)) EXPECT_EQ(frame.status, FrameStatus::ok);
+  const auto frames = frames_of(result);
+  EXPECT_EQ(frames.size(), 10U);
+  for (const FrameMessage& frame : frames) EXPECT_EQ(frame.status, FrameStatus::ok);
 }
 
 TEST_F(PatternProgram, CalibrateAndTradeoffSayThatTheRecordingHasAnotherPattern) {
