@@ -43,8 +43,10 @@ TEST(Seen, OnBothSides) {
 END
 cat >bin/cmake <<END
 #!/bin/sh
-touch built
-while [ -e slow ]; do sleep 0.05; done
+if ! diff -r protocol original >/dev/null; then
+  touch built
+  while [ -e slow ]; do sleep 0.05; done
+fi
 exec "$compiler" protocol/*.cpp tests/protocol/*.cpp -o build/tests/protocol_tests
 END
 chmod +x bin/cmake
@@ -76,7 +78,7 @@ code=0
 [ "$(grep -c '^protocol/unseen.cpp:2: .*: SURVIVED$' said)" = 2 ] || fail "unseen: $(cat said)"
 same unseen
 
-# Ended while it builds: at once by a request, which restores the source; by force, after which the next
+# Ended while it builds a fault: at once by a request, which restores the source; by force, after which the next
 # run restores it.
 begin_slowly() {
   rm -f built
@@ -100,6 +102,11 @@ rm slow
 "$mutants" --build build --faults 0 protocol/seen.cpp >/dev/null || fail "after a kill: exit code $?"
 same "after a kill"
 
+sed -i 's/9/8/' protocol/seen.cpp
+code=0
+"$mutants" --build build protocol/seen.cpp >said 2>&1 || code=$?
+[ "$code" = 2 ] || fail "red before: exit code $code"
+grep -q 'its tests are to be green before there is a fault: red: exit code 1' said || fail "red before: $(cat said)"
 code=0
 "$mutants" --build build protocol/none.cpp 2>/dev/null || code=$?
 [ "$code" = 2 ] || fail "no such file: exit code $code"
