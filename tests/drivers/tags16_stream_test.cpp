@@ -32,6 +32,25 @@ TEST(Tags16Stream, TagsGoToTheSinkAndAreCounted) {
   EXPECT_EQ(values(counters)["splid_tags16_blocks_total"], 1U);
 }
 
+// The last bytes are used before the last tags have room.
+TEST(Tags16Stream, ASinkOfLittleRoomGetsAllTagsToo) {
+  std::vector<std::byte> bytes = test::block_bytes({0, 0, 100, {{10, 1}}});
+  test::append_block({3, 300, 400, {{310, 2}}}, bytes);
+  for (const std::size_t room : {1, 2, 3, 7}) {
+    Tags16Counters counters;
+    Tags16Stream stream(counters);
+    test::VectorSink sink(room);
+    EXPECT_TRUE(stream.feed(bytes, sink));
+    EXPECT_EQ(sink.tags, (std::vector<Tag>{photon_tag(10, 1),
+                                           heartbeat_tag(100),
+                                           {100, 0, TagKind::loss_begin, {}},
+                                           {300, -1, TagKind::loss_end, {}},
+                                           photon_tag(310, 2),
+                                           heartbeat_tag(400)}))
+        << room;
+  }
+}
+
 // As when a device is opened again: its decoder is a new one, but counters never fall.
 TEST(Tags16Stream, CountersGoOnFromStreamToStream) {
   Tags16Counters counters;
