@@ -18,6 +18,7 @@ namespace splid {
 //   sync(record), ticks(record)    since the last such move, and since the sync
 //   meaning(record)                of its tag; out of a table, since one that is put together is
 //                                  waited for
+//   untimed(record)                the same, where its ticks are the most that a record holds
 //
 // Design note: the records of a run are looked at once more than others, and are written in 0.6 of
 // the time. A wrong guess of whether a run is one costs as much as a few records; that is why runs
@@ -51,7 +52,6 @@ struct PhotonRun {
 template <class Layout>
 PhotonRun write_photon_run(const std::byte* in, const PhotonTimes& times, std::uint64_t base,
                            std::uint64_t told, Tag* out) {
-  static constexpr TagMeaning missed{1, TagKind::missed, {}};
   PhotonRun run{0, base, told, 0};
   for (std::size_t i = 0; i < run_records; ++i) {
     const std::uint32_t record = little_endian_32(in + 4 * i);
@@ -68,7 +68,8 @@ PhotonRun write_photon_run(const std::byte* in, const PhotonTimes& times, std::u
                                                  static_cast<std::uint64_t>(since_ps));
     const bool is_saturated = ticks == times.most_ticks;
     run.saturated += is_saturated ? 1 : 0;
-    write_tag(out[run.tags++], at_ps, is_saturated ? missed : Layout::meaning(record));
+    write_tag(out[run.tags++], at_ps,
+              is_saturated ? Layout::untimed(record) : Layout::meaning(record));
   }
   return run;
 }

@@ -20,16 +20,19 @@ constexpr std::uint64_t one_overflow = std::uint64_t{1} << 32U;
 // What a record is, by the bits that tell the kinds of records apart.
 struct T3Kind {
   TagMeaning meaning;
+  TagMeaning untimed;               // of a photon of the largest time
   std::uint64_t events = 0;         // 1 or 0
   std::uint64_t photons = 0;        // 1 or 0
   std::uint64_t overflow_mask = 0;  // all ones for an overflow
   std::uint64_t counts = 0;
 };
 
-constexpr T3Kind photon_kind(int input) { return {{input, TagKind::photon, {}}, 1, 1, 0, 0}; }
-constexpr T3Kind marker_kind(int bits) { return {{bits, TagKind::marker, {}}, 1, 0, 0, 0}; }
-constexpr T3Kind overflow_kind{{}, 0, 0, ~std::uint64_t{0}, one_overflow};
-constexpr T3Kind unknown_kind{{}, 0, 0, 0, one_unknown};
+constexpr T3Kind photon_kind(int input) {
+  return {{input, TagKind::photon, {}}, untimed_photon(input), 1, 1, 0, 0};
+}
+constexpr T3Kind marker_kind(int bits) { return {{bits, TagKind::marker, {}}, {}, 1, 0, 0, 0}; }
+constexpr T3Kind overflow_kind{{}, {}, 0, 0, ~std::uint64_t{0}, one_overflow};
+constexpr T3Kind unknown_kind{{}, {}, 0, 0, 0, one_unknown};
 
 struct T3Record {
   const T3Kind& kind;
@@ -63,6 +66,9 @@ struct HydraHarpT3 {
   static const TagMeaning& meaning(std::uint32_t photon) {
     return t3_hydra_harp_kinds[photon >> 25U].meaning;
   }
+  static const TagMeaning& untimed(std::uint32_t photon) {
+    return t3_hydra_harp_kinds[photon >> 25U].untimed;
+  }
   static T3Record read(std::uint32_t record) {
     const std::uint64_t overflows = sync(record) + (sync(record) == 0 ? 1 : 0);
     return {t3_hydra_harp_kinds[record >> 25U], ticks(record), sync(record),
@@ -89,6 +95,9 @@ struct PicoHarpT3 {
   static std::uint64_t ticks(std::uint32_t record) { return record >> 16U & 0xFFFU; }
   static const TagMeaning& meaning(std::uint32_t photon) {
     return t3_pico_harp_kinds[photon >> 28U].meaning;
+  }
+  static const TagMeaning& untimed(std::uint32_t photon) {
+    return t3_pico_harp_kinds[photon >> 28U].untimed;
   }
   static T3Record read(std::uint32_t record) {
     const std::uint32_t channel = record >> 28U;
@@ -139,7 +148,7 @@ std::size_t PtuT3Decoder::decode_mixed(const std::byte* in, std::size_t count, T
                                                  static_cast<std::uint64_t>(since_ps));
     const bool is_saturated = record.ticks == most_ticks && kind.photons != 0;
     state.saturated += is_saturated ? 1 : 0;
-    write_tag(out[tags], at_ps, is_saturated ? TagMeaning{1, TagKind::missed, {}} : kind.meaning);
+    write_tag(out[tags], at_ps, is_saturated ? kind.untimed : kind.meaning);
     tags += kind.events;
   }
   state.unknown += counts % one_overflow;

@@ -21,7 +21,7 @@ namespace splid {
 //    no sync tag in a period without any. These syncs were not measured: they say where the pattern
 //    is, and nothing of its drift and jitter (SourceInfo::syncs_are_counted).
 //  - A photon whose time since its sync is the largest that a record can hold may have come at any
-//    later time; it becomes a `missed` tag and is counted as saturated.
+//    later time; it becomes a `missed` tag (untimed_photon()) and is counted as saturated.
 //  - Overflow records move the number on and give no tag; special records of channel 0 are counted
 //    as unknown and left out.
 //

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocol/record_decoder.hpp"
+
 namespace splid {
 namespace {
 
@@ -34,7 +36,7 @@ void PtuT3Encoder::put(const Tag& tag, std::vector<std::byte>& out) {
   const auto number = static_cast<std::uint64_t>(sync_ps_ / period_ps_);
   const double since_ps = static_cast<double>(tag.time_ps - sync_ps_);
   const bool is_photon = tag.kind != TagKind::marker;
-  const int input = tag.kind == TagKind::missed ? 0 : tag.value;
+  const int input = tag.kind == TagKind::missed ? input_of_untimed(tag) : tag.value;
   const bool fits = input >= (is_photon ? 0 : 1) && input <= (is_photon ? t3_most_input : 15);
   if (!fits || since_ps < 0 || number < overflows_ * t3_wrap) {
     reject(tag.time_ps);

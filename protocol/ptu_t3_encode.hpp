@@ -14,7 +14,8 @@ namespace splid {
 // type hydra_harp_v2_t3 (0x01010304): the number of a photon's sync and its time since that sync
 // stay as they were, so that nothing is said that was not measured.
 //
-// A `missed` tag, a photon that came too late after its sync, becomes a record of the largest time.
+// A `missed` tag, a photon that came too late after its sync, becomes a record of its input and of
+// the largest time.
 // Losses go to losses(), for the header. A tag that no record can hold goes there as `missed`: an
 // input above 62, a time before its sync, or a sync before the last overflow record.
 //

@@ -48,6 +48,14 @@ class RecordDecoder {
 // A PicoQuant record's length, in every one of its formats and modes.
 inline constexpr std::size_t ptu_record_bytes = 4;
 
+// The tag of a photon that a recording has, but not its time: the module's time converter was
+// saturated, or marked its time as invalid. A `missed` tag, whose first spare byte has the input,
+// so that a recording made of the tags keeps the photon where it was.
+constexpr TagMeaning untimed_photon(int input) {
+  return {1, TagKind::missed, {static_cast<std::uint8_t>(input), 0, 0}};
+}
+constexpr int input_of_untimed(const Tag& tag) { return tag.reserved[0]; }
+
 // The number that 4 bytes at any alignment hold, the lowest byte first.
 inline std::uint32_t little_endian_32(const std::byte* bytes) {
   std::uint32_t value = 0;

@@ -116,7 +116,7 @@ constexpr SpcKind spc_kind(std::uint32_t record) {
     return {{bits, TagKind::marker, {}}, 1, wraps, 0, 0, 0};
   }
   if (is_overflow && is_invalid) return {{}, 0, 0, 0, all, one_counted};
-  if (is_invalid) return {{1, TagKind::missed, {}}, 1, wraps, 0, 0, one_untimed};
+  if (is_invalid) return {untimed_photon(bits), 1, wraps, 0, 0, one_untimed};
   return {{bits, TagKind::photon, {}}, 1, wraps, all, 0, 0};
 }
 
@@ -144,6 +144,8 @@ struct SpcPhotons {
   static const TagMeaning& meaning(std::uint32_t record) {
     return spc_kinds[record >> 12U & 0xFU].meaning;
   }
+  // There are none: a micro time that is not valid has a flag.
+  static const TagMeaning& untimed(std::uint32_t record) { return meaning(record); }
 };
 
 }  // namespace

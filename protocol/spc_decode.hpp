@@ -33,7 +33,8 @@ std::optional<RecordingHeader> parse_spc_header(std::span<const std::byte> prefi
 
 // The records of such a file. Syncs, photons and markers become tags as those of PicoQuant's T3
 // mode do (PtuT3Decoder). Where the module lost photons (a record's GAP bit), a loss reaches from
-// the event before to the record's event. A photon without a valid micro time is a `missed` tag.
+// the event before to the record's event. A photon without a valid micro time is a `missed` tag
+// (untimed_photon()).
 //
 // Threads: one. No allocation.
 class SpcDecoder final : public RecordDecoder {

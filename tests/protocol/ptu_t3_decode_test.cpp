@@ -32,7 +32,9 @@ std::vector<Tag> decode_all(PtuT3Decoder& decoder, std::span<const std::byte> re
   return tags;
 }
 
-Tag missed(std::int64_t time_ps) { return {time_ps, 1, TagKind::missed, {}}; }
+Tag missed(std::int64_t time_ps, std::uint8_t input) {
+  return {time_ps, 1, TagKind::missed, {input, 0, 0}};
+}
 
 TEST(PtuT3Decoder, APhotonIsAfterItsSyncByItsTime) {
   PtuT3Decoder decoder(RecordType::hydra_harp_v2_t3, period_ps, 64e-12);
@@ -70,7 +72,7 @@ TEST(PtuT3Decoder, PicoHarpsRecords) {
   EXPECT_THAT(decode_all(decoder, record_bytes({0x10050002U, 0xE0FE0002U, 0xF0030002U, 0xF0000000U,
                                                 0x2FFF0000U})),
               ElementsAre(sync_tag(2000), photon_tag(2005, 1), photon_tag(2254, 14),
-                          marker_tag(2000, 3), sync_tag(65'536'000), missed(65'536'000 + 4095)));
+                          marker_tag(2000, 3), sync_tag(65'536'000), missed(65'536'000 + 4095, 2)));
   EXPECT_EQ(decoder.overflow_records(), 1U);
   EXPECT_EQ(decoder.saturated_photons(), 1U);
 }
@@ -78,7 +80,7 @@ TEST(PtuT3Decoder, PicoHarpsRecords) {
 TEST(PtuT3Decoder, WhatIsTooLateForARecordIsLost) {
   PtuT3Decoder decoder(RecordType::generic_t3, 1e6, 4e-12);
   EXPECT_THAT(decode_all(decoder, record_bytes({t3_photon(2, 32'766, 0), t3_photon(2, 32'767, 0)})),
-              ElementsAre(sync_tag(0), photon_tag(4 * 32'766, 2), missed(4 * 32'767)));
+              ElementsAre(sync_tag(0), photon_tag(4 * 32'766, 2), missed(4 * 32'767, 2)));
   EXPECT_EQ(decoder.saturated_photons(), 1U);
 }
 
@@ -143,7 +145,7 @@ TEST(PtuT3Decoder, RunsOfPhotonsAreLikeOthers) {
       const std::int64_t sync_ps = 3'780'000LL * ((is_before ? 0 : 1024) + 5 + i / 2);
       const bool is_new = i % 2 == 0 || i == overflow_at;
       if (is_new) expected.push_back(sync_tag(sync_ps));
-      expected.push_back(i == 21 ? missed(sync_ps + 64 * ticks)
+      expected.push_back(i == 21 ? missed(sync_ps + 64 * ticks, 21)
                                  : photon_tag(sync_ps + 64 * ticks, static_cast<int>(i)));
     }
     PtuT3Decoder decoder(RecordType::hydra_harp_v2_t3, period_ps, 64e-12);

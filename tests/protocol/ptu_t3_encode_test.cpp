@@ -38,7 +38,10 @@ TEST(PtuT3Encoder, TheDecoderGivesTheSameTags) {
     if (i % 10 == 3) {
       tags.push_back(marker_tag(number * encoded_period_ps, 1 + i % 15));
     } else if (i % 10 == 4) {
-      tags.push_back({number * encoded_period_ps + 32'767 * 128, 1, TagKind::missed, {}});
+      tags.push_back({number * encoded_period_ps + 32'767 * 128,
+                      1,
+                      TagKind::missed,
+                      {static_cast<std::uint8_t>(random() % 63), 0, 0}});
     } else {
       tags.push_back(
           photon_tag(number * encoded_period_ps + since_ps, static_cast<int>(random() % 63)));
