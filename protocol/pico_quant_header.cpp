@@ -135,9 +135,13 @@ void read_texts(const Fields& fields, RecordingHeader& header) {
   add_text(header, "File_Comment", fields.text(comment_at, comment_bytes), comment_at);
 }
 
-// T3: the times of a record. rate_at: of the syncs, per second. resolution_s: of their phase.
-void read_t3(const Fields& fields, std::size_t rate_at, double resolution_s, std::size_t at,
-             RecordingHeader& header) {
+// A step of a record's times. at: the place of a number of ps or ns that it was made of.
+double checked_resolution(double resolution_s, std::size_t at) {
+  return checked(resolution_s, at, "the resolution", 1e-15, 1e-3);
+}
+
+// T3: the time between syncs. rate_at: of the syncs, per second.
+void read_t3(const Fields& fields, std::size_t rate_at, RecordingHeader& header) {
   const std::int64_t rate_hz = fields.integer(rate_at);
   if (rate_hz < 1) {
     refuse_header(rate_at,
@@ -148,7 +152,17 @@ void read_t3(const Fields& fields, std::size_t rate_at, double resolution_s, std
   header.is_t3 = true;
   header.time_steps = t3_time_steps(header.record_type);
   header.sync_period_s = 1.0 / static_cast<double>(rate_hz);
-  header.resolution_s = checked(resolution_s, at, "the resolution", 1e-15, 1e-3);
+}
+
+// T2: PicoHarps have one clock, and their headers the steps of histograms, which are of no use
+// here. Source: PicoQuant's demonstrations of reading .pt2, which have 4 ps as a constant.
+void read_pico_harp_t2(double histogram_ns, RecordingHeader& header) {
+  header.record_type = RecordType::pico_harp;
+  header.resolution_s = 4e-12;
+  if (!(histogram_ns > 0) || histogram_ns == 0.004) return;
+  header.warning = "the header has a resolution of " + number_text(histogram_ns) +
+                   " ns; in T2 mode the times of every PicoHarp 300 have steps of 0.004 ns, which "
+                   "are taken";
 }
 
 // The length of a header of `bytes` and what images add.
@@ -178,17 +192,15 @@ std::optional<RecordingHeader> parse_pico_harp_header(std::span<const std::byte>
               PicoHarp::sync_divider_at);
   add_integer(header, "MeasDesc_AcquisitionTime", fields.integer(PicoHarp::acquisition_at),
               PicoHarp::acquisition_at);
+  const double resolution_ns = fields.real_32(PicoHarp::resolution_at);
   if (read_mode(fields, PicoHarp::mode_at)) {
     header.record_type = RecordType::pico_harp_t3;
-    read_t3(fields, PicoHarp::sync_rate_at, fields.real_32(PicoHarp::resolution_at) * 1e-9,
-            PicoHarp::resolution_at, header);
+    read_t3(fields, PicoHarp::sync_rate_at, header);
+    header.resolution_s = checked_resolution(resolution_ns * 1e-9, PicoHarp::resolution_at);
   } else {
-    header.record_type = RecordType::pico_harp;
-    header.resolution_s = 4e-12;  // of every PicoHarp 300 in T2 mode
+    read_pico_harp_t2(resolution_ns, header);
   }
-  const std::int64_t records = fields.integer(PicoHarp::records_at);
-  if (records < 0) refuse_header(PicoHarp::records_at, "a negative number of records");
-  header.record_count = static_cast<std::uint64_t>(records);
+  header.record_count = told_record_count(fields.integer(PicoHarp::records_at));
   header.header_bytes = with_image(fields, PicoHarp::image_at, PicoHarp::bytes);
   if (!is_there(prefix, header.header_bytes, complete)) return std::nullopt;
   return header;
@@ -225,13 +237,13 @@ std::optional<RecordingHeader> parse_hydra_harp_header(std::span<const std::byte
   if (read_mode(fields, HydraHarp::mode_at)) {
     header.record_type =
         first_version ? RecordType::hydra_harp_v1_t3 : RecordType::hydra_harp_v2_t3;
-    read_t3(fields, rate_at, fields.real_64(HydraHarp::resolution_at) * 1e-12,
-            HydraHarp::resolution_at, header);
+    read_t3(fields, rate_at, header);
   } else {
     header.record_type = first_version ? RecordType::hydra_harp_v1 : RecordType::hydra_harp_v2;
-    header.resolution_s = 1e-12;  // of every HydraHarp 400 in T2 mode
   }
-  header.record_count = fields.integer_64(records_at);
+  header.resolution_s = checked_resolution(fields.real_64(HydraHarp::resolution_at) * 1e-12,
+                                           HydraHarp::resolution_at);
+  header.record_count = told_record_count(static_cast<std::int64_t>(fields.integer_64(records_at)));
   header.header_bytes = with_image(fields, image_at, bytes);
   if (!is_there(prefix, header.header_bytes, complete)) return std::nullopt;
   return header;

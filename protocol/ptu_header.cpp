@@ -212,12 +212,7 @@ void read_resolution(RecordingHeader& header) {
 std::uint64_t record_count(const RecordingHeader& header) {
   constexpr std::string_view name = "TTResult_NumberOfRecords";
   if (header.find(name) == nullptr) return 0;
-  const auto value = required<std::int64_t>(header, name);
-  if (value < 0) {
-    fail(offset_of(header, name),
-         "TTResult_NumberOfRecords is " + std::to_string(value) + "; it cannot be negative");
-  }
-  return static_cast<std::uint64_t>(value);
+  return told_record_count(required<std::int64_t>(header, name));
 }
 
 void check_bits(const RecordingHeader& header) {

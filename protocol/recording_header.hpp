@@ -12,6 +12,12 @@
 
 namespace splid {
 
+// The record count that a header's number tells, or 0 where it tells none. A recorder that was
+// stopped leaves 0, and another that counts in 32 bits a negative number.
+constexpr std::uint64_t told_record_count(std::int64_t number) {
+  return number > 0 ? static_cast<std::uint64_t>(number) : 0;
+}
+
 // The kinds of recordings that splid reads. protocol/recording_format.hpp tells them apart.
 enum class RecordingFormat : std::uint8_t {
   ptu,           // PicoQuant, T2 and T3; what splid writes
@@ -94,9 +100,12 @@ struct RecordingHeader {
   double resolution_s = 0;
   double sync_period_s = 0;        // T3: between two syncs, 1e-12 to 1; else 0
   std::uint64_t time_steps = 0;    // T3: steps of a photon's time that a record can tell; else 0
-  std::uint64_t record_count = 0;  // 0: recorder was stopped; read up to the file's end
+  std::uint64_t record_count = 0;  // 0: not told; read up to the file's end
   std::size_t header_bytes = 0;    // records start here
   std::optional<double> created_unix_s;  // UTC, to a microsecond; time 0 of the records
+
+  // A sentence for people on what the header says and splid does not follow; mostly empty.
+  std::string warning;
 
   // splid's own facts, which have their defaults in the recordings of other programs.
   std::int64_t origin_ps = 0;  // tagger's clock at time 0 of the records

@@ -48,9 +48,12 @@ RecordingReader::RecordingReader(std::string file, Warn warn, double period_ps)
     throw;
   }
   if (header_.record_count == 0 && counts_records(header_.format)) {
-    warn_(file_ + ": the record count is 0, as a recorder leaves it that was stopped; reading up " +
-          "to the end of the file");
+    warn_(
+        file_ +
+        ": the header's record count is 0, as a recorder leaves it that was stopped, or negative; "
+        "reading up to the end of the file");
   }
+  if (!header_.warning.empty()) warn_(file_ + ": " + header_.warning);
 }
 
 RecordingReader::~RecordingReader() { ::close(descriptor_); }

@@ -19,9 +19,9 @@ namespace splid {
 // beginning to its end, however large, in 1 MiB of memory. The tags are as the format's decoder
 // gives them.
 //
-// Where the header's record count is 0 (the recorder was stopped) or too large, the file is read up
-// to its end. Bytes after the last counted record are left out. Each of these cases, and a last
-// record that is cut off, gives one warning.
+// Where the header's record count is 0 (the recorder was stopped), negative or too large, the file
+// is read up to its end. Bytes after the last counted record are left out. Each of these cases, and
+// a last record that is cut off, gives one warning.
 //
 // Threads: one. Errors: Error(Fault::data) with the file and the byte offset. No allocation after
 // construction but for warnings.

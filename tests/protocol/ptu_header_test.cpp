@@ -153,13 +153,23 @@ TEST(PtuHeader, RefusesWhatMakesNoSense) {
               testing::AllOf(HasSubstr("byte 64"), HasSubstr("is 0 s")));
   EXPECT_THAT(error_of(usual(0x01010204, 1e-20).end().bytes), HasSubstr("is 1e-20 s"));
   EXPECT_THAT(error_of(usual(0x01010204, std::nan("")).end().bytes), HasSubstr("Resolution"));
-  EXPECT_THAT(error_of(usual().integer("TTResult_NumberOfRecords", ~0ULL).end().bytes),
-              HasSubstr("is -1"));
   EXPECT_THAT(error_of(usual().integer("TTResultFormat_BitsPerRecord", 64).end().bytes),
               HasSubstr("is 64"));
   EXPECT_THAT(error_of(HeaderBytes().end().bytes), HasSubstr("TTTRRecType is missing"));
   EXPECT_THAT(error_of(HeaderBytes().real("TTResultFormat_TTTRRecType", 1).end().bytes),
               HasSubstr("wrong type"));
+}
+
+// As a recorder writes it that counts in 32 bits; a stopped one leaves 0.
+TEST(PtuHeader, ANegativeRecordCountIsNone) {
+  const auto count = [](std::uint64_t told) {
+    const auto bytes = usual().integer("TTResult_NumberOfRecords", told).end().bytes;
+    return parse_ptu_header(bytes, true).value().record_count;
+  };
+  EXPECT_EQ(count(0xFFFF'FFFF'0000'268FU), 0U);
+  EXPECT_EQ(count(~0ULL), 0U);
+  EXPECT_EQ(count(0), 0U);
+  EXPECT_EQ(count(1), 1U);
 }
 
 TEST(PtuHeader, RefusesDamagedEntries) {

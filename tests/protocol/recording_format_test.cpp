@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ using test::pico_harp_recording;
 using test::qutag_recording;
 using test::spc_photon;
 using test::spc_recording;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -145,10 +147,98 @@ TEST(RecordingFormat, OldHeadersThatMakeNoSenseAreRefusedByTheirPlace) {
   EXPECT_THAT(broken(pico_harp_recording(3, {}), 704, 0), HasSubstr("a sync rate of 0 Hz"));
   EXPECT_THAT(broken(pico_harp_recording(2, {}), 16, 0x00302E31), HasSubstr("format version 1.0"));
   EXPECT_THAT(broken(pico_harp_recording(2, {}), 332, 64), HasSubstr("records of 64 bits"));
-  EXPECT_THAT(broken(pico_harp_recording(2, {}), 720, 0xFFFFFFFF), HasSubstr("negative number"));
   EXPECT_THAT(broken(pico_harp_recording(2, {}), 724, 0xFFFFFFFF), HasSubstr("byte 724"));
   EXPECT_THAT(broken(pico_harp_recording(3, {}), 584, 0x7FC00000), HasSubstr("the resolution"));
   EXPECT_THAT(broken(hydra_harp_recording(2, "2.0", {}), 664, 1000), HasSubstr("1000 inputs"));
+  for (const int mode : {2, 3}) {
+    EXPECT_THAT(broken(hydra_harp_recording(mode, "1.0", {}), 356, 0x7FF00000),
+                AllOf(HasSubstr("byte 352"), HasSubstr("the resolution")));
+  }
+}
+
+// A PTU whose one photon, of input 1, comes 6 steps late.
+std::string ptu_of(RecordType type, double step_ps) {
+  const bool is_pico_harp = type == RecordType::pico_harp || type == RecordType::pico_harp_t3;
+  const unsigned input_at = is_pico_harp ? 28 : 25;
+  const unsigned time_at = !is_t3(type) ? 0 : is_pico_harp ? 16 : 10;
+  test::T3Recording file;
+  file.type = type;
+  file.sync_period_s = is_t3(type) ? 5e-6 : step_ps * 1e-12;
+  file.resolution_s = step_ps * 1e-12;
+  file.records = {1U << input_at | 6U << time_at};
+  std::string bytes = file.bytes();
+  test::set_ptu_tag(bytes, "Measurement_Mode", std::int64_t{is_t3(type) ? 3 : 2});
+  return bytes;
+}
+
+TEST(RecordingFormat, EveryFormatAndVersionHasTheStepsOfItsHeader) {
+  using Make = std::function<std::string(double step_ps)>;
+  std::vector<std::pair<std::string, Make>> formats;
+  for (const auto type :
+       {0x00010203U, 0x00010204U, 0x00010205U, 0x00010206U, 0x00010207U, 0x01010204U, 0x00010303U,
+        0x00010304U, 0x00010305U, 0x00010306U, 0x00010307U, 0x01010304U}) {
+    formats.emplace_back("PTU " + std::to_string(type), [type](double step_ps) {
+      return ptu_of(static_cast<RecordType>(type), step_ps);
+    });
+  }
+  for (const char* version : {"1.0", "2.0"}) {
+    formats.emplace_back(std::string("ht2 ") + version, [version](double step_ps) {
+      return hydra_harp_recording(2, version, {test::photon_record(1, 6)}, step_ps);
+    });
+    formats.emplace_back(std::string("ht3 ") + version, [version](double step_ps) {
+      return hydra_harp_recording(3, version, {test::t3_photon(1, 6, 0)}, step_ps);
+    });
+  }
+  formats.emplace_back("pt3", [](double step_ps) {
+    return pico_harp_recording(3, {1U << 28U | 6U << 16U}, 0, static_cast<float>(step_ps));
+  });
+  for (const auto& [name, make] : formats) {
+    for (const double step_ps : {0.5, 3.0}) {
+      const std::string file = make(step_ps);
+      EXPECT_NEAR(header_of(file).resolution_s / (step_ps * 1e-12), 1, 1e-12) << name;
+      const auto tags = read(file, "");
+      ASSERT_FALSE(tags.empty()) << name;
+      EXPECT_EQ(tags.back(), photon_tag(static_cast<std::int64_t>(6 * step_ps), 1)) << name;
+      EXPECT_EQ(tags.size(), header_of(file).is_t3 ? 2U : 1U) << name;
+    }
+  }
+}
+
+// Its settings are beside it.
+TEST(RecordingFormat, BeckerHicklHasTheStepsOfItsSettings) {
+  const std::string file = spc_recording(100, {spc_photon(0, 4095 - 6, 1)});
+  for (const int gain : {2, 4}) {
+    const std::string settings =
+        "#SP [SP_TAC_R,F,6.5536e-08]\n#SP [SP_TAC_G,I," + std::to_string(gain) + "]\n";
+    EXPECT_THAT(read(file, "a.spc", settings),
+                ElementsAre(sync_tag(0), photon_tag(6 * 16 / gain, 1)));
+  }
+}
+
+// Their headers have the steps of histograms, which T2 knows nothing of.
+TEST(RecordingFormat, PicoHarpsInT2ModeHaveTheirOwnStepsAndSaySo) {
+  const std::vector<std::uint32_t> records = {1U << 28U | 6U};
+  for (const float step_ps : {4.0F, 8.0F}) {
+    const std::string file = pico_harp_recording(2, records, 0, step_ps);
+    EXPECT_THAT(read(file, ""), ElementsAre(photon_tag(24, 1)));
+    EXPECT_THAT(header_of(file).warning, step_ps == 4 ? HasSubstr("") : HasSubstr("of 0.008 ns"));
+    EXPECT_EQ(header_of(file).warning.empty(), step_ps == 4);
+  }
+}
+
+// As a recorder writes it that counts in 32 bits.
+TEST(RecordingFormat, ANegativeRecordCountIsNone) {
+  const auto replaced = [](std::string file, std::size_t at, std::string_view bytes) {
+    return header_of(file.replace(at, bytes.size(), bytes)).record_count;
+  };
+  constexpr std::string_view negative = "\x8f\x26\xff\xff\xff\xff\xff\xff";
+  const std::size_t count_at = 696 + 2 * 20 + 16;
+  for (const int mode : {2, 3}) {
+    EXPECT_EQ(header_of(pico_harp_recording(mode, {5})).record_count, 1U);
+    EXPECT_EQ(replaced(pico_harp_recording(mode, {5}), 720, negative.substr(0, 4)), 0U);
+    EXPECT_EQ(header_of(hydra_harp_recording(mode, "2.0", {5})).record_count, 1U);
+    EXPECT_EQ(replaced(hydra_harp_recording(mode, "2.0", {5}), count_at, negative), 0U);
+  }
 }
 
 TEST(RecordingFormat, EveryShorterHeaderNeedsMoreOrIsCut) {
@@ -171,7 +261,7 @@ TEST(RecordingFormat, BeckerHicklCountsItsMacroTimeAsSyncs) {
       100, {spc_photon(3, 4095, 2), spc_photon(3, 4000, 1),
             test::spc_overflow | spc_photon(1, 0, 15), test::spc_overflow | test::spc_invalid | 3U,
             test::spc_marker | test::spc_invalid | 4U << 12U | 5U,
-            test::spc_marker | test::spc_invalid, test::spc_invalid | spc_photon(6, 12, 0)});
+            test::spc_marker | test::spc_invalid, test::spc_invalid | spc_photon(6, 12, 3)});
   const RecordingHeader header = header_of(file, "a.spc", test::spc_settings);
   EXPECT_TRUE(header.is_t3);
   EXPECT_DOUBLE_EQ(header.sync_period_s, 1e-8);
@@ -185,7 +275,7 @@ TEST(RecordingFormat, BeckerHicklCountsItsMacroTimeAsSyncs) {
                     photon_tag(3 * sync_ps + 95 * 8, 1), sync_tag(4097 * sync_ps),
                     photon_tag(4097 * sync_ps + 4095 * 8, 15), sync_tag(fifth + 5 * sync_ps),
                     marker_tag(fifth + 5 * sync_ps, 4), sync_tag(fifth + 6 * sync_ps),
-                    Tag{fifth + 6 * sync_ps, 1, TagKind::missed, {}}));
+                    Tag{fifth + 6 * sync_ps, 1, TagKind::missed, {3, 0, 0}}));
   }
   const auto decoder = make_decoder(header);
   tags_of(*decoder, bytes_of(file).subspan(4));

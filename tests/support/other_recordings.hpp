@@ -56,22 +56,26 @@ class OldHeader {
   std::string bytes_;
 };
 
-// Of a PicoHarp 300, format version 2.0; mode 2: .pt2, 3: .pt3 with steps of 8 ps and 100 kHz.
+// Of a PicoHarp 300, format version 2.0; mode 2: .pt2, 3: .pt3 with 100 kHz. step_ps: 0 for the
+// usual steps, of 4 ps in .pt2 and 8 ps in .pt3.
 inline std::string pico_harp_recording(int mode, const std::vector<std::uint32_t>& records,
-                                       int image_words = 0) {
+                                       int image_words = 0, float step_ps = 0) {
+  if (step_ps == 0) step_ps = mode == 2 ? 4 : 8;
   OldHeader header(728 + 4 * static_cast<std::size_t>(image_words));
   header.text(0, "PicoHarp 300").text(16, "2.0").text(22, "PicoHarp Software");
   header.text(52, "23/11/26 10:11:12").text(72, "a comment").integer(332, 32);
   header.integer(348, static_cast<std::uint32_t>(mode)).integer(364, 1500).integer(564, 4);
-  header.integer(584, std::bit_cast<std::uint32_t>(0.008F)).integer(704, 100'000);
+  header.integer(584, std::bit_cast<std::uint32_t>(step_ps / 1000)).integer(704, 100'000);
   header.integer(720, records.size()).integer(724, static_cast<std::uint32_t>(image_words));
   return header.with(records);
 }
 
-// Of a HydraHarp 400 with two inputs; version: "1.0" or "2.0"; mode 3: .ht3.
+// Of a HydraHarp 400 with two inputs; version: "1.0" or "2.0"; mode 2: .ht2, 3: .ht3. step_ps: 0
+// for the usual steps, of 1 ps in .ht2 and 16 ps in .ht3.
 inline std::string hydra_harp_recording(int mode, std::string_view version,
                                         const std::vector<std::uint32_t>& records,
-                                        double step_ps = 16, std::uint64_t rate_hz = 200'000) {
+                                        double step_ps = 0, std::uint64_t rate_hz = 200'000) {
+  if (step_ps == 0) step_ps = mode == 2 ? 1 : 16;
   constexpr std::size_t rate_at = 696 + 2 * 20;
   OldHeader header(rate_at + 24);
   header.text(0, "HydraHarp 400").text(16, version).text(22, "HydraHarp Software");

@@ -40,6 +40,12 @@ inline std::vector<std::uint32_t> as_t3(const std::vector<Tag>& tags, double res
   return records;
 }
 
+// Sets the value of a tag that a PTU header has.
+template <class Value>
+void set_ptu_tag(std::string& bytes, const std::string& name, Value value) {
+  std::memcpy(&bytes[bytes.find(name) + 40], &value, sizeof value);
+}
+
 // A recording in T3 mode, by splid's header of one in T2 mode with other values.
 struct T3Recording {
   RecordType type = RecordType::hydra_harp_v2_t3;
@@ -54,11 +60,11 @@ struct T3Recording {
     facts.losses_room_bytes = 128;
     const std::vector<std::byte> header = make_ptu_header(facts);
     std::string all(reinterpret_cast<const char*>(header.data()), header.size());
-    set(all, "Measurement_Mode", std::int64_t{3});
-    set(all, "TTResultFormat_TTTRRecType", static_cast<std::int64_t>(type));
-    set(all, "MeasDesc_GlobalResolution", sync_period_s);
-    set(all, "MeasDesc_Resolution", resolution_s);
-    set(all, "MeasDesc_BinningFactor", divider);
+    set_ptu_tag(all, "Measurement_Mode", std::int64_t{3});
+    set_ptu_tag(all, "TTResultFormat_TTTRRecType", static_cast<std::int64_t>(type));
+    set_ptu_tag(all, "MeasDesc_GlobalResolution", sync_period_s);
+    set_ptu_tag(all, "MeasDesc_Resolution", resolution_s);
+    set_ptu_tag(all, "MeasDesc_BinningFactor", divider);
     constexpr std::string_view name{"HWSync_Divider\0\0\0\0\0\0\0\0", 22};
     all.replace(all.find("MeasDesc_BinningFactor"), name.size(), name);
     for (const std::uint32_t record : records) {
@@ -67,12 +73,6 @@ struct T3Recording {
       }
     }
     return all;
-  }
-
- private:
-  template <class Value>
-  static void set(std::string& bytes, const std::string& name, Value value) {
-    std::memcpy(&bytes[bytes.find(name) + 40], &value, sizeof value);
   }
 };
 

@@ -9,6 +9,8 @@
 #include "protocol/error.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/made_recording.hpp"
+#include "tests/support/other_recordings.hpp"
+#include "tests/support/t3_recording.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
@@ -64,6 +66,22 @@ TEST_F(RecordingReaderTest, NoRecordsAreNoTags) {
 TEST_F(RecordingReaderTest, ACountOfZeroReadsToTheEnd) {
   EXPECT_THAT(read(recording(counted(0), {photon_record(1, 5), sync_record(7)})), SizeIs(2));
   EXPECT_THAT(warnings_, ElementsAre(HasSubstr("record count is 0")));
+}
+
+TEST_F(RecordingReaderTest, ANegativeCountReadsToTheEndToo) {
+  std::string content = recording(counted(1), {photon_record(1, 5), sync_record(7)});
+  test::set_ptu_tag(content, "TTResult_NumberOfRecords", std::int64_t{-4'294'957'425});
+  EXPECT_THAT(read(content), ElementsAre(photon_tag(5, 1), sync_tag(7)));
+  EXPECT_EQ(records_, 2U);
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("record count is 0")));
+}
+
+TEST_F(RecordingReaderTest, WhatTheHeaderSaysAndIsNotTakenIsAWarning) {
+  EXPECT_THAT(read(test::pico_harp_recording(2, {1U << 28U | 6U}, 0, 8)),
+              ElementsAre(photon_tag(24, 1)));
+  EXPECT_THAT(warnings_,
+              ElementsAre(AllOf(HasSubstr("made.ptu: the header has a resolution of 0.008 ns"),
+                                HasSubstr("steps of 0.004 ns"))));
 }
 
 TEST_F(RecordingReaderTest, ACountTooLargeReadsToTheEnd) {
