@@ -41,22 +41,6 @@ std::vector<std::int64_t> without_doubles(const std::vector<std::int64_t>& syncs
   return kept;
 }
 
-// Whether the generator began again between two fits: the pattern's starts are then farther from
-// where the fit before expects them than the errors of both fits, and an oscillator that wanders by
-// 0.1 ppm, explain.
-bool began_again(const SyncFit& before, const SyncFit& fit) {
-  constexpr double wander = 1e-7;
-  constexpr double deviations = 10;
-  const double gap_ps = static_cast<double>(saturated_difference(fit.origin_ps, before.origin_ps)) +
-                        fit.phase_ps - before.phase_ps;
-  const double period_ps = (fit.period_ps + before.period_ps) / 2;
-  const double periods = std::round(gap_ps / period_ps);
-  const double std_ps = std::hypot(before.std_phase_ps, fit.std_phase_ps) +
-                        std::abs(periods) * (before.std_period_ps + fit.std_period_ps) / 2;
-  return std::abs(gap_ps - periods * period_ps) >
-         deviations * std_ps + wander * std::abs(gap_ps) + 1;
-}
-
 // Many doubles hide the period in the gaps, so they are taken out where the first try fails.
 std::optional<double> first_period_ps(const std::vector<std::int64_t>& syncs_ps) {
   const auto found = find_sync_period_ps(syncs_ps);
@@ -91,12 +75,7 @@ void SyncSurvey::end_batch() {
   }
   if (clock_ && !batch_ps_.empty()) {
     const auto [first, last] = std::minmax_element(batch_ps_.begin(), batch_ps_.end());
-    const SyncFit fit = clock_->fit(batch_ps_, *first, *last + 1);
-    if (fit.locked) {
-      if (last_.locked && began_again(last_, fit)) period_.cut();
-      period_.add(fit);
-      last_ = fit;
-    }
+    period_.add(clock_->fit(batch_ps_, *first, *last + 1));
   }
   batch_ps_.clear();
 }

@@ -9,7 +9,8 @@
 namespace splid {
 namespace {
 
-SyncFit start_at(long double ps, double period_ps, double std_ps) {
+// Of a frame of so many periods.
+SyncFit start_at(long double ps, double period_ps, double std_ps, std::size_t periods = 10'000) {
   SyncFit fit;
   fit.locked = true;
   fit.origin_ps = static_cast<std::int64_t>(ps);
@@ -17,6 +18,7 @@ SyncFit start_at(long double ps, double period_ps, double std_ps) {
   fit.period_ps = period_ps;
   fit.std_phase_ps = std_ps;
   fit.std_period_ps = 1e-5;
+  fit.count = periods;
   return fit;
 }
 
@@ -29,7 +31,7 @@ MeasuredPeriod period_of(int frames, std::uint64_t seed) {
   RecordingPeriod line;
   for (int f = 0; f < frames; ++f) {
     SyncFit fit = start_at(13228.0L * f * awg_period_ps + 0.2 * noise(random),
-                           awg_period_ps + 1e-5 * noise(random), 0.2);
+                           awg_period_ps + 1e-5 * noise(random), 0.2, 13'228);
     fit.origin_ps += 340'000'000'000'000'000;
     line.add(fit);
   }
@@ -68,6 +70,32 @@ TEST(RecordingPeriod, AGapTooLongToCountAndAClockSetAnewBeginANewLine) {
   play(2e14 + period_ps / 2);
   play(-1e12 + period_ps / 3);
   EXPECT_NEAR(line.period().period_ps, period_ps, 1e-6);
+}
+
+// 5 ns later after 0.9 s would be 5.6e-9 of the period, with a deviation of 1e-14 and less.
+TEST(RecordingPeriod, APauseAndAGeneratorThatBeganAgainBeginANewLine) {
+  constexpr double period_ps = 100'000;
+  for (const double pause_ps : {0.0, 9e11}) {
+    RecordingPeriod line;
+    for (int f = 0; f < 20; ++f) {
+      const double later_ps = f < 10 ? 0 : pause_ps + 5'000;
+      line.add(start_at(1e9 * f + later_ps, period_ps, 0.1));
+    }
+    EXPECT_NEAR(line.period().period_ps, period_ps, 5 * line.period().std_period_ps) << pause_ps;
+    // 0.1 ps sqrt(12 / n) over each line's periods; two lines.
+    EXPECT_NEAR(line.period().std_period_ps / (0.1 * std::sqrt(12.0 / 990) / 1e4 / std::sqrt(2.0)),
+                1, 0.01);
+  }
+}
+
+// Frames by themselves say no more of the period than their syncs do.
+TEST(RecordingPeriod, FramesBetweenPausesAreAveraged) {
+  RecordingPeriod line;
+  for (int f = 0; f < 9; ++f) {
+    line.add(start_at(1e11 * f + 777.0 * f, 100'000 + (f % 3 - 1) * 1e-5, 0.1));
+  }
+  EXPECT_NEAR(line.period().period_ps, 100'000, 1e-9);
+  EXPECT_NEAR(line.period().std_period_ps / (1e-5 / 3), 1, 1e-6);
 }
 
 // Half a turn of wander in the phase: the line is known no better than what is left about it.

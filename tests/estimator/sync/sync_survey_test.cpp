@@ -100,6 +100,29 @@ TEST(SyncSurvey, GoesOnWhereTheGeneratorBeginsAgain) {
   EXPECT_LT(found->std_period_ps, 0.01);
 }
 
+// Whether the pattern played on meanwhile, and how many periods that took, nobody knows: the phases
+// of either side may fit by chance, and then say another period.
+TEST(SyncSurvey, PausesSayNothingOfThePeriod) {
+  for (const double pause_s : {0.5, 2.0, 9.0, 10.1, 30.0, 1000.0}) {
+    for (int eighths = 0; eighths < 8; ++eighths) {
+      SyncStream stream;
+      stream.period_ps = 3'780'007.56;
+      stream.end_ps = 300'000'000'000;
+      std::vector<std::int64_t> syncs_ps = stream.make();
+      stream.begin_ps = stream.end_ps + static_cast<std::int64_t>(pause_s * 1e12);
+      stream.end_ps += stream.begin_ps;
+      stream.phase_ps += stream.period_ps * eighths / 8;
+      stream.seed = 2;
+      for (const std::int64_t sync_ps : stream.make()) syncs_ps.push_back(sync_ps);
+      const auto found = survey_of(syncs_ps);
+      ASSERT_TRUE(found);
+      EXPECT_NEAR(found->period_ps, stream.period_ps, 5 * found->std_period_ps)
+          << pause_s << " s, " << eighths;
+      EXPECT_LT(found->std_period_ps, 1e-3);
+    }
+  }
+}
+
 TEST(SyncSurvey, OfNothingRegularIsNone) {
   EXPECT_FALSE(survey_of({}));
   EXPECT_FALSE(survey_of({1, 2}));
