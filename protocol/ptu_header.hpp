@@ -26,9 +26,8 @@ std::optional<RecordingHeader> parse_ptu_header(std::span<const std::byte> prefi
 
 // What the header of a recording in T3 mode has beyond those of T2.
 struct PtuT3Facts {
-  double sync_period_s = 0;       // between two syncs
-  double resolution_s = 0;        // of the times since a sync
-  std::int64_t sync_divider = 1;  // HWSync_Divider: of so many syncs one was counted
+  double sync_period_s = 0;  // between two syncs
+  double resolution_s = 0;   // of the times since a sync
 };
 
 // What make_ptu_header() writes into a header. Strings are cut at their first NUL.
@@ -38,6 +37,7 @@ struct PtuFacts {
   std::uint64_t record_count = 0;    // in the file
   std::int64_t acquisition_ms = 0;   // length of the recording
   std::int64_t sync_rate_hz = 0;     // mean; 0: not known
+  std::int64_t sync_divider = 1;     // HWSync_Divider: of so many syncs one was recorded
   std::string instrument = "splid";  // HW_Type
   std::string release = "0.0.0";     // of the program: CreatorSW_Version
   std::string comment = "T2 Mode";   // File_Comment

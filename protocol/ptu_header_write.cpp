@@ -109,7 +109,9 @@ void write_measurement(Writer& writer, const PtuFacts& facts) {
   writer.integer("MeasDesc_AcquisitionTime", facts.acquisition_ms);
   writer.real("MeasDesc_Resolution", facts.t3 ? facts.t3->resolution_s : 1e-12);
   writer.real("MeasDesc_GlobalResolution", clock_s);
-  if (facts.t3) writer.integer("HWSync_Divider", facts.t3->sync_divider);
+  if (facts.t3 || facts.sync_divider != 1) {
+    writer.integer("HWSync_Divider", facts.sync_divider);
+  }
   writer.integer("TTResult_SyncRate", facts.sync_rate_hz);
 }
 

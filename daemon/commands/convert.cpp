@@ -8,6 +8,7 @@
 #include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/recording/convert_recording.hpp"
+#include "daemon/recording/loss_words.hpp"
 #include "daemon/service/stop_signals.hpp"
 #include "protocol/error.hpp"
 
@@ -37,8 +38,9 @@ int convert(const ConvertCommand& options) {
     log_warning("stopped; {} was not written", options.output);
     return stopped_exit_code;
   }
-  log_info("{} records in {}, {} mode, {} tags lost", grouped(summary.records), options.output,
-           summary.is_t3 ? "T3" : "T2", grouped(summary.lost_tags));
+  log_info("{} records in {}, {} mode, {}", grouped(summary.records), options.output,
+           summary.is_t3 ? "T3" : "T2",
+           recording::lost_in_words(summary.lost_tags, summary.uncounted_losses));
   return 0;
 }
 

@@ -17,6 +17,7 @@
 #include "daemon/base/progress.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
+#include "daemon/recording/loss_words.hpp"
 #include "daemon/recording/photon_hdf5_reader.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/stream/device_clock.hpp"
@@ -39,6 +40,7 @@ PtuFacts kept_facts(const RecordingHeader& header) {
   facts.instrument = header.text("HW_Type").value_or("unknown");
   facts.release = SPLID_VERSION;
   facts.comment = header.text("File_Comment").value_or("");
+  facts.sync_divider = header.integer("HWSync_Divider").value_or(1);
   facts.least_input = 0;
   facts.pattern_json = header.pattern_json;
   facts.config_json = header.config_json;
@@ -180,6 +182,7 @@ bool convert_t2(Original& original, const std::string& part, Steps& steps, const
   writer.close();
   summary.records = writer.records();
   summary.lost_tags = writer.lost_tags();
+  summary.uncounted_losses = uncounted_losses(writer.losses());
   return true;
 }
 
@@ -196,8 +199,7 @@ bool convert_t3(Original& original, const std::string& part, Steps& steps,
                 ConvertSummary& summary) {
   const RecordingHeader& header = original.header();
   PtuFacts facts = kept_facts(header);
-  facts.t3 = PtuT3Facts{header.sync_period_s, header.resolution_s,
-                        header.integer("HWSync_Divider").value_or(1)};
+  facts.t3 = PtuT3Facts{header.sync_period_s, header.resolution_s};
   facts.sync_rate_hz = std::llround(1 / header.sync_period_s);
   facts.losses = header.losses;
   std::ofstream out(part, std::ios::binary | std::ios::trunc);
@@ -223,7 +225,8 @@ bool convert_t3(Original& original, const std::string& part, Steps& steps,
   out.close();
   if (!out) throw Error(Fault::device, part + ": cannot be written; is the disk full?");
   summary.records = encoder.records();
-  summary.lost_tags = encoder.losses().lost_tags();
+  summary.lost_tags = encoder.losses().lost_tags() + known_lost_tags(header.losses);
+  summary.uncounted_losses = uncounted_losses(facts.losses);
   return true;
 }
 

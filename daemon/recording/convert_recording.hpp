@@ -9,8 +9,10 @@
 namespace splid::recording {
 
 struct ConvertSummary {
-  std::uint64_t records = 0;    // in the new file, overflow records included
-  std::uint64_t lost_tags = 0;  // those that were lost in the recording, and those no record holds
+  std::uint64_t records = 0;  // in the new file, overflow records included
+  // Those that were lost in the recording, and those no record holds; known counts.
+  std::uint64_t lost_tags = 0;
+  std::uint64_t uncounted_losses = 0;  // whose count nobody knows
   bool is_t3 = false;
   bool stopped = false;  // a stop was requested; no file was written
 };

@@ -15,6 +15,7 @@
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
 #include "daemon/recording/encoder_log.hpp"
+#include "daemon/recording/loss_words.hpp"
 #include "daemon/recording/ptu_writer.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/stream/device_clock.hpp"
@@ -114,13 +115,14 @@ RecordSummary record_source(const Config& config, TagSource& source, const std::
   thread.join();
   if (thread.fault()) std::rethrow_exception(thread.fault());
   check_enough(info, extent.seconds(), limit.seconds, stop);
-  return {writer.records(), writer.lost_tags(), writer.bytes(), extent.seconds()};
+  return {writer.records(), writer.lost_tags(), uncounted_losses(writer.losses()), writer.bytes(),
+          extent.seconds()};
 }
 
 std::string in_words(const RecordSummary& summary, const std::string& file) {
-  return fmt::format("{} records ({} bytes, {:.6g} s) in {}, {} tags lost",
-                     grouped(summary.records), grouped(summary.bytes), summary.seconds, file,
-                     grouped(summary.lost_tags));
+  return fmt::format("{} records ({} bytes, {:.6g} s) in {}, {}", grouped(summary.records),
+                     grouped(summary.bytes), summary.seconds, file,
+                     lost_in_words(summary.lost_tags, summary.uncounted_losses));
 }
 
 }  // namespace splid::recording

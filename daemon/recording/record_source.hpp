@@ -14,8 +14,9 @@
 namespace splid::recording {
 
 struct RecordSummary {
-  std::uint64_t records = 0;    // in the file, overflow records included
-  std::uint64_t lost_tags = 0;  // known count; includes tags that no record can hold
+  std::uint64_t records = 0;           // in the file, overflow records included
+  std::uint64_t lost_tags = 0;         // known count; includes tags that no record can hold
+  std::uint64_t uncounted_losses = 0;  // whose count nobody knows
   std::uint64_t bytes = 0;
   double seconds = 0;  // of the tagger's clock, first tag to last
 };

@@ -130,13 +130,35 @@ std::string report_own_facts(const RecordingHeader& header) {
   if (const auto encoder = header.text("Splid_Encoder")) {
     text += "  counts of its encoder are beside it in " + *encoder + "\n";
   }
-  if (header.losses.empty()) return text;
-  std::uint64_t known = 0;
-  for (const Loss& loss : header.losses) {
-    known += static_cast<std::uint64_t>(std::max<std::int64_t>(loss.count, 0));
+  return text;
+}
+
+// Those that its header lists, and those that its records tell of.
+std::string report_losses(const LossSummary& losses) {
+  if (losses.count == 0) return {};
+  return fmt::format(
+      "  losses         {:>15}, {} tags known; losses of an unknown number of tags: {}\n"
+      "  first loss     {:15} ps\n  last loss      {:15} ps\n  longest loss   {:15} ps\n",
+      grouped(losses.count), grouped(losses.known_tags), grouped(losses.uncounted),
+      losses.first_ps.value_or(0), losses.last_ps.value_or(0), losses.longest_ps);
+}
+
+// T2: what the header says of the sync input, and its records may not show. period: of the syncs,
+// where they came by that input.
+std::string report_divided_syncs(const RecordingHeader& header,
+                                 const std::optional<MeasuredPeriod>& period) {
+  const std::int64_t divider = header.integer("HWSync_Divider").value_or(1);
+  if (divider <= 1) return {};
+  std::string text = fmt::format(
+      "  warning: one sync in {} was recorded, as the header has it (HWSync_Divider): the sync "
+      "period "
+      "is then {} pattern periods",
+      divider, divider);
+  if (period) {
+    text += fmt::format(", and a pattern period {:.6f} ps",
+                        period->period_ps / static_cast<double>(divider));
   }
-  return text + fmt::format("  losses         {:>15}, {} tags known\n",
-                            grouped(header.losses.size()), grouped(known));
+  return text + "\n";
 }
 
 // What to do with a recording that has been looked at. syncs: on the channel that has them.
@@ -174,9 +196,14 @@ std::string report_of(const std::string& file) {
   text += report_times(info, duration_s);
   if (t3) {
     text += report_t3(info);
-  } else if (syncs > 0) {
-    text += report_sync_period(survey.finish(), sync.of);
+  } else {
+    const auto period = survey.finish();
+    if (syncs > 0) text += report_sync_period(period, sync.of);
+    // A PicoHarp's sync input is its input 0.
+    const bool by_sync_input = syncs > 0 || info.header.record_type == RecordType::pico_harp;
+    if (sync.of.empty() && by_sync_input) text += report_divided_syncs(info.header, period);
   }
+  text += report_losses(info.losses);
   text += report_own_facts(info.header);
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
   return text + "  next           " + what_next(info, syncs) + "\n";

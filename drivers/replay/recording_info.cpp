@@ -36,6 +36,35 @@ void count(const Tag& tag, RecordingInfo& info) {
   info.last_ps = std::max(*info.last_ps, tag.time_ps);
 }
 
+// The losses that the records tell of; untimed photons, which are `missed` tags, are none.
+class LossesOfRecords {
+ public:
+  explicit LossesOfRecords(LossSummary& summary) : summary_(summary) {}
+
+  void take(const Tag& tag) {
+    if (tag.kind == TagKind::loss_begin && !is_open_) {
+      is_open_ = true;
+      since_ps_ = tag.time_ps;
+    }
+    if (tag.kind == TagKind::loss_end) end(tag.time_ps, tag.value);
+  }
+  // A loss that has not ended reaches to the end.
+  void finish(std::int64_t end_ps) {
+    if (is_open_) end(end_ps, -1);
+  }
+
+ private:
+  void end(std::int64_t end_ps, std::int64_t count) {
+    const std::int64_t begin_ps = is_open_ ? since_ps_ : end_ps;
+    summary_.add({std::min(begin_ps, end_ps), std::max(begin_ps, end_ps), count});
+    is_open_ = false;
+  }
+
+  LossSummary& summary_;
+  bool is_open_ = false;
+  std::int64_t since_ps_ = 0;  // where a loss is open
+};
+
 // "a, b and c"
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -48,6 +77,15 @@ std::string joined(const std::vector<std::string>& names) {
 
 }  // namespace
 
+void LossSummary::add(const Loss& loss) {
+  ++count;
+  if (loss.count < 0) ++uncounted;
+  if (loss.count > 0) known_tags += static_cast<std::uint64_t>(loss.count);
+  first_ps = std::min(first_ps.value_or(loss.begin_ps), loss.begin_ps);
+  last_ps = std::max(last_ps.value_or(loss.begin_ps), loss.begin_ps);
+  longest_ps = std::max(longest_ps, saturated_difference(loss.end_ps, loss.begin_ps));
+}
+
 std::uint64_t RecordingInfo::tags() const {
   return std::accumulate(photons.begin(), photons.end(), std::uint64_t{0}) + syncs +
          std::accumulate(markers.begin(), markers.end(), std::uint64_t{0});
@@ -57,6 +95,8 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags, co
   RecordingInfo info;
   RecordingReader reader(file, [&info](const std::string& text) { info.warnings.push_back(text); });
   info.header = reader.header();
+  for (const Loss& loss : info.header.losses) info.losses.add(loss);
+  LossesOfRecords losses(info.losses);
   std::vector<Tag> block(look_tags);
   std::uint64_t scanned = 0;
   std::optional<std::int64_t> before_ps;
@@ -66,12 +106,14 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags, co
     if (info.whole) break;
     for (const Tag& tag : tags) {
       count(tag, info);
+      losses.take(tag);
       count_step_back(saturated_difference(before_ps.value_or(tag.time_ps), tag.time_ps), info);
       before_ps = tag.time_ps;
     }
     if (see) see(tags);
     scanned += tags.size();
   }
+  losses.finish(info.last_ps.value_or(0));
   info.records = reader.records();
   info.overflow_records = reader.decoder().overflow_records();
   info.unknown_records = reader.decoder().unknown_records();

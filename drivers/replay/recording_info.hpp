@@ -13,6 +13,18 @@
 
 namespace splid {
 
+// The losses of a recording, summed up.
+struct LossSummary {
+  std::uint64_t count = 0;
+  std::uint64_t known_tags = 0;          // the sum of the known counts
+  std::uint64_t uncounted = 0;           // losses whose count nobody knows
+  std::optional<std::int64_t> first_ps;  // begin of the earliest, tagger's clock; absent: no losses
+  std::optional<std::int64_t> last_ps;   // begin of the latest
+  std::int64_t longest_ps = 0;
+
+  void add(const Loss& loss);
+};
+
 // What a recording holds.
 struct RecordingInfo {
   RecordingHeader header;
@@ -28,6 +40,7 @@ struct RecordingInfo {
   std::uint64_t steps_back = 0;             // tags earlier than the tag before them
   std::uint64_t far_steps_back = 0;         // steps back by more than 1 us
   std::int64_t longest_step_back_ps = 0;    // 0: no tag steps back
+  LossSummary losses;                       // that the header lists, and that the records tell of
   bool whole = false;                       // read to the end, not only to max_tags
   std::vector<std::string> warnings;        // sentences for people
 

@@ -169,6 +169,63 @@ TEST_F(ConvertProgram, LostPhotonsOfASpcAreLossesOfThePtu) {
   EXPECT_THAT(scan_recording(converted).header.losses,
               ElementsAre(Loss{3 * 3'780'000, 9 * 3'780'000, -1}));
   EXPECT_EQ(test::read_back(converted).size(), 4U);
+  EXPECT_THAT(result.err, HasSubstr("0 tags lost; losses of an unknown number of tags: 1\n"));
+}
+
+TEST_F(ConvertProgram, TheLossesOfAT3HeaderAreCounted) {
+  test::T3Recording t3;
+  t3.records = {test::t3_photon(1, 10, 3)};
+  std::string bytes = t3.bytes();
+  constexpr std::string_view losses = "500:900:7 1000:1000:5 2000:3000:-1";
+  bytes.replace(bytes.find("Splid_Losses") + 48, losses.size(), losses);
+  const auto result = run_program({"convert", folder.write("a.ptu", bytes), folder.path("b.ptu")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("T3 mode, 12 tags lost; losses of an unknown number of tags: 1"));
+}
+
+// Of which nobody knows the time. For readers that take the largest time for a time like any other,
+// they are photons of their input too.
+TEST_F(ConvertProgram, UntimedPhotonsStayOnTheirInputs) {
+  constexpr std::uint32_t latest = 32'767;
+  // Formats have largest times of their own.
+  const auto without_untimed_times = [](const std::string& file) {
+    std::vector<Tag> tags = test::read_back(file);
+    for (Tag& tag : tags) {
+      if (tag.kind == TagKind::missed) tag.time_ps = 0;
+    }
+    return tags;
+  };
+  const auto is_kept = [&](const std::string& name, const std::string& content) {
+    const std::string file = folder.write(name, content);
+    const std::string converted = folder.path("converted.ptu");
+    const auto result = run_program({"convert", file, converted, "--force"});
+    EXPECT_THAT(result.err, HasSubstr("2 records in")) << name;
+    EXPECT_THAT(result.err, HasSubstr(", T3 mode, 0 tags lost\n")) << name;
+    EXPECT_EQ(without_untimed_times(converted), without_untimed_times(file)) << name;
+    std::string records;
+    for (const std::uint32_t record :
+         {test::t3_photon(3, latest, 5), test::t3_photon(1, 2'000, 6)}) {
+      test::append_little_endian(records, record, 4);
+    }
+    EXPECT_TRUE(test::file_text(converted).ends_with(records)) << name;
+  };
+  test::T3Recording t3;
+  t3.records = {test::t3_photon(3, latest, 5), test::t3_photon(1, 2'000, 6)};
+  is_kept("a.ptu", t3.bytes());
+  is_kept("a.ht3", test::hydra_harp_recording(3, "1.0", t3.records));
+  is_kept("a.pt3", test::pico_harp_recording(
+                       3, {3U << 28U | 4095U << 16U | 5U, 1U << 28U | 2'000U << 16U | 6U}));
+  folder.write("a.set", std::string(test::spc_settings));
+  is_kept("a.spc", test::spc_recording(37'800, {test::spc_invalid | test::spc_photon(5, 7, 3),
+                                                test::spc_photon(6, 4095 - 2'000, 1)}));
+}
+
+TEST_F(ConvertProgram, ADividedSyncStaysSo) {
+  const std::string file =
+      folder.write("a.pt2", test::pico_harp_recording(2, {1U << 28U | 5U, 7U}));
+  ASSERT_EQ(run_program({"convert", file, folder.path("a.ptu")}).exit_code, 0);
+  EXPECT_EQ(scan_recording(folder.path("a.ptu")).header.integer("HWSync_Divider"), 4);
 }
 
 TEST_F(ConvertProgram, CheckSaysWhatEachIs) {

@@ -9,6 +9,7 @@
 
 #include "protocol/ptu_encode.hpp"
 #include "tests/support/made_recording.hpp"
+#include "tests/support/other_recordings.hpp"
 #include "tests/support/sync_stream.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -24,8 +25,10 @@ using ::testing::Not;
 class RecordingReport : public ::testing::Test {
  protected:
   // A recording of these syncs, as sync records or of an input.
-  std::string recording_of(const SyncStream& stream, int input, const std::string& config) const {
+  std::string recording_of(const SyncStream& stream, int input, const std::string& config,
+                           std::int64_t divider = 1) const {
     PtuFacts facts;
+    facts.sync_divider = divider;
     facts.config_json = config;
     PtuEncoder encoder(0);
     std::vector<std::byte> records;
@@ -78,6 +81,47 @@ TEST_F(RecordingReport, SyncsOnAnInputAreFoundWhereItsConfigurationNamesIt) {
   for (const char* other : {"", "{}", R"({"channels":{"sync":"sync"}})", "no JSON"}) {
     EXPECT_THAT(report_of(recording_of(stream, 5, other)), Not(HasSubstr("sync period")));
   }
+}
+
+// One sync in eight, as a recorder's header may say of its sync input.
+TEST_F(RecordingReport, ThePatternPeriodOfDividedSyncsIsSaid) {
+  SyncStream stream;
+  stream.period_ps = 30'240'000;
+  const auto report = [&](std::int64_t divider, int input, const std::string& config) {
+    return report_of(recording_of(stream, input, config, divider));
+  };
+  const std::string divided = report(8, -1, "");
+  EXPECT_THAT(divided, HasSubstr("warning: one sync in 8 was recorded"));
+  const std::string words =
+      "(HWSync_Divider): the sync period is then 8 pattern periods, and a pattern period ";
+  const std::size_t at = divided.find(words);
+  ASSERT_NE(at, std::string::npos) << divided;
+  EXPECT_NEAR(std::stod(divided.substr(at + words.size())), 3'780'000, 1e-3);
+  EXPECT_THAT(report(1, -1, ""), Not(HasSubstr("HWSync_Divider")));
+  EXPECT_THAT(report(8, 5, R"({"channels":{"sync":5}})"), Not(HasSubstr("HWSync_Divider")));
+  const std::string old = folder.write("a.pt2", test::pico_harp_recording(2, {1U << 28U | 5U}));
+  EXPECT_THAT(report_of(old),
+              HasSubstr("(HWSync_Divider): the sync period is then 4 pattern periods\n"));
+}
+
+TEST_F(RecordingReport, LossesAreSaidOfHeadersAndOfRecords) {
+  PtuFacts facts = test::counted(1);
+  facts.losses = {{500, 900, 7}, {3'000, 3'700, -1}};
+  EXPECT_THAT(report_of(folder.write("a.ptu", test::recording(facts, {photon_record(1, 5)}))),
+              HasSubstr("  losses                       2, 7 tags known; losses of an unknown "
+                        "number of tags: 1\n"
+                        "  first loss                 500 ps\n"
+                        "  last loss                 3000 ps\n"
+                        "  longest loss               700 ps\n"));
+  folder.write("a.set", std::string(test::spc_settings));
+  const auto spc = [&](std::uint32_t flag) {
+    return report_of(folder.write(
+        "a.spc", test::spc_recording(
+                     100, {test::spc_photon(3, 4095, 2), flag | test::spc_photon(9, 4095, 2)})));
+  };
+  EXPECT_THAT(spc(test::spc_gap), AllOf(HasSubstr("losses                       1, 0 tags known; "),
+                                        HasSubstr("longest loss             60000 ps")));
+  EXPECT_THAT(spc(0), Not(HasSubstr("loss")));
 }
 
 TEST_F(RecordingReport, StepsBackAreSaidWhateverTheirSize) {

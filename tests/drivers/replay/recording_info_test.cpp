@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "tests/support/made_recording.hpp"
+#include "tests/support/other_recordings.hpp"
 #include "tests/support/real_recording.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -56,6 +59,43 @@ TEST(RecordingInfo, StepsBackAreCounted) {
   EXPECT_EQ(info.steps_back, 3U);
   EXPECT_EQ(info.far_steps_back, 1U);
   EXPECT_EQ(info.longest_step_back_ps, 1'100'000);
+}
+
+TEST(RecordingInfo, LossesOfTheHeaderAreSummedUp) {
+  const test::TempFolder folder;
+  PtuFacts facts = counted(1);
+  facts.losses = {{500, 900, 7}, {2'000, 2'000, 5}, {3'000, 3'700, -1}};
+  const LossSummary losses =
+      scan_recording(folder.write("made.ptu", recording(facts, {photon_record(1, 5)}))).losses;
+  EXPECT_EQ(losses.count, 3U);
+  EXPECT_EQ(losses.known_tags, 12U);
+  EXPECT_EQ(losses.uncounted, 1U);
+  EXPECT_EQ(losses.first_ps, 500);
+  EXPECT_EQ(losses.last_ps, 3'000);
+  EXPECT_EQ(losses.longest_ps, 700);
+}
+
+TEST(RecordingInfo, LossesThatRecordsTellOfAreSummedUp) {
+  const test::TempFolder folder;
+  folder.write("a.set", std::string(test::spc_settings));
+  const auto losses_of = [&](const std::vector<std::uint32_t>& records) {
+    return scan_recording(folder.write("a.spc", test::spc_recording(100, records))).losses;
+  };
+  using test::spc_gap;
+  using test::spc_photon;
+  // The second photon has no time, and is not lost.
+  const LossSummary none =
+      losses_of({spc_photon(3, 4095, 2), test::spc_invalid | spc_photon(4, 1, 2)});
+  EXPECT_EQ(none.count, 0U);
+  EXPECT_FALSE(none.first_ps);
+  const LossSummary two = losses_of({spc_photon(3, 4095, 2), spc_gap | spc_photon(9, 4095, 2),
+                                     spc_photon(20, 4095, 1), spc_gap | spc_photon(22, 4095, 2)});
+  EXPECT_EQ(two.count, 2U);
+  EXPECT_EQ(two.known_tags, 0U);
+  EXPECT_EQ(two.uncounted, 2U);
+  EXPECT_EQ(two.first_ps, 30'000);
+  EXPECT_EQ(two.last_ps, 200'000);
+  EXPECT_EQ(two.longest_ps, 60'000);
 }
 
 TEST(RecordingInfo, NothingInItIsSaid) {
