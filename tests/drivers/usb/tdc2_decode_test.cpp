@@ -148,6 +148,27 @@ TEST(Tdc2Decode, SixtyFourStraysInARowAreANewClock) {
   EXPECT_EQ(tags[66], photon_tag(250, 2));
 }
 
+// They agree where each is up to a second after the one before, or a millisecond before it.
+TEST(Tdc2Decode, StraysThatAreFartherApartAreNoNewClock) {
+  constexpr std::int64_t ms = 256'000'000, s = 1000 * ms;
+  const auto clock_breaks = [](std::int64_t step) {
+    Tdc2Decoder decoder;
+    decode(decoder, {record(32, 1)});
+    decoder.set_horizon(250);
+    std::vector<std::uint64_t> strays;
+    for (std::int64_t k = 0; k < 64; ++k) {
+      strays.push_back(record(static_cast<std::uint64_t>(40 * s + k * step), 1));
+    }
+    const std::vector<Tag> tags = decode(decoder, strays);
+    EXPECT_EQ(count(tags, TagKind::missed), 64U);
+    return count(tags, TagKind::clock_break);
+  };
+  EXPECT_EQ(clock_breaks(s), 1U);
+  EXPECT_EQ(clock_breaks(s + 1), 0U);
+  EXPECT_EQ(clock_breaks(-ms), 1U);
+  EXPECT_EQ(clock_breaks(-ms - 1), 0U);
+}
+
 TEST(Tdc2Decode, ACutRecordAndALackOfRoomAreLeftToTheCaller) {
   std::vector<std::byte> bytes;
   for (std::uint64_t i = 1; i <= 3; ++i) test::append_little_endian(record(32 * i, 15), bytes);
