@@ -1,7 +1,6 @@
 #include "daemon/commands/output_check.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -10,11 +9,6 @@
 #include "protocol/json_value.hpp"
 
 namespace splid {
-namespace {
-
-constexpr std::size_t largest_pattern_bytes = 64U << 20U;
-
-}  // namespace
 
 void OutputCheck::may_replace(const std::string& pointer) {
   inputs_.erase(std::remove_if(inputs_.begin(), inputs_.end(),
@@ -42,7 +36,7 @@ void check_is_pattern_or_new(const std::string& file) {
   std::error_code absent;
   if (!std::filesystem::is_regular_file(file, absent)) return;
   if (std::filesystem::file_size(file, absent) == 0) return;
-  const auto json = json_value_if_any(read_start(file, largest_pattern_bytes));
+  const auto json = json_value_if_any(read_start(file, largest_text_bytes));
   const bool is_pattern = json.is_object() && json.contains("schema") &&
                           json["schema"].is_string() && json["schema"] == "splid.pattern";
   if (is_pattern) return;

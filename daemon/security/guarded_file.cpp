@@ -1,11 +1,9 @@
 #include "daemon/security/guarded_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <deque>
@@ -14,6 +12,7 @@
 #include <utility>
 
 #include "config/hidden_keys.hpp"
+#include "config/read_file.hpp"
 #include "protocol/error.hpp"
 
 namespace splid::security {
@@ -22,9 +21,7 @@ namespace {
 constexpr mode_t writable_by_others = S_IWGRP | S_IWOTH;
 constexpr mode_t open_to_others = S_IRWXG | S_IRWXO;
 
-// Enough for thousands of keys; a larger file is a disk or a device named by mistake, and is
-// refused.
-constexpr std::size_t max_bytes = 1 << 20;
+constexpr std::size_t most_key_bytes = 1 << 20;  // enough for thousands of keys
 
 [[noreturn]] void refuse(const std::string& place, const std::string& what) {
   throw Error(Fault::usage, hide_keys(place + ": " + what));
@@ -34,40 +31,16 @@ constexpr std::size_t max_bytes = 1 << 20;
   refuse(file, "cannot be read: " + std::generic_category().message(errno));
 }
 
-// An open file: its owner and mode are those of the bytes that are read, even if another file gets
-// its name meanwhile.
-class OpenFile {
- public:
-  explicit OpenFile(std::string name)
-      : name_(std::move(name)),
-        // O_NONBLOCK: does not wait for the other end of a pipe.
-        file_(::open(name_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-    if (file_ < 0) refuse_by_errno(name_);
-    if (::fstat(file_, &facts_) != 0) refuse_by_errno(name_);
-    if (!S_ISREG(facts_.st_mode)) refuse(name_, "is no file; name the file itself");
+// Opens the file, and calls `use` with it. What is said of the file hides keys, since a person may
+// have given a key in the place of a file.
+template <class Use>
+std::string with_file(const std::string& name, const Use& use) {
+  try {
+    return use(RegularFile(name));
+  } catch (const Error& error) {
+    throw Error(error.fault(), hide_keys(error.what()));
   }
-  ~OpenFile() { ::close(file_); }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-
-  [[nodiscard]] const struct stat& facts() const { return facts_; }
-
-  [[nodiscard]] std::string read() const {
-    std::string text;
-    std::array<char, 4096> some{};
-    for (ssize_t got = 0; (got = ::read(file_, some.data(), some.size())) != 0;) {
-      if (got < 0) refuse_by_errno(name_);
-      text.append(some.data(), static_cast<std::size_t>(got));
-      if (text.size() > max_bytes) refuse(name_, "has more than 1 MiB; is this a file of keys?");
-    }
-    return text;
-  }
-
- private:
-  std::string name_;
-  int file_;
-  struct stat facts_ {};
-};
+}
 
 bool is_ours(const struct stat& facts) { return facts.st_uid == ::geteuid() || facts.st_uid == 0; }
 
@@ -167,21 +140,27 @@ bool is_credential(const std::string& file) {
 }  // namespace
 
 std::string read_unforgeable_file(const std::string& file) {
-  const OpenFile open(file);
-  check_unforgeable(file, open.facts());
-  return open.read();
+  return with_file(file, [&](const RegularFile& open) {
+    check_unforgeable(file, open.facts());
+    return open.read(most_key_bytes);
+  });
 }
 
 std::string read_secret_file(const std::string& file) {
-  const OpenFile open(file);
-  if (is_credential(file)) return open.read();
-  if ((open.facts().st_mode & open_to_others) != 0) {
-    refuse(file, "is a secret that others than its owner may use (mode " +
-                     octal(open.facts().st_mode) + "); chmod 600 " + file +
-                     ", and make a new key if somebody may have read it");
-  }
-  check_unforgeable(file, open.facts());
-  return open.read();
+  return with_file(file, [&](const RegularFile& open) {
+    if (is_credential(file)) return open.read(most_key_bytes);
+    if ((open.facts().st_mode & open_to_others) != 0) {
+      refuse(file, "is a secret that others than its owner may use (mode " +
+                       octal(open.facts().st_mode) + "); chmod 600 " + file +
+                       ", and make a new key if somebody may have read it");
+    }
+    check_unforgeable(file, open.facts());
+    return open.read(most_key_bytes);
+  });
+}
+
+std::string read_public_file(const std::string& file) {
+  return with_file(file, [](const RegularFile& open) { return open.read(most_key_bytes); });
 }
 
 }  // namespace splid::security

@@ -13,7 +13,6 @@
 #include <system_error>
 
 #include "config/hidden_keys.hpp"
-#include "config/read_file.hpp"
 #include "daemon/security/guarded_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/text.hpp"
@@ -164,7 +163,7 @@ std::string read_public_key(const std::string& text) {
         "the text given looks like a key, but is neither a public key nor a file: a public key "
         "has 40 characters of Z85, and a shell changes some of them unless they are quoted");
   }
-  return is_curve_key(text) ? text : parse_public_key(read_file(text), text);
+  return is_curve_key(text) ? text : parse_public_key(read_public_file(text), text);
 }
 
 }  // namespace splid::security

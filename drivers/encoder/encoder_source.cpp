@@ -14,9 +14,7 @@ namespace {
 
 class EncoderFile final : public EncoderSource {
  public:
-  explicit EncoderFile(std::string file) : file_(std::move(file)), lines_(file_) {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(file_, ignored)) refuse("is a folder");
+  explicit EncoderFile(std::string file) : file_(std::move(file)), lines_(checked(file_)) {
     if (!lines_.is_open()) {
       refuse(std::string("cannot open the encoder's counts: ") + std::strerror(errno));
     }
@@ -50,6 +48,15 @@ class EncoderFile final : public EncoderSource {
       return true;
     }
     return false;
+  }
+
+  // Before the file is opened: a pipe would wait for its other end.
+  [[nodiscard]] const std::string& checked(const std::string& file) const {
+    std::error_code ignored;
+    const bool is_other =
+        std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored);
+    if (is_other) refuse("is no file but a folder, a device, a pipe or a socket");
+    return file;
   }
 
   [[noreturn]] void refuse(const std::string& what) const {

@@ -213,7 +213,7 @@ TEST_F(ConfigTest, FilesThatCannotBeReadAreNamedWithTheirReason) {
   EXPECT_EQ(test::error_text([&] { load_config(missing); }),
             missing + ": cannot be read: No such file or directory");
   EXPECT_THAT(test::error_text([&] { load_config(folder_.path("patterns")); }),
-              HasSubstr("patterns: cannot be read: Is a directory"));
+              HasSubstr("patterns: is no file but a folder"));
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "source": {"driver": "simulator"},
                   "pattern": {"file": "missing.json"}})"),
               StartsWith(folder_.path("c.json") + ": /pattern/file: " + missing + ": cannot be"));

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -62,6 +63,23 @@ class Mistakes : public ::testing::Test {
   test::TempFolder folder;
   std::string config;
 };
+
+// What never ends is not read: /dev/zero took memory until there was none, a pipe waited.
+TEST_F(Mistakes, FilesThatAreNoRegularFilesAreRefused) {
+  ASSERT_EQ(::mkfifo(folder.path("pipe").c_str(), 0600), 0);
+  const auto refusal = [](const std::string& file) {
+    return HasSubstr(file + ": is no file but a folder, a device, a pipe or a socket");
+  };
+  for (const std::string& file : {std::string("/dev/zero"), folder.path("pipe")}) {
+    expect_lasting(write_config("c.json", "", R"("driver":"simulator")", file), refusal(file));
+    expect_lasting(write_config("c.json", R"(,"encoder":{"file":")" + file +
+                                              R"("},"channels":{"encoder":"marker:1"})"),
+                   refusal(file));
+    expect_error({"run", "--config", file}, 2, refusal(file));
+    expect_error({"listen", "--key", file, "--server-key", file}, 2, refusal(file));
+    expect_error({"listen", "--truth", file}, 2, refusal(file));
+  }
+}
 
 TEST_F(Mistakes, NumbersWithUnitsOrSigns) {
   expect_error({"simulate", "--config", config, "--seconds", "10s", "--output", "x.ptu"}, 2,

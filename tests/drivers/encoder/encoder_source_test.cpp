@@ -84,7 +84,7 @@ TEST(EncoderFile, WithoutCountsIsNone) {
   const test::TempFolder folder;
   const char* expected = "the encoder's counts are whole lines of FIRST_INDEX,COUNT[,COUNT...]";
   EXPECT_THAT(error_text([&] { open_encoder_file(folder.path("")); }),
-              ::testing::AllOf(HasSubstr("is a folder; "), HasSubstr(expected)));
+              ::testing::AllOf(HasSubstr("is no file but a folder"), HasSubstr(expected)));
   for (const char* text : {"", "# encoder of a.ptu: index of the first count, counts\n", "0,1"}) {
     EXPECT_THAT(error_text([&] { open_encoder_file(folder.write("empty.csv", text)); }),
                 ::testing::AllOf(HasSubstr("empty.csv: holds no counts; "), HasSubstr(expected)));
