@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <utility>
@@ -10,6 +11,10 @@ namespace splid {
 namespace {
 
 constexpr int end_of_waiter = SIGUSR2;
+
+// `timeout` signals its child and then the child's group, within some milliseconds. Nobody who
+// finds a stop too slow is that quick.
+constexpr std::chrono::milliseconds one_request{200};
 
 sigset_t waited_for(bool hangup) {
   sigset_t set;
@@ -42,14 +47,20 @@ void StopSignals::on_hangup(std::function<void()> action) {
 
 void StopSignals::wait(sigset_t signals) {
   pthread_setname_np(pthread_self(), "signals");
+  std::chrono::steady_clock::time_point asked;
   for (int number = 0; sigwait(&signals, &number) == 0 && number != end_of_waiter;) {
     if (number == SIGHUP) {
       const std::scoped_lock lock(hangup_mutex_);
       if (hangup_) hangup_();
       continue;
     }
-    if (stop_.stop_requested()) std::_Exit(128 + number);
-    stop_.request_stop();
+    const auto now = std::chrono::steady_clock::now();
+    if (!stop_.stop_requested()) {
+      asked = now;
+      stop_.request_stop();
+    } else if (now - asked > one_request) {
+      std::_Exit(128 + number);
+    }
   }
 }
 

@@ -8,8 +8,8 @@
 
 namespace splid {
 
-// Turns SIGINT and SIGTERM into a stop request. A second signal ends the process at once, for
-// people to whom the first was not enough.
+// Turns SIGINT and SIGTERM into a stop request. A second signal, 200 ms after the first or later,
+// ends the process at once, for people to whom the first was not enough.
 //
 // Threads: made before any other thread starts, so that all inherit the blocked signals. Also
 // ignores SIGPIPE: a reader of standard output that leaves is an error of the write.
