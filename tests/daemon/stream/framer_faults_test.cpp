@@ -111,7 +111,7 @@ TEST(Framer, SumsCloseUnderEveryFault) {
 }
 
 TEST(Framer, HowTheStreamIsCutIntoBlocksChangesNothing) {
-  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+  for (int seed = 1; seed <= test::times(40); ++seed) {
     SCOPED_TRACE(seed);
     const std::vector<Tag> tags = faulty_stream(seed);
     FrameCapacity capacity = room_enough;

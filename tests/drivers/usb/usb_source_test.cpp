@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "drivers/usb/tags16_usb.hpp"
+#include "tests/support/sanitized.hpp"
 #include "tests/support/scene_records.hpp"
 #include "tests/support/stream_firmware.hpp"
 #include "tests/support/tags16_sender.hpp"
@@ -412,7 +413,7 @@ TEST_F(UsbSourceOnDouble, UnpluggedAndPluggedInAgain) {
 // 200 cycles take some seconds; scripts/reliability asks for 1,000.
 TEST_F(UsbSourceOnDouble, ManyTimesLeaveNothingBehind) {
   const char* asked = std::getenv("SPLID_USB_CYCLES");
-  const int cycles = asked == nullptr ? 200 : std::stoi(asked);
+  const int cycles = asked == nullptr ? test::times(200) : std::stoi(asked);
   const auto began = std::chrono::steady_clock::now();
   test::SourceRun run(options(), false);
   ASSERT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "plugged in"); }));

@@ -157,8 +157,8 @@ TEST(TurnOfAFrame, ThatIsNoneIsNotSaid) {
   FrameEstimator estimator(made.pattern, {}, {.motion = Motion::accelerating}, {}, made.length_ms,
                            100'000);
   double squares = 0;
-  constexpr int frames = test::times(150);
-  for (std::uint64_t seed = 1; seed <= frames; ++seed) {
+  const int frames = test::times(150);
+  for (int seed = 1; seed <= frames; ++seed) {
     const Estimate e = estimator.estimate(made.make(seed).view());
     ASSERT_EQ(e.status, FrameStatus::ok);
     EXPECT_FALSE(e.jerk_misfit_mps3) << seed;

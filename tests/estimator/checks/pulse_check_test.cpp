@@ -149,7 +149,7 @@ TEST(PulseCheck, SaysOnAverageThatTheConfiguredPulseIsRight) {
       PulseLight light;
       light.photons = photons;
       light.background_per_ns = background;
-      constexpr int draws = test::times(4000);
+      const int draws = test::times(4000);
       const PulseVerdict mean = mean_excess(light, draws);
       EXPECT_LT(mean.std_excess, 0.004 * std::sqrt(4000.0 / draws));
       EXPECT_NEAR(mean.excess, 0, 3.5 * mean.std_excess + 1.5 / photons)

@@ -9,11 +9,9 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <span>
 #include <vector>
 
 #include "estimator/paper/crt.hpp"
-#include "tests/support/sanitized.hpp"
 
 namespace splid::paper {
 namespace {
@@ -129,7 +127,7 @@ TEST(CrtMixedInteger, AgreesWithASolverOfMixedIntegerPrograms) {
   std::mt19937_64 random(4);
   const std::vector<std::vector<double>> all_moduli_ns = {
       {180, 189}, {99.9, 104.1}, {99.937, 104.083}, {70.3, 81.1, 94.7}, {50.1, 61.7, 72.9, 83.3}};
-  for (const std::vector<double>& moduli_ns : std::span(all_moduli_ns).first(test::times(5))) {
+  for (const std::vector<double>& moduli_ns : all_moduli_ns) {
     const double limit_ns = 2000;
     std::uniform_real_distribution<double> delay(0, limit_ns);
     std::normal_distribution<double> error(0, 0.05);

@@ -231,11 +231,11 @@ TEST(BendSearch, FalseAlarmsComeAtMostAtTheRateAskedFor) {
   made.signal_per_pulse = 0;
   EstimatorOptions options;
   options.false_alarm_rate = 0.1;
-  constexpr int frames = test::times(200);
+  const int frames = test::times(200);
   for (const Motion motion : {Motion::accelerating, Motion::automatic}) {
     FrameEstimator estimator = estimator_for(made, motion, options);
     int alarms = 0;
-    for (std::uint64_t seed = 0; seed < frames; ++seed) {
+    for (int seed = 0; seed < frames; ++seed) {
       alarms += estimator.estimate(made.make(seed).view()).has_values ? 1 : 0;
     }
     EXPECT_LE(alarms, 0.1 * frames + 3.1 * std::sqrt(0.09 * frames));

@@ -263,11 +263,11 @@ TEST(SeveralTargets, OneOfATwentiethIsFoundCloseBesideTheOther) {
 TEST(SeveralTargets, OneOfATwentiethSaysHowSurelyItIsNoFlank) {
   const test::FrameMaker bright = scene_of(0, 20, 160e-4);
   FrameEstimator estimator = several(bright, 2);
-  constexpr int frames = test::times(100);
+  const int frames = test::times(100);
   for (const double off_ns : {-0.3, 0.3}) {
     const test::FrameMaker weak = scene_of(off_ns, 20, 8e-4);
     int found = 0;
-    for (std::uint64_t seed = 0; seed < frames; ++seed) {
+    for (int seed = 0; seed < frames; ++seed) {
       const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
       if (e.target_count != 2) continue;
       ++found;
@@ -320,7 +320,7 @@ TEST(SeveralTargets, AWidePulseIsNoTwoTargets) {
       test::FrameMaker made = scene_of(0, 20, signal);
       made.sigma_ns = sigma_ns;
       FrameEstimator estimator = several(made, 3);
-      for (std::uint64_t seed = 0; seed < test::times(100); ++seed) {
+      for (int seed = 0; seed < test::times(100); ++seed) {
         claimed += estimator.estimate(made.make(seed).view()).target_count > 1 ? 1 : 0;
       }
     }

@@ -114,7 +114,7 @@ TEST(CrossingCheck, ThePulseItselfDoesNotPart) {
   int part = 0;
   for (const auto& pulse : pulses) {
     CrossingScene scene;
-    for (std::uint64_t seed = 0; seed < trials; ++seed) {
+    for (int seed = 0; seed < trials; ++seed) {
       scene.see(pulse, seed);
       part += scene.verdict().does_part ? 1 : 0;
     }
@@ -129,7 +129,7 @@ TEST(CrossingCheck, KnowsHowFarTheyPart) {
     CrossingScene scene;
     double delays = 0, travels = 0;
     constexpr int trials = 100;
-    for (std::uint64_t seed = 0; seed < trials; ++seed) {
+    for (int seed = 0; seed < trials; ++seed) {
       scene.see(two_that_part(delay, 2), seed);
       const auto off = scene.parting();
       ASSERT_TRUE(off.has_value());

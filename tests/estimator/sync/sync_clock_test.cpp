@@ -102,7 +102,7 @@ TEST(SyncClock, MissingSyncsAreCountedByTime) {
 
 TEST(SyncClock, GapsTooLongToCountAtFirstCountOnceThePeriodIsKnownBetter) {
   // 2000 periods between syncs: at 500 ppm that is one more or less.
-  for (std::uint64_t seed = 1; seed <= test::times(20); ++seed) {
+  for (int seed = 1; seed <= test::times(20); ++seed) {
     SyncStream stream;
     stream.missing = 0.9995;
     stream.jitter_ps = 200;
