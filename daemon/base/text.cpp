@@ -11,7 +11,7 @@
 namespace splid {
 namespace {
 
-constexpr double ps_per_ns = 1000;
+constexpr double ps_in_a_ns = 1000;
 
 double closest_spacing_ps(const PatternSegment& segment) {
   const std::vector<double>& times = segment.pulse_times_ps;
@@ -45,8 +45,8 @@ std::string describe_pattern(const Pattern& pattern) {
   return fmt::format(
       "{}, {} pulses in {:.10g} ns, unambiguous to {:.6g} m, closest pulses {:.6g} ns apart",
       to_string(pattern.mode), grouped(pulses_per_period(pattern)),
-      pattern_period_ps(pattern) / ps_per_ns,
-      speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12, closest_ps / ps_per_ns);
+      pattern_period_ps(pattern) / ps_in_a_ns,
+      speed_of_light_mps / 2 * pattern.unambiguous_delay_ps * 1e-12, closest_ps / ps_in_a_ns);
 }
 
 std::string in_words(const awg::Uploaded& uploaded) {
