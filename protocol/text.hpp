@@ -19,6 +19,12 @@ inline std::string_view trimmed(std::string_view text, std::string_view characte
   return text.substr(begin, text.find_last_not_of(characters) + 1 - begin);
 }
 
+// The text without the byte order mark that some editors put before UTF-8.
+inline std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view mark = "\xef\xbb\xbf";
+  return text.starts_with(mark) ? text.substr(mark.size()) : text;
+}
+
 // Absent where the text is not exactly one whole number in decimal digits that 64 bits hold.
 inline std::optional<std::int64_t> whole_number(std::string_view text) {
   std::int64_t value = 0;

@@ -22,6 +22,7 @@
 #include "protocol/pattern_json.hpp"
 #include "protocol/recording_format.hpp"
 
+#include "protocol/text.hpp"
 namespace splid {
 namespace {
 
@@ -38,8 +39,7 @@ constexpr const char* checked_kinds = "a configuration, a pattern or a recording
 // Whether a text begins like JSON. An editor may have put a byte-order mark before the brace, which
 // the JSON parser accepts.
 bool begins_with_brace(std::string_view text) {
-  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
-  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  text = without_byte_order_mark(text);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string_view::npos && text[first] == '{';
 }

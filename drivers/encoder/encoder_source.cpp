@@ -8,6 +8,7 @@
 
 #include "drivers/source.hpp"
 #include "protocol/error.hpp"
+#include "protocol/text.hpp"
 
 namespace splid {
 namespace {
@@ -37,6 +38,7 @@ class EncoderFile final : public EncoderSource {
       ++number_;
       // A recorder that was killed may have left half a line, whose last count is then wrong.
       if (lines_.eof()) return false;
+      if (number_ == 1) line = without_byte_order_mark(line);
       std::optional<EncoderBatch> parsed = parse_encoder_line(line);
       if (!parsed) {
         throw Error(Fault::data, file_ + ": line " + std::to_string(number_) + ": \"" +

@@ -13,6 +13,17 @@ constexpr std::int64_t pause_ps = 100'000'000'000;
 constexpr double early_or_late = 0.25;
 constexpr double most_ahead_s = 2;
 
+constexpr std::int64_t counter_turn = std::int64_t{1} << 32;
+
+// What a counter of 32 bits misses that has passed its end between two values; 0: it has not. No
+// encoder moves by half of such a counter's range between two samples.
+std::int64_t passed_between(std::int64_t before, std::int64_t after) {
+  constexpr std::int64_t half = counter_turn / 2;
+  const std::int64_t step = saturated_difference(after, before);
+  if (step < -half && step > -3 * half) return counter_turn;
+  return step > half && step < 3 * half ? -counter_turn : 0;
+}
+
 // The most counts that may wait for their markers: an hour at 1 kHz. By then no marker will come.
 constexpr std::size_t most_waiting = 1 << 22;
 
@@ -66,6 +77,20 @@ bool EncoderJoin::is_regular(std::int64_t time_ps) const {
   return std::abs(static_cast<double>(since_ps) - gap_ps) <= early_or_late * gap_ps;
 }
 
+// A value in the upper half of the counter's range, of a counter that then passes its end upwards,
+// was below 0: so are the counts of the run that still wait.
+void EncoderJoin::Run::add(std::int64_t value) {
+  if (!first_value) first_value = last_value = value;
+  const std::int64_t more = passed_between(last_value, value);
+  if (more > 0 && passed == 0 && *first_value >= counter_turn / 2) {
+    for (std::int64_t& count : counts) count = saturated_difference(count, counter_turn);
+    passed = -counter_turn;
+  }
+  passed = saturated_sum(passed, more);
+  last_value = value;
+  counts.push_back(saturated_sum(value, passed));
+}
+
 void EncoderJoin::take_counts(const EncoderBatch& batch) {
   if (batch.overrun && count_run_ > 0) runs_[count_run_].whole = false;
   if (batch.counts.empty()) return;
@@ -80,7 +105,7 @@ void EncoderJoin::take_counts(const EncoderBatch& batch) {
   const auto found = runs_.find(count_run_);
   if (found == runs_.end() || !found->second.whole || lost_step_) return;
   std::deque<std::int64_t>& counts = found->second.counts;
-  counts.insert(counts.end(), batch.counts.begin(), batch.counts.end());
+  for (const std::int64_t count : batch.counts) found->second.add(count);
   if (counts.size() > most_waiting) {
     found->second.whole = false;
     counts.clear();

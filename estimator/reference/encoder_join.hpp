@@ -70,6 +70,12 @@ class EncoderJoin {
     bool whole = true;             // without gap since index 0
     std::int64_t first_index = 0;  // index of counts.front(); earlier counts are no longer needed
     std::deque<std::int64_t> counts;
+    // The counter's first and last value, and what it misses since it passed its end of 32 bits.
+    std::optional<std::int64_t> first_value;
+    std::int64_t last_value = 0;
+    std::int64_t passed = 0;
+
+    void add(std::int64_t value);
   };
 
   void take_marker(std::int64_t time_ps);

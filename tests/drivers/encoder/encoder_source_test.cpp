@@ -69,6 +69,16 @@ TEST(EncoderFile, LinesInTheirOrder) {
   EXPECT_FALSE(source->live());
 }
 
+TEST(EncoderFile, MayBeginWithAByteOrderMark) {
+  const test::TempFolder folder;
+  for (const char* text : {"\xef\xbb\xbf# a rail\r\n0,5\r\n",
+                           "\xef\xbb\xbf"
+                           "0,5\n"}) {
+    const auto source = open_encoder_file(folder.write("counts.csv", text));
+    EXPECT_THAT(all(*source), ElementsAre(EncoderBatch{0, {5}}));
+  }
+}
+
 TEST(EncoderFile, WhatIsWrongHasItsPlace) {
   const test::TempFolder folder;
   const std::string file = folder.write("counts.csv", "0,5\n1;6\n");

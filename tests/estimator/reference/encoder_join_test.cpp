@@ -73,6 +73,59 @@ TEST(EncoderJoin, PositionAtMidFrameAndItsSlope) {
   }
 }
 
+// Two frames of a counter of 32 bits that goes by `step` a sample from `first` on. Their positions
+// must be those of counts from `counted_from` on.
+void expect_unwrapped(std::int64_t first, std::int64_t step, std::int64_t counted_from,
+                      bool is_signed = false) {
+  Bench bench;
+  bench.quiet_frames(2);
+  const std::int64_t start_ps = bench.now_ps;
+  EncoderBatch batch;
+  for (std::int64_t i = 0; i < 100; ++i) {
+    const auto value = static_cast<std::uint32_t>(first + step * i);
+    batch.counts.push_back(is_signed ? static_cast<std::int32_t>(value) : std::int64_t{value});
+  }
+  bench.join.take_counts(batch);
+  for (int frame = 0; frame < 2; ++frame) {
+    bench.frame(start_ps);
+    const auto position = bench.join.position();
+    ASSERT_TRUE(position) << bench.join.fault();
+    const double counts =
+        static_cast<double>(counted_from) + static_cast<double>(step) * (25 + 50 * frame);
+    EXPECT_NEAR(position->distance_m, 10 - 0.001 * counts, 1e-6) << first << " " << step;
+    EXPECT_NEAR(position->velocity_mps, -static_cast<double>(step), 1e-6) << first << " " << step;
+  }
+}
+
+TEST(EncoderJoin, ACounterOf32BitsMayPassItsEnd) {
+  constexpr std::int64_t turn = std::int64_t{1} << 32;
+  // From below 0 and from above, upwards and downwards.
+  expect_unwrapped(turn - 810, 30, -810);
+  expect_unwrapped(turn - 2'100, 30, -2'100);
+  expect_unwrapped(810, -30, 810);
+  expect_unwrapped(turn / 2 - 200'000'000, 50'000'000, turn / 2 - 200'000'000);
+  // Through the middle of its range, which is the end of a counter with a sign.
+  expect_unwrapped(turn / 2 - 100, 3'000'000, turn / 2 - 100);
+  expect_unwrapped(turn / 2 - 1'000, 30, turn / 2 - 1'000, true);
+}
+
+// Of a counter that moves by less than half of 32 bits a sample, and by more than one and a half.
+TEST(EncoderJoin, ALargeCountIsNoEnd) {
+  constexpr std::int64_t half_turn = std::int64_t{1} << 31;
+  for (const std::int64_t step : {half_turn, -half_turn, 3 * half_turn, -3 * half_turn}) {
+    Bench bench;
+    bench.quiet_frames(2);
+    constexpr std::int64_t first = std::int64_t{1} << 40;
+    EncoderBatch batch;
+    for (std::int64_t i = 0; i < 50; ++i) batch.counts.push_back(first + step * i);
+    bench.join.take_counts(batch);
+    bench.frame(bench.now_ps);
+    const auto position = bench.join.position();
+    ASSERT_TRUE(position) << bench.join.fault();
+    EXPECT_NEAR(position->distance_m, 10 - 0.001 * static_cast<double>(first + 25 * step), 1e-3);
+  }
+}
+
 TEST(EncoderJoin, CountsMayComeLate) {
   Bench bench;
   bench.quiet_frames(2);
