@@ -96,5 +96,44 @@ TEST_F(BridgeProgram, AFilesTagsBecomeFrames) {
   EXPECT_NEAR((*found)["photons"], 13'228, 1);
 }
 
+TEST_F(BridgeProgram, AFilesMarkHeaderAndCommasAreNoTags) {
+  address = "unix:" + folder.path("file.sock");
+  {
+    std::ofstream tags(folder.path("tags.csv"));
+    tags << "\xef\xbb\xbftime_ps,channel\r\n";
+    for (std::int64_t i = 0; i < 40'000; ++i) {
+      tags << i * 3'780'000 << ",8\r\n" << i * 3'780'000 + 666'000 << ", 1\r\n";
+    }
+  }
+  const Program bridge = python("drivers/bridge/python/file_bridge.py",
+                                {"--listen", address, folder.path("tags.csv")});
+  const Program splid({"run", "--config", config()});
+  sockets::Subscriber frames(endpoint, {"frame"});
+  const auto found = frame(frames, [](const json& f) { return f["seen_fraction"] == 1; });
+  ASSERT_TRUE(found) << bridge.err() << splid.err();
+  EXPECT_EQ((*found)["photons"], (*found)["sync"]["count"]);
+  EXPECT_NEAR((*found)["photons"], 13'228, 1);
+}
+
+TEST_F(BridgeProgram, AFileThatCannotBeServedIsSaidAtOnce) {
+  const std::string file = folder.path("tags.txt");
+  const auto said = [&](const std::string& content) {
+    folder.write("tags.txt", content);
+    Program bridge = python("drivers/bridge/python/file_bridge.py",
+                            {"--listen", "unix:" + folder.path("file.sock"), file});
+    const auto result = bridge.wait();
+    EXPECT_EQ(result.exit_code, 1) << content;
+    EXPECT_THAT(result.err, testing::StartsWith(file + ": "));
+    return result.err;
+  };
+  EXPECT_EQ(said("5 8\n7 1\n6 1\n9 1\n"),
+            file +
+                ": tag 3, at 6 ps, follows a tag at 7 ps; sort the file by time, as sort -n does"
+                "\n");
+  for (const char* content : {"5 8\n7 x\n", "5 8\n7.5 1\n", "5 8 1\n6 8 1\n", "5 8\n6\n"}) {
+    EXPECT_THAT(said(content), testing::HasSubstr("each line must be TIME_PS CHANNEL"));
+  }
+}
+
 }  // namespace
 }  // namespace splid
