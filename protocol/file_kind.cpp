@@ -22,6 +22,11 @@ constexpr std::string_view t3_next =
     "own times, which are the pattern's clock, and no program brings them back";
 constexpr std::string_view counts_next =
     "record again in T2 mode, as PTU: no program brings single photons back";
+constexpr std::string_view sdt_next =
+    "it holds curves and no photons: record again in the FIFO mode, as .spc, with the settings "
+    "(.set) saved beside it";
+constexpr std::string_view set_next =
+    "name the recording beside it (.spc), which splid reads together with it";
 constexpr std::string_view swabian_next =
     "have the FileReader of Swabian's Python module TimeTagger write its times as text, and make a "
     "PTU of that (docs/guide/recording.md, \"Recordings of other kinds\")";
@@ -64,6 +69,8 @@ constexpr std::array endings = {
     Mark{"", ".ttbin"sv, {"a Swabian Time Tagger file by its name", swabian_next}},
     Mark{"", ".t3r"sv, {"a TimeHarp recording in T3 mode by its name", t3_next}},
     Mark{"", ".ts"sv, {"an S-Fifteen file of time stamps by its name", text_next}},
+    Mark{"", ".sdt"sv, {"a Becker & Hickl file of measured curves by its name", sdt_next}},
+    Mark{"", ".set"sv, {"the settings of a Becker & Hickl module by its name", set_next}},
     Mark{"", ".phu"sv, {"a PicoQuant histogram by its name", counts_next}},
     Mark{"", ".h5"sv, no_hdf5_kind},
     Mark{"", ".hdf5"sv, no_hdf5_kind},

@@ -17,12 +17,13 @@
 #include "daemon/service/memory.hpp"
 #include "daemon/service/start_check.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
+#include "drivers/replay/recording_reader.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/recording_format.hpp"
-
 #include "protocol/text.hpp"
+
 namespace splid {
 namespace {
 
@@ -36,8 +37,7 @@ struct CheckCommand {
 
 constexpr const char* checked_kinds = "a configuration, a pattern or a recording";
 
-// Whether a text begins like JSON. An editor may have put a byte-order mark before the brace, which
-// the JSON parser accepts.
+// Whether a text begins like JSON. The JSON parser accepts a byte order mark before the brace.
 bool begins_with_brace(std::string_view text) {
   text = without_byte_order_mark(text);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -104,6 +104,7 @@ int check(const CheckCommand& options) {
                                   ": is a folder; check takes one file of it, and batch "
                                   "measures all its recordings");
   }
+  require_seekable(options.file);
   const std::string start = read_start(options.file, start_bytes);
   if (!start.empty() && format_of(start, options.file)) {
     std::fputs(recording::report_of(options.file).c_str(), stdout);

@@ -102,6 +102,7 @@ class PhotonHdf5 final : public Original {
 std::unique_ptr<Original> open_original(const std::string& file, const std::stop_token& stop) {
   if (begins_as_hdf5(file)) return std::make_unique<PhotonHdf5>(file, stop);
   const RecordingHeader header = RecordingReader(file, [](const std::string&) {}).header();
+  require_seekable(file);
   const auto period_ps = static_cast<double>(whole_period_ps(header));
   return std::make_unique<RecordingFile>(file, header.is_t3 ? period_ps : 0);
 }

@@ -1,9 +1,11 @@
 #include "drivers/replay/recording_reader.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -29,13 +31,31 @@ constexpr std::size_t most_settings_bytes = 1 << 20;
 // and 64 KiB of losses. A header that has no end after 64 MiB is taken for none.
 constexpr std::size_t max_header_bytes = 64 << 20;
 
+std::string in_capitals(std::string_view text) {
+  std::string all(text);
+  std::transform(all.begin(), all.end(), all.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return all;
+}
+
 }  // namespace
+
+void require_seekable(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return;
+  if (!S_ISFIFO(status.st_mode) && !S_ISSOCK(status.st_mode) && !S_ISCHR(status.st_mode)) return;
+  throw Error(Fault::data, file +
+                               ": is a pipe or a device, which can be read only once, and splid "
+                               "reads a file from its beginning more than once; write it to a file "
+                               "first, and name that file");
+}
 
 RecordingReader::RecordingReader(std::string file, Warn warn, double period_ps)
     : file_(std::move(file)),
       warn_(std::move(warn)),
       period_ps_(period_ps),
       buffer_(reader_buffer_bytes) {
+  require_seekable(file_);
   descriptor_ = ::open(file_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) {
     throw Error(Fault::data, file_ + ": cannot open the recording: " + std::strerror(errno) +
@@ -94,7 +114,9 @@ std::optional<RecordingHeader> RecordingReader::header_of(std::span<const std::b
 std::string RecordingReader::settings_beside(RecordingFormat format) const {
   const std::string_view ending = settings_ending(format);
   if (ending.empty()) return {};
-  std::ifstream in(std::filesystem::path(file_).replace_extension(ending), std::ios::binary);
+  const std::filesystem::path file = file_;
+  std::ifstream in(std::filesystem::path(file).replace_extension(ending), std::ios::binary);
+  if (!in) in.open(std::filesystem::path(file).replace_extension(in_capitals(ending)));
   std::string text(most_settings_bytes, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));

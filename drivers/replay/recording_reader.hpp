@@ -15,6 +15,10 @@
 
 namespace splid {
 
+// A recording is read more than once, first for its header. Errors: Error(Fault::data) where `file`
+// is a pipe, a socket or a terminal, of which nothing is read.
+void require_seekable(const std::string& file);
+
 // Reads a recording of any format that splid knows (protocol/recording_format.hpp) from its
 // beginning to its end, however large, in 1 MiB of memory. The tags are as the format's decoder
 // gives them.
@@ -23,8 +27,8 @@ namespace splid {
 // is read up to its end. Bytes after the last counted record are left out. Each of these cases, and
 // a last record that is cut off, gives one warning.
 //
-// Threads: one. Errors: Error(Fault::data) with the file and the byte offset. No allocation after
-// construction but for warnings.
+// Threads: one. Errors: as require_seekable(); Error(Fault::data) with the file and the byte
+// offset. No allocation after construction but for warnings.
 class RecordingReader {
  public:
   using Warn = std::function<void(const std::string&)>;

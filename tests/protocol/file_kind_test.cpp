@@ -49,6 +49,10 @@ TEST(FileKind, IsToldByTheNameWhereNothingElseTells) {
   EXPECT_EQ(what("PQTTTR", "a.spc"), "a PTU recording");
   EXPECT_EQ(what("", ""), "not known");
   EXPECT_THAT(what("\x01\x02\x03", "a.ts"), HasSubstr("S-Fifteen"));
+  EXPECT_THAT(what("\x01\x02\x03", "a.SDT"), HasSubstr("Becker & Hickl file of measured curves"));
+  EXPECT_THAT(misplaced_file("\x01", "a.sdt", "a recording"),
+              HasSubstr("record again in the FIFO mode, as .spc"));
+  EXPECT_THAT(what("*IDENT", "a.set"), HasSubstr("settings of a Becker & Hickl module"));
   EXPECT_EQ(what("hello", "a.txt"), "not known");
 }
 

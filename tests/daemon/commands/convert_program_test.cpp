@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <cstdint>
@@ -226,6 +227,30 @@ TEST_F(ConvertProgram, ADividedSyncStaysSo) {
       folder.write("a.pt2", test::pico_harp_recording(2, {1U << 28U | 5U, 7U}));
   ASSERT_EQ(run_program({"convert", file, folder.path("a.ptu")}).exit_code, 0);
   EXPECT_EQ(scan_recording(folder.path("a.ptu")).header.integer("HWSync_Divider"), 4);
+}
+
+TEST_F(ConvertProgram, APipeIsSaidToBeOne) {
+  const std::string pipe = folder.path("a.ptu");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"check", pipe},
+        {"convert", pipe, folder.path("b.ptu")},
+        {"replay", pipe, "--config", config, "--no-publish"}}) {
+    const auto result = run_program(arguments);
+    EXPECT_EQ(result.exit_code, 4) << arguments.front();
+    EXPECT_THAT(result.err, HasSubstr(pipe + ": is a pipe or a device, which can be read only "
+                                             "once"))
+        << arguments.front();
+  }
+}
+
+TEST_F(ConvertProgram, SettingsInCapitalsAreFound) {
+  folder.write("A.SET", std::string(test::spc_settings));
+  const std::string spc =
+      folder.write("A.SPC", test::spc_recording(100, {test::spc_photon(1, 1, 1)}));
+  EXPECT_THAT(run_program({"check", spc}).out, HasSubstr("T3, 8 ps a tick"));
+  folder.write("A.set", "[SP_TAC_R,F,1.31072e-07] [SP_TAC_G,I,2]");
+  EXPECT_THAT(run_program({"check", spc}).out, HasSubstr("T3, 16 ps a tick"));
 }
 
 TEST_F(ConvertProgram, CheckSaysWhatEachIs) {
