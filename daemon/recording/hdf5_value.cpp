@@ -51,6 +51,14 @@ std::optional<double> hdf5_number(hid_t file, const std::string& path) {
   return value;
 }
 
+std::uint64_t hdf5_values(hid_t file, const std::string& path) {
+  const hid_t found = H5Dopen2(file, path.c_str(), H5P_DEFAULT);
+  if (found < 0) return 0;
+  const Hdf5Handle data(found, H5Dclose);
+  const Hdf5Handle space(H5Dget_space(data), H5Sclose);
+  return static_cast<std::uint64_t>(std::max<hssize_t>(H5Sget_simple_extent_npoints(space), 0));
+}
+
 std::optional<std::string> hdf5_text(hid_t file, const std::string& path) {
   const hid_t found = H5Dopen2(file, path.c_str(), H5P_DEFAULT);
   if (found < 0) return std::nullopt;

@@ -2,6 +2,7 @@
 
 #include <hdf5.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -14,6 +15,9 @@ namespace splid::recording {
 
 // A data set that holds one whole or real number. path: from the root, without a slash before it.
 std::optional<double> hdf5_number(hid_t file, const std::string& path);
+
+// How many values the data set of that name has, of any kind.
+std::uint64_t hdf5_values(hid_t file, const std::string& path);
 
 // A data set that holds one text, of fixed or variable length, up to its first NUL.
 std::optional<std::string> hdf5_text(hid_t file, const std::string& path);

@@ -20,17 +20,20 @@ constexpr double coarse_s = 1e-9;
 // rates are counted in whole hertz.
 constexpr double most_rate_error = 1e-3;
 
+// Times in ps stay as far below 2^63 as a frame's do.
+constexpr double most_time_ps = 0x1p63 - 0x1p54;
+constexpr double sorted_within_s = 1e-6;
+
+// The largest time since its sync that a T3 record tells: the next one stands for any later time.
+constexpr std::int64_t most_t3_steps = 32'766;
+constexpr std::int64_t most_nanotime = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t looked_at_once = 65'536;
+
 [[noreturn]] void refuse_photons(const std::string& what) { throw Error(Fault::data, what); }
 
 // Whether it is a table that splid wrote.
 bool is_frame_table(hid_t file) {
   return hdf5_attribute(file, "frames", "schema") == "splid.frame";
-}
-
-// A nanotime that a record can hold; none that is real is past it.
-std::uint32_t nanotime_of(std::int64_t value) {
-  return static_cast<std::uint32_t>(
-      std::clamp<std::int64_t>(value, 0, std::numeric_limits<std::uint32_t>::max()));
 }
 
 std::int32_t detector_of(std::int64_t value) {
@@ -122,11 +125,21 @@ void PhotonHdf5File::open_array(Array& array, const char* name) const {
   array.data = std::make_unique<Hdf5Handle>(H5Dopen2(*file_, array.path.c_str(), access), H5Dclose);
 }
 
-double PhotonHdf5File::needed_number(const std::string& path) const {
+// Absent where there is nothing of that name.
+std::optional<double> PhotonHdf5File::number_at(const std::string& path) const {
   const std::string whole = group_ + "/" + path;
   const auto number = hdf5_number(*file_, whole);
-  if (!number) refuse_photons("has no number /" + whole + ", without which it cannot be read");
-  return *number;
+  if (number || !hdf5_has(*file_, whole)) return number;
+  const std::uint64_t values = hdf5_values(*file_, whole);
+  if (values == 1) refuse_photons("/" + whole + " is no number");
+  refuse_photons("/" + whole + " is an array of " + std::to_string(values) +
+                 " values, and the format has one number there; write that number with h5py");
+}
+
+double PhotonHdf5File::needed_number(const std::string& path) const {
+  const auto number = number_at(path);
+  if (number) return *number;
+  refuse_photons("has no number /" + group_ + "/" + path + ", without which it cannot be read");
 }
 
 void PhotonHdf5File::read_times(const Warn& warn) {
@@ -135,7 +148,9 @@ void PhotonHdf5File::read_times(const Warn& warn) {
     refuse_photons("/" + group_ + "/timestamps_specs/timestamps_unit is " + number_text(unit_s) +
                    " s; it must be from 1e-12 to 1 s");
   }
-  if (nanotimes_.values) return read_syncs(unit_s);
+  most_timestamp_ = static_cast<std::int64_t>(most_time_ps / (unit_s * 1e12));
+  most_step_back_ = static_cast<std::int64_t>(sorted_within_s / unit_s);
+  if (nanotimes_.values) return read_syncs(unit_s, warn);
   if (unit_s > 1e-3) {
     refuse_photons("/" + group_ + "/timestamps_specs/timestamps_unit is " + number_text(unit_s) +
                    " s, and there are no nanotimes; such photons have no place in a pattern");
@@ -148,9 +163,10 @@ void PhotonHdf5File::read_times(const Warn& warn) {
   }
 }
 
-void PhotonHdf5File::read_syncs(double unit_s) {
-  const std::string path = group_ + "/measurement_specs/laser_repetition_rate";
-  const auto rate_hz = hdf5_number(*file_, path);
+void PhotonHdf5File::read_syncs(double unit_s, const Warn& warn) {
+  const std::string name = "measurement_specs/laser_repetition_rate";
+  const std::string path = group_ + "/" + name;
+  const auto rate_hz = number_at(name);
   if (!rate_hz) {
     refuse_photons("has nanotimes and no /" + path +
                    ", so that nothing tells whether its timestamps count the laser's pulses. If "
@@ -172,10 +188,32 @@ void PhotonHdf5File::read_syncs(double unit_s) {
   header_.is_t3 = true;
   header_.sync_period_s = unit_s;
   header_.resolution_s = step_s;
-  const double bins = hdf5_number(*file_, group_ + "/nanotimes_specs/tcspc_num_bins").value_or(0);
+  const double bins = number_at("nanotimes_specs/tcspc_num_bins").value_or(0);
   const double most_bins = std::ldexp(1.0, 8 * static_cast<int>(nanotimes_.value_bytes));
   header_.time_steps =
       static_cast<std::uint64_t>(bins >= 1 && bins < most_bins ? bins : std::min(most_bins, 1e18));
+  fit_nanotimes(warn);
+}
+
+// Makes the records' steps so coarse that they hold the largest nanotime.
+void PhotonHdf5File::fit_nanotimes(const Warn& warn) {
+  std::int64_t most = 0;
+  for (std::uint64_t first = 0; first < header_.record_count; first += looked_at_once) {
+    const std::uint64_t left = header_.record_count - first;
+    read_block(nanotimes_, first, static_cast<std::size_t>(std::min(left, looked_at_once)));
+    most = std::max(most, *std::max_element(nanotimes_.block.begin(), nanotimes_.block.end()));
+  }
+  nanotime_steps_ = (std::min(most, most_nanotime) + most_t3_steps - 1) / most_t3_steps;
+  nanotime_steps_ = std::max<std::int64_t>(nanotime_steps_, 1);
+  if (nanotime_steps_ == 1) return;
+  const double step_s = header_.resolution_s;
+  header_.resolution_s *= static_cast<double>(nanotime_steps_);
+  header_.time_steps = std::min<std::uint64_t>(
+      header_.time_steps / static_cast<std::uint64_t>(nanotime_steps_), most_t3_steps);
+  warn(nanotimes_.path + " goes up to " + std::to_string(most) + ", and a T3 record of a PTU to " +
+       std::to_string(most_t3_steps) + ": photons get steps of " +
+       number_text(header_.resolution_s * 1e12) + " ps instead of " + number_text(step_s * 1e12) +
+       " ps");
 }
 
 // What a PTU says too, under a PTU's names.
@@ -198,10 +236,10 @@ void PhotonHdf5File::add_texts() {
   }
 }
 
-void PhotonHdf5File::read_block(Array& array, std::size_t values) const {
+void PhotonHdf5File::read_block(Array& array, std::uint64_t begin, std::size_t values) const {
   array.block.assign(values, 0);
   if (!array.data) return;
-  const hsize_t first = taken_;
+  const hsize_t first = begin;
   const hsize_t count = values;
   const Hdf5Handle memory(H5Screate_simple(1, &count, nullptr), H5Sclose);
   const Hdf5Handle space(H5Dget_space(*array.data), H5Sclose);
@@ -210,19 +248,57 @@ void PhotonHdf5File::read_block(Array& array, std::size_t values) const {
     return;
   }
   refuse_photons(
-      name_ + ": " + array.path + " cannot be read from value " + std::to_string(taken_) +
+      array.path + " cannot be read from value " + std::to_string(begin) +
       " on: it is cut or damaged there, or packed by a filter that Debian's HDF5 library "
       "does not have; where h5dump reads it, h5repack -f GZIP=5 packs it anew");
 }
 
+void PhotonHdf5File::refuse_row(const Array& array, std::size_t i, const std::string& why) const {
+  refuse_photons(array.path + ", row " + std::to_string(taken_ + i) + ", is " +
+                 std::to_string(array.block[i]) + why);
+}
+
+void PhotonHdf5File::check_timestamp(std::size_t i) {
+  const std::int64_t value = timestamps_.block[i];
+  const std::int64_t latest = latest_.value_or(value);
+  if (value > most_timestamp_ || value < (header_.is_t3 ? 0 : -most_timestamp_)) {
+    refuse_row(timestamps_, i,
+               "; it must be from " + std::to_string(header_.is_t3 ? 0 : -most_timestamp_) +
+                   " to " + std::to_string(most_timestamp_) + ": the file is damaged there");
+  }
+  if (latest - value > most_step_back_) {
+    refuse_row(timestamps_, i,
+               ", and a row before it is " + std::to_string(latest) +
+                   ": its photons are not sorted by time, to 1 us; sort the rows of all arrays by "
+                   "their timestamp, with h5py and numpy");
+  }
+  latest_ = std::max(latest, value);
+}
+
+std::uint32_t PhotonHdf5File::nanotime(std::size_t i) const {
+  const std::int64_t value = nanotimes_.block[i];
+  if (value >= 0 && value <= most_nanotime) {
+    return static_cast<std::uint32_t>((value + nanotime_steps_ / 2) / nanotime_steps_);
+  }
+  refuse_row(nanotimes_, i,
+             "; it must be from 0 to " + std::to_string(most_nanotime) +
+                 ": take such photons out of all arrays, with h5py and numpy");
+}
+
 std::size_t PhotonHdf5File::read(std::span<PhotonHdf5Record> out) {
+  return asked_by(name_, [&] { return read_rows(out); });
+}
+
+std::size_t PhotonHdf5File::read_rows(std::span<PhotonHdf5Record> out) {
   const auto photons =
       static_cast<std::size_t>(std::min<std::uint64_t>(out.size(), header_.record_count - taken_));
   if (photons == 0) return 0;
-  for (Array* array : {&timestamps_, &detectors_, &nanotimes_}) read_block(*array, photons);
+  for (Array* array : {&timestamps_, &detectors_, &nanotimes_}) {
+    read_block(*array, taken_, photons);
+  }
   for (std::size_t i = 0; i < photons; ++i) {
-    out[i] = {timestamps_.block[i], nanotime_of(nanotimes_.block[i]),
-              detector_of(detectors_.block[i])};
+    check_timestamp(i);
+    out[i] = {timestamps_.block[i], nanotime(i), detector_of(detectors_.block[i])};
   }
   taken_ += photons;
   return photons;

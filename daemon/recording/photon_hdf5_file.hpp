@@ -23,6 +23,9 @@ class Hdf5Handle;
 //    timestamps_unit, and nanotimes are in steps of tcspc_unit. That timestamps do count laser
 //    pulses is told by laser_repetition_rate, of which timestamps_unit must be one or several
 //    periods. A file that does not tell is refused: its photons have no place in a pattern.
+//  - A nanotime beyond what a T3 record holds makes the steps of all coarser, with a warning.
+//  - Times that go back by more than 1 us, and times and nanotimes that no tag can have, are
+//  errors.
 //  - The format knows no markers, and no sync but these. Of several spots the first is read.
 //
 // The HDF5 library reads it, which crashes or never returns on a few of many damaged files
@@ -64,10 +67,17 @@ class PhotonHdf5File {
   void find_group(const Warn& warn);
   void open_array(Array& array, const char* name) const;
   void read_times(const Warn& warn);
-  void read_syncs(double unit_s);
+  void read_syncs(double unit_s, const Warn& warn);
+  void fit_nanotimes(const Warn& warn);
   void add_texts();
+  [[nodiscard]] std::optional<double> number_at(const std::string& path) const;
   [[nodiscard]] double needed_number(const std::string& path) const;
-  void read_block(Array& array, std::size_t values) const;
+  void read_block(Array& array, std::uint64_t first, std::size_t values) const;
+  std::size_t read_rows(std::span<PhotonHdf5Record> out);
+  // Row i of the blocks that were read last.
+  void check_timestamp(std::size_t i);
+  [[nodiscard]] std::uint32_t nanotime(std::size_t i) const;
+  [[noreturn]] void refuse_row(const Array& array, std::size_t i, const std::string& why) const;
 
   std::string name_;
   std::unique_ptr<Hdf5Handle> file_;
@@ -77,6 +87,10 @@ class PhotonHdf5File {
   Array detectors_;
   Array nanotimes_;
   std::uint64_t taken_ = 0;  // photons
+  std::int64_t most_timestamp_ = 0;
+  std::int64_t most_step_back_ = 0;     // of timestamps
+  std::optional<std::int64_t> latest_;  // timestamp
+  std::int64_t nanotime_steps_ = 1;     // of the file's, in a step of the records
 };
 
 }  // namespace splid::recording

@@ -219,8 +219,8 @@ std::string report_photon_hdf5(const std::string& file) {
     for (const Tag& tag : std::span(tags).first(count)) {
       if (tag.kind != TagKind::photon) continue;
       ++info.photons[static_cast<std::size_t>(tag.value)];
-      if (!info.first_ps) info.first_ps = tag.time_ps;
-      info.last_ps = tag.time_ps;
+      info.first_ps = std::min(info.first_ps.value_or(tag.time_ps), tag.time_ps);
+      info.last_ps = std::max(info.last_ps.value_or(tag.time_ps), tag.time_ps);
     }
   }
   double duration_s =

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -151,6 +152,107 @@ TEST_F(PhotonHdf5Program, TimestampsThatCountNoLaserPulsesAreRefused) {
   // One sync in four pulses.
   arrays.laser_hz = 80e6;
   EXPECT_THAT(converted(arrays), ElementsAre(sync_tag(100'000), photon_tag(100'080, 0)));
+}
+
+PhotonArrays counted_photons() {
+  PhotonArrays arrays;
+  arrays.timestamps = {2, 2, 7, 9};
+  arrays.nanotimes = {5, 100, 0, 1};
+  arrays.laser_hz = 1 / (arrays.unit_s = 5e-6);
+  return arrays;
+}
+
+TEST_F(PhotonHdf5Program, NanotimesBeyondARecordGetCoarserSteps) {
+  PhotonArrays arrays = counted_photons();
+  arrays.step_s = 1e-12;
+  arrays.bins = 65'536;
+  arrays.nanotimes = {32'766, 0, 7, 8};
+  const auto times_since = [&] {
+    std::vector<std::int64_t> times_ps;
+    for (const Tag& tag : converted(arrays)) {
+      if (tag.kind == TagKind::photon) times_ps.push_back(tag.time_ps % 5'000'000);
+    }
+    return times_ps;
+  };
+  EXPECT_THAT(times_since(), ElementsAre(32'766, 0, 7, 8));
+  EXPECT_THAT(said_, Not(HasSubstr("nanotimes")));
+  arrays.nanotimes[0] = 32'767;
+  EXPECT_THAT(times_since(), ElementsAre(32'768, 0, 8, 8));
+  EXPECT_THAT(said_, HasSubstr("/photon_data/nanotimes goes up to 32767, and a T3 record of a PTU "
+                               "to 32766: photons get steps of 2 ps instead of 1 ps"));
+  arrays.nanotimes[0] = 65'535;
+  EXPECT_THAT(times_since(), ElementsAre(65'535, 0, 6, 9));
+  EXPECT_THAT(said_, HasSubstr("T3 mode, 0 tags lost"));
+  EXPECT_EQ(scan_recording(ptu()).header.resolution_s, 3e-12);
+}
+
+// Those of a file with these rows, in T3.
+TEST_F(PhotonHdf5Program, ValuesThatNoTagHasAreNamedWithTheirRow) {
+  const auto refused = [this](const std::vector<std::int64_t>& timestamps,
+                              const std::vector<std::int64_t>& nanotimes) {
+    {
+      Hdf5Maker maker(file());
+      add_photon_facts(maker);
+      PhotonArrays arrays = counted_photons();
+      arrays.timestamps = timestamps;
+      arrays.nanotimes.clear();
+      add_photons(maker, arrays);
+      if (!nanotimes.empty()) maker.array("photon_data/nanotimes", nanotimes);
+      maker.number("photon_data/nanotimes_specs/tcspc_unit", 16e-12);
+    }
+    const std::string said = refusal_of(file());
+    const std::string error = said.substr(said.find("splid: error: "));
+    EXPECT_EQ(test::run_program({"check", file()}).err, error);
+    return said;
+  };
+  EXPECT_THAT(refused({1, 2, 3}, {0, 5, -1}),
+              HasSubstr(file() + ": /photon_data/nanotimes, row 2, is -1; it must be from 0 to"));
+  EXPECT_THAT(refused({1, 2, 3}, {0, 4'294'967'296, 1}),
+              HasSubstr("/photon_data/nanotimes, row 1, is 4294967296; it must be from 0 to"));
+  EXPECT_THAT(refused({1, -2, 3}, {0, 5, 1}),
+              HasSubstr("/photon_data/timestamps, row 1, is -2; it must be from 0 to"));
+  EXPECT_THAT(refused({1, 2, 1'900'000'000'000}, {0, 5, 1}),
+              HasSubstr("/photon_data/timestamps, row 2, is 1900000000000; it must be from 0 to"));
+  EXPECT_THAT(refused({1, 9, 8}, {0, 5, 1}),
+              HasSubstr("/photon_data/timestamps, row 2, is 8, and a row before it is 9: its "
+                        "photons are not sorted by time, to 1 us; sort the rows"));
+}
+
+TEST_F(PhotonHdf5Program, PhotonsAreSortedWithinAMicrosecondAndNoFurther) {
+  PhotonArrays arrays = many_photons(100'000);
+  arrays.timestamps.insert(arrays.timestamps.begin() + 70'000, arrays.timestamps[69'999]);
+  arrays.detectors.insert(arrays.detectors.begin() + 70'000, 1);
+  std::vector<Tag> expected = photons_of(arrays);
+  arrays.timestamps[70'000] -= 1'000'000;
+  expected[70'000].time_ps -= 1'000'000;
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; });
+  EXPECT_TRUE(converted(arrays) == expected);
+  --arrays.timestamps[70'000];
+  EXPECT_THAT(refusal_of(arrays), HasSubstr("/photon_data/timestamps, row 70000, is "));
+}
+
+TEST_F(PhotonHdf5Program, AnArrayWhereANumberBelongsIsSaid) {
+  for (const char* path :
+       {"photon_data/measurement_specs/laser_repetition_rate",
+        "photon_data/timestamps_specs/timestamps_unit", "photon_data/nanotimes_specs/tcspc_unit",
+        "photon_data/nanotimes_specs/tcspc_num_bins"}) {
+    PhotonArrays arrays = counted_photons();
+    write_photon_hdf5(file(), arrays);
+    {
+      const hid_t made = H5Fopen(file().c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+      H5Ldelete(made, path, H5P_DEFAULT);
+      const hsize_t two = 2;
+      const hid_t space = H5Screate_simple(1, &two, nullptr);
+      H5Dclose(
+          H5Dcreate2(made, path, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+      H5Sclose(space);
+      H5Fclose(made);
+    }
+    EXPECT_THAT(refusal_of(file()), HasSubstr(file() + ": /" + path +
+                                              " is an array of 2 values, and the format has "
+                                              "one number there"));
+  }
 }
 
 TEST_F(PhotonHdf5Program, AnyLayoutGivesTheSameTags) {
