@@ -16,12 +16,7 @@ constexpr std::int64_t max_wraps_a_record = 127;
 constexpr std::uint32_t special = 1U << 31U;
 constexpr std::uint32_t overflow_record = special | (63U << 25U);
 
-constexpr std::int64_t disorder_ps = 1'000'000;                 // what a stream may be unsorted by
 constexpr std::int64_t clock_break_gap_ps = 1'000'000'000'000;  // 1 s
-
-// Design note: a day is 20 million overflow records, 81 MB; one wrong time stamp must not fill the
-// disk, at up to 8.7 GB.
-constexpr std::int64_t longest_step_ps = 86'400'000'000'000'000;
 
 // Design note: 1 us of the fastest tagger's bursts (90 M tags/s) holds 90 tags. A burst past this
 // is written early instead of growing the buffer.
@@ -67,7 +62,7 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
     return;
   }
   const std::int64_t step_ps = saturated_difference(in_recording(tag.time_ps), now_ps_);
-  if (clock_broke_ || step_ps > longest_step_ps) restart(tag.time_ps, out);
+  if (clock_broke_ || step_ps > ptu_longest_step_ps) restart(tag.time_ps, out);
   tag.time_ps = in_recording(tag.time_ps);
   if (is_event(tag.kind)) {
     const std::optional<std::uint32_t> record = record_of(tag, least_input_);
@@ -80,7 +75,7 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
     losses_.take(tag);
   }
   now_ps_ = std::max(now_ps_, tag.time_ps);
-  write_until(saturated_difference(now_ps_, disorder_ps), out);
+  write_until(saturated_difference(now_ps_, ptu_sorted_within_ps), out);
 }
 
 std::int64_t PtuEncoder::in_recording(std::int64_t time_ps) const {
@@ -94,7 +89,7 @@ void PtuEncoder::restart(std::int64_t time_ps, std::vector<std::byte>& out) {
   clock_zero_ps_ = time_ps;
   recording_zero_ps_ = now_ps_;
   // The first tags after the break may be unsorted too.
-  written_ps_ = std::max(written_ps_, now_ps_ - disorder_ps);
+  written_ps_ = std::max(written_ps_, now_ps_ - ptu_sorted_within_ps);
   losses_.add({from_ps, now_ps_, -1});
   clock_broke_ = false;
 }

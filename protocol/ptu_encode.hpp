@@ -14,6 +14,14 @@ namespace splid {
 // that is cut off does not count.
 std::uint64_t ptu_tags(std::span<const std::byte> records);
 
+// How far a tag may come before the latest tag and still be sorted.
+inline constexpr std::int64_t ptu_sorted_within_ps = 1'000'000;
+// How far a tag may come after the latest tag and still be written at its time.
+//
+// Design note: a day is 20 million overflow records, 81 MB; one wrong time stamp must not fill the
+// disk, at up to 8.7 GB.
+inline constexpr std::int64_t ptu_longest_step_ps = 86'400'000'000'000'000;
+
 // Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
 // Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
 //

@@ -24,7 +24,9 @@
 #include "drivers/replay/loss_list.hpp"
 #include "drivers/replay/recording_reader.hpp"
 #include "protocol/error.hpp"
+#include "protocol/ptu_encode.hpp"
 #include "protocol/ptu_t3_encode.hpp"
+#include "protocol/saturated.hpp"
 
 namespace splid::recording {
 namespace {
@@ -100,12 +102,50 @@ class PhotonHdf5 final : public Original {
 };
 
 std::unique_ptr<Original> open_original(const std::string& file, const std::stop_token& stop) {
+  require_seekable(file);
   if (begins_as_hdf5(file)) return std::make_unique<PhotonHdf5>(file, stop);
   const RecordingHeader header = RecordingReader(file, [](const std::string&) {}).header();
-  require_seekable(file);
   const auto period_ps = static_cast<double>(whole_period_ps(header));
   return std::make_unique<RecordingFile>(file, header.is_t3 ? period_ps : 0);
 }
+
+// Fails where a PTU in T2 mode would not have a tag, or not at its time, since its records follow
+// in the order of time. A replay of the original measures such tags.
+class TimesInOrder {
+ public:
+  explicit TimesInOrder(const std::string& file) : file_(file) {}
+
+  void check(std::span<const Tag> tags) {
+    for (const Tag& tag : tags) {
+      ++tags_;
+      const std::int64_t latest_ps = latest_ps_.value_or(tag.time_ps);
+      const std::int64_t step_ps = saturated_difference(tag.time_ps, latest_ps);
+      if (step_ps < -ptu_sorted_within_ps) {
+        refuse(latest_ps, tag,
+               "before a tag that precedes it: the tagger's clock was set or counted past its end, "
+               "or the tag came late");
+      }
+      if (step_ps > ptu_longest_step_ps) {
+        refuse(latest_ps, tag, "after all tags that precede it, which is more than a day");
+      }
+      latest_ps_ = std::max(latest_ps, tag.time_ps);
+    }
+  }
+
+ private:
+  [[noreturn]] void refuse(std::int64_t latest_ps, const Tag& tag, const std::string& how) const {
+    const std::uint64_t far_ps = static_cast<std::uint64_t>(std::max(latest_ps, tag.time_ps)) -
+                                 static_cast<std::uint64_t>(std::min(latest_ps, tag.time_ps));
+    throw Error(Fault::data,
+                fmt::format("{}: tag {}, at {} ps, is {} ps {}. A PTU holds tags in the order of "
+                            "time, to 1 us; splid replay measures the recording itself",
+                            file_, grouped(tags_), tag.time_ps, grouped(far_ps), how));
+  }
+
+  std::string file_;
+  std::uint64_t tags_ = 0;
+  std::optional<std::int64_t> latest_ps_;
+};
 
 // Says how far a conversion has come, and whether it has been stopped.
 class Steps {
@@ -157,8 +197,8 @@ class PartFile {
 };
 
 // False where it was stopped.
-bool convert_t2(Original& original, const std::string& part, Steps& steps, const Clock& clock,
-                ConvertSummary& summary) {
+bool convert_t2(Original& original, TimesInOrder times, const std::string& part, Steps& steps,
+                const Clock& clock, ConvertSummary& summary) {
   const RecordingHeader& header = original.header();
   SourceInfo info;
   info.start_unix_s =
@@ -168,6 +208,7 @@ bool convert_t2(Original& original, const std::string& part, Steps& steps, const
   std::vector<Tag> block(converted_at_once);
   std::vector<Tag> merged;
   while (const std::size_t count = original.read(block)) {
+    times.check(std::span(block).first(count));
     merged.clear();
     for (const Tag& tag : std::span(block).first(count)) {
       for (; losses.next() != nullptr && losses.next()->time_ps <= tag.time_ps; losses.take()) {
@@ -195,8 +236,16 @@ void write_or_fail(std::ofstream& out, const std::string& file, std::span<const 
   }
 }
 
+void refuse_what_t3_cannot_hold(const std::string& file, std::uint64_t tags) {
+  if (tags == 0) return;
+  throw Error(Fault::data, file + ": " + grouped(tags) +
+                               " of its tags have a sync before that of an earlier tag, or an "
+                               "input above 62, and a PTU in T3 mode cannot hold them; sort its "
+                               "tags by time, or let splid replay measure the recording itself");
+}
+
 // False where it was stopped.
-bool convert_t3(Original& original, const std::string& part, Steps& steps,
+bool convert_t3(Original& original, const std::string& file, const std::string& part, Steps& steps,
                 ConvertSummary& summary) {
   const RecordingHeader& header = original.header();
   PtuFacts facts = kept_facts(header);
@@ -211,6 +260,7 @@ bool convert_t3(Original& original, const std::string& part, Steps& steps,
   while (const std::size_t count = original.read(block)) {
     records.clear();
     encoder.encode(std::span(block).first(count), records);
+    refuse_what_t3_cannot_hold(file, encoder.rejected());
     write_or_fail(out, part, records);
     if (!steps.go_on(original)) return false;
   }
@@ -241,8 +291,10 @@ ConvertSummary convert(const std::string& recording, const std::string& output, 
   Steps steps(clock, stop);
   const std::unique_ptr<Original> original = open_original(recording, stop);
   summary.is_t3 = original->header().is_t3;
-  const bool is_whole = summary.is_t3 ? convert_t3(*original, part.name(), steps, summary)
-                                      : convert_t2(*original, part.name(), steps, clock, summary);
+  const bool is_whole =
+      summary.is_t3
+          ? convert_t3(*original, recording, part.name(), steps, summary)
+          : convert_t2(*original, TimesInOrder(recording), part.name(), steps, clock, summary);
   summary.stopped = !is_whole;
   if (is_whole) part.keep();
   return summary;

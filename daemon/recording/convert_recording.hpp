@@ -26,8 +26,8 @@ struct ConvertSummary {
 // which goes where the conversion fails or is stopped. Shows its progress on a terminal.
 //
 // Threads: the caller's. Errors: Error(Fault::usage) where `output` exists and may not be
-// overwritten; Error(Fault::data) for a recording that cannot be read; Error(Fault::device) where
-// the file cannot be written.
+// overwritten; Error(Fault::data) for a recording that cannot be read, and for one whose tags a PTU
+// cannot hold at their times; Error(Fault::device) where the file cannot be written.
 ConvertSummary convert(const std::string& recording, const std::string& output, bool overwrite,
                        const Clock& clock, const std::stop_token& stop);
 

@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,7 +22,7 @@ struct QutagEvent {
   std::int16_t channel;
 };
 
-inline std::string qutag_recording(std::initializer_list<QutagEvent> events) {
+inline std::string qutag_recording(const std::vector<QutagEvent>& events) {
   std::string bytes(40, '\x11');
   for (const QutagEvent& event : events) {
     append_little_endian(bytes, static_cast<std::uint64_t>(event.time_ps), 8);

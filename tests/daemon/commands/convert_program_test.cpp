@@ -1,10 +1,14 @@
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <map>
+#include <random>
 #include <span>
 #include <sstream>
 #include <string>
@@ -32,6 +36,8 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+bool earlier(const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; }
 
 class ConvertProgram : public ::testing::Test {
  protected:
@@ -227,6 +233,90 @@ TEST_F(ConvertProgram, ADividedSyncStaysSo) {
       folder.write("a.pt2", test::pico_harp_recording(2, {1U << 28U | 5U, 7U}));
   ASSERT_EQ(run_program({"convert", file, folder.path("a.ptu")}).exit_code, 0);
   EXPECT_EQ(scan_recording(folder.path("a.ptu")).header.integer("HWSync_Divider"), 4);
+}
+
+TEST_F(ConvertProgram, TagsThatAPtuCannotHoldAtTheirTimesAreRefused) {
+  const auto refused = [&](std::vector<test::QutagEvent> events) {
+    const std::string file = folder.write("a.qutag", test::qutag_recording(events));
+    const auto result = run_program({"convert", file, folder.path("a.ptu")});
+    EXPECT_EQ(result.exit_code, 4) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(file + ": tag "));
+    EXPECT_THAT(result.err, HasSubstr("splid replay measures the recording itself"));
+    EXPECT_FALSE(std::filesystem::exists(folder.path("a.ptu")));
+    EXPECT_FALSE(std::filesystem::exists(folder.path("a.ptu.part")));
+    return result.err;
+  };
+  constexpr std::int64_t day_ps = 86'400'000'000'000'000;
+  constexpr std::int64_t turn_ps = std::int64_t{1} << 48U;
+  // The clock was set; a photon that is late, by much and by just too much; the end of 48 bits.
+  EXPECT_THAT(refused({{12'000'000'000, 1}, {12'000'000'005, 5}, {1'000'000, 1}, {1'000'009, 5}}),
+              HasSubstr("tag 3, at 1000000 ps, is 11,999,000,005 ps before a tag that precedes"));
+  EXPECT_THAT(refused({{3'000'000'000, 1}, {1'000'000'000, 1}, {3'000'000'001, 5}}),
+              HasSubstr("tag 2, at 1000000000 ps, is 2,000,000,000 ps before"));
+  EXPECT_THAT(refused({{7'000'000, 1}, {5'999'999, 1}}), HasSubstr("is 1,000,001 ps before"));
+  EXPECT_THAT(refused({{turn_ps - 5, 1}, {3, 5}, {9, 1}}),
+              HasSubstr("tag 2, at 3 ps, is 281,474,976,710,648 ps before"));
+  EXPECT_THAT(refused({{5, 1}, {day_ps + 6, 5}}),
+              HasSubstr("is 86,400,000,000,000,001 ps after all tags that precede it"));
+  // Both sides.
+  for (const auto& events :
+       {std::vector<test::QutagEvent>{{7'000'000, 1}, {6'000'000, 1}}, {{5, 1}, {day_ps + 5, 5}}}) {
+    const std::string file = folder.write("a.qutag", test::qutag_recording(events));
+    const auto result = run_program({"convert", file, folder.path("b.ptu"), "--force"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(test::read_back(folder.path("b.ptu")).size(), 2U);
+  }
+}
+
+TEST_F(ConvertProgram, TagsUnsortedWithinAMicrosecondGiveTheSameFrames) {
+  std::mt19937 generator(1);
+  std::multimap<std::int64_t, test::QutagEvent> in_disorder;
+  for (const Tag& tag : test::read_back(simulated())) {
+    const auto input = static_cast<std::int16_t>(tag.kind == TagKind::sync ? 5 : 1);
+    in_disorder.insert({tag.time_ps + static_cast<std::int64_t>(generator() % 1'000'000),
+                        test::QutagEvent{tag.time_ps, input}});
+  }
+  std::vector<test::QutagEvent> events;
+  for (const auto& [came_ps, event] : in_disorder) events.push_back(event);
+  config = folder.write("qutag.json",
+                        R"({"schema":"splid.config","v":[1,0],"source":{"driver":"simulator"},)"
+                        R"("channels":{"photon":[1],"sync":5},"pattern":{"file":")" SPLID_SOURCE_DIR
+                        R"(/config/patterns/interleaved-180-189.json"}})");
+  const std::string qutag = folder.write("a.qutag", test::qutag_recording(events));
+  const std::string converted = folder.path("b.ptu");
+  const auto result = run_program({"convert", qutag, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::vector<Tag> sorted = test::read_back(qutag);
+  EXPECT_FALSE(std::is_sorted(sorted.begin(), sorted.end(), earlier));
+  std::stable_sort(sorted.begin(), sorted.end(), earlier);
+  EXPECT_EQ(test::read_back(converted), sorted);
+  // But for the last digits of sums, which depend on the order, and the time of day.
+  const auto measured = [&](const std::string& file) {
+    std::vector<std::string> all;
+    for (const std::string& line : frames(file)) {
+      const FrameMessage frame = frame_from_json(line);
+      all.push_back(fmt::format("{} {} {} {:.9g}", frame.start_ps, frame.photons.value_or(0),
+                                frame.sync->count, frame.distance_m.value_or(0)));
+    }
+    return all;
+  };
+  const auto of_qutag = measured(qutag);
+  ASSERT_GE(of_qutag.size(), 5U);
+  EXPECT_EQ(measured(converted), of_qutag);
+}
+
+// Of PicoHarps, whose records count to 65,536 syncs, and those of a PTU to 1,024.
+TEST_F(ConvertProgram, ASyncThatGoesBackFurtherThanT3CountsIsRefused) {
+  const auto photon = [](std::uint32_t sync) { return 1U << 28U | 100U << 16U | sync; };
+  const auto convert = [&](const std::vector<std::uint32_t>& records) {
+    const std::string file = folder.write("a.pt3", test::pico_harp_recording(3, records));
+    return run_program({"convert", file, folder.path("b.ptu"), "--force"});
+  };
+  EXPECT_EQ(convert({photon(1025), photon(1024)}).exit_code, 0);
+  EXPECT_EQ(test::read_back(folder.path("b.ptu")), test::read_back(folder.path("a.pt3")));
+  const auto result = convert({photon(1025), photon(1023)});
+  EXPECT_EQ(result.exit_code, 4);
+  EXPECT_THAT(result.err, HasSubstr("a.pt3: 1 of its tags have a sync before that of an earlier"));
 }
 
 TEST_F(ConvertProgram, APipeIsSaidToBeOne) {
