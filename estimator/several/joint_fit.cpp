@@ -13,7 +13,7 @@ constexpr int most_collected = 8;
 constexpr double joint_margin_widths = 4;
 // A signal and a background keep at least so much of themselves in one step, so that they stay
 // above 0.
-constexpr double least_kept = 0.1;
+constexpr double least_kept_rate = 0.1;
 
 JointParameters stepped(const JointParameters& from, const SmallVector& step) {
   JointParameters to = from;
@@ -23,10 +23,10 @@ JointParameters stepped(const JointParameters& from, const SmallVector& step) {
     target.line.delay_ns += step[d];
     target.line.travel_ns += step[d + 1];
     target.signal_per_pulse =
-        std::max(target.signal_per_pulse + step[d + 2], least_kept * target.signal_per_pulse);
+        std::max(target.signal_per_pulse + step[d + 2], least_kept_rate * target.signal_per_pulse);
   }
-  to.background_per_ns =
-      std::max(from.background_per_ns + step[step.size() - 1], least_kept * from.background_per_ns);
+  to.background_per_ns = std::max(from.background_per_ns + step[step.size() - 1],
+                                  least_kept_rate * from.background_per_ns);
   return to;
 }
 
