@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace splid::checks {
+
+// A richer model explains a frame better than the fitted one, and the configuration can ask for it.
+enum class FindingName {
+  pulse_width,
+  pulse_tail,
+  unmodelled_light,
+  acceleration,
+  jerk,
+  vibration,
+  fading,
+  pulse_amplitudes,
+  wrong_pattern,
+};
+inline constexpr std::size_t finding_names = 9;
+
+// One finding of a frame. value, std: in the unit of its row.
+struct Finding {
+  FindingName name = FindingName::pulse_width;
+  double value = 0;
+  double std = 0;
+  double gain_nats = 0;  // of the log-likelihood, over the fitted model
+};
+
+// What of the light about a fitted track a direction changes.
+enum class Shape : std::size_t {
+  path,   // where the pulse is, ns
+  width,  // the logarithm of its width
+  tail,   // the share of its light that is late by an exponential (PulseTable)
+  light,  // the logarithm of the signal
+  dark,   // the logarithm of the background
+  early,  // flat light before the pulse, and after it, from 4 to 16 widths: photons
+  late,
+};
+inline constexpr std::size_t shapes = 7;
+
+// The shape times polynomials and cosines of the time, from the order `first` to `last` (see
+// MapBasis): 0 is constant, 1 to 3 are those of Legendre.
+struct Direction {
+  Shape shape;
+  std::size_t first, last;
+};
+
+// The frame that a direction's amount is converted for.
+struct FindingScale {
+  double length_ns = 0;  // t_a
+  double seen_ns = 0;
+};
+
+// All that there is to say about a finding. A row without directions is found in counts by pulse or
+// by phase. Several rows may share a name.
+struct FindingRow {
+  FindingName name;
+  const char* unit;  // of the value; empty: a ratio
+  std::span<const Direction> directions;
+  // The value from an amount: of one term with its sign, of several the root mean square over the
+  // frame, of flat light the sum.
+  double (*value)(double amount, const FindingScale& scale);
+  bool keeps_sign;  // over frames: their scores add up, otherwise their gains
+  const char* advice;
+};
+
+// The rows: those with directions come first.
+std::span<const FindingRow> finding_table();
+inline constexpr std::size_t rows_with_directions = 8;
+const FindingRow& row_of(FindingName name);  // the first of that name
+const char* to_string(FindingName name);
+
+}  // namespace splid::checks

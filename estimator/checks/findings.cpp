@@ -1,0 +1,407 @@
+#include "estimator/checks/findings.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace splid::checks {
+namespace {
+
+// Rows that chance screens out in all but two frames of a hundred are not fitted.
+constexpr double screen_squares = 5.41, screen_deviations = 2.05;
+constexpr double sure_deviations = 4.75;
+// With fewer photons of signal richer fits have more false alarms than they say.
+constexpr double fewest_photons = 50;
+// A finding of so many terms asks for so many photons each.
+constexpr double photons_a_term = 4;
+
+// Design note: amplitudes that were never calibrated deviate by some 0.6 rms at worst. A pattern
+// that was not played has a best delay at which half of its pulses are dark: 0.95 rms.
+constexpr double most_uneven = 0.4, least_dark = 0.9, deviations_of_dark = 4.5;
+// Light that stands still beside the target's pulses may be more of the same: as much as three such
+// targets have leaves it doubtful which of them is the target. A pattern of few pulses may find
+// light of another pattern for each of them.
+constexpr std::size_t fewest_for_strangers = 8;
+constexpr double most_elsewhere = 2, deviations_of_stray = 7;
+constexpr std::size_t fewest_for_amplitudes = 4;
+constexpr std::size_t coarse_phases = 16;  // fine bins in a coarse one
+constexpr double signal_reach_widths = 4;
+
+// Chi squared of so many degrees that a normal number's deviations correspond to, by Wilson and
+// Hilferty.
+double squares_of(double degrees, double deviations) {
+  const double part = 2 / (9 * degrees);
+  return degrees * std::pow(1 - part + deviations * std::sqrt(part), 3);
+}
+
+}  // namespace
+
+double sure_squares_of(double degrees) {
+  return degrees <= 1 ? sure_squares : squares_of(degrees, sure_deviations);
+}
+
+bool Verdict::has(FindingName name) const {
+  const auto all = findings();
+  return std::any_of(all.begin(), all.end(), [&](const auto& f) { return f.name == name; });
+}
+
+Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons)
+    : pulse_(shape), train_(train), map_(train, shape, max_photons), fit_(map_, train, pulse_) {
+  const MapBasis& basis = fit_.basis();
+  for (std::size_t row = 0; row < rows_with_directions; ++row) {
+    const Direction& direction = finding_table()[row].directions.front();
+    for (std::size_t i = 0; i < map_parts; ++i) {
+      for (std::size_t j = 0; j < map_parts; ++j) {
+        double shared = 0;
+        for (std::size_t k = direction.first; k <= direction.last; ++k) {
+          shared += basis.at(k, i) * basis.at(k, j) / (map_parts * MapBasis::mean_square(k));
+        }
+        kernels_[row].third += shared * shared * shared;
+        if (i == j) kernels_[row].fourth += shared * shared;
+      }
+    }
+  }
+}
+
+const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model& model,
+                               std::size_t target, const FitFacts& facts,
+                               const SeenLight& seen_light) {
+  verdict_ = {};
+  if (!map_.looks() || frame.seen_ns <= 0) return verdict_;
+  map_.fill(frame, model.targets.at(target).track);
+  fit_.begin(frame, model, target, seen_light);
+  list_terms(facts);
+  screen(facts);
+  if (candidate_count_ > 0) {
+    decide();
+    name_best(frame);
+  }
+  judge_pulses();
+  if (model.count == 1) judge_phases(frame, seen_light);
+  return verdict_;
+}
+
+void Findings::list_terms(const FitFacts& facts) {
+  size_ = 0;
+  for (std::size_t k = 0; k < facts.track_terms; ++k) terms_[size_++] = {Shape::path, k};
+  terms_[size_++] = {Shape::light, 0};
+  terms_[size_++] = {Shape::dark, 0};
+  if (facts.is_width_fitted) terms_[size_++] = {Shape::width, 0};
+  fitted_ = size_;
+  for (std::size_t row = 0; row < rows_with_directions; ++row) {
+    first_term_[row] = size_;
+    for (const Direction& direction : finding_table()[row].directions) {
+      for (std::size_t k = direction.first; k <= direction.last; ++k) {
+        terms_[size_++] = {direction.shape, k};
+      }
+    }
+    const Term& first = terms_[first_term_[row]];
+    const auto is_same = [&](const Term& t) {
+      return t.shape == first.shape && t.order == first.order;
+    };
+    const bool is_fitted = std::any_of(terms_.begin(), terms_.begin() + fitted_, is_same);
+    if (is_fitted) size_ = first_term_[row];
+    row_terms_[row] = size_ - first_term_[row];
+  }
+}
+
+// Scores of all rows, orthogonal to what was fitted.
+void Findings::screen(const FitFacts& facts) {
+  std::array<double, map_parts> narrowed_ns2{};
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    const double share = (static_cast<double>(j) + 0.5) / map_parts - 0.5;
+    const double walk = facts.std_walk_ns * share;
+    const double quadratic = facts.std_quadratic_ns * DelayTrack::quadratic_at(share);
+    narrowed_ns2[j] = facts.std_delay_ns * facts.std_delay_ns + walk * walk + quadratic * quadratic;
+  }
+  fit_.scores(std::span(terms_).first(size_), narrowed_ns2, slopes_);
+  candidate_count_ = 0;
+  const auto n = static_cast<Eigen::Index>(fitted_);
+  const auto all = static_cast<Eigen::Index>(size_);
+  const Eigen::LLT<TermMatrix> cholesky(slopes_.information.topLeftCorner(n, n));
+  if (cholesky.info() != Eigen::Success) return;
+  solved_ = cholesky.solve(slopes_.information.topRightCorner(n, all - n));
+  const TermVector fitted = slopes_.gradient.head(n);
+  slopes_.gradient.tail(all - n).noalias() -= solved_.transpose() * fitted;
+  for (std::size_t row = 0; row < rows_with_directions; ++row) score_row(row);
+}
+
+void Findings::score_row(std::size_t row) {
+  const auto k = static_cast<Eigen::Index>(row_terms_[row]);
+  if (k == 0) return;
+  const auto first = static_cast<Eigen::Index>(first_term_[row]);
+  const auto n = static_cast<Eigen::Index>(fitted_);
+  TermMatrix information = slopes_.information.block(first, first, k, k);
+  information.noalias() -=
+      slopes_.information.block(first, 0, k, n) * solved_.middleCols(first - n, k);
+  const TermVector score = slopes_.gradient.segment(first, k);
+  const Eigen::LLT<TermMatrix> cholesky(information);
+  if (cholesky.info() != Eigen::Success || !(information.diagonal().minCoeff() > 1e-9)) return;
+  RowScore& said = verdict_.scores[row];
+  const double factor = bartlett(row);
+  said.degrees = static_cast<double>(k);
+  said.squares = score.dot(TermVector(cholesky.solve(score))) / factor;
+  for (Eigen::Index t = 0; t < std::min<Eigen::Index>(k, 2); ++t) {
+    said.score[static_cast<std::size_t>(t)] = score[t];
+    said.information[static_cast<std::size_t>(t)] = information(t, t);
+  }
+  const bool is_flat = terms_[first_term_[row]].shape == Shape::early;
+  const double photons = std::max(fewest_photons, photons_a_term * said.degrees);
+  if (!is_flat && fit_.signal() < photons) return;
+  const double limit = k == 1 ? screen_squares : squares_of(said.degrees, screen_deviations);
+  if (said.squares <= limit) return;
+  candidates_[candidate_count_++].row = row;
+  if (is_flat && said.score[0] + said.score[1] > 0) judge_beside();
+}
+
+// E 2 gain / degrees - 1, to first order in one over the photons.
+double Findings::bartlett(std::size_t row) const {
+  if (row_terms_[row] < 3) return 1;
+  const MapFit::Moments moments = fit_.moments(terms_[first_term_[row]].shape);
+  const double more =
+      moments.fourth * kernels_[row].fourth / 2 - moments.third * kernels_[row].third / 3;
+  return 1 + std::max(0.0, more) / static_cast<double>(row_terms_[row]);
+}
+
+// Maximizes the log-likelihood of the map in what was fitted, and in the terms of these rows.
+double Findings::fit_with(std::span<const std::size_t> rows, Member& member) {
+  std::array<Term, most_terms> terms{};
+  auto end = std::copy_n(terms_.begin(), fitted_, terms.begin());
+  for (const std::size_t row : rows) {
+    end = std::copy_n(terms_.begin() + static_cast<std::ptrdiff_t>(first_term_[row]),
+                      row_terms_[row], end);
+  }
+  return fit_.maximize(member, std::span(terms.begin(), end), slopes_);
+}
+
+// The fitted model has its maximum about where the member without amounts is, so that most rows
+// are seen not to be sure before that maximum is looked for on the map.
+void Findings::decide() {
+  const double about = fit_.value({});
+  std::size_t kept = 0;
+  for (std::size_t c = 0; c < candidate_count_; ++c) {
+    Candidate candidate = {candidates_[c].row, 0, 0, {}};
+    candidate.gain_nats = fit_with(std::array{candidate.row}, candidate.member);
+    candidate.squares = 2 * (candidate.gain_nats - about) / bartlett(candidate.row);
+    if (is_sure(candidate)) candidates_[kept++] = candidate;
+  }
+  candidate_count_ = kept;
+  if (kept == 0) return;
+  base_ = {};
+  base_value_ = fit_with({}, base_);
+  for (std::size_t c = 0; c < candidate_count_; ++c) {
+    Candidate& candidate = candidates_[c];
+    candidate.gain_nats -= base_value_;
+    candidate.squares = 2 * candidate.gain_nats / bartlett(candidate.row);
+    verdict_.scores[candidate.row].squares = candidate.squares;
+  }
+}
+
+bool Findings::is_sure(const Candidate& candidate) const {
+  return candidate.squares > sure_squares_of(static_cast<double>(row_terms_[candidate.row]));
+}
+
+// The row with the largest gain, and those that are sure beside it.
+void Findings::name_best(const FoldedFrame& frame) {
+  const Candidate* best = nullptr;
+  for (std::size_t c = 0; c < candidate_count_; ++c) {
+    if (!is_sure(candidates_[c])) continue;
+    if (best == nullptr || candidates_[c].gain_nats > best->gain_nats) best = &candidates_[c];
+  }
+  if (best == nullptr) return;
+  find_sandwich();
+  say(best->row, best->gain_nats, best->member, frame);
+  follow(best->member, best->row);
+  for (std::size_t c = 0; c < candidate_count_; ++c) {
+    Candidate other = candidates_[c];
+    if (&candidates_[c] == best || !is_sure(other)) continue;
+    Member both = best->member;
+    const double gain =
+        fit_with(std::array{best->row, other.row}, both) - base_value_ - best->gain_nats;
+    other.squares = 2 * gain / bartlett(other.row);
+    if (!is_sure(other)) continue;
+    say(other.row, gain, both, frame);
+    follow(both, other.row);
+  }
+}
+
+void Findings::add(const Finding& finding) {
+  if (!verdict_.has(finding.name)) verdict_.found[verdict_.count++] = finding;
+}
+
+void Findings::say(std::size_t row, double gain_nats, const Member& member,
+                   const FoldedFrame& frame) {
+  const FindingRow& named = finding_table()[row];
+  const std::span terms = std::span(terms_).subspan(first_term_[row], row_terms_[row]);
+  double amount = 0;
+  for (const Term& term : terms) {
+    const double of_term = member.of(term);
+    amount += terms.size() > 2 ? of_term * of_term * MapBasis::mean_square(term.order) : of_term;
+  }
+  if (terms.size() > 2) amount = std::sqrt(amount);
+  if (named.name == FindingName::unmodelled_light && amount <= 0) return;
+  const double value = named.value(amount, {frame.length_ns, frame.seen_ns});
+  add({named.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
+}
+
+// Where the richer model has the target at mid-frame, and how fast it moves there.
+void Findings::follow(const Member& richer, std::size_t row) {
+  const MapBasis& basis = fit_.basis();
+  std::array<double, map_parts> off{};
+  for (std::size_t k = 0; k < map_parts; ++k) {
+    const Term term = {Shape::path, k};
+    const double amount = richer.of(term) - base_.of(term);
+    if (amount == 0) continue;
+    for (std::size_t j = 0; j < map_parts; ++j) off[j] += amount * basis.at(k, j);
+  }
+  constexpr std::size_t mid = map_parts / 2;
+  constexpr double to_walk = map_parts;  // from one part to the next
+  double delay = (off[mid - 1] + off[mid]) / 2, walk = (off[mid] - off[mid - 1]) * to_walk;
+  if (finding_table()[row].name == FindingName::vibration) {
+    double squares = 0, steps = 0;
+    for (std::size_t j = 0; j < map_parts; ++j) {
+      squares += off[j] * off[j] / map_parts;
+      if (j > 0) steps += std::pow(off[j] - off[j - 1], 2) / (map_parts - 1);
+    }
+    delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
+  }
+  // Two surfaces look like a pulse that is wider by half of their distance.
+  const double wider = std::exp(2 * richer.of({Shape::width, 0})) - 1;
+  const double hidden = pulse_.width_ns() * std::sqrt(std::max(0.0, wider));
+  verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, std::hypot(delay, hidden));
+  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::abs(walk));
+}
+
+// The inverse information on both sides of the squared scores that the photons have.
+void Findings::find_sandwich() {
+  Eigen::Matrix2d information = Eigen::Matrix2d::Zero(), squares = Eigen::Matrix2d::Zero();
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    const Eigen::Vector2d by(1, fit_.basis().at(1, j));
+    const MapFit::PathSquares of_part = fit_.path_squares(base_, j);
+    information += of_part.expected * by * by.transpose();
+    squares += of_part.seen * by * by.transpose();
+  }
+  const Eigen::Matrix2d inverse = information.inverse();
+  const Eigen::Matrix2d covariance = inverse * squares * inverse;
+  if (!covariance.allFinite()) return;
+  verdict_.sandwich_delay_ns = std::sqrt(std::max(0.0, covariance(0, 0)));
+  verdict_.sandwich_walk_ns = 2 * std::sqrt(std::max(0.0, covariance(1, 1)));
+}
+
+PulseLight Findings::expected_at(std::size_t p) const {
+  const Comb& comb = train_.stretches.front().comb;
+  const double pulses = static_cast<double>(comb.times_ns.size());
+  return {light_of_pulses_ * comb.amplitudes[p] / comb.total_amplitude,
+          fit_.dark_in_cell() / map_.cell_ns() * map_parts / pulses * 2 *
+              ResidualMap::half_pulse_widths * pulse_.width_ns()};
+}
+
+// Whether the light is shared among the pulses as the pattern's amplitudes say.
+void Findings::judge_pulses() {
+  const std::span<const double> counts = map_.by_pulse();
+  light_of_pulses_ = 0;
+  if (counts.empty()) return;
+  double light = -expected_at(0).dark * static_cast<double>(counts.size());
+  for (const double count : counts) light += count;
+  if (!(light > 0)) return;
+  light_of_pulses_ = light;
+  double of_uneven = 0;
+  for (std::size_t p = 0; p < counts.size(); ++p) {
+    const PulseLight own = expected_at(p);
+    verdict_.by_pulse.add(counts[p], own.light + own.dark, own.light);
+    of_uneven += 4 * own.light * own.light * (own.light + own.dark);
+  }
+  const SquareSum& sum = verdict_.by_pulse;
+  const double chance = std::sqrt(sum.variance + most_uneven * of_uneven);
+  const double gain = sum.gain_nats(), misfit = sum.relative();
+  if (sum.excess > least_dark * sum.scale &&
+      sum.excess > most_uneven * sum.scale + deviations_of_dark * chance) {
+    verdict_.is_wrong_pattern = true;
+    // The share of the pulses' amplitude without light, if the others are lit alike.
+    const double dark_share = misfit * misfit / (1 + misfit * misfit);
+    add({FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
+  } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares) {
+    add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
+  }
+}
+
+Findings::PhaseGroup Findings::phases(std::size_t group) const {
+  const std::span<const std::uint32_t> counts = map_.by_phase();
+  const std::span<const std::uint8_t> is_free = map_.is_free();
+  const std::size_t first = group * coarse_phases;
+  std::uint32_t bins = 0, sum = 0;
+  std::uint64_t squares = 0;
+  for (std::size_t k = first; k < std::min(first + coarse_phases, counts.size()); ++k) {
+    const std::uint32_t count = counts[k] * is_free[k];
+    bins += is_free[k], sum += count, squares += std::uint64_t{count} * count;
+  }
+  return {static_cast<double>(bins), static_cast<double>(sum), static_cast<double>(squares)};
+}
+
+// Whether light comes between the pulses that is not spread evenly.
+void Findings::judge_phases(const FoldedFrame& frame, const SeenLight& seen_light) {
+  const std::span<const std::uint32_t> counts = map_.by_phase();
+  const auto live = [&](std::size_t group) {
+    return seen_light.of_phase.empty() ? 1.0 : seen_light.of_phase[group];
+  };
+  const std::size_t groups = (counts.size() + coarse_phases - 1) / coarse_phases;
+  double photons = 0, seen = 0, bins = 0;
+  for (std::size_t g = 0; g < groups; ++g) {
+    const PhaseGroup group = phases(g);
+    photons += group.sum, seen += group.bins * live(g), bins += group.bins;
+  }
+  if (!(photons > 0) || !(seen > 0)) return;
+  SquareSum &fine = verdict_.by_phase, &coarse = verdict_.by_phase_coarse;
+  for (std::size_t g = 0; g < groups; ++g) {
+    const PhaseGroup group = phases(g);
+    const double mean = photons * live(g) / seen;
+    fine.add_alike(group.bins, mean, group.sum, group.squares);
+    coarse.add(group.sum, mean * group.bins);
+  }
+  const SquareSum& surer = coarse.gain_nats() > fine.gain_nats() ? coarse : fine;
+  const double gain = surer.gain_nats();
+  const bool has_strangers = fine.excess > most_elsewhere * verdict_.by_pulse.scale +
+                                               deviations_of_stray * std::sqrt(fine.variance);
+  if (has_strangers && map_.by_pulse().size() < fewest_for_strangers) {
+    verdict_.is_wrong_pattern = true;
+    add({FindingName::wrong_pattern, 1, 1 / std::sqrt(2 * gain), gain});
+  }
+  if (2 * gain < sure_squares) return;
+  const double cells = &surer == &coarse ? bins / coarse_phases : bins;
+  const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
+  add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
+  verdict_.is_doubtful = has_strangers || 2 * verdict_.by_pulse.gain_nats() > sure_squares;
+}
+
+// The gain of a gaussian's signal over the light from 4 widths on.
+void Findings::judge_beside() {
+  std::array<double, most_cells> counts{}, expected{};
+  double beside = 0, cells = 0;
+  std::array<double, most_cells> light{};
+  fit_.expect({}, 0, expected);
+  for (std::size_t i = 0; i < map_.cells(); ++i) {
+    for (std::size_t j = 0; j < map_parts; ++j) counts[i] += map_.part(j)[i];
+    const double mid_ns = map_.edge_ns(i) + map_.cell_ns() / 2 - pulse_.peak_ns();
+    const bool is_beside = std::abs(mid_ns) > signal_reach_widths * pulse_.width_ns();
+    if (is_beside) beside += counts[i], cells += 1;
+    light[i] = is_beside ? 0 : std::max(0.0, expected[i] - fit_.dark_in_cell()) * map_parts;
+  }
+  if (cells == 0) return;
+  const double dark = std::max(beside / cells, fit_.dark_in_cell() * map_parts);
+  double amount = 1, gain = 0;  // of the fitted signal
+  for (int step = 0; step < 20; ++step) {
+    double slope = 0, curve = 0;
+    gain = 0;
+    for (std::size_t i = 0; i < map_.cells(); ++i) {
+      const double q = light[i] / (dark + amount * light[i]);
+      slope += counts[i] * q - light[i], curve += counts[i] * q * q;
+      gain += counts[i] * std::log1p(amount * light[i] / dark) - amount * light[i];
+    }
+    if (!(curve > 0)) break;
+    amount = std::clamp(amount + slope / curve, amount / 4, 2 * amount);
+  }
+  verdict_.gain_beside_nats = std::max(0.0, gain);
+}
+
+}  // namespace splid::checks

@@ -1,0 +1,128 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "estimator/checks/finding.hpp"
+#include "estimator/checks/map_fit.hpp"
+#include "estimator/checks/pulse_table.hpp"
+#include "estimator/checks/residual_map.hpp"
+#include "estimator/checks/square_sum.hpp"
+
+namespace splid::checks {
+
+// Twice the gain that chance reaches in one frame of a million, of a single term.
+inline constexpr double sure_squares = 24;
+// The same of so many terms together.
+double sure_squares_of(double degrees);
+
+// Photons that a pulse's window is expected to have.
+struct PulseLight {
+  double light, dark;
+};
+
+// How the target was fitted, beside the values.
+struct FitFacts {
+  std::size_t track_terms = 2;  // 1 to 3: delay, range walk, quadratic term
+  bool is_width_fitted = false;
+  double std_delay_ns = 0;  // of the track's terms, as DelayTrack has them; 0: held
+  double std_walk_ns = 0;
+  double std_quadratic_ns = 0;
+};
+
+// What a row says of a frame, sure or not; for many frames together.
+struct RowScore {
+  std::array<double, 2> score{};        // of its first terms, orthogonal to the fitted parameters
+  std::array<double, 2> information{};  // of these
+  double squares = 0;                   // twice the gain of all its terms, less Bartlett's part
+  double degrees = 0;                   // 0: the row was not looked at
+};
+
+// What the photons say against the fitted model of a target, and what follows from it.
+struct Verdict {
+  // The most likely finding first, then those that stay sure beside it, in the order of the table.
+  std::array<Finding, finding_names> found;
+  std::size_t count = 0;
+  // By how much the findings imply that the delay at mid-frame and the range walk are off
+  // (pattern's clock): to be added to their deviations in quadrature.
+  double off_delay_ns = 0, off_walk_ns = 0;
+  // The deviations that the photons themselves show, with a sure finding; else 0. The larger of
+  // these and the fit's is to be published.
+  double sandwich_delay_ns = 0, sandwich_walk_ns = 0;
+  // The target's gain over the background beside its own pulses, where more light is there than
+  // chance has in one frame of a hundred; to be judged by the frame's threshold.
+  std::optional<double> gain_beside_nats;
+  bool is_doubtful = false;  // other light takes part in what was taken for the target: ambiguous
+  bool is_wrong_pattern = false;  // no target: the light is not that of the pattern's pulses
+  std::array<RowScore, rows_with_directions> scores;
+  SquareSum by_phase, by_phase_coarse, by_pulse;
+
+  [[nodiscard]] std::span<const Finding> findings() const { return std::span(found).first(count); }
+  [[nodiscard]] bool has(FindingName name) const;
+};
+
+// Judges a fitted target by the residual map about its track: screens all rows of finding_table()
+// by their scores, and decides those that stand out by a fit of the richer model to the map.
+//
+// Threads: one thread for each object. Errors: none. No allocation in judge().
+class Findings {
+ public:
+  // train, shape: outlive this.
+  Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons);
+  // model: fitted to this frame; target: which of its targets.
+  const Verdict& judge(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,
+                       const FitFacts& facts, const SeenLight& seen_light = {});
+  [[nodiscard]] const ResidualMap& map() const { return map_; }
+  [[nodiscard]] MapFit& fit() { return fit_; }
+  // Of pulse p of a train of a single stretch, in the frame that was judged last.
+  [[nodiscard]] PulseLight expected_at(std::size_t p) const;
+
+ private:
+  struct Candidate {  // a row that the screen let through, fitted
+    std::size_t row = 0;
+    double squares = 0, gain_nats = 0;
+    Member member;
+  };
+  void list_terms(const FitFacts& facts);
+  void screen(const FitFacts& facts);
+  void score_row(std::size_t row);
+  void decide();
+  [[nodiscard]] bool is_sure(const Candidate& candidate) const;
+  void name_best(const FoldedFrame& frame);
+  void say(std::size_t row, double gain_nats, const Member& member, const FoldedFrame& frame);
+  void follow(const Member& richer, std::size_t row);
+  void find_sandwich();
+  void judge_pulses();
+  void judge_phases(const FoldedFrame& frame, const SeenLight& seen_light);
+  void judge_beside();
+  struct PhaseGroup {  // sums over neighbouring free bins of phase
+    double bins, sum, squares;
+  };
+  [[nodiscard]] PhaseGroup phases(std::size_t group) const;
+  [[nodiscard]] double fit_with(std::span<const std::size_t> rows, Member& member);
+  [[nodiscard]] double bartlett(std::size_t row) const;
+  void add(const Finding& finding);
+
+  PulseTable pulse_;
+  const PulseTrain& train_;
+  ResidualMap map_;
+  MapFit fit_;
+  struct Kernel {
+    double third = 0, fourth = 0;
+  };
+  std::array<Kernel, rows_with_directions> kernels_;  // of each row's functions of the time
+  Verdict verdict_;
+  std::array<Term, most_terms> terms_;  // those fitted, then the rows'
+  std::size_t fitted_ = 0, size_ = 0;
+  std::array<std::size_t, rows_with_directions> first_term_, row_terms_;
+  MapFit::Slopes slopes_;
+  TermMatrix solved_;  // scratch
+  std::array<Candidate, rows_with_directions> candidates_;
+  std::size_t candidate_count_ = 0;
+  Member base_;
+  double base_value_ = 0, light_of_pulses_ = 0;
+};
+
+}  // namespace splid::checks

@@ -1,0 +1,135 @@
+#include "estimator/checks/residual_map.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "estimator/fold/kernel_choice.hpp"
+
+namespace splid::checks {
+namespace {
+
+constexpr double cells_a_width = 2;
+constexpr double widths_a_phase = 8;  // of a phase bin
+constexpr std::size_t most_phases = 4096;
+constexpr double least_mask_ns = 1;  // detectors are no slower, whatever pulse is configured
+constexpr double most_masked = 0.75;
+constexpr std::size_t fewest_cells = 12;  // three widths on both sides
+
+}  // namespace
+
+ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons)
+    : train_(train),
+      cell_ns_(shape.width_ns() / cells_a_width),
+      peak_ns_(shape.peak_offset_ns()),
+      half_pulse_ns_(half_pulse_widths * shape.width_ns()) {
+  const double most = std::floor(0.499 * train.closest_ns / cell_ns_);
+  const auto cells = 2 * static_cast<std::size_t>(std::min(most, most_cells / 2.0));
+  if (cells < fewest_cells) return;
+  cells_ = cells;
+  first_ns_ = peak_ns_ - reach_ns();
+  windows_ = comb_windows(train, first_ns_, first_ns_ + 2 * reach_ns());
+  counts_.resize(map_parts * most_cells);
+  phases_32_.resize(max_photons);
+  picked_.resize(max_photons);
+  if (!train.single()) return;
+  by_pulse_.resize(train.stretches.front().comb.times_ns.size());
+  add_phases(shape);
+}
+
+void ResidualMap::add_phases(const PulseShape& shape) {
+  const Comb& comb = train_.stretches.front().comb;
+  const double wish = std::ceil(comb.period_ns / (widths_a_phase * shape.width_ns()));
+  const auto bins = std::min(
+      most_phases, std::bit_floor(std::max<std::size_t>(2, static_cast<std::size_t>(wish))));
+  const double bin_ns = comb.period_ns / static_cast<double>(bins);
+  is_free_.assign(bins, 1);
+  const double before_ns = std::max({-shape.first_ns(), least_mask_ns, -first_ns_});
+  const double after_ns = std::max({shape.last_ns(), least_mask_ns, first_ns_ + 2 * reach_ns()});
+  for (const double time_ns : comb.times_ns) {
+    const auto first = static_cast<std::int64_t>(std::floor((time_ns - before_ns) / bin_ns));
+    const auto last = static_cast<std::int64_t>(std::floor((time_ns + after_ns) / bin_ns));
+    for (std::int64_t bin = first; bin <= last; ++bin) {
+      is_free_[static_cast<std::size_t>(bin) & (bins - 1)] = 0;  // a power of two: negative wraps
+    }
+  }
+  const auto masked = std::count(is_free_.begin(), is_free_.end(), std::uint8_t{0});
+  if (static_cast<double>(masked) > most_masked * static_cast<double>(bins))
+    return is_free_.clear();
+  by_phase_.resize(bins);
+  phase_shift_ = 32 - std::countr_zero(bins);
+}
+
+void ResidualMap::fill(const FoldedFrame& frame, const DelayTrack& track) {
+  if (!looks()) return;
+  std::fill(counts_.begin(), counts_.end(), 0.0);
+  std::fill(by_pulse_.begin(), by_pulse_.end(), 0.0);
+  std::fill(by_phase_.begin(), by_phase_.end(), 0);
+  near_ = 0;
+  for (std::size_t s = 0; s < train_.stretches.size(); ++s) fill_stretch(frame, track, s);
+  if (!train_.single()) fill_between(frame, track);
+  elsewhere_ = static_cast<double>(frame.size()) - near_;
+}
+
+// Phases in 2^-32 of a period are exact to a millionth of a width.
+void ResidualMap::fill_stretch(const FoldedFrame& frame, const DelayTrack& track, std::size_t s) {
+  const SearchKernels& kernels = best_search_kernels();
+  const std::size_t begin = frame.group_begin(s), count = frame.group_end[s] - begin;
+  const double period_ns = train_.stretches[s].comb.period_ns;
+  const double to_32 = 0x1p32 / period_ns, per_ns = 1 / frame.length_ns;
+  std::uint32_t* phases = phases_32_.data();
+  kernels.line_phases(phases, frame.phase_32.data() + begin, frame.time_ns.data() + begin,
+                      std::remainder(track.delay_ns, period_ns) * to_32,
+                      track.walk_ns * per_ns * to_32, count);
+  if (track.quadratic_ns != 0) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const double share = frame.time_ns[begin + i] * per_ns;
+      phases[i] -= static_cast<std::uint32_t>(
+          static_cast<std::int64_t>(track.quadratic_ns * DelayTrack::quadratic_at(share) * to_32));
+    }
+  }
+  if (!by_phase_.empty()) {
+    for (std::size_t i = 0; i < count; ++i) ++by_phase_[phases[i] >> phase_shift_];
+  }
+  const CombWindow& window = windows_[s];
+  const std::size_t near =
+      kernels.pick(picked_.data(), phases, window.flags(), window.shift(), count);
+  const double to_ns = 1 / to_32;
+  for (std::size_t n = 0; n < near; ++n) {
+    const std::size_t i = picked_[n];
+    this->count(phases[i] * to_ns, frame.time_ns[begin + i] * per_ns, window, phases[i]);
+  }
+}
+
+// The photons of the last group: the track tells when they left, and so in which stretch.
+void ResidualMap::fill_between(const FoldedFrame& frame, const DelayTrack& track) {
+  const double per_ns = 1 / frame.length_ns;
+  for (std::size_t i = frame.group_begin(train_.stretches.size()); i < frame.size(); ++i) {
+    const double share = frame.time_ns[i] * per_ns;
+    double left = frame.phase_ns[i] - track.at(share);
+    left -= train_.period_ns * std::floor(left / train_.period_ns);
+    const std::size_t s = train_.stretch_at(left);
+    const PulseTrain::Stretch& stretch = train_.stretches[s];
+    double turns = (left - stretch.begin_ns) / stretch.comb.period_ns;
+    turns -= std::floor(turns);
+    const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
+    count(turns * stretch.comb.period_ns, share, windows_[s], phase_32);
+  }
+}
+
+void ResidualMap::count(double phase_ns, double share, const CombWindow& window,
+                        std::uint32_t phase_32) {
+  for (const CombWindow::Pulse& pulse : window.candidates(phase_32)) {
+    const double offset_ns = phase_ns - pulse.time_ns;
+    const double cell = (offset_ns - first_ns_) / cell_ns_;
+    if (!(cell >= 0) || cell >= static_cast<double>(cells_)) continue;
+    const double part = std::clamp((share + 0.5) * map_parts, 0.0, map_parts - 1.0);
+    counts_[static_cast<std::size_t>(part) * most_cells + static_cast<std::size_t>(cell)] += 1;
+    near_ += 1;
+    if (by_pulse_.empty() || std::abs(offset_ns - peak_ns_) > half_pulse_ns_) return;
+    by_pulse_[window.index_of(pulse)] += 1;
+    return;
+  }
+}
+
+}  // namespace splid::checks

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/likelihood/model.hpp"
+#include "estimator/model/comb.hpp"
+#include "estimator/model/pulse_shape.hpp"
+#include "estimator/model/pulse_train.hpp"
+
+// Residual maps, and the findings that they show. Open finding.hpp first: its table has one row for
+// each finding. Then:
+//   residual_map.hpp  the photons of a frame about a fitted track
+//   pulse_table.hpp   the configured pulse, to expect them by
+//   map_fit.hpp       the richer models of the table, fitted to a map
+//   square_sum.hpp    counts that differ by more than chance
+//   findings.hpp      which findings are sure in a frame, and what follows from them
+//   finding_sums.hpp  the same over many frames
+
+namespace splid::checks {
+
+inline constexpr std::size_t map_parts = 32;  // of the frame
+inline constexpr std::size_t most_cells = 64;
+
+// How much of a frame's light the detector could see; 1 is all that seen_ns holds on average.
+struct SeenLight {
+  std::array<double, map_parts> of_part;   // losses: mean 1
+  std::array<double, most_cells> of_cell;  // a dead time: the share alive at each offset
+  double elsewhere = 1;                    // and on average outside of the map
+  std::span<const double> of_phase = {};   // and in each 16 phase bins of the map; empty: alike
+  SeenLight() {
+    of_part.fill(1);
+    of_cell.fill(1);
+  }
+};
+
+// Counts of a frame's photons about the pulses of a fitted track: by offset and part of the frame,
+// by pulse, and by phase of the pattern period outside of the pulses.
+//
+// The offsets are cells of half a pulse width to 16 widths on both sides of the pulse's peak, or to
+// where the next pulse is nearer. A photon is in one cell at most.
+//
+// Threads: one thread for each object. Errors: none. No allocation in fill().
+class ResidualMap {
+ public:
+  // train: outlives this.
+  ResidualMap(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons);
+  void fill(const FoldedFrame& frame, const DelayTrack& track);
+
+  // False where pulses are too close to each other for a map.
+  [[nodiscard]] bool looks() const { return cells_ > 0; }
+  [[nodiscard]] std::size_t cells() const { return cells_; }
+  [[nodiscard]] double edge_ns(std::size_t cell) const {  // where it begins; cell <= cells()
+    return first_ns_ + static_cast<double>(cell) * cell_ns_;
+  }
+  [[nodiscard]] double cell_ns() const { return cell_ns_; }
+  [[nodiscard]] double reach_ns() const { return static_cast<double>(cells_) * cell_ns_ / 2; }
+  // Photons by cell; the cells of one part of the frame.
+  [[nodiscard]] std::span<const double> part(std::size_t part) const {
+    return std::span(counts_).subspan(part * most_cells, cells_);
+  }
+  [[nodiscard]] double elsewhere() const { return elsewhere_; }  // photons outside of the map
+  // Photons within two widths of each pulse's peak, of a train of a single stretch; else empty.
+  // Such a window holds 95 % of a gaussian pulse's light, and not much background.
+  [[nodiscard]] std::span<const double> by_pulse() const { return by_pulse_; }
+  static constexpr double half_pulse_widths = 2;
+  // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty
+  // where the pulses leave less than a quarter of the phases, and for trains of several stretches.
+  [[nodiscard]] std::span<const std::uint32_t> by_phase() const { return by_phase_; }
+  [[nodiscard]] std::span<const std::uint8_t> is_free() const { return is_free_; }
+
+ private:
+  void add_phases(const PulseShape& shape);
+  void fill_stretch(const FoldedFrame& frame, const DelayTrack& track, std::size_t s);
+  void fill_between(const FoldedFrame& frame, const DelayTrack& track);
+  void count(double phase_ns, double share, const CombWindow& window, std::uint32_t phase_32);
+
+  const PulseTrain& train_;
+  double cell_ns_, first_ns_ = 0, peak_ns_, half_pulse_ns_;
+  std::size_t cells_ = 0;
+  std::vector<CombWindow> windows_;
+  std::vector<double> counts_, by_pulse_;
+  std::vector<std::uint32_t> by_phase_;
+  std::vector<std::uint8_t> is_free_;
+  std::vector<std::uint32_t> phases_32_, picked_;  // scratch: one a photon
+  int phase_shift_ = 0;
+  double elsewhere_ = 0, near_ = 0;
+};
+
+}  // namespace splid::checks
