@@ -107,7 +107,7 @@ TEST(Findings, SayWhatTheSceneHasBeyondTheModel) {
     FoldedMaker made = interleaved_maker();
     scene.change(made);
     JudgedFrames judged{made};
-    const int frames = test::times(25);
+    constexpr int frames = 25;
     int said = 0;
     double value = 0;
     judged.visit(frames, 9, [&](const Verdict& verdict) {
