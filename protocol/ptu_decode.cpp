@@ -155,8 +155,12 @@ Fraction fraction_of(double value) {
 
 }  // namespace
 
-PtuDecoder::PtuDecoder(RecordType type, double resolution_s, std::int64_t origin_ps)
-    : type_(type), origin_ps_(origin_ps) {
+PtuDecoder::PtuDecoder(RecordType type, double resolution_s, std::int64_t origin_ps,
+                       const PtuInputs& inputs)
+    : type_(type),
+      inputs_(inputs),
+      has_other_inputs_(!inputs.text().empty()),
+      origin_ps_(origin_ps) {
   if (!(resolution_s >= 1e-15 && resolution_s <= 1e-3)) {
     throw Error(Fault::data, "PTU records: a resolution of " + number_text(resolution_s) +
                                  " s; it must be from 1e-15 to 1e-3 s");
@@ -188,6 +192,7 @@ RecordDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, s
     const std::uint64_t before = base_;
     const std::size_t tags = decode_some(rest.data(), count, room.data());
     if (!whole) scale(room.first(tags), before);
+    if (has_other_inputs_) name_inputs(room.first(tags));
     progress.bytes += count * ptu_record_bytes;
     progress.tags += tags;
   }
@@ -211,6 +216,13 @@ std::size_t PtuDecoder::decode_some(const std::byte* in, std::size_t count, Tag*
   overflow_records_ += clock.overflows;
   unknown_records_ += count - clock.tags - clock.overflows;
   return clock.tags;
+}
+
+void PtuDecoder::name_inputs(std::span<Tag> tags) const {
+  for (Tag& tag : tags) {
+    if (tag.kind != TagKind::photon) continue;
+    tag.value = inputs_.input_of(static_cast<std::size_t>(tag.value));
+  }
 }
 
 std::int64_t PtuDecoder::reached_ps() const {

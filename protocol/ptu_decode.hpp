@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <span>
 
+#include "protocol/ptu_inputs.hpp"
 #include "protocol/record_decoder.hpp"
 #include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
 
-// Turns the records of a PTU recording in T2 mode into tags: photon (value: the record's channel),
+// Turns the records of a PTU recording in T2 mode into tags: photon (value: the channel's input),
 // sync (special, channel 0) and marker (special, channel 1 to 15). Overflow records move the clock
 // and give no tag; special records of any other channel are counted and left out.
 //
@@ -23,7 +24,8 @@ class PtuDecoder final : public RecordDecoder {
  public:
   // resolution_s: seconds a time unit, 1e-15 to 1e-3.
   // Errors: Error(Fault::data) for a resolution outside that range and for a type of T3.
-  PtuDecoder(RecordType type, double resolution_s, std::int64_t origin_ps = 0);
+  PtuDecoder(RecordType type, double resolution_s, std::int64_t origin_ps = 0,
+             const PtuInputs& inputs = PtuInputs());
 
   [[nodiscard]] std::size_t record_bytes() const override { return ptu_record_bytes; }
   Progress decode(std::span<const std::byte> records, std::span<Tag> out) override;
@@ -37,10 +39,13 @@ class PtuDecoder final : public RecordDecoder {
   [[nodiscard]] std::int64_t to_ps(std::int64_t ticks) const;
   // Decodes so many records, with room in `out` for a tag of each; the number of tags.
   std::size_t decode_some(const std::byte* in, std::size_t count, Tag* out);
+  void name_inputs(std::span<Tag> tags) const;
   // Ticks become ps. first_ticks: the clock before the tags.
   void scale(std::span<Tag> tags, std::uint64_t first_ticks) const;
 
   RecordType type_;
+  PtuInputs inputs_;
+  bool has_other_inputs_;       // than the channels' numbers
   std::int64_t wrap_ = 0;       // ticks
   std::int64_t numerator_ = 1;  // ps a tick is numerator / denominator
   std::int64_t denominator_ = 1;

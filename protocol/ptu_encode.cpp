@@ -22,16 +22,6 @@ constexpr std::int64_t clock_break_gap_ps = 1'000'000'000'000;  // 1 s
 // is written early instead of growing the buffer.
 constexpr std::size_t max_waiting = 4096;
 
-// The record of a tag, without its time; absent where no record can hold the tag.
-std::optional<std::uint32_t> record_of(const Tag& tag, int least_input) {
-  const bool input = tag.kind == TagKind::photon && tag.value >= least_input && tag.value <= 62;
-  const bool marker = tag.kind == TagKind::marker && tag.value >= 1 && tag.value <= 15;
-  if (tag.kind == TagKind::sync) return special;
-  if (input) return static_cast<std::uint32_t>(tag.value) << 25U;
-  if (marker) return special | (static_cast<std::uint32_t>(tag.value) << 25U);
-  return std::nullopt;
-}
-
 }  // namespace
 
 std::uint64_t ptu_tags(std::span<const std::byte> records) {
@@ -45,8 +35,8 @@ std::uint64_t ptu_tags(std::span<const std::byte> records) {
   return tags;
 }
 
-PtuEncoder::PtuEncoder(std::int64_t origin_ps, int least_input)
-    : least_input_(least_input), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
+PtuEncoder::PtuEncoder(std::int64_t origin_ps, const PtuInputs& inputs)
+    : inputs_(inputs), now_ps_(origin_ps), written_ps_(origin_ps), base_ps_(origin_ps) {
   waiting_.reserve(2 * max_waiting);
 }
 
@@ -65,7 +55,7 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
   if (clock_broke_ || step_ps > ptu_longest_step_ps) restart(tag.time_ps, out);
   tag.time_ps = in_recording(tag.time_ps);
   if (is_event(tag.kind)) {
-    const std::optional<std::uint32_t> record = record_of(tag, least_input_);
+    const std::optional<std::uint32_t> record = record_of(tag);
     if (!record || tag.time_ps < written_ps_) {
       reject(tag.time_ps);
     } else {
@@ -76,6 +66,17 @@ void PtuEncoder::take(Tag tag, std::vector<std::byte>& out) {
   }
   now_ps_ = std::max(now_ps_, tag.time_ps);
   write_until(saturated_difference(now_ps_, ptu_sorted_within_ps), out);
+}
+
+// The record of a tag, without its time; absent where no record can hold the tag.
+std::optional<std::uint32_t> PtuEncoder::record_of(const Tag& tag) {
+  if (tag.kind == TagKind::sync) return special;
+  if (tag.kind == TagKind::photon) {
+    const auto channel = inputs_.channel_of(tag.value);
+    return channel ? std::optional(*channel << 25U) : std::nullopt;
+  }
+  if (tag.value < 1 || tag.value > 15) return std::nullopt;
+  return special | (static_cast<std::uint32_t>(tag.value) << 25U);
 }
 
 std::int64_t PtuEncoder::in_recording(std::int64_t time_ps) const {

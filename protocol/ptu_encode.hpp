@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "protocol/loss_collector.hpp"
+#include "protocol/ptu_inputs.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -25,21 +27,20 @@ inline constexpr std::int64_t ptu_longest_step_ps = 86'400'000'000'000'000;
 // Turns tags into records of a PTU recording: T2 mode, type hydra_harp_v2 (0x01010204), 1 ps.
 // Records are written sorted: tags wait in a small buffer until the stream is 1 us past them.
 //
-// Takes photons of inputs 1 (or least_input) to 62, syncs and markers 1 to 15. Heartbeats only move
-// the clock. Losses go to losses(), for the header. So does, as `missed`, each tag that no record
+// Takes photons of at most 64 inputs, syncs and markers 1 to 15. Heartbeats only move the clock.
+// Losses go to losses(), for the header. So does, as `missed`, each tag that no record
 // can hold: a tag that comes after a later tag was written (more than 1 us too late), a tag before
-// origin_ps, and a tag of another input. A tag after the clock was set anew (clock_break), or more
-// than a day ahead of all tags before it, is written 1 s after the last record. The gap is a loss
-// of unknown count. So a recording's time never runs backwards, but its later tags no longer show
-// the tagger's clock.
+// origin_ps, a marker of other bits, and a photon of a 65th input. A tag after the clock was set
+// anew (clock_break), or more than a day ahead of all tags before it, is written 1 s after the last
+// record. The gap is a loss of unknown count. So a recording's time never runs backwards, but its
+// later tags no longer show the tagger's clock.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuEncoder {
  public:
-  // origin_ps: tagger's clock at time 0 of the recording. least_input: 0 for a recording of another
-  // program, whose inputs keep their numbers; splid's own leave input 0 unused, which some readers
-  // take for the sync.
-  explicit PtuEncoder(std::int64_t origin_ps, int least_input = 1);
+  // origin_ps: tagger's clock at time 0 of the recording. inputs: those that have a channel
+  // already.
+  explicit PtuEncoder(std::int64_t origin_ps, const PtuInputs& inputs = PtuInputs());
 
   // Takes tags, and appends the records of all tags that no later tag can precede.
   void encode(std::span<const Tag> tags, std::vector<std::byte>& out);
@@ -49,6 +50,8 @@ class PtuEncoder {
   [[nodiscard]] std::uint64_t records() const { return records_; }    // written, overflows included
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }  // tags that got no record
   // The losses, in the recording's clock: see now_ps().
+  // Which inputs the records' channels stand for; grows as photons of new inputs come.
+  [[nodiscard]] const PtuInputs& inputs() const { return inputs_; }
   [[nodiscard]] const LossCollector& losses() const { return losses_; }
   // The latest time so far, in the recording's clock, which is the tags' clock up to the first
   // clock break.
@@ -64,12 +67,13 @@ class PtuEncoder {
   [[nodiscard]] std::int64_t in_recording(std::int64_t time_ps) const;
   void restart(std::int64_t time_ps, std::vector<std::byte>& out);
   void reject(std::int64_t time_ps);
+  [[nodiscard]] std::optional<std::uint32_t> record_of(const Tag& tag);
   void insert(Waiting waiting, std::vector<std::byte>& out);
   void write_until(std::int64_t time_ps, std::vector<std::byte>& out);
   void write(const Waiting& waiting, std::vector<std::byte>& out);
   void append(std::uint32_t record, std::vector<std::byte>& out);
 
-  int least_input_;
+  PtuInputs inputs_;
   // The same moment, in the tags' clock since the last clock break and in the recording's.
   std::int64_t clock_zero_ps_ = 0;
   std::int64_t recording_zero_ps_ = 0;

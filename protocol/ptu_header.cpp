@@ -233,6 +233,14 @@ void read_own_facts(RecordingHeader& header) {
     }
     header.origin_ps = *origin_ps;
   }
+  if (const auto text = header.text("Splid_Inputs")) {
+    const auto inputs = PtuInputs::from_text(*text, 0);
+    if (!inputs) {
+      fail(offset_of(header, "Splid_Inputs"),
+           "Splid_Inputs is not a list of channel:input, each once: " + text->substr(0, 80));
+    }
+    header.inputs = *inputs;
+  }
   if (const auto text = header.text("Splid_Losses")) {
     auto losses = losses_from_text(*text);
     if (!losses) {

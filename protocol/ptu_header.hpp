@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/ptu_inputs.hpp"
 #include "protocol/recording_header.hpp"
 #include "protocol/tag.hpp"
 
@@ -41,7 +42,7 @@ struct PtuFacts {
   std::string instrument = "splid";  // HW_Type
   std::string release = "0.0.0";     // of the program: CreatorSW_Version
   std::string comment = "T2 Mode";   // File_Comment
-  int least_input = 1;               // of the records; see PtuEncoder
+  PtuInputs inputs{1};               // Splid_Inputs; has a fixed room
   std::string guid;                  // empty: made from created_unix_s and origin_ps
   std::string pattern_json;          // Splid_Pattern
   std::string config_json;           // Splid_Config

@@ -122,6 +122,7 @@ std::vector<std::byte> make_ptu_header(const PtuFacts& facts) {
   write_origin(writer, facts);
   write_measurement(writer, facts);
   writer.string("Splid_Origin_ps", std::to_string(facts.origin_ps), origin_room_bytes);
+  if (!facts.t3) writer.string("Splid_Inputs", facts.inputs.text(), PtuInputs::most_chars);
   writer.string("Splid_Pattern", facts.pattern_json);
   writer.string("Splid_Config", facts.config_json);
   if (!facts.encoder_file.empty()) writer.string("Splid_Encoder", facts.encoder_file);

@@ -19,14 +19,6 @@ std::string to_text(const std::vector<Loss>& losses) {
   return text;
 }
 
-// Takes the text before the next `separator`, or the whole text, off the front of `text`.
-std::string_view take_until(std::string_view& text, char separator) {
-  const std::size_t length = std::min(text.find(separator), text.size());
-  const std::string_view taken = text.substr(0, length);
-  text.remove_prefix(std::min(length + 1, text.size()));
-  return taken;
-}
-
 std::optional<Loss> loss_from_text(std::string_view text) {
   const auto begin_ps = whole_number(take_until(text, ':'));
   const auto end_ps = whole_number(take_until(text, ':'));

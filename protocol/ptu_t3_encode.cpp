@@ -13,7 +13,7 @@ constexpr std::uint64_t t3_most_overflows = 1023;  // that one record counts
 constexpr std::uint32_t t3_special = 1U << 31U;
 constexpr std::uint32_t t3_overflow = t3_special | 63U << 25U;
 constexpr double t3_most_steps = 32'767;  // this time stands for any later one
-constexpr int t3_most_input = 62;
+constexpr int t3_most_input = 63;
 
 }  // namespace
 

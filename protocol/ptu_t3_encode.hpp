@@ -17,7 +17,7 @@ namespace splid {
 // A `missed` tag, a photon that came too late after its sync, becomes a record of its input and of
 // the largest time.
 // Losses go to losses(), for the header. A tag that no record can hold goes there as `missed`: an
-// input above 62, a time before its sync, or a sync before the last overflow record.
+// input above 63, a time before its sync, or a sync before the last overflow record.
 //
 // Threads: one. Errors: none. Allocates only where the caller's buffer has to grow.
 class PtuT3Encoder {

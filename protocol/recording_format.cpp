@@ -99,7 +99,8 @@ std::unique_ptr<RecordDecoder> make_decoder(const RecordingHeader& header, doubl
   if (header.is_t3) {
     return std::make_unique<PtuT3Decoder>(header.record_type, sync_ps, header.resolution_s);
   }
-  return std::make_unique<PtuDecoder>(header.record_type, header.resolution_s, header.origin_ps);
+  return std::make_unique<PtuDecoder>(header.record_type, header.resolution_s, header.origin_ps,
+                                      header.inputs);
 }
 
 std::span<const std::string_view> recording_endings() { return known_endings; }

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "protocol/ptu_inputs.hpp"
 #include "protocol/tag.hpp"
 
 namespace splid {
@@ -109,6 +110,7 @@ struct RecordingHeader {
 
   // splid's own facts, which have their defaults in the recordings of other programs.
   std::int64_t origin_ps = 0;  // tagger's clock at time 0 of the records
+  PtuInputs inputs{0};         // of the records' channels, which have their own numbers elsewhere
   std::string pattern_json;    // empty: none
   std::string config_json;     // empty: none
   std::vector<Loss> losses;    // tagger's clock, sorted; begin == end: no interval known

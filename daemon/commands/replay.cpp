@@ -61,10 +61,7 @@ double speed_of(const std::string& text) {
 
 bool occurs(const RecordingInfo& info, const ChannelName& channel) {
   if (channel.kind == TagKind::sync) return info.syncs > 0;
-  if (channel.kind == TagKind::photon) {
-    return channel.value >= 0 && channel.value < static_cast<int>(info.photons.size()) &&
-           info.photons[static_cast<std::size_t>(channel.value)] > 0;
-  }
+  if (channel.kind == TagKind::photon) return info.photons.contains(channel.value);
   for (std::size_t bits = 0; bits < info.markers.size(); ++bits) {
     if (info.markers[bits] > 0 && channel.matches(marker_tag(0, static_cast<int>(bits)))) {
       return true;

@@ -43,7 +43,7 @@ PtuFacts kept_facts(const RecordingHeader& header) {
   facts.release = SPLID_VERSION;
   facts.comment = header.text("File_Comment").value_or("");
   facts.sync_divider = header.integer("HWSync_Divider").value_or(1);
-  facts.least_input = 0;
+  facts.inputs = header.inputs;
   facts.pattern_json = header.pattern_json;
   facts.config_json = header.config_json;
   facts.encoder_file = header.text("Splid_Encoder").value_or("");
@@ -240,7 +240,7 @@ void refuse_what_t3_cannot_hold(const std::string& file, std::uint64_t tags) {
   if (tags == 0) return;
   throw Error(Fault::data, file + ": " + grouped(tags) +
                                " of its tags have a sync before that of an earlier tag, or an "
-                               "input above 62, and a PTU in T3 mode cannot hold them; sort its "
+                               "input above 63, and a PTU in T3 mode cannot hold them; sort its "
                                "tags by time, or let splid replay measure the recording itself");
 }
 

@@ -186,7 +186,7 @@ void PtuWriter::begin(std::int64_t first_tag_ps) {
   clock_.anchor(first_tag_ps);
   facts_.origin_ps = saturated_difference(first_tag_ps, lead_ps);
   facts_.created_unix_s = clock_.unix_s(facts_.origin_ps);
-  encoder_ = PtuEncoder(facts_.origin_ps, facts_.least_input);
+  encoder_ = PtuEncoder(facts_.origin_ps, facts_.inputs);
   write_header();
 }
 
@@ -209,8 +209,13 @@ void PtuWriter::write_header() {
   facts_.record_count = written_records();
   const std::vector<std::byte> next = make_ptu_header(facts_);
   const auto [was, is] = std::mismatch(header_.begin(), header_.end(), next.begin(), next.end());
+// The inputs that they name are in the header before them.
   const auto [was_last, is_last] = std::mismatch(header_.rbegin(), std::make_reverse_iterator(was),
                                                  next.rbegin(), std::make_reverse_iterator(is));
+  if (facts_.inputs != encoder_.inputs()) {
+    facts_.inputs = encoder_.inputs();
+    write_header();
+  }
   const auto begin = static_cast<std::size_t>(is - next.begin());
   const auto end = static_cast<std::size_t>(is_last.base() - next.begin());
   header_ = next;

@@ -2,6 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <optional>
+#include <vector>
+
+#include "config/channel_name.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
@@ -14,6 +18,22 @@ namespace {
 
 constexpr double least_share = 0.7;
 
+// The configured inputs have their channels before any other that has tags.
+PtuInputs inputs_of(const ChannelOptions& channels) {
+  std::vector<std::string> names = channels.photon;
+  names.insert(names.end(), {channels.sync, channels.encoder});
+  PtuInputs inputs;
+  for (const std::string& name : names) {
+    const std::optional<ChannelName> channel = parse_channel(name);
+    if (!channel || channel->kind != TagKind::photon) continue;
+    if (inputs.channel_of(channel->value)) continue;
+    throw Error(Fault::usage, "/channels: input " + name + " is one more than the " +
+                                  std::to_string(PtuInputs::channels) +
+                                  " that a recording can hold; name fewer, or do not record");
+  }
+  return inputs;
+}
+
 }  // namespace
 
 PtuFacts header_facts(const Config& config, const SourceInfo& source,
@@ -23,6 +43,7 @@ PtuFacts header_facts(const Config& config, const SourceInfo& source,
   facts.release = SPLID_VERSION;
   facts.pattern_json = to_json(config.pattern);
   facts.config_json = config_to_json(config);
+  facts.inputs = inputs_of(config.channels);
   facts.encoder_file = encoder_file.substr(encoder_file.rfind('/') + 1);
   return facts;
 }

@@ -13,7 +13,8 @@ namespace splid::recording {
 // those facts with a configuration when the recording is read again.
 
 // The instrument, the release, the pattern and the configuration. encoder_file: path of the file
-// of encoder counts beside the recording; empty: there is none.
+// of encoder counts beside the recording; empty: there is none. Errors: Error(Fault::usage) where
+// the configuration names more inputs than a recording can hold.
 PtuFacts header_facts(const Config& config, const SourceInfo& source,
                       const std::string& encoder_file);
 

@@ -67,9 +67,8 @@ std::string report_steps_back(const RecordingInfo& info) {
 
 std::string report_channels(const RecordingInfo& info, double duration_s) {
   std::string text;
-  for (std::size_t i = 0; i < info.photons.size(); ++i) {
-    if (info.photons[i] == 0) continue;
-    text += count_line("input " + std::to_string(i), info.photons[i], duration_s);
+  for (const auto& [input, count] : info.photons) {
+    text += count_line("input " + std::to_string(input), count, duration_s);
   }
   if (info.syncs > 0) text += count_line("sync", info.syncs, duration_s);
   for (std::size_t i = 0; i < info.markers.size(); ++i) {
@@ -129,6 +128,9 @@ std::string report_own_facts(const RecordingHeader& header) {
   if (!header.config_json.empty()) text += "  holds the configuration it was recorded with\n";
   if (const auto encoder = header.text("Splid_Encoder")) {
     text += "  counts of its encoder are beside it in " + *encoder + "\n";
+  }
+  if (const std::string inputs = header.inputs.text(); !inputs.empty()) {
+    text += "  other readers see channels for inputs, CHANNEL:INPUT: " + inputs + "\n";
   }
   return text;
 }
@@ -218,7 +220,7 @@ std::string report_photon_hdf5(const std::string& file) {
   while (const std::size_t count = reader.read(tags)) {
     for (const Tag& tag : std::span(tags).first(count)) {
       if (tag.kind != TagKind::photon) continue;
-      ++info.photons[static_cast<std::size_t>(tag.value)];
+      ++info.photons[tag.value];
       info.first_ps = std::min(info.first_ps.value_or(tag.time_ps), tag.time_ps);
       info.last_ps = std::max(info.last_ps.value_or(tag.time_ps), tag.time_ps);
     }

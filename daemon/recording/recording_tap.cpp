@@ -185,6 +185,7 @@ std::string Tap::summary() {
   std::string text =
       fmt::format("{} recordings; {} tags lost to the disk", grouped(writer_.files()),
                   grouped(writer_.lost_tags() + dropping_.dropped_tags()));
+  if (writer_.rejected() > 0) text += "; " + grouped(writer_.rejected()) + " tags fit no record";
   if (!frames_) return text;
   put_frames();
   frames_->finish({}, patience_for_checksum);

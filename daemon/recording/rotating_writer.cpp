@@ -171,6 +171,7 @@ void RotatingWriter::end_file() {
     if (!writer_) return;
     writer_->close();
     file_bytes_ = writer_->bytes();
+    rejected_ += writer_->rejected();
     writer_.reset();
     counts_.reset();
   } catch (const Error& error) {

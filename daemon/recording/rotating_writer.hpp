@@ -67,6 +67,8 @@ class RotatingWriter {
   [[nodiscard]] double file_seconds() const;
   // Tags lost because the disk was full or failed.
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
+  // Tags of the files that have ended that no record could hold; among the losses of these files.
+  [[nodiscard]] std::uint64_t rejected() const { return rejected_; }
 
  private:
   // The tags lost since the end of the last file.
@@ -107,6 +109,7 @@ class RotatingWriter {
   std::string fault_;
   std::uint64_t files_ = 0;
   std::uint64_t lost_tags_ = 0;
+  std::uint64_t rejected_ = 0;
 };
 
 }  // namespace splid::recording

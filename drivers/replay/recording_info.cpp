@@ -28,7 +28,7 @@ void count_step_back(std::int64_t step_ps, RecordingInfo& info) {
 
 void count(const Tag& tag, RecordingInfo& info) {
   const auto value = static_cast<std::size_t>(tag.value);
-  if (tag.kind == TagKind::photon && value < info.photons.size()) ++info.photons[value];
+  if (tag.kind == TagKind::photon) ++info.photons[tag.value];
   if (tag.kind == TagKind::marker && value < info.markers.size()) ++info.markers[value];
   if (tag.kind == TagKind::sync) ++info.syncs;
   if (!info.first_ps) info.first_ps = info.last_ps = tag.time_ps;
@@ -87,7 +87,8 @@ void LossSummary::add(const Loss& loss) {
 }
 
 std::uint64_t RecordingInfo::tags() const {
-  return std::accumulate(photons.begin(), photons.end(), std::uint64_t{0}) + syncs +
+  const auto add = [](std::uint64_t sum, const auto& input) { return sum + input.second; };
+  return std::accumulate(photons.begin(), photons.end(), syncs, add) +
          std::accumulate(markers.begin(), markers.end(), std::uint64_t{0});
 }
 
@@ -164,8 +165,8 @@ std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_p
 
 std::string channels_in_words(const RecordingInfo& info) {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < info.photons.size(); ++i) {
-    if (info.photons[i] > 0) names.push_back("input " + std::to_string(i));
+  for (const auto& [input, count] : info.photons) {
+    names.push_back("input " + std::to_string(input));
   }
   if (info.syncs > 0) names.emplace_back("sync");
   for (std::size_t i = 0; i < info.markers.size(); ++i) {

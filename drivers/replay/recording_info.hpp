@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,11 +29,11 @@ struct LossSummary {
 // What a recording holds.
 struct RecordingInfo {
   RecordingHeader header;
-  std::uint64_t records = 0;                // records that were read, overflows included
-  std::uint64_t overflow_records = 0;       // each may stand for several wraps
-  std::uint64_t unknown_records = 0;        // neither photon, sync, marker nor overflow
-  std::uint64_t saturated_photons = 0;      // T3: too long after their sync to say when
-  std::array<std::uint64_t, 64> photons{};  // counts by input, as the records number it
+  std::uint64_t records = 0;             // records that were read, overflows included
+  std::uint64_t overflow_records = 0;    // each may stand for several wraps
+  std::uint64_t unknown_records = 0;     // neither photon, sync, marker nor overflow
+  std::uint64_t saturated_photons = 0;   // T3: too long after their sync to say when
+  std::map<int, std::uint64_t> photons;  // counts by input; none is 0
   std::uint64_t syncs = 0;  // of a T3 recording: those with a photon or marker in their period
   std::array<std::uint64_t, 16> markers{};  // counts by marker bits
   std::optional<std::int64_t> first_ps;     // earliest tag, tagger's clock; absent: no tags

@@ -65,9 +65,7 @@ py::dict facts_of(const RecordingHeader& header) {
 // What of a scan is no part of the header. Inputs and markers without tags are left out.
 py::dict counts_of(const RecordingInfo& info) {
   py::dict photons, markers, counts;
-  for (std::size_t i = 0; i < info.photons.size(); ++i) {
-    if (info.photons[i] > 0) photons[py::int_(i)] = info.photons[i];
-  }
+  for (const auto& [input, count] : info.photons) photons[py::int_(input)] = count;
   for (std::size_t i = 0; i < info.markers.size(); ++i) {
     if (info.markers[i] > 0) markers[py::int_(i)] = info.markers[i];
   }

@@ -52,8 +52,9 @@ Decoded decode_by(Decoder decoder, std::span<const std::byte> records, std::size
 Decoded decode(const RecordingHeader& header, std::span<const std::byte> records,
                std::size_t piece) {
   if (!header.is_t3) {
-    return decode_by(PtuDecoder(header.record_type, header.resolution_s, header.origin_ps), records,
-                     piece);
+    return decode_by(
+        PtuDecoder(header.record_type, header.resolution_s, header.origin_ps, header.inputs),
+        records, piece);
   }
   return decode_by(
       PtuT3Decoder(header.record_type, header.sync_period_s * 1e12, header.resolution_s), records,

@@ -68,8 +68,10 @@ void check_events(const std::vector<Tag>& given, const std::vector<Tag>& read, b
 void check_losses(const PtuEncoder& encoder) {
   PtuFacts facts;
   facts.origin_ps = 0;
+  facts.inputs = encoder.inputs();
   facts.losses = encoder.losses().losses(encoder.now_ps());
   const auto header = parse_ptu_header(make_ptu_header(facts), true);
+  must(header->inputs.text() == facts.inputs.text(), "inputs are kept");
   std::int64_t before_ps = std::numeric_limits<std::int64_t>::min();
   for (const Loss& loss : header->losses) {
     must(loss.begin_ps >= before_ps && loss.end_ps >= loss.begin_ps, "losses are sorted");
@@ -90,7 +92,7 @@ void check(FuzzInput input) {
   encoder.flush(records);
   must(records.size() == 4 * encoder.records(), "records are counted");
 
-  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12, origin_ps);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12, origin_ps, encoder.inputs());
   std::vector<Tag> read(records.size() / 4 + 1);
   read.resize(decoder.decode(records, read).tags);
   const Sums sums = sums_of(tags);

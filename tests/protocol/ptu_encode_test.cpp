@@ -117,11 +117,25 @@ TEST(PtuEncode, WhatComesTooLateIsLostNotWrittenBackwards) {
 
 TEST(PtuEncode, WhatNoRecordHoldsIsLost) {
   PtuEncoder encoder(100);
-  EXPECT_THAT(encoded(encoder, {photon_tag(99, 1), photon_tag(200, 0), photon_tag(200, 63),
-                                photon_tag(200, -1), marker_tag(200, 0), marker_tag(200, 16)}),
+  EXPECT_THAT(encoded(encoder, {photon_tag(99, 1), marker_tag(200, 0), marker_tag(200, 16)}),
               IsEmpty());
-  EXPECT_EQ(encoder.rejected(), 6U);
-  EXPECT_THAT(encoder.losses().losses(200), ElementsAre(Loss{99, 99, 6}));
+  EXPECT_EQ(encoder.rejected(), 3U);
+  EXPECT_THAT(encoder.losses().losses(200), ElementsAre(Loss{99, 99, 3}));
+}
+
+TEST(PtuEncode, PhotonsOfAnySixtyFourInputsComeBack) {
+  PtuEncoder encoder(0);
+  std::vector<Tag> tags;
+  for (const int input : {1, -1, 0, 62, 63, -128, 126, 30'000}) {
+    tags.push_back(photon_tag(10 * static_cast<std::int64_t>(tags.size()), input));
+  }
+  for (int input = 2; input < 58; ++input) tags.push_back(photon_tag(1'000, input));
+  const auto bytes = encoded(encoder, tags);
+  PtuDecoder decoder(RecordType::hydra_harp_v2, 1e-12, 0, encoder.inputs());
+  EXPECT_EQ(test::decode_all(decoder, bytes), tags);
+  EXPECT_EQ(encoder.rejected(), 0U);
+  EXPECT_THAT(encoded(encoder, {photon_tag(2'000, 58)}), IsEmpty());
+  EXPECT_EQ(encoder.rejected(), 1U);
 }
 
 TEST(PtuEncode, LossesGoToTheHeaderNotTheRecords) {

@@ -183,6 +183,8 @@ TEST(PtuHeader, RefusesDamagedEntries) {
               HasSubstr("not a whole number: 12x"));
   EXPECT_THAT(error_of(usual().tag("Splid_Losses", 0x4001FFFF, 8).text("9:1:2", 8).end().bytes),
               HasSubstr("Splid_Losses is not a list"));
+  EXPECT_THAT(error_of(usual().tag("Splid_Inputs", 0x4001FFFF, 8).text("64:1", 8).end().bytes),
+              HasSubstr("Splid_Inputs is not a list of channel:input, each once: 64:1"));
 }
 
 TEST(PtuHeader, RefusesOtherFiles) {

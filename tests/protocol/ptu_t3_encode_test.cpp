@@ -64,7 +64,7 @@ TEST(PtuT3Encoder, WhatNoRecordHoldsIsALoss) {
   std::vector<std::byte> records;
   encoder.encode(
       std::vector<Tag>{
-          sync_tag(2000 * encoded_period_ps), photon_tag(2000 * encoded_period_ps, 63),
+          sync_tag(2000 * encoded_period_ps), photon_tag(2000 * encoded_period_ps, 64),
           photon_tag(2000 * encoded_period_ps, -1), marker_tag(2000 * encoded_period_ps, 16),
           marker_tag(2000 * encoded_period_ps, 0), photon_tag(2000 * encoded_period_ps - 1, 1)},
       records);

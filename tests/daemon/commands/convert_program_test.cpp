@@ -86,6 +86,45 @@ TEST_F(ConvertProgram, AT2RecordingKeepsItsTagsAndItsFrames) {
   EXPECT_FALSE(std::filesystem::exists(converted + ".part"));
 }
 
+// A scene whose photons come on an input without a channel of its own, recorded, measured and
+// converted.
+TEST_F(ConvertProgram, AnyInputIsMeasuredAgainAndConverted) {
+  std::string text = test::file_text(config);
+  text.replace(text.find(R"("pace":"max")"), 12, R"("pace":"max","photon_input":0)");
+  text.insert(text.size() - 1, R"(,"channels":{"photon":[0]})");
+  config = folder.write("input-0.json", text);
+  const std::string ptu = simulated();
+  const std::vector<std::string> of_ptu = frames(ptu);
+  ASSERT_GE(of_ptu.size(), 5U);
+  EXPECT_THAT(of_ptu.front(), HasSubstr(R"("status":"ok")"));
+  const auto checked = run_program({"check", ptu});
+  EXPECT_THAT(checked.out, HasSubstr("input 0 "));
+  EXPECT_THAT(checked.out, HasSubstr("CHANNEL:INPUT: 62:0"));
+  const std::string converted = folder.path("converted.ptu");
+  const auto result = run_program({"convert", ptu, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("T2 mode, 0 tags lost"));
+  EXPECT_EQ(test::read_back(converted), test::read_back(ptu));
+  EXPECT_EQ(frames(converted), of_ptu);
+}
+
+TEST_F(ConvertProgram, EachOf64InputsKeepsItsChannel) {
+  std::string bytes = test::recording(PtuFacts(), {});
+  for (int input = 0; input < 64; ++input) {
+    const std::uint32_t record =
+        test::photon_record(input, 1000 + static_cast<std::uint32_t>(input));
+    bytes.append(reinterpret_cast<const char*>(&record), sizeof record);
+  }
+  const std::string ptu = folder.write("inputs.ptu", bytes);
+  const std::string converted = folder.path("converted.ptu");
+  const auto result = run_program({"convert", ptu, converted});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("T2 mode, 0 tags lost"));
+  EXPECT_EQ(test::read_back(converted), test::read_back(ptu));
+  EXPECT_EQ(test::read_back(converted).size(), 64U);
+  EXPECT_EQ(scan_recording(converted).header.text("Splid_Inputs"), "");
+}
+
 TEST_F(ConvertProgram, AT3RecordingStaysT3) {
   const std::vector<std::uint32_t> records = test::as_t3(test::read_back(simulated()), 128);
   const std::string ht3 =

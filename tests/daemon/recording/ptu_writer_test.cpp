@@ -87,6 +87,26 @@ TEST(PtuWriter, TheFileCanBeReadAtAnyMoment) {
   EXPECT_THAT(scan_recording(file).warnings, ElementsAre());
 }
 
+// Never closed: the header names the inputs before their records are in the file.
+TEST(PtuWriter, TheHeaderNamesTheInputsThatHaveNoChannelOfTheirOwn) {
+  const splid::test::TempFolder folder;
+  const std::string file = folder.path("a.ptu");
+  std::vector<Tag> tags;
+  for (const int input : {1, 0, -1, 126}) {
+    tags.push_back(
+        photon_tag(epoch_ps + 2'000'000 * static_cast<std::int64_t>(tags.size()), input));
+  }
+  {
+    PtuWriter recorder(file, facts(), clock_from(0), false);
+    recorder.write(tags);
+    recorder.write(std::vector<Tag>{heartbeat_tag(epoch_ps + 1'000'000'000)});
+    recorder.flush();
+    recorder.write(std::vector<Tag>{photon_tag(epoch_ps + 1'000'000'000, -2)});
+  }
+  EXPECT_THAT(read_back(file), ElementsAreArray(tags));
+  EXPECT_EQ(scan_recording(file).header.text("Splid_Inputs"), "60:126 61:-1 62:0");
+}
+
 TEST(PtuWriter, TheHeaderCountsWhatIsInTheFileAtEachBlockAndFlush) {
   const splid::test::TempFolder folder;
   const std::string file = folder.path("a.ptu");

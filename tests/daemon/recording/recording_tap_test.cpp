@@ -18,6 +18,7 @@
 #include "drivers/replay/recording_info.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/error_text.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/measured_stream.hpp"
@@ -102,6 +103,59 @@ TEST(RecordingTap, ItsFilesGiveTheSameFramesAgain) {
   const Measured alone = measure(config, std::make_unique<ScriptedSource>(first, info));
   ASSERT_GE(alone.json.size(), 9u);
   for (std::size_t i = 0; i < 9; ++i) EXPECT_EQ(alone.json[i], live.json[i]) << i;
+}
+
+TEST(RecordingTap, KeepsTagsOfEveryInputThatTheConfigurationTakes) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  config.channels.photon = {"-1", "0"};
+  config.channels.sync = "126";
+  std::vector<Tag> tags;
+  for (std::int64_t i = 0; i < 300; ++i) tags.push_back(photon_tag(1'000'000 * i, 62));
+  for (std::int64_t i = 0; i < 300; i += 3) {
+    tags[static_cast<std::size_t>(i)].value = -1;
+    tags[static_cast<std::size_t>(i) + 1].value = i % 2 == 0 ? 0 : 126;
+  }
+  Tap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  recording.take(tags);
+  EXPECT_THAT(recording.summary(), HasSubstr("1 recordings; 0 tags lost"));
+  const std::vector<std::string> files = recordings_in(folder.path("r"));
+  ASSERT_EQ(files.size(), 1u);
+  EXPECT_EQ(read_back(files[0]), tags);
+  EXPECT_EQ(scan_recording(files[0]).header.text("Splid_Inputs"), "59:62 60:126 61:0 62:-1");
+}
+
+TEST(RecordingTap, IsRefusedWhereTheConfigurationNamesMoreInputsThanAFileHolds) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  config.channels.photon.clear();
+  for (int input = 1; input <= 64; ++input) config.channels.photon.push_back(std::to_string(input));
+  const SourceInfo source{"script", true, {}};
+  Tap(config, source, host_clock(), say_nothing).finish();
+  config.channels.sync = "100";
+  EXPECT_THAT(test::error_text([&] { Tap(config, source, host_clock(), say_nothing); }),
+              HasSubstr("/channels: input 100 is one more than the 64"));
+}
+
+// What no record holds is counted, and no longer told as recorded.
+TEST(RecordingTap, CountsWhatNoRecordHolds) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  config.record.max_file_s = 1;
+  Tap recording(config, SourceInfo{"script", false, {}}, host_clock(), say_nothing);
+  std::vector<Tag> tags;
+  for (int input = 1; input <= 66; ++input) tags.push_back(photon_tag(1000, input));
+  tags.push_back(photon_tag(1'500'000'000'000, 1));
+  tags.push_back(photon_tag(1'500'000'000'000, 1));
+  tags.push_back(photon_tag(1'600'000'000'000, 1));
+  tags.push_back(photon_tag(1'700'000'000'000, 1));
+  tags.push_back(photon_tag(1'550'000'000'000, 1));
+  recording.take(tags);
+  EXPECT_THAT(recording.summary(),
+              HasSubstr("2 recordings; 0 tags lost to the disk; 3 tags fit no record"));
 }
 
 // A recorder that is slower than the tags: nobody waits, what is missing is in the files' losses.

@@ -35,8 +35,8 @@ TEST(RecordingInfo, CountsKindsAndChannels) {
   EXPECT_EQ(info.records, 8U);
   EXPECT_EQ(info.overflow_records, 1U);
   EXPECT_EQ(info.unknown_records, 1U);
-  EXPECT_EQ(info.photons[0], 1U);
-  EXPECT_EQ(info.photons[2], 2U);
+  EXPECT_EQ(info.photons.at(0), 1U);
+  EXPECT_EQ(info.photons.at(2), 2U);
   EXPECT_EQ(info.syncs, 2U);
   EXPECT_EQ(info.markers[3], 1U);
   EXPECT_EQ(info.tags(), 6U);
@@ -121,8 +121,8 @@ TEST(RecordingInfo, OfARealHydraHarp) {
   const RecordingInfo info = scan_recording(file.string());
   EXPECT_EQ(info.records, 409'482U);
   EXPECT_EQ(info.overflow_records, 25'463U);
-  EXPECT_EQ(info.photons[0], 159'298U);
-  EXPECT_EQ(info.photons[1], 224'721U);
+  EXPECT_EQ(info.photons.at(0), 159'298U);
+  EXPECT_EQ(info.photons.at(1), 224'721U);
   EXPECT_EQ(info.first_ps, 8'584'904);
   EXPECT_EQ(info.last_ps, 999'986'166'686);
   EXPECT_EQ(channels_in_words(info), "input 0 and input 1");
@@ -133,8 +133,8 @@ TEST(RecordingInfo, OfARealQuTag) {
   const std::filesystem::path file = test::real_recording_path("qutag_sync_t2.ptu");
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there: see SPLID_DATA";
   const RecordingInfo info = scan_recording(file.string());
-  EXPECT_EQ(info.photons[1], 43'736U);
-  EXPECT_EQ(info.photons[2], 62'437U);
+  EXPECT_EQ(info.photons.at(1), 43'736U);
+  EXPECT_EQ(info.photons.at(2), 62'437U);
   EXPECT_EQ(info.syncs, 105'600U);
   EXPECT_EQ(channels_in_words(info), "input 1, input 2 and sync");
 }
