@@ -133,6 +133,7 @@ void PtuEncoder::write(const Waiting& waiting, std::vector<std::byte>& out) {
   }
   append(waiting.record | static_cast<std::uint32_t>(waiting.time_ps - base_ps_), out);
   written_ps_ = waiting.time_ps;
+  ++tags_;
 }
 
 void PtuEncoder::append(std::uint32_t record, std::vector<std::byte>& out) {

@@ -48,10 +48,11 @@ class PtuEncoder {
   void flush(std::vector<std::byte>& out);
 
   [[nodiscard]] std::uint64_t records() const { return records_; }    // written, overflows included
+  [[nodiscard]] std::uint64_t tags() const { return tags_; }          // written
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }  // tags that got no record
-  // The losses, in the recording's clock: see now_ps().
   // Which inputs the records' channels stand for; grows as photons of new inputs come.
   [[nodiscard]] const PtuInputs& inputs() const { return inputs_; }
+  // The losses, in the recording's clock: see now_ps().
   [[nodiscard]] const LossCollector& losses() const { return losses_; }
   // The latest time so far, in the recording's clock, which is the tags' clock up to the first
   // clock break.
@@ -66,8 +67,8 @@ class PtuEncoder {
   void take(Tag tag, std::vector<std::byte>& out);
   [[nodiscard]] std::int64_t in_recording(std::int64_t time_ps) const;
   void restart(std::int64_t time_ps, std::vector<std::byte>& out);
-  void reject(std::int64_t time_ps);
   [[nodiscard]] std::optional<std::uint32_t> record_of(const Tag& tag);
+  void reject(std::int64_t time_ps);
   void insert(Waiting waiting, std::vector<std::byte>& out);
   void write_until(std::int64_t time_ps, std::vector<std::byte>& out);
   void write(const Waiting& waiting, std::vector<std::byte>& out);
@@ -81,6 +82,7 @@ class PtuEncoder {
   std::int64_t written_ps_;  // time of the last record
   std::int64_t base_ps_;     // recording's clock at the last overflow
   std::uint64_t records_ = 0;
+  std::uint64_t tags_ = 0;
   std::uint64_t rejected_ = 0;
   bool clock_broke_ = false;
   std::vector<Waiting> waiting_;  // sorted by time

@@ -134,7 +134,9 @@ void FrameLog::flush() {
   try {
     table_->flush();
   } catch (const Error& error) {
-    lose(table_->give_up(), error.what());
+    const std::uint64_t lost = table_->give_up();
+    frames_ -= before - table_->rows();
+    lose(lost, error.what());
     return;
   }
   const std::uint64_t written = table_->rows() - before;

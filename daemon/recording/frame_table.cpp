@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "daemon/base/removed_file.hpp"
 #include "daemon/base/write_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
@@ -100,6 +101,9 @@ void FrameTable::add_rows(std::string_view rows) {
 
 // The rows are written first, and then the numbers that say that they are there.
 void FrameTable::flush() {
+  if (is_removed(descriptor_, file_)) {
+    throw Error(Fault::device, file_ + ": was removed while it was written; its frames are lost");
+  }
   if (pending_.empty()) return;
   reserve(pending_.size());
   try {
@@ -132,7 +136,8 @@ void FrameTable::say_rows(std::uint64_t rows) const {
 
 std::uint64_t FrameTable::give_up() {
   pending_.clear();
-  return std::exchange(pending_rows_, 0);
+  const std::uint64_t written = is_removed(descriptor_, file_) ? std::exchange(rows_, 0) : 0;
+  return written + std::exchange(pending_rows_, 0);
 }
 
 void FrameTable::write_checksum(const std::string& sha256) {

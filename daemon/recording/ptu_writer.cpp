@@ -11,6 +11,7 @@
 #include <iterator>
 #include <utility>
 
+#include "daemon/base/removed_file.hpp"
 #include "protocol/error.hpp"
 #include "protocol/record_decoder.hpp"
 #include "protocol/saturated.hpp"
@@ -141,6 +142,7 @@ void PtuWriter::write(std::span<const Tag> tags) {
 }
 
 void PtuWriter::flush() {
+  check_there();
   write_pending();
   std::vector<Loss> losses = encoder_.losses().losses(encoder_.now_ps());
   if (losses == facts_.losses) return;
@@ -149,6 +151,7 @@ void PtuWriter::flush() {
 }
 
 void PtuWriter::close() {
+  check_there();
   encoder_.flush(pending_);
   write_pending();
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
@@ -166,9 +169,23 @@ std::uint64_t PtuWriter::written_records() const {
   return (written_bytes_ - header_.size()) / ptu_record_bytes;
 }
 
+bool PtuWriter::removed() const { return descriptor_ != -1 && is_removed(descriptor_, file_); }
+
+void PtuWriter::check_there() const {
+  if (!removed()) return;
+  throw Error(Fault::device,
+              file_ + ": was removed while it was written; its " + std::to_string(encoder_.tags()) +
+                  " tags are lost. Leave a recording where it is until it has ended");
+}
+
 std::uint64_t PtuWriter::give_up() {
   if (descriptor_ == -1) return 0;
   encoder_.flush(pending_);
+  if (removed()) {
+    facts_.losses = encoder_.losses().losses(encoder_.now_ps());
+    ::close(std::exchange(descriptor_, -1));
+    return encoder_.tags();
+  }
   const std::uint64_t written = (written_bytes_ - pending_at_) / ptu_record_bytes;
   const std::uint64_t lost = ptu_tags(std::span(pending_).subspan(written * ptu_record_bytes));
   facts_.losses = encoder_.losses().losses(encoder_.now_ps());
@@ -192,8 +209,13 @@ void PtuWriter::begin(std::int64_t first_tag_ps) {
 
 // The records are written first and their count afterwards: a program that is killed between the
 // two leaves a count that is too small, never one that is too large.
+// The inputs that they name are in the header before them.
 void PtuWriter::write_pending() {
   if (pending_.empty()) return;
+  if (facts_.inputs != encoder_.inputs()) {
+    facts_.inputs = encoder_.inputs();
+    write_header();
+  }
   write_at(pending_, written_bytes_);
   pending_at_ = written_bytes_;
   pending_.clear();
@@ -209,13 +231,8 @@ void PtuWriter::write_header() {
   facts_.record_count = written_records();
   const std::vector<std::byte> next = make_ptu_header(facts_);
   const auto [was, is] = std::mismatch(header_.begin(), header_.end(), next.begin(), next.end());
-// The inputs that they name are in the header before them.
   const auto [was_last, is_last] = std::mismatch(header_.rbegin(), std::make_reverse_iterator(was),
                                                  next.rbegin(), std::make_reverse_iterator(is));
-  if (facts_.inputs != encoder_.inputs()) {
-    facts_.inputs = encoder_.inputs();
-    write_header();
-  }
   const auto begin = static_cast<std::size_t>(is - next.begin());
   const auto end = static_cast<std::size_t>(is_last.base() - next.begin());
   header_ = next;

@@ -42,9 +42,12 @@ class PtuWriter {
   void close();
   // To be called instead of close() after writing failed: ends the file after the records that it
   // has and updates its header, if the disk allows that. Returns how many of the tags given to
-  // write() are neither in the file nor among its losses. Errors: none.
+  // write() are neither in the file nor among its losses: all, where the file was removed. Errors:
+  // none.
   std::uint64_t give_up();
 
+  // Whether somebody removed the file; flush() and close() then throw.
+  [[nodiscard]] bool removed() const;
   // Size of the file once everything pending is written.
   [[nodiscard]] std::uint64_t bytes() const { return pending_at_ + pending_.size(); }
   [[nodiscard]] std::uint64_t records() const { return encoder_.records(); }
@@ -63,6 +66,7 @@ class PtuWriter {
   [[nodiscard]] int open_existing(int how) const;
   void begin_file(bool is_new);
   void begin(std::int64_t first_tag_ps);
+  void check_there() const;
   void write_pending();
   void write_header();
   void write_header_part(std::size_t begin, std::size_t end);

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -97,8 +98,15 @@ Folder::~Folder() {
 
 // The kernel releases the lock when the process ends, however it ends. A file system that has no
 // such locks is used without a lock.
+// Where the folder was removed and made anew, the new folder is locked.
 void Folder::lock() {
-  if (lock_ != -1) return;
+  struct stat locked {};
+  struct stat present {};
+  if (lock_ != -1 && ::fstat(lock_, &locked) == 0 && ::stat(path_.c_str(), &present) == 0 &&
+      locked.st_dev == present.st_dev && locked.st_ino == present.st_ino) {
+    return;
+  }
+  if (lock_ != -1) ::close(lock_);
   lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ == -1 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   ::close(std::exchange(lock_, -1));

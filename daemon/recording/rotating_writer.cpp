@@ -181,8 +181,10 @@ void RotatingWriter::end_file() {
 
 void RotatingWriter::fail(const std::string& why) {
   if (writer_) {
+    const bool is_gone = writer_->removed();
     lose(writer_->give_up());
-    if (writer_->written_records() == 0) remove_file();
+    rejected_ += writer_->rejected();
+    if (is_gone || writer_->written_records() == 0) remove_file();
     writer_.reset();
     counts_.reset();
   }
@@ -200,6 +202,8 @@ void RotatingWriter::remove_file() {
   std::remove(file_.c_str());
   std::remove(encoder_file_of(file_).c_str());
   file_.clear();
+  file_bytes_ = 0;
+  first_ps_ = last_ps_ = 0;
   --files_;
 }
 

@@ -34,10 +34,10 @@ struct Plan {
 // neighbours in the stream. A loss that is open at the end of a file is open at the beginning of
 // the next file.
 //
-// When a file cannot be made or written, the writer tries again every 5 s, but only once the disk
-// has 4 MiB of room. The tags that come meanwhile are lost and counted, and a `missed` tag before
-// the first tag of the next file carries their count. So each tag taken is in a file or among a
-// file's losses, except the tags lost after the last file.
+// When a file cannot be made or written, or was removed meanwhile, the writer tries again every 5
+// s, but only once the disk has 4 MiB of room. The tags that come meanwhile are lost and counted,
+// and a `missed` tag before the first tag of the next file carries their count. So each tag taken
+// is in a file or among a file's losses, except the tags lost after the last file.
 //
 // Threads: one. Errors: none; see fault().
 class RotatingWriter {
@@ -65,7 +65,7 @@ class RotatingWriter {
   // to its last.
   [[nodiscard]] std::uint64_t file_bytes() const { return file_bytes_; }
   [[nodiscard]] double file_seconds() const;
-  // Tags lost because the disk was full or failed.
+  // Tags lost because the disk was full or failed, or because their file was removed.
   [[nodiscard]] std::uint64_t lost_tags() const { return lost_tags_; }
   // Tags of the files that have ended that no record could hold; among the losses of these files.
   [[nodiscard]] std::uint64_t rejected() const { return rejected_; }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -70,6 +71,24 @@ TEST(FrameLog, AReplaysTableIsWholeAndHasTheChecksum) {
   EXPECT_EQ(lines_in(folder.path("a.csv")), count + 1);
   EXPECT_THAT(file_text(folder.path("a.csv.facts.json")), HasSubstr("\"ba7816bf8f01cfea"));
   EXPECT_TRUE(said.sentences.empty());
+}
+
+TEST(FrameLog, ATableThatIsRemovedIsAFaultAndAllItsFramesAreCounted) {
+  const test::TempFolder folder;
+  Said said;
+  FrameLog log(live_facts, std::ref(said));
+  log.put(numbered_frame(0), folder.path("1.csv"), "1.ptu");
+  log.put(numbered_frame(1), folder.path("1.csv"), "1.ptu");
+  ASSERT_TRUE(comes_true([&] { return lines_in(folder.path("1.csv")) == 3; }));
+  std::filesystem::remove(folder.path("1.csv"));
+  EXPECT_TRUE(comes_true([&] { return !log.fault().empty(); }));
+  EXPECT_THAT(log.fault(), HasSubstr("1.csv: was removed while it was written"));
+  log.put(numbered_frame(2), folder.path("1.csv"), "1.ptu");
+  log.put(numbered_frame(3), folder.path("2.csv"), "2.ptu");
+  log.finish({});
+  EXPECT_EQ(log.fault(), "");
+  EXPECT_EQ(log.summary(), "1 frames in 2 tables; 3 frames are in no table");
+  EXPECT_EQ(lines_in(folder.path("2.csv")), 2u);
 }
 
 TEST(FrameLog, ALiveSourceHasATableForEachRecording) {

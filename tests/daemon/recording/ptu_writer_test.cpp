@@ -23,6 +23,7 @@ namespace splid::recording {
 namespace {
 
 using splid::test::read_back;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
@@ -105,6 +106,22 @@ TEST(PtuWriter, TheHeaderNamesTheInputsThatHaveNoChannelOfTheirOwn) {
   }
   EXPECT_THAT(read_back(file), ElementsAreArray(tags));
   EXPECT_EQ(scan_recording(file).header.text("Splid_Inputs"), "60:126 61:-1 62:0");
+}
+
+TEST(PtuWriter, AFileThatIsRemovedIsAFaultAndAllItsTagsAreLost) {
+  const splid::test::TempFolder folder;
+  const std::string file = folder.path("a.ptu");
+  PtuWriter recorder(file, facts(), clock_from(0), false);
+  recorder.write(some_tags(100));
+  recorder.flush();
+  std::filesystem::rename(file, folder.path("b.ptu"));
+  recorder.flush();  // the file has another name, and loses nothing
+  std::filesystem::remove(folder.path("b.ptu"));
+  const auto says = AllOf(HasSubstr(file + ": was removed"), HasSubstr(" tags are lost"));
+  EXPECT_THAT(test::error_text([&] { recorder.flush(); }), says);
+  EXPECT_THAT(test::error_text([&] { recorder.close(); }), says);
+  EXPECT_TRUE(recorder.removed());
+  EXPECT_EQ(recorder.give_up(), 100u);
 }
 
 TEST(PtuWriter, TheHeaderCountsWhatIsInTheFileAtEachBlockAndFlush) {

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -224,6 +225,24 @@ TEST(RecordingTap, HandsItsTagsToTheSystemWithinHalfASecond) {
     }));
   }
   recording.finish();
+}
+
+TEST(RecordingTap, NoticesWithinASecondThatItsFolderIsRemoved) {
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  HeldClock clock;
+  Tap recording(config, SourceInfo{"script", false, {}}, clock, say_nothing);
+  recording.take(std::vector<Tag>{photon_tag(0, 1), photon_tag(1'000'000'000'000, 1)});
+  ASSERT_TRUE(test::eventually([&] { return recording.status().seconds == 1; }));
+  std::filesystem::remove_all(folder.path("r"));
+  clock.advance_ms(1000);
+  EXPECT_TRUE(test::eventually([&] {
+    return recording.status() == RecordingStatus{RecordingState::failing, "", 0, 0};
+  }));
+  EXPECT_THAT(recording.fault(), HasSubstr("was removed while it was written"));
+  recording.finish();
+  EXPECT_EQ(recording.summary(), "0 recordings; 2 tags lost to the disk");
 }
 
 TEST(RecordingTap, SaysThatItFails) {

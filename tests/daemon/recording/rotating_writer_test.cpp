@@ -220,6 +220,53 @@ TEST_F(RotatingWriterTest, LossesOfAFileThatGotNoTagGoToTheNext) {
   EXPECT_EQ(recorder.lost_tags(), 2U);
 }
 
+TEST_F(RotatingWriterTest, AFolderThatIsRemovedLosesItsFileAndIsMadeAnew) {
+  const std::string path = folder.path("r");
+  const std::vector<Tag> tags = steady_tags(writer_epoch_ps, 300'000);
+  RotatingWriter recorder = recorder_in(path);
+  feed(recorder, std::span(tags).first(100'000));
+  recorder.take(std::vector<Tag>{{tags[99'999].time_ps, 7, TagKind::missed, {}}});
+  recorder.flush();
+  EXPECT_EQ(recorder.fault(), "");
+  std::filesystem::remove_all(path);
+  recorder.flush();
+  EXPECT_THAT(recorder.fault(), HasSubstr(".ptu: was removed while it was written"));
+  EXPECT_EQ(recorder.lost_tags(), 100'000u);
+  EXPECT_EQ(recorder.files(), 0u);
+  feed(recorder, std::span(tags).subspan(100'000, 100'000));
+  EXPECT_EQ(recorder.lost_tags(), 200'000u);
+  EXPECT_FALSE(std::filesystem::exists(path));
+  clock.advance_ms(5000);
+  feed(recorder, std::span(tags).subspan(200'000));
+  EXPECT_EQ(recorder.fault(), "");
+  // The new folder is this recorder's alone.
+  RotatingWriter other = recorder_in(path);
+  other.take(std::span(tags).first(10));
+  EXPECT_THAT(other.fault(), HasSubstr("another splid records into it"));
+  recorder.close();
+  EXPECT_EQ(recorder.files(), 1u);
+  EXPECT_TRUE(std::ranges::equal(read_all(path), std::span(tags).subspan(200'000)));
+  EXPECT_EQ(told_lost(path), 200'007u);
+  ASSERT_EQ(said.size(), 3u);
+  EXPECT_THAT(said[0], HasSubstr("nothing is recorded: "));
+  EXPECT_THAT(said[1], HasSubstr("recording again, into "));
+}
+
+// The file ends before it is looked at again.
+TEST_F(RotatingWriterTest, AFileThatIsRemovedBeforeItsEndIsNotCountedAsRecorded) {
+  const std::string path = folder.path("r");
+  config.record.max_file_s = 1;
+  const std::vector<Tag> tags = steady_tags(writer_epoch_ps, 1'000'000);
+  RotatingWriter recorder = recorder_in(path);
+  feed(recorder, tags);
+  for (const std::string& file : recordings_in(path)) std::filesystem::remove(file);
+  recorder.close();
+  EXPECT_EQ(recorder.files(), 0u);
+  EXPECT_EQ(recorder.lost_tags(), 1'000'000u);
+  EXPECT_THAT(said, ElementsAre(HasSubstr("was removed while it was written"),
+                                HasSubstr("1,000,000 tags are in no recording")));
+}
+
 TEST_F(RotatingWriterTest, AFolderThatCannotBeMadeLeavesNothingUnsaid) {
   const std::string file = folder.write("file", "");
   RotatingWriter recorder = recorder_in(file + "/r");
