@@ -1,5 +1,6 @@
 #include "daemon/output/output.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -79,6 +80,7 @@ void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
   summary.add(message, unit.compute_ms, frame.sync.locked);
   summary.lost_tags += frame.lost_tags;
   reporter_.frame_published(message);
+  summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
   if (ends_.metrics != nullptr) {
     ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
   }

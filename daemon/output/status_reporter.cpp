@@ -3,11 +3,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <filesystem>
 #include <utility>
 
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_message.hpp"
+#include "daemon/stream/frame_plan.hpp"
 
 namespace splid {
 namespace {
@@ -44,7 +46,8 @@ StatusOptions status_options(const Config& config) {
           mean_amplitude(config.pattern),
           unmodelled_by(config),
           config.detector.dead_time_ns > 0 && config.detector.dead_time == DeadTime::modelled &&
-              unmodelled_by(config).empty()};
+              unmodelled_by(config).empty(),
+          std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags))};
 }
 
 StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publisher,
@@ -52,6 +55,7 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
     : publisher_(publisher),
       clock_(clock),
       findings_(options.estimation_threads),
+      ring_capacity_(options.ring_capacity),
       silence_limit_ns_(std::max(silent_frames * options.frame_length_ms, 100.0) * ns_per_ms) {
   version_.release = SPLID_VERSION;
   version_.pattern = std::filesystem::path(options.pattern_file).stem().string();
@@ -85,6 +89,9 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   status_.lost_tags += message.lost_tags.value_or(0);
   status_.uncounted_losses += message.uncounted_losses;
   stream_.last_frame = message.status;
+  stream_.ring_needed =
+      splid::ring_needed(message.photons.value_or(0), message.lost_tags.value_or(0),
+                         most_photons(ring_capacity_, stream_.source.live));
   stream_.knew_blind_time = message.blind_fraction.has_value();
   stream_.is_beyond_model = message.blind_fraction &&
                             is_beyond_model(*message.blind_fraction,
@@ -242,6 +249,9 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
 std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) const {
   if (stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()) {
     return health.sync_fault;
+  }
+  if (stream_.last_frame == FrameStatus::incomplete && stream_.ring_needed > 0) {
+    return advice_on_room(stream_.ring_needed);
   }
   std::string reason = reason_of(stream_.last_frame);
   if (stream_.last_frame != FrameStatus::saturated) return reason;

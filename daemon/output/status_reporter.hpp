@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -43,6 +44,7 @@ struct StatusOptions {
   // What leaves a dead time out that is to be modelled, as unmodelled_by() has it; empty: nothing.
   std::string dead_time_left_out_by = {};
   bool models_dead_time = false;  // one is given, and nothing leaves it out
+  std::size_t ring_capacity = 0;  // tags
 };
 
 StatusOptions status_options(const Config& config);
@@ -93,6 +95,8 @@ class StatusReporter {
   [[nodiscard]] bool effort_is_lowered() const {
     return !stream_.last_effort.empty() && stream_.last_effort != configured_effort_;
   }
+  // The ring that the last frame would have needed; 0: it had room for its photons.
+  [[nodiscard]] std::uint64_t ring_needed() const { return stream_.ring_needed; }
   // The status as it was last judged.
   [[nodiscard]] const StatusMessage& status() const { return status_; }
 
@@ -117,6 +121,7 @@ class StatusReporter {
     std::string notice;
     std::int64_t notice_ends_ns = 0;
     FrameStatus last_frame = FrameStatus::not_run;
+    std::uint64_t ring_needed = 0;  // that frame: see ring_needed()
     bool knew_blind_time = false;   // that frame: the dead time was modelled
     bool is_beyond_model = false;   // that frame: there was more light than that is for
     std::optional<double> flicker;  // that frame: see FrameMessage::flicker_misfit
@@ -138,6 +143,7 @@ class StatusReporter {
   std::string configured_effort_;
   std::string dead_time_left_out_by_;
   bool models_dead_time_ = false;
+  std::size_t ring_capacity_;
   double mean_amplitude_ = 1;
   double silence_limit_ns_;
   std::int64_t next_ns_ = 0;         // a status is due

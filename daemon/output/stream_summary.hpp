@@ -24,8 +24,9 @@ struct StreamSummary {
   std::uint64_t lost_tags = 0;       // known count, of all frames
   std::uint64_t discarded_tags = 0;  // in the ring when a stop request's time was up
   std::optional<SyncDiagnosis> diagnosis;
-  std::exception_ptr fault;  // of the source; null where the stream ended or was stopped
-  bool paused = false;       // ended by a pause, and for no other reason
+  std::exception_ptr fault;       // of the source; null where the stream ended or was stopped
+  std::uint64_t ring_needed = 0;  // for the fullest frame without room for its photons; 0: none
+  bool paused = false;            // ended by a pause, and for no other reason
 
   // Counts a frame that was published. computed_ms: of its estimation; locked: to its syncs.
   void add(const FrameMessage& message, double frame_computed_ms, bool locked) {

@@ -32,7 +32,7 @@ double memory_needed_mib(const Config& config) {
   const auto tables = static_cast<double>(search_table_bytes(
       config.pattern, config.pulse, config.scene, config.estimator, config.frame.length_ms));
   const double lane_mib =
-      lane_depth * frame_mib(frame_capacity(config.frame.length_ms, config.pattern, ring)) +
+      lane_depth * frame_mib(frame_capacity(config.frame.length_ms, config.pattern, ring, true)) +
       estimator_mib + tables / bytes_a_mib;
   return program_mib + ring_mib * (config.record.folder.empty() ? 1 : 2) +
          static_cast<double>(config.pipeline.estimation_threads) * lane_mib;

@@ -7,6 +7,7 @@
 #include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_message.hpp"
+#include "daemon/stream/frame_plan.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -36,6 +37,7 @@ std::string in_words(const StreamSummary& summary) {
     text += ", and nobody knows how many in " + grouped(tags.uncounted) +
             (tags.uncounted == 1 ? " loss" : " losses");
   }
+  if (summary.ring_needed > 0) text += "; " + advice_on_room(summary.ring_needed);
   return text;
 }
 

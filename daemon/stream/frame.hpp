@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "estimator/model/frame_view.hpp"
 #include "estimator/sync/sync_clock.hpp"
@@ -11,16 +13,17 @@
 
 namespace splid {
 
-// An array of fixed capacity. All its memory is allocated and written when it is made.
+// An array of fixed capacity, all memory of which is allocated and written when it is made; or one
+// that doubles up to `most` items when an item is added and it is full.
 template <class T>
 class FixedArray {
  public:
-  explicit FixedArray(std::size_t capacity)
-      : items_(std::make_unique<T[]>(capacity)), capacity_(capacity) {}
+  explicit FixedArray(std::size_t capacity, std::size_t most = 0)
+      : items_(std::make_unique<T[]>(capacity)), capacity_(capacity), most_(most) {}
 
   // Adds an item; returns false and adds nothing when the array is full.
   bool push(const T& item) {
-    if (size_ == capacity_) return false;
+    if (size_ == capacity_ && !enlarge()) return false;
     items_[size_++] = item;
     return true;
   }
@@ -43,9 +46,20 @@ class FixedArray {
   [[nodiscard]] std::span<const T> view() const { return {items_.get(), size_}; }
 
  private:
+  bool enlarge() {
+    if (capacity_ >= most_) return false;
+    const std::size_t capacity = std::min(2 * capacity_, most_);
+    std::unique_ptr<T[]> items = std::make_unique<T[]>(capacity);
+    std::copy_n(items_.get(), size_, items.get());
+    items_ = std::move(items);
+    capacity_ = capacity;
+    return true;
+  }
+
   std::unique_ptr<T[]> items_;
   std::size_t size_ = 0;
   std::size_t capacity_;
+  std::size_t most_;
 };
 
 // How many tags of each kind a frame can hold; see frame_capacity() in frame_plan.hpp.
@@ -54,6 +68,7 @@ struct FrameCapacity {
   std::size_t syncs = 1 << 16;
   std::size_t markers = 1 << 14;
   std::size_t losses = 256;
+  std::size_t most_photons = 0;  // that the room grows to where a frame is fuller; 0: it is fixed
 };
 
 // A tag of the encoder's marker channel.
@@ -71,7 +86,7 @@ struct Frame {
   static constexpr std::size_t most_inputs = 64;
 
   explicit Frame(const FrameCapacity& capacity)
-      : photons_ps(capacity.photons),
+      : photons_ps(capacity.photons, capacity.most_photons),
         syncs_ps(capacity.syncs),
         markers(capacity.markers),
         losses(capacity.losses) {}

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "estimator/model/units.hpp"
@@ -32,11 +33,28 @@ FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMeth
           2 * syncs_of_frame(length_ms, pattern) + more_syncs};
 }
 
-FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity) {
+std::size_t most_photons(std::size_t ring_capacity, bool live) {
+  return live ? ring_capacity : std::max(ring_capacity, most_waiting_photons);
+}
+
+FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity,
+                             bool live) {
   FrameCapacity capacity;
   capacity.photons = ring_capacity;
+  capacity.most_photons = most_photons(ring_capacity, live);
   capacity.syncs = 2 * syncs_of_frame(length_ms, pattern) + more_syncs;
   return capacity;
+}
+
+std::uint64_t ring_needed(std::uint64_t photons, std::uint64_t lost_tags, std::size_t room) {
+  return photons < room || lost_tags == 0 ? 0 : std::bit_ceil(photons + lost_tags);
+}
+
+std::string advice_on_room(std::uint64_t ring_tags) {
+  return fmt::format(
+      "a frame had more photons than it has room for, and the rest are lost: raise "
+      "pipeline.ring_capacity_tags to {} or more, or shorten frame.length_ms",
+      ring_tags);
 }
 
 void check_frame_fits(double length_ms, const Pattern& pattern, std::size_t ring_capacity) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <string>
 
 #include "daemon/stream/frame.hpp"
 #include "estimator/sync/sync_clock.hpp"
@@ -22,8 +24,23 @@ double periods_per_frame(double length_ms, double period_ps);
 // The options for a pattern: its period (calibrated, if it was calibrated) and room for its syncs.
 FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift);
 
-// Room for as many photons as the ring can hold, and twice the syncs that the pattern sends.
-FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity);
+// A frame of a source that can wait, such as a replay, holds as many photons at least: its room
+// grows. 128 MiB.
+inline constexpr std::size_t most_waiting_photons = std::size_t{1} << 24;
+
+// The photons that a frame can hold. live: the source cannot wait.
+std::size_t most_photons(std::size_t ring_capacity, bool live);
+
+// Room for as many photons as the ring can hold, which grows if the source is not live, and twice
+// the syncs that the pattern sends.
+FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity,
+                             bool live);
+
+// Which pipeline.ring_capacity_tags gives room for a frame whose photons did not fit; 0 where they
+// did. photons, lost_tags: of the frame; room: most_photons() of its source.
+std::uint64_t ring_needed(std::uint64_t photons, std::uint64_t lost_tags, std::size_t room);
+// Says so.
+std::string advice_on_room(std::uint64_t ring_tags);
 
 // Photons that the estimator has room for from its start: 40 M/s in 50 ms, what the fastest taggers
 // deliver. A fuller frame makes the room larger.

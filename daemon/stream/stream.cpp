@@ -63,7 +63,8 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
   const double length_ms = options_.frame.length_ms;
   check_frame_fits(length_ms, options_.pattern, ring_.capacity());
   dealer_.choose(options_.wanted);
-  const FrameCapacity capacity = frame_capacity(length_ms, options_.pattern, ring_.capacity());
+  const FrameCapacity capacity =
+      frame_capacity(length_ms, options_.pattern, ring_.capacity(), source_->info().live);
   max_photons_ = std::min(capacity.photons, max_estimated_photons);
   for (std::int64_t i = 0; i < options_.pipeline.estimation_threads; ++i) {
     lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth));

@@ -23,7 +23,7 @@ constexpr double m_per_ns_of_delay = speed_of_light_mps / 1e9 / 2;  // as of a f
 
 std::size_t most_photons(const Config& config) {
   const auto tags = std::bit_ceil(static_cast<std::size_t>(config.pipeline.ring_capacity_tags));
-  const auto capacity = frame_capacity(config.frame.length_ms, config.pattern, tags);
+  const auto capacity = frame_capacity(config.frame.length_ms, config.pattern, tags, true);
   return std::min(capacity.photons, max_estimated_photons);
 }
 

@@ -62,7 +62,7 @@ class Reader {
     const auto ring_tags = static_cast<std::size_t>(config_.pipeline.ring_capacity_tags);
     const double length_ms = config_.frame.length_ms;
     double seconds = 0;
-    FrameByFrame frames(frame_capacity(length_ms, config_.pattern, ring_tags),
+    FrameByFrame frames(frame_capacity(length_ms, config_.pattern, ring_tags, false),
                         [&](const FrameView& frame) {
                           take(frame);
                           seconds += static_cast<double>(frame.end_ps - frame.start_ps) * 1e-12;

@@ -91,7 +91,7 @@ class Collector final : public FrameSink {
   Collector(const Config& config, double length_ms, std::size_t count,
             const CollectProgress& progress, std::stop_source& enough)
       : frame_(frame_capacity(length_ms, config.pattern,
-                              static_cast<std::size_t>(config.pipeline.ring_capacity_tags))),
+                              static_cast<std::size_t>(config.pipeline.ring_capacity_tags), false)),
         min_seen_fraction_(config.frame.min_seen_fraction),
         count_(count),
         progress_(progress),

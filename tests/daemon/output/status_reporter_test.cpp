@@ -83,6 +83,18 @@ TEST_F(StatusReports, SayWhatIsWrong) {
                                AllOf(HasSubstr("\"stopping\""), HasSubstr("the cable came off"))));
 }
 
+TEST_F(StatusReports, NameTheKeyAndTheRoomThatAFrameNeeds) {
+  FrameMessage full = frame(FrameStatus::incomplete);
+  full.photons = 131'072;
+  full.lost_tags = 200'000;
+  reporter.frame_published(full);
+  reporter.tick({1, clock.steady_ns(), 0, ""});
+  EXPECT_THAT(reporter.status().reason, HasSubstr("pipeline.ring_capacity_tags to 524288 or more"));
+  reporter.begin(SourceInfo{"a replay", false, {}});
+  reporter.frame_published(full);
+  EXPECT_EQ(reporter.ring_needed(), 0U);
+}
+
 TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
   const StreamHealth health{1, clock.steady_ns(), 0, ""};
   reporter.frame_published(frame(FrameStatus::ok));

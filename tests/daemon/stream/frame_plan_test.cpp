@@ -34,9 +34,20 @@ TEST(FramePlan, TheCalibratedPeriodCounts) {
 }
 
 TEST(FramePlan, CapacityHoldsTheRingsPhotonsAndTwiceTheSyncs) {
-  const FrameCapacity capacity = frame_capacity(50, pattern_of(3'780'000), 4096);
+  EXPECT_EQ(frame_capacity(50, pattern_of(3'780'000), 4096, false).most_photons, 1U << 24);
+  EXPECT_EQ(frame_capacity(50, pattern_of(3'780'000), 1U << 25, false).most_photons, 1U << 25);
+  const FrameCapacity capacity = frame_capacity(50, pattern_of(3'780'000), 4096, true);
   EXPECT_EQ(capacity.photons, 4096U);
   EXPECT_GE(capacity.syncs, 2 * 13'228U);
+}
+
+TEST(FramePlan, ANewRingHasRoomForTheFullestFrame) {
+  EXPECT_EQ(ring_needed(4096, 1, 4096), 8192U);
+  EXPECT_EQ(ring_needed(4096, 5000, 4096), 16'384U);
+  EXPECT_EQ(ring_needed(4095, 5000, 4096), 0U);  // lost elsewhere
+  EXPECT_EQ(ring_needed(4096, 0, 4096), 0U);
+  EXPECT_EQ(most_photons(4096, true), 4096U);
+  EXPECT_EQ(most_photons(4096, false), most_waiting_photons);
 }
 
 TEST(FramePlan, AFrameThatTheRingCannotHoldIsRefused) {

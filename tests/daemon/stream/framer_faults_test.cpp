@@ -238,5 +238,26 @@ TEST(Framer, ARealRecordingWithoutSyncsGivesFramesThatDoNot) {
   EXPECT_EQ(r.frames.size(), 20U);
 }
 
+TEST(Framer, RoomThatMayGrowHoldsAFullerFrameUpToItsBound) {
+  const std::vector<Tag> tags = TagStream{}.make();
+  const Framed whole = framed(tags);
+  FrameCapacity capacity = room_enough;
+  capacity.photons = 3;
+  capacity.most_photons = 1'100;
+  const Framed grown = framed(tags, 100, capacity);
+  expect_sums_close(grown, tags.size());
+  EXPECT_EQ(grown.totals.surplus, 0U);
+  ASSERT_EQ(grown.frames.size(), whole.frames.size());
+  for (std::size_t i = 0; i < whole.frames.size(); ++i) {
+    EXPECT_TRUE(std::ranges::equal(grown.frames[i].photons_ps, whole.frames[i].photons_ps)) << i;
+    EXPECT_EQ(grown.frames[i].seen_fraction, whole.frames[i].seen_fraction) << i;
+  }
+  capacity.most_photons = 700;
+  const Framed bounded = framed(tags, 100, capacity);
+  expect_sums_close(bounded, tags.size());
+  EXPECT_EQ(bounded.totals.surplus + bounded.totals.photons, whole.totals.photons);
+  EXPECT_EQ(bounded.frames[0].photons_ps.size(), 700U);
+}
+
 }  // namespace
 }  // namespace splid

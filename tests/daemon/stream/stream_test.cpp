@@ -104,6 +104,39 @@ TEST(Stream, AReloadHoldsForTheFramesThatComeAfterIt) {
   EXPECT_EQ(taken.efforts.back(), Effort::fast);
 }
 
+// A source that can wait loses nothing, however many photons a frame has.
+TEST(Stream, AFrameOfAReplayHasRoomForMorePhotonsThanTheRing) {
+  Config config = scene_config(0.2);
+  auto scene = std::make_unique<simulator::Options>();
+  scene->pace = simulator::Speed::max;
+  scene->seconds = 0.2;
+  scene->ambient_per_s = 2e6;
+  config.source = std::move(scene);
+  const auto photons_of = [&](std::int64_t ring_tags) {
+    config.pipeline.ring_capacity_tags = ring_tags;
+    Stream stream(stream_options(config), open_scene(config), host_clock());
+    std::vector<std::size_t> photons;
+    stream.start();
+    while (!stream.ended()) {
+      const EstimationUnit* unit = stream.next();
+      if (unit == nullptr) {
+        stream.wait(milliseconds{50});
+        continue;
+      }
+      photons.push_back(unit->frame.photons_ps.size());
+      EXPECT_EQ(unit->frame.lost_tags, 0U);
+      stream.release();
+    }
+    EXPECT_EQ(stream.join(), nullptr);
+    EXPECT_EQ(stream.counters().framer.surplus, 0U);
+    return photons;
+  };
+  const std::vector<std::size_t> whole = photons_of(1 << 20);
+  ASSERT_GE(whole.size(), 4U);
+  EXPECT_GT(whole[1], 90'000U);
+  EXPECT_EQ(photons_of(1 << 14), whole);
+}
+
 TEST(Stream, AddsUpTheCountsOfStreams) {
   StreamCounters sum;
   StreamCounters one;
