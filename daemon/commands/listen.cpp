@@ -13,6 +13,7 @@
 #include "config/read_file.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/line_writer.hpp"
+#include "daemon/base/text.hpp"
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/security/key_file.hpp"
@@ -143,9 +144,24 @@ class Listening {
 
   void take_frame(const sockets::Subscriber::Message& message) {
     if (!is_among(options_.topics, message.topic)) return;
-    const FrameMessage frame = frame_from_json(message.json);
-    const auto error = score_ ? score_->take(frame) : std::nullopt;
-    print(options_.json ? message.json : frame_line(frame, error));
+    const std::optional<FrameMessage> frame = read(message.json);
+    if (!frame) return;
+    const auto error = score_ ? score_->take(*frame) : std::nullopt;
+    print(options_.json ? message.json : frame_line(*frame, error));
+  }
+
+  // Absent for a message that cannot be read. Of these the first is told at once, and all at the
+  // end.
+  std::optional<FrameMessage> read(const std::string& json) {
+    try {
+      return frame_from_json(json);
+    } catch (const Error& error) {
+      if (++unread_ == 1) {
+        std::fprintf(stderr, "splid: a frame message cannot be read and is left out: %s\n",
+                     error.what());
+      }
+      return std::nullopt;
+    }
   }
 
   static bool is_stopping(const std::string& json) {
@@ -183,6 +199,10 @@ class Listening {
   }
 
   int finish() const {
+    if (unread_ > 0) {
+      std::fprintf(stderr, "splid: %s frame messages could not be read and are left out\n",
+                   grouped(unread_).c_str());
+    }
     if (!score_) return 0;
     std::fprintf(stderr, "%s\n", score_->summary().c_str());
     if (const auto broken = score_->broken(options_.limits)) throw Error(Fault::data, *broken);
@@ -196,7 +216,8 @@ class Listening {
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
-  std::uint64_t shown_ = 0;  // messages printed
+  std::uint64_t shown_ = 0;   // messages printed
+  std::uint64_t unread_ = 0;  // messages that cannot be read
   bool done_ = false;
 };
 

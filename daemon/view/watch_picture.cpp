@@ -10,6 +10,7 @@
 
 #include "daemon/base/text.hpp"
 #include "daemon/view/misfit_words.hpp"
+#include "protocol/error.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid::view {
@@ -134,7 +135,12 @@ void WatchPicture::take_version(const std::string& json) {
 }
 
 void WatchPicture::take_frame(const std::string& json) {
-  frame_ = frame_from_json(json);
+  try {
+    frame_ = frame_from_json(json);
+  } catch (const Error&) {
+    ++unread_;
+    return;
+  }
   const bool valid = frame_->valid();
   const auto if_valid = [&](const std::optional<double>& value) {
     return valid ? value : std::nullopt;
@@ -175,6 +181,7 @@ std::string WatchPicture::counts() const {
   if (status_->uncounted_losses > 0) {
     line += fmt::format(" and {} losses of unknown size", grouped(status_->uncounted_losses));
   }
+  if (unread_ > 0) line += fmt::format("   messages that cannot be read {}", grouped(unread_));
   return line;
 }
 

@@ -30,7 +30,7 @@ class WatchPicture {
   // endpoint: which daemon is watched, for the first line.
   WatchPicture(std::string endpoint, Characters characters);
 
-  // Takes one message of the topics frame, status and version.
+  // Takes one message of the topics frame, status and version. Counts those that cannot be read.
   void take(const std::string& topic, const std::string& json);
 
   // The daemon cannot be reached, in words; empty: it can. The values shown are then old, and the
@@ -62,6 +62,7 @@ class WatchPicture {
   std::optional<WatchedStatus> status_;
   std::string release_, pattern_;
   std::optional<FrameMessage> frame_;
+  std::uint64_t unread_ = 0;  // frames that no message could be read of
   Sparkline distance_, velocity_, signal_;
 };
 

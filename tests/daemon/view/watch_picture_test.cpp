@@ -55,6 +55,15 @@ TEST(WatchPicture, ShowsValuesStateAndLosses) {
   EXPECT_THAT(all_of(picture), AllOf(StartsWith("no connection"), HasSubstr("nobody answers")));
 }
 
+TEST(WatchPicture, CountsFramesThatCannotBeRead) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  picture.take("status", to_json(StatusMessage{}));
+  picture.take("frame", to_json(frame_at(100, FrameStatus::ok)));
+  for (const char* bad : {"", "{", "[]", R"({"schema":"splid.frame"})"}) picture.take("frame", bad);
+  EXPECT_THAT(all_of(picture),
+              AllOf(HasSubstr("messages that cannot be read 4"), HasSubstr("284.50000 m")));
+}
+
 TEST(WatchPicture, ShowsWhatIsRecorded) {
   WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
   StatusMessage status;

@@ -1,0 +1,46 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "daemon/output/publisher.hpp"
+#include "protocol/frame_json.hpp"
+#include "tests/support/patience.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temp_folder.hpp"
+
+// `splid listen`, and what it does with messages that are none.
+
+namespace splid {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(ListenProgram, GoesOnAfterMessagesThatCannotBeRead) {
+  const test::TempFolder folder;
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--json"}}) {
+    Publisher publisher("ipc://" + folder.path("frames" + std::to_string(more.size())), 100);
+    std::vector<std::string> arguments = {
+        "listen", "--endpoint", publisher.endpoint(), "--count", "2", "--timeout", "60"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    test::Program listening(arguments);
+    ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
+    FrameMessage frame;
+    frame.duration_ms = 50;
+    publisher.publish_frame("{");
+    publisher.publish_frame(R"({"schema":"splid.frame"})");
+    publisher.publish_frame(to_json(frame));
+    publisher.publish_frame("no JSON");
+    publisher.publish_frame(to_json(frame));
+    const test::ProgramResult result = listening.wait();
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("cannot be read and is left out: "));
+    EXPECT_THAT(result.err, HasSubstr("3 frame messages could not be read"));
+    EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), more.empty() ? 3 : 2);
+  }
+}
+
+}  // namespace
+}  // namespace splid
