@@ -205,11 +205,10 @@ class Parts {
           }
         });
     Refinement refinement(*shape_, train_, frame_.size());
-    const Exposure exposure(frame_, train_);
     near.collect(frame_, comb_windows(train_, -2 * 10 * sigma_ns, 2 * 10 * sigma_ns), train_,
                  best.line);
     row(level + ": a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
-        [&] { refinement.climb(frame_, exposure, best.line, true); });
+        [&] { refinement.climb(frame_, best.line, true); });
   }
 
   // No line holds so many photons.
@@ -260,16 +259,22 @@ class Parts {
     row("photons near a line, once", photons, limits_.increment,
         [&] { near.collect(frame_, windows, train_, line_); });
     if (scene_.made.signal_per_pulse == 0) return;
-    const Exposure exposure(frame_, train_);
-    Likelihood likelihood(*shape_, near.entries());
-    FrameParameters at = likelihood.profile(near, exposure, line_).parameters;
-    row("the likelihood and its derivatives, once", static_cast<double>(near.entries()),
-        limits_.entry,
-        [&] { found_ += likelihood.evaluate(near, exposure, at).value > 0 ? 1 : 0; });
     Refinement refinement(*shape_, train_, frame_.size());
+    const FrameParameters at = refinement.fit_rates(frame_, line_, true).parameters;
+    likelihood::LogLikelihood likelihood(*shape_, train_, frame_.size(), {});
+    likelihood.begin(frame_);
+    likelihood::Model model = model_of(at);
+    likelihood.collect(model, NearSet::gathered_from);
+    likelihood::Point point;
+    row("the likelihood and its derivatives, once", static_cast<double>(near.entries()),
+        limits_.entry, [&] {
+          model.targets[0].track.delay_ns += 1e-9;  // so that nothing is used again
+          likelihood.evaluate(model, likelihood::free_set(1, 2), point);
+          found_ += point.value > 0 ? 1 : 0;
+        });
     const DelayLine beside = {line_.delay_ns + 0.1, line_.travel_ns - 0.1};
     row("a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
-        [&] { refinement.climb(frame_, exposure, beside, true); });
+        [&] { refinement.climb(frame_, beside, true); });
     PatternCheck check(train_, *shape_, 30, 0);
     row("the light at each pulse", photons, limits_.increment, [&] { check.judge(frame_, at); });
   }

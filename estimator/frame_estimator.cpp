@@ -429,7 +429,7 @@ bool FrameEstimator::Workspace::has_pattern(const FoldedFrame& photons, const Fi
 // The values of a frame's only target, with the pulse's width where it is fitted.
 void FrameEstimator::Workspace::fill_one(Estimate& estimate, const Fit& fit, const SyncFit& sync) {
   std::optional<FittedWidth> fitted;
-  if (width) fitted = width->climb(frame, Exposure(frame, train), fit, fit.covariance(1, 1) > 0);
+  if (width) fitted = width->climb(frame, fit, fit.covariance(1, 1) > 0);
   fill(estimate, fitted ? fitted->fit : fit, sync);
   const PathVerdict path = pattern_check.judge_path(frame);
   if (!fitted) return say_light(estimate, path, pulse_verdict);

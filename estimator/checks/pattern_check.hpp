@@ -7,7 +7,7 @@
 
 #include "estimator/checks/path_check.hpp"
 #include "estimator/checks/pulse_check.hpp"
-#include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/fit.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "estimator/fit/alive_fraction.hpp"
-#include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/fit.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 

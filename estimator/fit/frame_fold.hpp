@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/fit.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/estimate.hpp"

@@ -2,10 +2,9 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
-#include "estimator/fit/refinement.hpp"
-#include "estimator/fit/width_likelihood.hpp"
+#include "estimator/fit/fit.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/options.hpp"
 
 namespace splid {
@@ -22,8 +21,7 @@ struct FittedWidth {
   }
 };
 
-// Climbs from a fit with the configured width to the maximum of the likelihood in delay, travel and
-// width, with the best signal and background at every step.
+// The maximum of the likelihood near a fit with the configured width, with the width free too.
 //
 // Threads: one thread for each object. Errors: none. No allocation in climb() for frames of up to
 // max_photons, which must not have their blind time.
@@ -38,25 +36,11 @@ class WidthFit {
   // The maximum near a fit. moving: false keeps the travel of `start`. Empty where the photons are
   // too few to tell the width: where the climb ends at one of its limits, or leaves the width
   // uncertain by more than half of it.
-  std::optional<FittedWidth> climb(const FoldedFrame& frame, const Exposure& exposure,
-                                   const Fit& start, bool moving);
+  std::optional<FittedWidth> climb(const FoldedFrame& frame, const Fit& start, bool moving);
 
  private:
-  struct State {
-    Likelihood::Profile best;
-    double log_ratio = 0;  // of the width to the configured one
-  };
-  State at(const Exposure& exposure, DelayLine line, double log_ratio, double about_fraction);
-  Stop climb_within(const Exposure& exposure, bool moving, DelayLine collected_at, State& state);
-  std::optional<FittedWidth> with_covariance(const Exposure& exposure, bool moving,
-                                             const State& state, Stop stop);
-
-  const PulseTrain& train_;
-  double sigma_ns_;
-  double margin_ns_;  // how far the line may move before the near set is collected anew
-  std::vector<CombWindow> windows_;
-  NearSet near_;
-  WidthLikelihood likelihood_;
+  GaussianPulse shape_;
+  likelihood::Maximizer maximizer_;
 };
 
 // Null where the width is not to be fitted.

@@ -9,6 +9,14 @@ constexpr double no_background = 1e-6;  // photons in the frame
 
 }  // namespace
 
+FreeSet known_free(const FreeSet& free, const Model& at, const Exposure& exposure) {
+  FreeSet known = free;
+  if (at.background_per_ns * exposure.seen_ns < no_background) {
+    known.reset(background_place(at.count));
+  }
+  return known;
+}
+
 SmallVector units_of(const Model& at, const Exposure& exposure, double width_ns) {
   SmallVector units(static_cast<Eigen::Index>(parameters_of(at.count)));
   for (std::size_t k = 0; k < at.count; ++k) {
@@ -35,10 +43,7 @@ SmallMatrix information_of(const SmallMatrix& hessian, const SmallVector& units,
 std::optional<SmallMatrix> covariance_of(const SmallMatrix& hessian, const Model& at,
                                          const Exposure& exposure, double width_ns,
                                          const FreeSet& free) {
-  FreeSet known = free;
-  if (at.background_per_ns * exposure.seen_ns < no_background) {
-    known.reset(background_place(at.count));
-  }
+  const FreeSet known = known_free(free, at, exposure);
   const SmallVector units = units_of(at, exposure, width_ns);
   std::optional<SmallMatrix> C = inverse_of_positive(information_of(hessian, units, known));
   if (!C) return std::nullopt;

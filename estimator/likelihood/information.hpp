@@ -13,14 +13,17 @@ namespace splid::likelihood {
 // then 1 / t. width_ns: of the pulse.
 SmallVector units_of(const Model& at, const Exposure& exposure, double width_ns);
 
+// The free parameters that the photons tell anything of: a background of less than a millionth of a
+// photon in the frame counts as held.
+FreeSet known_free(const FreeSet& free, const Model& at, const Exposure& exposure);
+
 // Minus the Hessian in these units, with a 1 in the place of each held parameter.
 SmallMatrix information_of(const SmallMatrix& hessian, const SmallVector& units,
                            const FreeSet& free);
 
 // The covariance of the free parameters, in their places and in the parameters' own units: the
 // inverse of the information at a maximum. Rows of held parameters are 0. Absent where the
-// likelihood does not fall off in all directions. A background of less than a millionth of a photon
-// in the frame counts as held.
+// likelihood does not fall off in all directions. See known_free().
 std::optional<SmallMatrix> covariance_of(const SmallMatrix& hessian, const Model& at,
                                          const Exposure& exposure, double width_ns,
                                          const FreeSet& free);

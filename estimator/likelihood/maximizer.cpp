@@ -9,9 +9,9 @@ namespace splid::likelihood {
 namespace {
 
 constexpr int most_rounds = 40;
-constexpr int most_collected = 8;
+constexpr int most_collected = 32;
 // A rate keeps at least so much of itself in one step, so that it stays above 0.
-constexpr double least_kept = 0.1;
+constexpr double least_kept = 0.01;
 
 Model stepped(const Model& from, const SmallVector& step, double most_log_width) {
   const auto kept = [](double rate, double by) { return std::max(rate + by, least_kept * rate); };
@@ -35,6 +35,15 @@ Model stepped(const Model& from, const SmallVector& step, double most_log_width)
 double spread_of_cells(const Model& model) {
   constexpr double cell_variance = 1 / (12 * NearSet::cells_a_width * NearSet::cells_a_width);
   return 0.5 * std::log1p(cell_variance * std::exp(-2 * model.log_width));
+}
+
+// The longest part of a step in units, of rates left out: these are kept above 0 by themselves.
+double longest_of(const SmallVector& step) {
+  double longest = 0;
+  for (Eigen::Index i = 0; i + 1 < step.size(); ++i) {
+    if (i % of_target != signal) longest = std::max(longest, std::abs(step[i]));
+  }
+  return longest;
 }
 
 // The damping of the next try, after one that did not gain.
@@ -93,13 +102,27 @@ Maximum Maximizer::maximize(const Model& start, const Aim& aim) {
     maximize_gathered(aim, NearSet::gathered_from, best);
   }
   if (best.stop == Stop::beaten) return best;
-  const std::optional<SmallMatrix> C =
-      covariance_of(point_.hessian, best.model, likelihood_.exposure(), width_ns_, aim.free);
-  best.has_covariance = C.has_value();
-  if (C) best.covariance = *C;
+  add_covariance(aim.free, best);
   if (near.gathers() && aim.free[width_place(1)])
     best.model.log_width += spread_of_cells(best.model);
   return best;
+}
+
+void Maximizer::add_covariance(const FreeSet& free, Maximum& at) const {
+  const std::optional<SmallMatrix> C =
+      covariance_of(point_.hessian, at.model, likelihood_.exposure(), width_ns_, free);
+  at.has_covariance = C.has_value();
+  if (C) at.covariance = *C;
+}
+
+Maximum Maximizer::judge(const Model& at, const FreeSet& free) {
+  if (!likelihood_.serves(at)) likelihood_.collect(at, NearSet::gathered_from);
+  likelihood_.evaluate(at, free, point_);
+  Maximum maximum;
+  maximum.model = at;
+  maximum.gain_nats = point_.value - likelihood_.no_target_nats();
+  if (std::isfinite(maximum.gain_nats)) add_covariance(free, maximum);
+  return maximum;
 }
 
 void Maximizer::maximize_gathered(const Aim& aim, std::size_t gather_from, Maximum& best) {
@@ -116,6 +139,7 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
+  constexpr double short_step = 0.25;  // a longer one may lead to another hill
   // The surface flattens on its way down into the background, so that a parabola promises rather
   // too much than too little. The factor and the nats are for few photons.
   constexpr double most_of_promised = 3, some_nats = 10;
@@ -124,19 +148,20 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
   double damping = 0;
   best.stop = Stop::rounds_spent;
   for (int round = 0; round < most_rounds; ++round) {
+    const FreeSet free = known_free(aim.free, best.model, likelihood_.exposure());
     const SmallVector units = units_of(best.model, likelihood_.exposure(), width_ns_);
     SmallVector slope = units.asDiagonal() * point_.gradient;
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
-      if (!aim.free[static_cast<std::size_t>(i)]) slope[i] = 0;
+      if (!free[static_cast<std::size_t>(i)]) slope[i] = 0;
     }
-    const auto step = step_of(information_of(point_.hessian, units, aim.free), slope, damping);
+    const auto step = step_of(information_of(point_.hessian, units, free), slope, damping);
     if (!step) {
       damping = more_damping(damping);
       if (damping > most_damping) break;
       continue;
     }
     const double promised = slope.dot(*step) / 2;
-    const double longest = step->cwiseAbs().maxCoeff();
+    const double longest = longest_of(*step);
     if (damping == 0 &&
         point_.value + most_of_promised * promised + some_nats < aim.to_beat_nats + none_nats) {
       best.stop = Stop::beaten;
@@ -144,7 +169,7 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
     }
     const SmallVector taken = units.asDiagonal() * *step / std::max(longest, 1.0);
     const Model to = stepped(best.model, taken, most_log_width_);
-    if (damping == 0 && longest <= 1 && promised < aim.enough_nats) {
+    if (damping == 0 && longest < short_step && promised < aim.enough_nats) {
       best.model = to;
       point_.value += promised;
       best.stop = Stop::gain_small;
@@ -158,8 +183,9 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
       std::swap(point_, next_);
     }
     damping = is_better ? less_damping(damping) : more_damping(damping);
-    if (longest < step_small || (is_better && gained < gain_small)) {
-      best.stop = longest < step_small ? Stop::step_small : Stop::gain_small;
+    const bool is_small = step->cwiseAbs().maxCoeff() < step_small;
+    if (is_small || (is_better && gained < gain_small)) {
+      best.stop = is_small ? Stop::step_small : Stop::gain_small;
       break;
     }
     if (damping > most_damping || !likelihood_.serves(best.model)) break;

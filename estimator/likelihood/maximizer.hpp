@@ -47,13 +47,17 @@ class Maximizer {
   // The maximum near `start`, whose tracks should be within two pulse widths of it. Signals of 0
   // begin at what the photons near the tracks show.
   Maximum maximize(const Model& start, const Aim& aim);
+  // The likelihood and the information about the free parameters at a model as it is.
+  Maximum judge(const Model& at, const FreeSet& free);
   // The likelihood, with the photons about the last maximum.
   LogLikelihood& likelihood() { return likelihood_; }
+  [[nodiscard]] const LogLikelihood& likelihood() const { return likelihood_; }
 
  private:
   [[nodiscard]] Model with_rates(const Model& start) const;
   void maximize_gathered(const Aim& aim, std::size_t gather_from, Maximum& best);
   void maximize_within(const Aim& aim, Maximum& best);
+  void add_covariance(const FreeSet& free, Maximum& at) const;
 
   double width_ns_, most_log_width_;
   LogLikelihood likelihood_;

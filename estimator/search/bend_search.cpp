@@ -1,6 +1,7 @@
 #include "estimator/search/bend_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -27,11 +28,8 @@ constexpr std::size_t most_best_cells = 16;
 // that a zoom that has found the path has more than the cell.
 constexpr double least_signal_kept = 0.6;
 
-// In the order of ParameterIndex.
-Eigen::Vector4d values_of(const Fit& fit) {
-  const FrameParameters& p = fit.parameters;
-  return {p.line.delay_ns, p.line.travel_ns, p.signal_per_pulse, p.background_per_ns};
-}
+// bend (s^2 - 1/12) is bend / 6 times the Legendre polynomial P_2.
+constexpr double bend_per_quadratic = 6;
 
 }  // namespace
 
@@ -54,6 +52,7 @@ BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double wid
       max_acceleration_mps2_(max_acceleration_mps2),
       straight_(train, max_photons),
       straight_blind_(std::move(straight_blind)),
+      maximizer_(search.shape(), train, max_photons, {1, 1, straight_blind_.has_value()}),
       sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
   best_.reserve(most_best_cells + 1);
 }
@@ -173,51 +172,31 @@ BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t 
   return at;
 }
 
-Fit BendSearch::climb(const FoldedFrame& frame, DelayLine line, double bend_ns) {
-  return search_.fit_moving(straightened(frame, bend_ns), line);
-}
-
-// Newton's method in the bend, on the likelihood whose other parameters are at their best. The
-// derivatives are differences over about a deviation of the bend, so that they hold whatever the
-// likelihood is made of.
+// The bend is six times the quadratic term of the track. With the covariance C of all parameters,
+// the best others change by C_ib / C_bb as the bend b does, and have the covariance
+// C_ij - C_ib C_bj / C_bb where it is held.
 BentFit BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend_ns) {
-  constexpr int most_rounds = 24;
+  likelihood::Model start = model_of({line});
+  start.targets[0].track.quadratic_ns = bend_ns / bend_per_quadratic;
+  maximizer_.begin(frame);
+  const likelihood::Maximum found = maximizer_.maximize(start, {likelihood::free_set(1, 3)});
   BentFit best;
-  best.bend_ns = bend_ns;
-  best.fit = climb(frame, line, bend_ns);
+  best.fit = fit_of(found);
+  best.bend_ns = bend_per_quadratic * found.model.targets[0].track.quadratic_ns;
   const double farthest_ns = max_bend_ns(frame.length_ns) + least_reach_widths * width_ns_;
-  double step_ns = width_ns_;
-  for (int round = 0; round < most_rounds; ++round) {
-    const DelayLine from = best.fit.parameters.line;
-    const Fit low = climb(frame, from, best.bend_ns - step_ns);
-    const Fit high = climb(frame, from, best.bend_ns + step_ns);
-    const double slope = (high.gain_nats - low.gain_nats) / (2 * step_ns);
-    const double curvature =
-        (2 * best.fit.gain_nats - low.gain_nats - high.gain_nats) / (step_ns * step_ns);
-    const bool is_hill = curvature > 0;
-    const double move = is_hill ? std::clamp(slope / curvature, -2 * step_ns, 2 * step_ns)
-                                : std::copysign(2 * step_ns, slope);
-    const bool is_top = is_hill && std::abs(move) < 0.5 * step_ns;
-    const double deviation_ns = is_hill ? 1 / std::sqrt(curvature) : width_ns_;
-    if (std::abs(best.bend_ns + move) > farthest_ns) break;  // nobody would believe it
-    const Fit next = climb(frame, from, best.bend_ns + move);
-    if (!is_top && next.gain_nats < best.fit.gain_nats) {
-      step_ns /= 4;  // too far: beyond the top, or off the hill
-      continue;
-    }
-    if (is_top && step_ns < 2 * deviation_ns) {
-      best.variance_ns2 = 1 / curvature;
-      best.by_bend = (values_of(high) - values_of(low)) / (2 * step_ns);
-    }
-    best.bend_ns += move;
-    best.fit = next;
-    if (best.variance_ns2 > 0) break;
-    if (is_top) {
-      step_ns = std::min(step_ns, deviation_ns);
-    } else if (std::abs(move) > step_ns) {
-      step_ns *= 2;
-    }
+  // Nobody would believe a bend beyond that.
+  if (!found.has_covariance || std::abs(best.bend_ns) > farthest_ns) return best;
+  constexpr std::array<Eigen::Index, 4> places = {
+      likelihood::delay, likelihood::walk, likelihood::signal, likelihood::background_place(1)};
+  const double variance = found.covariance(likelihood::quadratic, likelihood::quadratic);
+  Eigen::Vector4d with_quadratic;
+  for (Eigen::Index i = 0; i < with_quadratic.size(); ++i) {
+    with_quadratic[i] =
+        found.covariance(places[static_cast<std::size_t>(i)], likelihood::quadratic);
   }
+  best.variance_ns2 = bend_per_quadratic * bend_per_quadratic * variance;
+  best.by_bend = with_quadratic / (bend_per_quadratic * variance);
+  best.fit.covariance -= with_quadratic * with_quadratic.transpose() / variance;
   return best;
 }
 

@@ -97,7 +97,6 @@ class BendSearch {
   void look(const FoldedFrame& photons, std::size_t level);
   void keep(const Cell& cell);
   Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
-  Fit climb(const FoldedFrame& frame, DelayLine line, double bend_ns);
 
   TargetSearch& search_;
   const PulseTrain& train_;
@@ -105,6 +104,7 @@ class BendSearch {
   double max_acceleration_mps2_;
   FoldedFrame straight_;
   std::optional<BlindTime> straight_blind_;
+  likelihood::Maximizer maximizer_;
   FoldedFrame sample_;
   std::vector<Cell> best_;
 };

@@ -18,17 +18,15 @@ std::optional<Fit> TargetSearch::find_kept(const FoldedFrame& rest, const Peaks&
   constexpr std::size_t most_looked_at = 3;
   std::array<DelayLine, most_targets + most_looked_at> seen;
   std::copy(known.begin(), known.end(), seen.begin());
-  const Exposure exposure(rest, train_);
   for (std::size_t n = 0; n < most_looked_at; ++n) {
     const auto but = std::span(seen).first(known.size() + n);
     const std::optional<RangeOdds::Place> kept = peaks.odds.best_beside(but);
     if (!kept || kept->gain_nats < settled_nats()) return std::nullopt;
     if (n > 0 && kept->gain_nats < no_shoulder * last.fit.gain_nats) return std::nullopt;
     seen.at(known.size() + n) = kept->line;
-    const Fit fit = refinement_.fit_rates(rest, exposure, kept->line, moving_);
+    const Fit fit = refinement_.fit_rates(rest, kept->line, moving_);
     const double least_nats = std::max(settled_nats(), least_left * kept->gain_nats);
-    if (fit.has_covariance && fit.gain_nats >= least_nats &&
-        refinement_.is_all_along(exposure, fit, known)) {
+    if (fit.has_covariance && fit.gain_nats >= least_nats && refinement_.is_all_along(fit, known)) {
       return with_rivals(rest, fit, peaks, known, last);
     }
   }
@@ -104,12 +102,11 @@ std::optional<Fit> TargetSearch::climb_in_rest(const FoldedFrame& rest, DelayLin
                                                const Peaks* peaks,
                                                std::span<const DelayLine> known) {
   begin(Refinement::Until::near_top);
-  const Exposure exposure(rest, train_);
-  Fit fit = climb(rest, exposure, place);
+  Fit fit = climb(rest, place);
   if (!fit.has_covariance || fit.gain_nats < settled_nats()) return std::nullopt;
-  if (!refinement_.is_all_along(exposure, fit, known)) return std::nullopt;
+  if (!refinement_.is_all_along(fit, known)) return std::nullopt;
   if (has_shoulders()) {
-    recheck_delay(rest, levels_.front(), exposure, fit, {peaks, known, true});
+    recheck_delay(rest, levels_.front(), fit, {peaks, known, true});
   }
   return fit;
 }
@@ -124,7 +121,7 @@ Fit TargetSearch::with_rivals(const FoldedFrame& rest, const Fit& kept, const Pe
   if (const auto rival = weaker_rival(fit, known, last)) {
     odds_.add(rival->line, rival->gain_nats);
   } else {
-    recheck_delay(rest, levels_.front(), Exposure(rest, train_), fit, {&peaks, known, true});
+    recheck_delay(rest, levels_.front(), fit, {&peaks, known, true});
   }
   return fit;
 }
@@ -154,13 +151,12 @@ std::optional<Fit> TargetSearch::find_beside(const FoldedFrame& rest,
     if (spot.box_gain_nats > best.box_gain_nats) best = spot;
   }
   if (best.box_gain_nats < least_nats) return std::nullopt;
-  const Exposure exposure(rest, train_);
-  const Fit beside = climb(rest, exposure, best.line);
-  if (beside.gain_nats < least_nats || !refinement_.is_all_along(exposure, beside, known)) {
+  const Fit beside = climb(rest, best.line);
+  if (beside.gain_nats < least_nats || !refinement_.is_all_along(beside, known)) {
     return std::nullopt;
   }
   Fit fit = beside;
-  if (has_shoulders()) recheck_delay(rest, level, exposure, fit, {nullptr, known, true});
+  if (has_shoulders()) recheck_delay(rest, level, fit, {nullptr, known, true});
   // Where another delay is better, these were a few photons of a target that is elsewhere.
   if (fit.gain_nats > beside.gain_nats) return std::nullopt;
   return fit;
@@ -171,7 +167,7 @@ std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const
   odds_.add(fit);
   Fit best = fit;
   if (has_shoulders()) {
-    recheck_delay(rest, levels_.back(), Exposure(rest, train_), best, {nullptr, {}, true});
+    recheck_delay(rest, levels_.back(), best, {nullptr, {}, true});
   }
   if (best.gain_nats > fit.gain_nats) return std::nullopt;
   return odds_.of(fit);

@@ -197,7 +197,7 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   if (!found || found->gain_nats < threshold_nats_ + sample_margin_nats) return std::nullopt;
   sample_odds_nats_ = odds_.of(*found);
   sample_best_ = found;
-  return climb(frame, Exposure(frame, train_), found->parameters.line);
+  return climb(frame, found->parameters.line);
 }
 
 std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most) {
@@ -224,7 +224,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
       see(spot.line, spot.box_gain_nats);
       return;
     }
-    const Fit fit = climb(photons, exposure, spot.line, least_nats);
+    const Fit fit = climb(photons, spot.line, least_nats);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
@@ -248,7 +248,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
             [](const Spot& a, const Spot& b) { return a.box_gain_nats > b.box_gain_nats; });
   for (const Spot& spot : spots_) climb_from(spot);
   if (best && has_shoulders() && best->gain_nats > threshold_nats_) {
-    recheck_delay(photons, level, exposure, *best, {});
+    recheck_delay(photons, level, *best, {});
   }
   return best;
 }
@@ -284,13 +284,12 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
   return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
 }
 
-Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
-                        double to_beat_nats) {
+Fit TargetSearch::climb(const FoldedFrame& photons, DelayLine line, double to_beat_nats) {
   const bool roughly = &photons == &sample_;
-  Fit fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly, until_);
+  Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly, until_);
   // Elsewhere the maximum may be what makes a target significant.
   if (fit.stop == Stop::spread && fit.gain_nats < threshold_nats_ + shoulder_margin_nats) {
-    fit = refinement_.climb(photons, exposure, line, moving_, to_beat_nats, roughly,
+    fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly,
                             Refinement::Until::near_top);
   }
   odds_.add(fit);
@@ -300,14 +299,14 @@ Fit TargetSearch::climb(const FoldedFrame& photons, const Exposure& exposure, De
 Fit TargetSearch::climb_on(const FoldedFrame& frame, const Fit& fit) {
   if (fit.stop != Stop::spread) return fit;
   const Refinement::Until until = std::exchange(until_, Refinement::Until::near_top);
-  Fit top = climb(frame, Exposure(frame, train_), fit.parameters.line);
+  Fit top = climb(frame, fit.parameters.line);
   until_ = until;
   return top;
 }
 
-Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                           DelayLine line, double to_beat_nats) {
-  return climb(photons, exposure, zoom_into(photons, level, line).line, to_beat_nats);
+Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
+                           double to_beat_nats) {
+  return climb(photons, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
 // Tries the delays at which the comb falls on itself: an interleaved comb does so with half of its
@@ -317,8 +316,8 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, const
 //
 // A climb to a peak that was climbed in a frame of which `photons` are what is left would end no
 // higher. So where such a peak is below the best one, it is not climbed again.
-void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
-                                 const Exposure& exposure, Fit& best, const Climbed& climbed) {
+void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best,
+                                 const Climbed& climbed) {
   constexpr double no_shoulder = 0.5;  // one of [P]'s pattern has 0.4 of the gain
   const DelayLine found = best.parameters.line;
   Refinement::Until until = until_;
@@ -344,16 +343,16 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     } else if (((is_first && !climbed.is_rest) ||
                 most_gain_nats(gain) > best.gain_nats - rival_nats_) &&
                !(one_of_several && is_made_by_two(photons, cell, cells, found))) {
-      is_moved |= try_delay(photons, level, exposure, apart, found, best);
+      is_moved |= try_delay(photons, level, apart, found, best);
     } else {
       odds_.add(line, gain);
       if (gain > no_shoulder * best.gain_nats) see(line, gain);
     }
     is_first = false;
   }
-  is_moved |= try_copies(photons, level, exposure, best);
+  is_moved |= try_copies(photons, level, best);
   std::swap(until_, until);
-  if (is_moved && until != until_) best = climb(photons, exposure, best.parameters.line);
+  if (is_moved && until != until_) best = climb(photons, best.parameters.line);
 }
 
 // Notes a place that is not climbed to, where it may be looked at once more in what is left.
@@ -363,15 +362,14 @@ void TargetSearch::see(DelayLine line, double box_gain_nats) {
 
 // Tries the near copies of the best one's comb, and those of a copy that is better. Returns whether
 // there was one.
-bool TargetSearch::try_copies(const FoldedFrame& photons, const Level& level,
-                              const Exposure& exposure, Fit& best) {
+bool TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Fit& best) {
   constexpr int most_steps = 8;
   bool is_moved = false;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
     const DelayLine from = best.parameters.line;
     for (const double copy : copies_ns_) {
-      is_moved |= try_delay(photons, level, exposure, copy, from, best);
+      is_moved |= try_delay(photons, level, copy, from, best);
     }
     if (best.gain_nats == before) break;
   }
@@ -407,13 +405,13 @@ double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell
 }
 
 // Returns whether there is a better maximum there, which is then the best one.
-bool TargetSearch::try_delay(const FoldedFrame& photons, const Level& level,
-                             const Exposure& exposure, double shift_ns, DelayLine from, Fit& best) {
+bool TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
+                             DelayLine from, Fit& best) {
   if (is_tried(from.delay_ns + shift_ns)) return false;
   best = climb_on(photons, best);
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
-  const Fit fit = fit_cell(photons, level, exposure, {photons_at, from.travel_ns},
-                           best.gain_nats - left_behind_nats);
+  const Fit fit =
+      fit_cell(photons, level, {photons_at, from.travel_ns}, best.gain_nats - left_behind_nats);
   if (fit.gain_nats <= best.gain_nats) return false;
   best = fit;
   return true;
@@ -492,26 +490,26 @@ BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, 
 }
 
 Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {
-  return refinement_.climb(frame, Exposure(frame, train_), {delay_ns, 0}, false);
+  return refinement_.climb(frame, {delay_ns, 0}, false);
 }
 
 Fit TargetSearch::fit_moving(const FoldedFrame& frame, DelayLine line) {
-  return refinement_.climb(frame, Exposure(frame, train_), line, true);
+  return refinement_.climb(frame, line, true);
 }
 
 Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
-  return refinement_.judge(frame, Exposure(frame, train_), at, moving_);
+  return refinement_.judge(frame, at, moving_);
 }
 
 Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
   begin(first_until_);
   line.delay_ns += shape_.peak_offset_ns();
-  return fit_cell(frame, levels_.front(), Exposure(frame, train_), line);
+  return fit_cell(frame, levels_.front(), line);
 }
 
 Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
   Fit best = fit;
-  if (has_shoulders()) recheck_delay(frame, levels_.front(), Exposure(frame, train_), best, {});
+  if (has_shoulders()) recheck_delay(frame, levels_.front(), best, {});
   return best;
 }
 

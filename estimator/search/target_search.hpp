@@ -100,6 +100,7 @@ class TargetSearch {
   // There are no odds, 0, where the combs of two other places meet at the fit's that are as high as
   // it is: then either pair may be the two targets of the frame, and the highest one is chance.
   [[nodiscard]] double range_odds_nats(const Fit& fit) const;
+  [[nodiscard]] const PulseShape& shape() const { return shape_; }
   // Where the combs of two targets meet.
   [[nodiscard]] const CombMeetings& meetings() const { return meetings_; }
   // The peaks that a search came by, which outlive the next search.
@@ -206,8 +207,8 @@ class TargetSearch {
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level,
                                    double least_nats = -std::numeric_limits<double>::infinity());
-  Fit fit_cell(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-               DelayLine line, double to_beat_nats = -std::numeric_limits<double>::infinity());
+  Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
+               double to_beat_nats = -std::numeric_limits<double>::infinity());
   Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
                   std::span<const DelayLine> known, const Search& last);
   std::optional<DelayLine> zoom_to(const FoldedFrame& rest, DelayLine line, double least_nats);
@@ -216,18 +217,17 @@ class TargetSearch {
   [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
                                                              std::span<const DelayLine> known,
                                                              const Search& last) const;
-  void recheck_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                     Fit& best, const Climbed& climbed);
+  void recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best,
+                     const Climbed& climbed);
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double travel_ns);
   [[nodiscard]] bool is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
                                     std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void see(DelayLine line, double box_gain_nats);
-  bool try_copies(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                  Fit& best);
-  bool try_delay(const FoldedFrame& photons, const Level& level, const Exposure& exposure,
-                 double shift_ns, DelayLine from, Fit& best);
-  Fit climb(const FoldedFrame& photons, const Exposure& exposure, DelayLine line,
+  bool try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
+  bool try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayLine from,
+                 Fit& best);
+  Fit climb(const FoldedFrame& photons, DelayLine line,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
   [[nodiscard]] bool is_where_combs_meet(const Fit& fit) const;

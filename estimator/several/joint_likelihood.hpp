@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fit/likelihood.hpp"
+#include "estimator/fit/fit.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/likelihood/log_sum.hpp"
 #include "estimator/likelihood/small_matrix.hpp"

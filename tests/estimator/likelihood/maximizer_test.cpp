@@ -176,6 +176,28 @@ TEST(Maximizer, GatheredPhotonsTellTheWidth) {
   EXPECT_LT(point.gradient[4] * std::sqrt(found.covariance(4, 4)), -0.1);
 }
 
+// Without background, b goes to 0 and nothing else waits for it.
+TEST(Maximizer, ReachesTheMaximumWithoutBackground) {
+  FrameMaker dark = interleaved();
+  dark.background_per_ns = 0;
+  const ModelScene scene(dark);
+  Maximizer maximizer(*scene.shape, scene.train, scene.folded.size(), {});
+  maximizer.begin(scene.folded);
+  Model start = scene.model;
+  start.background_per_ns = 0;
+  start.targets[0].track.delay_ns += 0.1;
+  const Maximum found = maximizer.maximize(start, {free_set(1, 2)});
+  EXPECT_EQ(found.stop, Stop::gain_small);
+  EXPECT_LT(found.model.background_per_ns * scene.folded.seen_ns, 1e-5);
+  ASSERT_TRUE(found.has_covariance);
+  const DelayTrack truth = scene.track_of(dark);
+  EXPECT_NEAR(found.model.targets[0].track.delay_ns, truth.delay_ns,
+              4 * std::sqrt(found.covariance(0, 0)));
+  // Every photon is signal: the maximum of S is their number.
+  EXPECT_NEAR(found.model.targets[0].signal_per_pulse * maximizer.likelihood().exposure().amplitude,
+              static_cast<double>(scene.folded.size()), 0.01);
+}
+
 // Frames of no photon, one photon and few photons give a status and no NaN.
 TEST(Maximizer, FewPhotonsGiveNumbers) {
   for (const double photons : {0.0, 1.0, 3.0, 20.0}) {

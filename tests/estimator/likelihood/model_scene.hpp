@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <memory>
@@ -25,12 +26,14 @@ struct ModelScene {
   likelihood::Model model;
 
   explicit ModelScene(const FrameMaker& maker, const std::vector<FrameMaker>& others = {},
-                      std::unique_ptr<PulseShape> pulse = make_gaussian(0.1))
+                      std::unique_ptr<PulseShape> pulse = make_gaussian(0.1),
+                      const std::vector<Loss>& losses = {})
       : made(maker),
-        frame(others.empty() ? made.make(5) : made.make_with(others, 5)),
+        frame(seen(others.empty() ? made.make(5) : made.make_with(others, 5), losses)),
         train(made.pattern),
         folded(train, frame.photons_ps.size(), 3),
-        dead(train, std::max(made.dead_time_ns, 1.0), 1, frame.photons_ps.size(), 3),
+        dead(train, std::max(made.dead_time_ns, 1.0), static_cast<std::size_t>(made.inputs),
+             frame.photons_ps.size(), 3),
         shape(std::move(pulse)) {
     folded.fold(frame.view(), train);
     if (made.dead_time_ns > 0) {
@@ -60,6 +63,16 @@ struct ModelScene {
   }
 
  private:
+  // A frame without what comes in its losses; detectors share the light evenly.
+  static FrameMaker::Frame seen(FrameMaker::Frame frame, const std::vector<Loss>& losses) {
+    frame.losses = losses;
+    frame.photons_of_input.clear();
+    std::erase_if(frame.photons_ps, [&](std::int64_t t) {
+      return std::any_of(losses.begin(), losses.end(),
+                         [&](const Loss& loss) { return t >= loss.begin_ps && t < loss.end_ps; });
+    });
+    return frame;
+  }
   void add(const FrameMaker& target) {
     DelayTrack track = track_of(target);
     track.delay_ns += 0.03;
