@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "config/hidden_keys.hpp"
-#include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
 #include "protocol/json_value.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -87,6 +87,11 @@ std::string reason(const std::string& message) {
   return bracket == std::string::npos ? message : message.substr(bracket + 2);
 }
 
+// It ends in the text that was read last, which may be long.
+std::string quoted_reason(const json::exception& error) {
+  return shown_text(reason(error.what()), 2 * most_quoted);
+}
+
 }  // namespace
 
 nlohmann::json parse_json_text(const std::string& text, const std::string& file) {
@@ -102,12 +107,12 @@ nlohmann::json parse_json_text(const std::string& text, const std::string& file)
     });
   } catch (const json::parse_error& error) {
     throw Error(Fault::usage, file + ": " + place(text, error.byte) +
-                                  ": is no JSON: " + hide_keys(ascii_text(reason(error.what()))));
+                                  ": is no JSON: " + hide_keys(quoted_reason(error)));
   } catch (const json::exception& error) {  // a number that no double holds
-    throw Error(Fault::usage, file + ": " + ascii_text(reason(error.what())));
+    throw Error(Fault::usage, file + ": " + quoted_reason(error));
   }
   if (!duplicates.found().empty()) {
-    throw Error(Fault::usage, file + ": " + duplicates.found() +
+    throw Error(Fault::usage, file + ": " + shown_text(duplicates.found(), most_quoted) +
                                   ": is given twice in the same object; remove one of the two");
   }
   return value;

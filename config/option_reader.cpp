@@ -12,11 +12,15 @@
 #include "protocol/error.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/nearest_name.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
 
 using nlohmann::json;
+
+// As many as a path has on Linux.
+constexpr std::size_t most_text_bytes = 4096;
 
 std::string listed(std::span<const char* const> names) {
   std::string list;
@@ -85,6 +89,10 @@ void OptionReader::text(const char* key, std::string& value, const char*) {
     fail(pointer_to(pointer_, key), shown(*given) + " is no text; put it in quotes");
   }
   value = given->get<std::string>();
+  if (value.size() <= most_text_bytes) return;
+  fail(pointer_to(pointer_, key), shown(*given) + " has " + std::to_string(value.size()) +
+                                      " bytes; a text has at most " +
+                                      std::to_string(most_text_bytes));
 }
 
 void OptionReader::path(const char* key, std::string& value, const char* doc) {
@@ -185,7 +193,7 @@ void OptionReader::require(const char* key) {
   const char* nearest = nearest_name(key, names);
   fail(pointer_to(pointer_, key),
        nearest == nullptr ? std::string("is missing and has no default; add it")
-                          : "is missing and has no default; \"" + std::string(nearest) +
+                          : "is missing and has no default; \"" + shown_text(nearest, most_quoted) +
                                 "\" is no key that splid knows: did you mean " + key + "?");
 }
 
@@ -229,7 +237,9 @@ std::string OptionReader::read_channel(const json& value, const std::string& poi
 
 void OptionReader::fail(const std::string& pointer, const std::string& what) const {
   throw Error(Fault::usage,
-              file_ + ": " + (pointer.empty() ? "" : hide_keys(pointer) + ": ") + what);
+              file_ + ": " +
+                  (pointer.empty() ? "" : shown_text(hide_keys(pointer), most_quoted) + ": ") +
+                  what);
 }
 
 }  // namespace splid

@@ -38,8 +38,11 @@ const char* nearest_name(std::string_view name, std::span<const char* const> nam
   const char* nearest = nullptr;
   std::size_t fewest = 0;
   for (const char* candidate : names) {
+    const std::size_t length = std::string_view(candidate).size();
+    const std::size_t longest = std::max(name.size(), length);
+    // Each character that one has more is an edit: a name of megabytes is not compared.
+    if (2 * (longest - std::min(name.size(), length)) > longest) continue;
     const std::size_t count = edits(name, candidate);
-    const std::size_t longest = std::max(name.size(), std::string_view(candidate).size());
     if (2 * count > longest || (nearest != nullptr && count >= fewest)) continue;
     nearest = candidate;
     fewest = count;

@@ -9,12 +9,12 @@
 #include <string_view>
 #include <vector>
 
-#include "protocol/ascii_text.hpp"
 #include "protocol/error.hpp"
 #include "protocol/file_kind.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/nearest_name.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -138,7 +138,7 @@ json parse(const std::string& text, const std::string& file) {
     const std::string_view what = error.what();
     const std::size_t start = what.find("] ");
     const std::string sentence(what.substr(start == what.npos ? 0 : start + 2));
-    throw Error(Fault::data, file + ": not JSON: " + ascii_text(sentence));
+    throw Error(Fault::data, file + ": not JSON: " + shown_text(sentence, 2 * most_quoted));
   } catch (const json::out_of_range& error) {
     throw Error(Fault::data, file + ": a number is too large for a double: " + error.what());
   }

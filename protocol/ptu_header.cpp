@@ -9,6 +9,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/ptu_losses.hpp"
+#include "protocol/shown_text.hpp"
 #include "protocol/text.hpp"
 
 namespace splid {
@@ -229,7 +230,8 @@ void read_own_facts(RecordingHeader& header) {
   if (const auto text = header.text("Splid_Origin_ps")) {
     const auto origin_ps = whole_number(*text);
     if (!origin_ps) {
-      fail(offset_of(header, "Splid_Origin_ps"), "Splid_Origin_ps is not a whole number: " + *text);
+      fail(offset_of(header, "Splid_Origin_ps"),
+           "Splid_Origin_ps is not a whole number: " + shown_text(*text, most_quoted));
     }
     header.origin_ps = *origin_ps;
   }
@@ -245,7 +247,8 @@ void read_own_facts(RecordingHeader& header) {
     auto losses = losses_from_text(*text);
     if (!losses) {
       fail(offset_of(header, "Splid_Losses"),
-           "Splid_Losses is not a list of begin:end:count, begin <= end: " + text->substr(0, 80));
+           "Splid_Losses is not a list of begin:end:count, begin <= end: " +
+               shown_text(*text, most_quoted));
     }
     header.losses = std::move(*losses);
   }

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "protocol/json_writer.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -37,10 +38,11 @@ const char* to_string(DaemonState state) {
 std::string to_json(const StatusMessage& message) {
   JsonWriter json = message_head("splid.status", message.timestamp_s, message.sequence);
   json.text("state", to_string(message.state))
-      .text("reason", message.reason)
-      .text("source", message.source)
+      .text("reason", shown_text(message.reason, most_said))
+      .text("source", shown_text(message.source, most_said))
       .text("device", to_string(message.device));
-  if (!message.device_name.empty()) json.text("device_name", message.device_name);
+  if (!message.device_name.empty())
+    json.text("device_name", shown_text(message.device_name, most_said));
   json.integer("tags", message.tags).integer("lost_tags", message.lost_tags);
   write_uncounted_losses(json, message.uncounted_losses);
   json.integer("frames", message.frames)

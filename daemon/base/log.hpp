@@ -19,7 +19,7 @@ namespace splid {
 // The least level that is written: one of trace, debug, info, warning, error, critical, off.
 void set_log_level(const std::string& name);
 
-// As it is.
+// As shown_text() has it (protocol/shown_text.hpp): one line of at most 2000 bytes.
 void log_info(std::string_view line);
 void log_warning(std::string_view line);
 void log_error(std::string_view line);

@@ -24,6 +24,7 @@
 #include "estimator/model/vector_level.hpp"
 #include "protocol/error.hpp"
 #include "protocol/nearest_name.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -236,7 +237,8 @@ int parse_and_run(int argc, char** argv) {
 }
 
 void print_error(const char* what) {
-  const std::string text = std::string("splid: error: ").append(what).append("\n");
+  const std::string text =
+      std::string("splid: error: ").append(shown_text(what, most_said)).append("\n");
   std::fputs(error_lines(text, stderr_is_journal()).c_str(), stderr);
 }
 

@@ -22,6 +22,7 @@
 #include "protocol/file_kind.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/recording_format.hpp"
+#include "protocol/shown_text.hpp"
 #include "protocol/text.hpp"
 
 namespace splid {
@@ -107,11 +108,11 @@ int check(const CheckCommand& options) {
   require_seekable(options.file);
   const std::string start = read_start(options.file, start_bytes);
   if (!start.empty() && format_of(start, options.file)) {
-    std::fputs(recording::report_of(options.file).c_str(), stdout);
+    std::fputs(shown_lines(recording::report_of(options.file)).c_str(), stdout);
     return 0;
   }
   if (recording::begins_as_hdf5(options.file)) {
-    std::fputs(recording::report_photon_hdf5(options.file).c_str(), stdout);
+    std::fputs(shown_lines(recording::report_photon_hdf5(options.file)).c_str(), stdout);
     return 0;
   }
   // What is no JSON may be a recording of any size, and its first bytes tell enough of it.

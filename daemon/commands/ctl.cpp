@@ -24,6 +24,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -69,7 +70,7 @@ std::optional<security::CurveClient> keys_of(const CtlCommand& options) {
 // The text of a member of the reply; empty where the reply has no such member.
 std::string text_of(const control::Reply& reply, const char* name) {
   const auto value = json_value_if_any(reply.find(name));
-  return value.is_string() ? value.get<std::string>() : "";
+  return value.is_string() ? shown_text(value.get<std::string>(), most_said) : "";
 }
 
 control::Reply ask(const CtlCommand& options) {
@@ -91,12 +92,14 @@ std::string count_of(const nlohmann::json& status, const char* key) {
 void print_status(const control::Reply& reply) {
   const auto status = json_value_if_any(reply.find("status"));
   if (!status.is_object()) throw Error(Fault::data, "the daemon has no status yet; ask again");
-  const std::string reason = status.value("reason", "");
-  std::printf("state      %s%s%s\n", status.value("state", "").c_str(), reason.empty() ? "" : ": ",
+  const auto text = [&status](const char* key) {
+    return shown_text(status.value(key, ""), most_said);
+  };
+  const std::string reason = text("reason");
+  std::printf("state      %s%s%s\n", text("state").c_str(), reason.empty() ? "" : ": ",
               reason.c_str());
-  std::printf("source     %s, %s\n", status.value("source", "").c_str(),
-              status.value("device", "").c_str());
-  if (const std::string name = status.value("device_name", ""); !name.empty()) {
+  std::printf("source     %s, %s\n", text("source").c_str(), text("device").c_str());
+  if (const std::string name = text("device_name"); !name.empty()) {
     std::printf("instrument %s\n", name.c_str());
   }
   std::printf("frames     %s, %s with a target\n", count_of(status, "frames").c_str(),

@@ -27,6 +27,7 @@
 #include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/json_value.hpp"
+#include "protocol/shown_text.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -171,7 +172,7 @@ class Listening {
   }
 
   void print(const std::string& line) {
-    if (!out_.write(line)) done_ = true;
+    if (!out_.write(shown_text(line, std::string::npos))) done_ = true;
     ++shown_;
     if (options_.count != 0 && shown_ == options_.count) done_ = true;
   }

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "protocol/shown_text.hpp"
 #include "protocol/text.hpp"
 
 namespace splid::awg {
@@ -83,12 +84,6 @@ std::string scpi_block_head(std::size_t content_bytes) {
   return "#" + std::to_string(digits.size()) + digits;
 }
 
-std::string shown_scpi(std::string_view text) {
-  text = trimmed(text);
-  std::string shown(text.substr(0, max_shown));
-  std::replace_if(
-      shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return text.size() > max_shown ? shown + "..." : shown;
-}
+std::string shown_scpi(std::string_view text) { return shown_text(trimmed(text), max_shown); }
 
 }  // namespace splid::awg

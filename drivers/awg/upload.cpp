@@ -96,8 +96,8 @@ std::string identify(ScpiClient& client, const Model& model) {
                              ", which says " + model.identity);
   }
   client.command("*CLS");
-  return identity->maker + " " + identity->model + " " + identity->serial + ", firmware " +
-         identity->firmware;
+  return shown_scpi(identity->maker) + " " + shown_scpi(identity->model) + " " +
+         shown_scpi(identity->serial) + ", firmware " + shown_scpi(identity->firmware);
 }
 
 std::string place_of(std::int64_t first) { return ":TRAC1:DATA 1," + std::to_string(first) + ","; }

@@ -8,6 +8,7 @@
 
 #include "drivers/source.hpp"
 #include "protocol/error.hpp"
+#include "protocol/shown_text.hpp"
 #include "protocol/text.hpp"
 
 namespace splid {
@@ -42,7 +43,7 @@ class EncoderFile final : public EncoderSource {
       std::optional<EncoderBatch> parsed = parse_encoder_line(line);
       if (!parsed) {
         throw Error(Fault::data, file_ + ": line " + std::to_string(number_) + ": \"" +
-                                     line.substr(0, 40) +
+                                     shown_text(line, 40) +
                                      "\" is not FIRST_INDEX,COUNT[,COUNT...] nor overrun");
       }
       if (parsed->counts.empty() && !parsed->overrun) continue;

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "drivers/usb/usb_error.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid::usb {
 namespace {
@@ -45,7 +46,7 @@ std::string serial_of(const std::string& port) {
   std::ifstream file("/sys/bus/usb/devices/" + port + "/serial");
   std::string serial;
   std::getline(file, serial);
-  return serial;
+  return shown_text(serial, most_quoted);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "protocol/error.hpp"
+#include "protocol/shown_text.hpp"
 #include "python/src/bindings.hpp"
 
 namespace splid::python {
@@ -37,7 +38,8 @@ void bind_errors(py::module_& module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Error& error) {
-      PyErr_SetString(error_types.of(error.fault()).ptr(), error.what());
+      PyErr_SetString(error_types.of(error.fault()).ptr(),
+                      shown_text(error.what(), most_said).c_str());
     }
   });
 }

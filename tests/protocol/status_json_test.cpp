@@ -74,6 +74,18 @@ TEST(StatusMessage, DeviceStates) {
   for (int i = 0; i < 3; ++i) EXPECT_STREQ(to_string(static_cast<DeviceState>(i)), names[i]);
 }
 
+TEST(StatusMessage, TextFromOutsideIsShown) {
+  StatusMessage message;
+  message.reason = "serial \x1b[2J" + std::string(10'000'000, 'x');
+  message.source = "a\nb";
+  message.device_name = "c\rd";
+  const std::string json = to_json(message);
+  EXPECT_NE(json.find(R"("reason":"serial ?[2Jxxx)"), std::string::npos);
+  EXPECT_NE(json.find(R"("source":"a?b")"), std::string::npos);
+  EXPECT_NE(json.find(R"("device_name":"c?d")"), std::string::npos);
+  EXPECT_LT(json.size(), 3000U);
+}
+
 TEST(VersionMessage, MinimalAndTypical) {
   EXPECT_EQ(to_json(VersionMessage{}),
             R"({"schema":"splid.version","v":[1,0],"timestamp":0,"sequence":0,"release":"",)"

@@ -9,6 +9,7 @@
 #include "config/option_writer.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/json_writer.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid::control {
 namespace {
@@ -106,7 +107,7 @@ std::string to_json(const Reply& reply) {
   json.text("schema", schema_name).raw("v", "[1,0]");
   if (!reply.request.empty()) json.text("request", reply.request);
   json.flag("ok", !reply.fault);
-  json.text(reply.fault ? "error" : "message", reply.message);
+  json.text(reply.fault ? "error" : "message", shown_lines(reply.message));
   if (reply.fault) json.text("fault", fault_name(*reply.fault));
   for (const auto& [key, value] : reply.more) json.raw(key, value);
   return json.finish();
@@ -116,10 +117,11 @@ Reply reply_from_json(const std::string& text) {
   const auto json = ordered_json_value_if_any(text);
   const auto text_of = [&json](const char* key) {
     const auto found = json.find(key);
-    return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
+    return found != json.end() && found->is_string() ? shown_lines(found->get<std::string>())
+                                                     : std::string();
   };
   if (!json.is_object() || text_of("schema") != schema_name || !json.contains("ok")) {
-    throw Error(Fault::data, "what answered is no splid: " + text.substr(0, 60));
+    throw Error(Fault::data, "what answered is no splid: " + shown_text(text, 60));
   }
   Reply reply{text_of("request"), {}, text_of("message")};
   if (json["ok"] != true) {
