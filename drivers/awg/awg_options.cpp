@@ -38,7 +38,7 @@ void Options::describe(OptionVisitor& visitor) {
   visitor.number("marker_v", marker_v, {0.1, 5}, "level of that pulse into 50 ohm, from 0 V");
   choose(visitor, "reference", reference, reference_names, "clock that the samples follow");
   visitor.flag("read_back", read_back, "after an upload read the samples back and compare them");
-  visitor.number("timeout_s", timeout_s, {0.05, 600}, "longest wait for an answer, s");
+  visitor.number("timeout_s", timeout_s, {0.05, 600}, "longest wait for a whole answer, s");
 }
 
 std::optional<OptionFault> Options::validate() const {

@@ -23,7 +23,7 @@ struct Options {
   double marker_v = 0.8;        // level of the marker, which begins at 0 V
   ReferenceClock reference = ReferenceClock::internal;
   bool read_back = true;  // compare what the generator holds with what was sent
-  double timeout_s = 10;  // the longest wait for an answer
+  double timeout_s = 10;  // the longest wait for a whole answer
 
   void describe(OptionVisitor& visitor);
   // Checks the levels against what the model can give, and the form of the address.

@@ -27,49 +27,51 @@ ScpiClient::ScpiClient(const std::string& address, std::chrono::milliseconds tim
 }
 
 void ScpiClient::command(const std::string& text) {
-  doing_ = text;
+  begin(text);
   send(text + "\n");
   finish(text);
 }
 
 void ScpiClient::command(const std::string& text, std::string_view block) {
-  doing_ = text;
+  begin(text);
   send(text + scpi_block_head(block.size()));
   send(block);
   send("\n");
   finish(text);
 }
 
+// Begins what has `timeout` to be over: sending a command, or a query and its whole answer.
+void ScpiClient::begin(const std::string& doing) {
+  doing_ = doing;
+  since_ = std::chrono::steady_clock::now();
+}
+
 void ScpiClient::send(std::string_view bytes) {
-  auto since = std::chrono::steady_clock::now();
   while (!bytes.empty()) {
-    check_waiting(since);
-    const std::size_t sent = socket_.write(bytes, slice);
-    if (sent > 0) since = std::chrono::steady_clock::now();
-    bytes.remove_prefix(sent);
+    check_waiting();
+    bytes.remove_prefix(socket_.write(bytes, slice));
   }
 }
 
 void ScpiClient::receive() {
   std::array<char, 16'384> room{};
-  const auto since = std::chrono::steady_clock::now();
   taken_ = 0;
   received_.clear();
   while (received_.empty()) {
-    check_waiting(since);
+    check_waiting();
     received_.assign(room.data(), socket_.read(std::as_writable_bytes(std::span(room)), slice));
   }
 }
 
 // Throws where there is nothing more to wait for.
-void ScpiClient::check_waiting(std::chrono::steady_clock::time_point since) {
+void ScpiClient::check_waiting() {
   if (stop_.stop_requested()) throw_stopped();
   if (!socket_.is_open()) {
     throw Error(Fault::device, "awg " + socket_.failure() + ", at " + shown_scpi(doing_));
   }
-  if (std::chrono::steady_clock::now() - since < timeout_) return;
+  if (std::chrono::steady_clock::now() - since_ < timeout_) return;
   throw Error(Fault::device, "awg " + socket_.address() + ": " + shown_scpi(doing_) +
-                                 ": did nothing for " + std::to_string(timeout_.count()) +
+                                 ": not done after " + std::to_string(timeout_.count()) +
                                  " ms (awg.timeout_s); is another program using it?");
 }
 
@@ -85,8 +87,10 @@ void ScpiClient::finish(const std::string& text) {
 
 void ScpiClient::check_errors(const std::string& text) {
   std::string found;
+  begin(text + ", then :SYST:ERR?");
   for (int count = 0; count < max_errors; ++count) {
-    const std::string line = exchange(text + ", then :SYST:ERR?", ":SYST:ERR?");
+    send(":SYST:ERR?\n");
+    const std::string line = read_line(":SYST:ERR?", max_line_bytes);
     const auto error = parse_scpi_error(line);
     if (!error) fail(":SYST:ERR?", "answered \"" + shown_scpi(line) + "\"");
     if (error->code == 0) {
@@ -104,7 +108,7 @@ std::string ScpiClient::ask(const std::string& query) { return exchange(query, q
 double ScpiClient::ask_number(const std::string& query) { return number(query, query); }
 
 std::string ScpiClient::exchange(const std::string& doing, const std::string& query) {
-  doing_ = doing;
+  begin(doing);
   send(query + "\n");
   return read_line(query, max_line_bytes);
 }
@@ -117,7 +121,7 @@ double ScpiClient::number(const std::string& doing, const std::string& query) {
 }
 
 ScpiClient::Data ScpiClient::ask_data(const std::string& query, std::size_t max_bytes) {
-  doing_ = query;
+  begin(query);
   send(query + "\n");
   const char first = next_byte();
   --taken_;

@@ -17,8 +17,9 @@ namespace splid::awg {
 //
 // Threads: one; a stop may be requested from any thread. Errors: Error(Fault::device) naming the
 // address, the command, and the instrument's own words or the reason why no answer came;
-// Error(Fault::usage) where a stop was requested. Timeouts: connecting takes at most a second; it
-// is an error if no byte moves either way for `timeout`; a stop ends each wait within 50 ms.
+// Error(Fault::usage) where a stop was requested. Timeouts: connecting takes at most a second; to
+// send a command, to answer a query and to empty the error queue takes at most `timeout` each,
+// however slowly bytes move; a stop ends each wait within 50 ms.
 class ScpiClient {
  public:
   // Connects. address: "tcp:HOST:PORT".
@@ -46,9 +47,10 @@ class ScpiClient {
  private:
   std::string exchange(const std::string& doing, const std::string& query);
   double number(const std::string& doing, const std::string& query);
+  void begin(const std::string& doing);
   void send(std::string_view bytes);
   void receive();
-  void check_waiting(std::chrono::steady_clock::time_point since);
+  void check_waiting();
   [[noreturn]] void throw_stopped() const;
   void finish(const std::string& text);
   void check_errors(const std::string& text);
@@ -59,9 +61,10 @@ class ScpiClient {
   ClientSocket socket_;
   std::chrono::milliseconds timeout_;
   std::stop_token stop_;
-  std::string doing_;      // the command or query that waits for its answer, for errors
-  std::string received_;   // what came and is kept until it is taken
-  std::size_t taken_ = 0;  // bytes of received_ that were taken
+  std::string doing_;  // the command or query that waits for its answer, for errors
+  std::chrono::steady_clock::time_point since_;  // when it was begun
+  std::string received_;                         // what came and is kept until it is taken
+  std::size_t taken_ = 0;                        // bytes of received_ that were taken
 };
 
 }  // namespace splid::awg

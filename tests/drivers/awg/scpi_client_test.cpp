@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <string>
+#include <thread>
 
 #include "tests/support/awg_double.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/patience.hpp"
+#include "tests/support/tcp_peer.hpp"
 
 namespace splid::awg {
 namespace {
@@ -68,7 +71,7 @@ TEST(ScpiClient, AnswersThatAreTooLongOrNoneAreErrors) {
   EXPECT_THAT(error_of("#a\n"), HasSubstr("answered a block that begins \"#a\""));
   EXPECT_THAT(error_of("#3-12"), HasSubstr("answered a block that begins \"#3-12\""));
   EXPECT_THAT(error_of("#15abc", std::chrono::milliseconds(500)),
-              HasSubstr("did nothing for 500 ms"));
+              HasSubstr("not done after 500 ms"));
   EXPECT_THAT(error_of("#15abcdefgh\n"), HasSubstr("answered more than 2 bytes"));
   EXPECT_THAT(error_of(std::string(10'000, '1')), HasSubstr("answered more than 40 bytes"));
 }
@@ -81,6 +84,30 @@ TEST(ScpiClient, ALineHasAnEnd) {
   ScpiClient client = connected(awg);
   EXPECT_THAT(error_text([&] { client.ask("*IDN?"); }),
               HasSubstr("*IDN?: answered more than 4096 bytes"));
+}
+
+// Each byte comes in time; the answer as a whole does not.
+TEST(ScpiClient, AnAnswerThatDribblesIsGivenUp) {
+  const test::TcpPeer instrument([](const test::TcpPeer& peer, int socket) {
+    while (peer.alive() && send(socket, "1", 1, MSG_NOSIGNAL) == 1) {
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
+  });
+  ScpiClient client("tcp:" + instrument.address(), std::chrono::milliseconds{200}, {});
+  EXPECT_THAT(error_text([&] { client.ask("*IDN?"); }),
+              HasSubstr(": *IDN?: not done after 200 ms"));
+}
+
+TEST(ScpiClient, ABlockThatIsTakenByteByByteIsGivenUp) {
+  const test::TcpPeer instrument([](const test::TcpPeer& peer, int socket) {
+    char byte = 0;
+    while (peer.readable(socket) && recv(socket, &byte, 1, 0) == 1) {
+    }
+  });
+  ScpiClient client("tcp:" + instrument.address(), std::chrono::milliseconds{200}, {});
+  const std::string block(64 << 20, 'x');
+  EXPECT_THAT(error_text([&] { client.command(":TRAC1:DATA 1,0,", block); }),
+              HasSubstr(": :TRAC1:DATA 1,0,: not done after 200 ms"));
 }
 
 }  // namespace

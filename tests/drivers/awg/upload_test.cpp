@@ -218,11 +218,11 @@ TEST(AwgUpload, NamesWhatTheInstrumentSays) {
 
 TEST(AwgUpload, NamesWhereTheInstrumentFallsSilent) {
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, "*IDN?")),
-              HasSubstr(": *IDN?: did nothing for 300 ms"));
+              HasSubstr(": *IDN?: not done after 300 ms"));
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":TRAC1:DATA 1,64512")),
-              HasSubstr(":TRAC1:DATA 1,64512,, then *OPC?: did nothing for 300 ms"));
+              HasSubstr(":TRAC1:DATA 1,64512,, then *OPC?: not done after 300 ms"));
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":SYST:ERR?")),
-              HasSubstr("*CLS, then :SYST:ERR?: did nothing for 300 ms"));
+              HasSubstr("*CLS, then :SYST:ERR?: not done after 300 ms"));
   EXPECT_THAT(
       error_with(at(&AwgFaults::cut_at, ":TRAC1:DATA 1,32256")),
       AllOf(HasSubstr(", at :TRAC1:DATA 1,32256"),
@@ -253,7 +253,7 @@ TEST(AwgUpload, OutputsAreOffWhateverGoesWrong) {
 
 TEST(AwgUpload, SaysWhereOutputsMayBeOn) {
   EXPECT_THAT(error_with(at(&AwgFaults::silent_at, ":INIT:IMM")),
-              AllOf(HasSubstr(":INIT:IMM, then *OPC?: did nothing"),
+              AllOf(HasSubstr(":INIT:IMM, then *OPC?: not done after"),
                     HasSubstr("whether its outputs are off is not known")));
   // Another instrument is told nothing.
   EXPECT_THAT(error_with({}, Fault::device, AwgDouble::Model::m8190a), Not(HasSubstr("outputs")));
