@@ -44,6 +44,12 @@ std::string listed(const std::vector<DeviceInfo>& devices) {
   return text;
 }
 
+// Whether the serial number does not tell the device from another.
+bool has_double(const std::vector<DeviceInfo>& plugged_in, const DeviceInfo& read) {
+  return std::count_if(plugged_in.begin(), plugged_in.end(),
+                       [&](const DeviceInfo& each) { return each.serial == read.serial; }) > 1;
+}
+
 }  // namespace
 
 std::string in_words(const Selection& selection) {
@@ -67,15 +73,20 @@ std::unique_ptr<Device> Choice::open(const Context& context) {
   }
   judge(others_, chosen->info);
   auto device = std::make_unique<Device>(chosen->device, chosen->info);
-  if (!taken_) by_port_ = chosen->info.serial.empty() && found.size() > 1;
+  by_port_ = by_port_ || has_double(others_, chosen->info);
+  moved_ = taken_ && taken_->port != chosen->info.port
+               ? in_words(chosen->info) + ": it was at " + taken_->port + " before"
+               : "";
   taken_ = chosen->info;
   return device;
 }
 
 bool Choice::look(const Context& context) {
-  if (!taken_ || !meant_.serial.empty()) return false;
+  if (!taken_) return false;
   const std::string said = caution_;
-  judge(infos(candidates(DeviceList(context), meant_)), *taken_);
+  const std::vector<DeviceInfo> found = infos(candidates(DeviceList(context), meant_));
+  by_port_ = by_port_ || has_double(found, *taken_);
+  judge(found, *taken_);
   return caution_ != said;
 }
 
@@ -111,9 +122,13 @@ void Choice::judge(const std::vector<DeviceInfo>& plugged_in, const DeviceInfo& 
   caution_ = std::to_string(plugged_in.size()) +
              " devices that source could mean are plugged in (" + listed(plugged_in) + "), and " +
              in_words(read) + " is read: ";
-  caution_ += read.serial.empty()
-                  ? "without serial numbers they are known by their ports, so unplug the other"
-                  : "name the one that is meant in source.serial";
+  if (read.serial.empty()) {
+    caution_ += "without serial numbers they are known by their ports, so unplug the other";
+  } else if (has_double(plugged_in, read)) {
+    caution_ += "of the same serial number they are known by their ports, so unplug the other";
+  } else {
+    caution_ += "name the one that is meant in source.serial";
+  }
 }
 
 }  // namespace splid::usb

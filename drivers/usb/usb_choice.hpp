@@ -20,8 +20,8 @@ std::string in_words(const Selection& selection);
 
 // Chooses which of the devices that are plugged in a stream reads: of those that the configuration
 // could mean, the device at the first port, and from then on no other. A device is recognised by
-// its serial number. A device without a serial number is recognised by its port if others of its
-// kind were plugged in when it was opened; otherwise any device of its kind is taken for it.
+// its serial number. A device whose serial number another has too, or which has none, is recognised
+// by its port once both were plugged in; before that any device of this number is taken for it.
 //
 // Design note: two instruments of one kind are wired to different detectors. When a cable is
 // pulled, frames of the other instrument would look like frames of the first.
@@ -42,6 +42,8 @@ class Choice {
   [[nodiscard]] std::string name() const { return taken_ ? in_words(*taken_) : ""; }
   // Says that other devices could be meant, and what to do; empty where none could.
   [[nodiscard]] const std::string& caution() const { return caution_; }
+  // Says that open() found the device at another port than before; empty where it did not.
+  [[nodiscard]] const std::string& moved() const { return moved_; }
   // Why open() found no device; never empty.
   [[nodiscard]] std::string absence() const;
 
@@ -51,9 +53,10 @@ class Choice {
 
   Selection meant_;
   std::optional<DeviceInfo> taken_;
-  bool by_port_ = false;            // taken_ is recognised by its port
+  bool by_port_ = false;            // taken_ is recognised by its port, from now on
   std::vector<DeviceInfo> others_;  // could be meant, but are not read, at the last open()
   std::string caution_;
+  std::string moved_;
 };
 
 }  // namespace splid::usb

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "drivers/usb/usb_error.hpp"
@@ -108,21 +109,39 @@ void Device::write(std::uint8_t endpoint, std::span<const std::byte> bytes,
                    std::chrono::milliseconds timeout) {
   // libusb's buffers are not const, though nothing is written into those of OUT endpoints.
   auto* data = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(bytes.data()));
-  int written = 0;
-  const int code = libusb_bulk_transfer(handle_, endpoint, data, static_cast<int>(bytes.size()),
-                                        &written, static_cast<unsigned>(timeout.count()));
+  const int code =
+      transfer(endpoint, {data, bytes.size()}, static_cast<unsigned>(timeout.count())).code;
   check(code, "cannot write to endpoint " + hex(endpoint));
 }
 
 std::size_t Device::read(std::uint8_t endpoint, std::span<std::byte> room,
                          std::chrono::milliseconds timeout) {
-  int count = 0;
-  const int code = libusb_bulk_transfer(
-      handle_, endpoint, reinterpret_cast<unsigned char*>(room.data()),
-      static_cast<int>(room.size()), &count, static_cast<unsigned>(timeout.count()));
-  if (code != LIBUSB_ERROR_TIMEOUT) check(code, "cannot read from endpoint " + hex(endpoint));
-  return static_cast<std::size_t>(count);
+  const Transferred done =
+      transfer(endpoint, {reinterpret_cast<unsigned char*>(room.data()), room.size()},
+               static_cast<unsigned>(timeout.count()));
+  if (done.code != LIBUSB_ERROR_TIMEOUT) {
+    check(done.code, "cannot read from endpoint " + hex(endpoint));
+  }
+  return done.bytes;
 }
+
+// An endpoint may be halted since before the device was opened: it is cleared, once.
+Device::Transferred Device::transfer(std::uint8_t endpoint, std::span<unsigned char> data,
+                                     unsigned timeout_ms) {
+  const auto try_it = [&] {
+    int bytes = 0;
+    const int code = libusb_bulk_transfer(handle_, endpoint, data.data(),
+                                          static_cast<int>(data.size()), &bytes, timeout_ms);
+    return Transferred{code, static_cast<std::size_t>(bytes)};
+  };
+  const Transferred done = try_it();
+  if (done.code != LIBUSB_ERROR_PIPE) return done;
+  clear_halt(endpoint);
+  cleared_ = "its endpoint " + hex(endpoint) + " was halted and was cleared";
+  return try_it();
+}
+
+std::string Device::take_cleared() { return std::exchange(cleared_, {}); }
 
 void Device::clear_halt(std::uint8_t endpoint) {
   check(libusb_clear_halt(handle_, endpoint),

@@ -15,6 +15,8 @@ const char* advice(int code) {
     case LIBUSB_ERROR_NO_MEM:
       return "; the kernel's room for USB buffers is used up: lower source.transfers or raise "
              "/sys/module/usbcore/parameters/usbfs_memory_mb";
+    case LIBUSB_ERROR_PIPE:
+      return "; it is halted again after it was cleared: switch it off and on again";
     case LIBUSB_ERROR_TIMEOUT:
       return "; it does not answer: plug it in again";
     default:

@@ -77,18 +77,21 @@ void Session::start(std::size_t transfers) {
   transfers_ = stream_.start(transfers);
   instrument_.start(device_);
   heard_ = Clock::now();
-  report_(DeviceState::connected, transfers_ == transfers
-                                      ? ""
-                                      : device_.name() + ": the kernel had room for " +
-                                            std::to_string(transfers_) + " of " +
-                                            std::to_string(transfers) + " transfers only");
+  std::string told = device_.take_cleared();
+  if (transfers_ != transfers) {
+    told += (told.empty() ? "" : "; ") + std::string("the kernel had room for ") +
+            std::to_string(transfers_) + " of " + std::to_string(transfers) + " transfers only";
+  }
+  report_(DeviceState::connected, told.empty() ? told : device_.name() + ": " + told);
 }
 
 void Session::stream_until(const std::stop_token& stop, TagSink& sink) {
   while (!stop.stop_requested()) {
     const bool any = decode_queued(sink);
     const std::string told = instrument_.tend(device_, sink);
-    if (!told.empty()) report_(DeviceState::connected, device_.name() + ": " + told);
+    for (const std::string& each : {told, device_.take_cleared()}) {
+      if (!each.empty()) report_(DeviceState::connected, device_.name() + ": " + each);
+    }
     report_failures();
     recover();
     watch_silence();

@@ -87,7 +87,10 @@ void Source::run_session(const Context& context, TagSink& sink, const std::stop_
                     wake_);
   Session session(
       *device, *instrument, stream, queue_, wake_,
-      [this](DeviceState state, const std::string& reason) { report(state, reason); },
+      [this, moved = choice_.moved()](DeviceState state, const std::string& reason) mutable {
+        const std::string first = std::exchange(moved, {});
+        report(state, first.empty() || reason.empty() ? first + reason : first + "; " + reason);
+      },
       [&] {
         // The reason of a fault still holds; the reason of a connected state was over when it
         // was told.

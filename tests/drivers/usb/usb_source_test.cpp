@@ -222,6 +222,88 @@ TEST(UsbDevicesWithoutSerial, ThePortIsKept) {
   EXPECT_EQ(run.reports().back().device, "1209:5a1d at 1-1");
 }
 
+class TwoOfOneSerial : public UsbSourceOnDouble {
+ protected:
+  static Tags16Options by_serial() {
+    Tags16Options chosen = options();
+    chosen.usb.serial = "A-7";
+    return chosen;
+  }
+  void expect_the_port_is_kept(test::SourceRun& run) {
+    EXPECT_THAT(run.reports().back().caution, ::testing::HasSubstr("of the same serial number"));
+    device.unplug();
+    EXPECT_TRUE(comes_true([&] {
+      return run.said(DeviceState::no_device, "does not read 1209:5a1d serial A-7 at 1-2");
+    }));
+    device.plug();
+    EXPECT_TRUE(goes_on(run));
+    EXPECT_EQ(run.reports().back().device, "1209:5a1d serial A-7 at 1-1");
+  }
+
+  test::UsbDouble twin{{{0x1209, 0x5a1d}, "A-7"}, firmware, device};
+};
+
+TEST_F(TwoOfOneSerial, AreToldByTheirPorts) {
+  device.plug();
+  twin.plug();
+  test::SourceRun run(by_serial());
+  ASSERT_TRUE(goes_on(run));
+  expect_the_port_is_kept(run);
+}
+
+TEST_F(TwoOfOneSerial, AreToldByTheirPortsWhereOneComesLater) {
+  device.plug();
+  test::SourceRun run(by_serial());
+  ASSERT_TRUE(goes_on(run));
+  twin.plug();
+  ASSERT_TRUE(comes_true([&] { return !run.reports().back().caution.empty(); }));
+  expect_the_port_is_kept(run);
+}
+
+// The same device, or another of its number: the report says that it is elsewhere.
+TEST_F(TwoOfOneSerial, OneAtAnotherPortIsSaid) {
+  device.plug();
+  test::SourceRun run(options());
+  ASSERT_TRUE(goes_on(run));
+  device.unplug();
+  ASSERT_TRUE(comes_true([&] { return run.said(DeviceState::no_device, "it was unplugged"); }));
+  sender.restart();
+  twin.plug();
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_TRUE(comes_true(
+      [&] { return run.said(DeviceState::connected, "serial A-7 at 1-2: it was at 1-1 before"); }));
+}
+
+TEST(UsbDevicesOfStrangers, ASerialNumberIsShownWithoutControlCharacters) {
+  test::Tags16Sender sender{test::steady_records};
+  test::StreamFirmware firmware{[&](std::span<std::byte> room) { return sender(room); }};
+  test::UsbDouble device{{{0x1209, 0x5a1d}, "A\x1b[31m7"}, firmware};
+  Tags16Options options;
+  options.usb_id = "1209:5a1d";
+  device.plug();
+  test::SourceRun run(options);
+  ASSERT_TRUE(comes_true([&] { return run.photons() > 0; }));
+  EXPECT_EQ(run.reports().back().device, "1209:5a1d serial A?[31m7 at 1-1");
+}
+
+TEST_F(UsbSourceOnDouble, AnEndpointThatIsHaltedAtTheStartIsCleared) {
+  firmware.fail(-EPIPE);
+  device.plug();
+  test::SourceRun run(options());
+  EXPECT_TRUE(goes_on(run));
+  EXPECT_EQ(firmware.halts_cleared(), 1);
+  EXPECT_TRUE(run.said(DeviceState::connected, "its endpoint 0x81 was halted and was cleared"));
+  EXPECT_EQ(run.counter("splid_usb_reopens_total"), 0U);
+}
+
+TEST_F(UsbSourceOnDouble, AnEndpointThatStaysHaltedIsSaid) {
+  firmware.fail(-EPIPE, 1'000'000);
+  device.plug();
+  test::SourceRun run(options());
+  EXPECT_TRUE(comes_true(
+      [&] { return run.said(DeviceState::failing, "halted again after it was cleared"); }));
+}
+
 TEST_F(UsbSourceOnDouble, ShortAndEmptyTransfersAreNormal) {
   device.plug();
   firmware.set_most_bytes(100);  // in the midst of records
