@@ -17,6 +17,7 @@ namespace {
 constexpr std::chrono::milliseconds tap_idle{100};
 constexpr std::size_t tap_tags_at_once = 65'536;
 constexpr std::size_t max_batches = 65'536;
+constexpr std::size_t max_counts = 1 << 22;
 constexpr std::size_t max_early_frames = 256;
 
 // A service has to end at once. Short recordings are read in this time, and of long ones the log
@@ -42,10 +43,11 @@ class QueuedCounts final : public EncoderSource {
 
 void CountsQueue::put(const EncoderBatch& batch) {
   const std::scoped_lock lock(mutex_);
-  if (batches_.size() >= max_batches) {
+  if (batches_.size() >= max_batches || counts_ + batch.counts.size() > max_counts) {
     overrun_ = true;
     return;
   }
+  counts_ += batch.counts.size();
   batches_.push_back(batch);
   batches_.back().overrun = batch.overrun || std::exchange(overrun_, false);
 }
@@ -56,7 +58,7 @@ bool CountsQueue::take(EncoderBatch& batch) {
   batch = std::move(batches_[first_++]);
   if (first_ < batches_.size()) return true;
   batches_.clear();
-  first_ = 0;
+  first_ = counts_ = 0;
   return true;
 }
 

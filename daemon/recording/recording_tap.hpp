@@ -32,16 +32,18 @@ namespace splid::recording {
 // Threads: any; locks. Errors: none.
 class CountsQueue {
  public:
-  // When 65,536 batches wait, a new batch is dropped, and the next batch taken says overrun.
+  // When 65,536 batches or 4,194,304 counts wait, a new batch is dropped, and the next batch taken
+  // says overrun.
   void put(const EncoderBatch& batch);
   // Takes the oldest batch. False where no batch waits.
   bool take(EncoderBatch& batch);
 
  private:
   std::mutex mutex_;
-  // All three guarded by mutex_.
+  // All four guarded by mutex_.
   std::vector<EncoderBatch> batches_;  // those from index first_ on still wait
   std::size_t first_ = 0;
+  std::size_t counts_ = 0;  // in batches_, since there were none
   bool overrun_ = false;
 };
 

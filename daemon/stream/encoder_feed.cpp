@@ -15,6 +15,11 @@ namespace {
 constexpr double most_patience_ns = 40e6;
 constexpr std::int64_t silence_ns = 1'000'000'000;
 
+// The most that is taken at one look, about a millisecond's work: a bridge that floods must not
+// hold a frame. An encoder of 100 kHz makes 5000 counts a frame.
+constexpr std::size_t most_batches_at_once = 4096;
+constexpr std::size_t most_counts_at_once = 1 << 16;
+
 // The wait is shorter than a frame, since late counts would otherwise hold one frame after another
 // back.
 std::int64_t patience_ns(const Frame& frame) {
@@ -50,8 +55,13 @@ std::optional<FrameMessage::Reference> EncoderFeed::reference(const Frame& frame
 }
 
 void EncoderFeed::take_counts() {
+  std::size_t batches = 0;
+  std::size_t counts = 0;
   try {
-    while ((source_->live() || join_.waits()) && source_->next(batch_)) {
+    while (source_->live() ? batches++ < most_batches_at_once && counts < most_counts_at_once
+                           : join_.waits()) {
+      if (!source_->next(batch_)) break;
+      counts += batch_.counts.size();
       join_.take_counts(batch_);
       observer_(batch_);
       heard_ns_ = clock_.steady_ns();

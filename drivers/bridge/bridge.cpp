@@ -77,7 +77,7 @@ void BridgeSource::connect(TagSink& sink, const std::stop_token& stop) {
     return;
   }
   connections_.fetch_add(1, std::memory_order_relaxed);
-  heard_ = block_seen_ = steady_clock::now();
+  connected_ = heard_ = block_seen_ = steady_clock::now();
 }
 
 void BridgeSource::read(TagSink& sink) {
@@ -104,7 +104,7 @@ void BridgeSource::watch_blocks() {
   if (stream_.counts().blocks != blocks_) {
     blocks_ = stream_.counts().blocks;
     block_seen_ = now;
-    pause_ = milliseconds{0};
+    if (now - connected_ > block_patience) pause_ = milliseconds{0};
     report(DeviceState::connected, "");
   } else if (now - heard_ > silence_patience) {
     socket_.end("silent for 3 s; connecting anew");

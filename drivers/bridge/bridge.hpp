@@ -27,9 +27,10 @@ struct BridgeOptions : SourceOptions {
 };
 
 // The tags of a bridge. The source connects as a client. While the bridge is not there it tries
-// again for ever: at once, after 0.1 s, then after twice the pause before, up to 2 s. Tags that a
-// pause may have cost are a loss in the stream, from where the stream was to the first block after
-// the pause, or a clock_break where the bridge's clock began anew.
+// again for ever: at once where the connection lasted for a second, after 0.1 s, then after twice
+// the pause before, up to 2 s. Tags that a pause may have cost are a loss in the stream, from where
+// the stream was to the first block after the pause, or a clock_break where the bridge's clock
+// began anew.
 //
 // It reports no_device, with the reason, while there is no connection; connected at the first
 // block, and whenever blocks are missing or damaged, with what was lost; failing when no whole
@@ -60,6 +61,7 @@ class BridgeSource : public TagSource {
   Tags16News news_;
   std::vector<std::byte> buffer_;
   std::chrono::milliseconds pause_{0};  // before the next attempt to connect
+  SteadyTime connected_;                // the start of the connection
   SteadyTime heard_;                    // time of the last byte, or of the connection's start
   SteadyTime block_seen_;               // time of the last whole block, or of the start
   std::uint64_t blocks_ = 0;            // whole blocks at the time block_seen_

@@ -27,6 +27,10 @@ std::int64_t passed_between(std::int64_t before, std::int64_t after) {
 // The most counts that may wait for their markers: an hour at 1 kHz. By then no marker will come.
 constexpr std::size_t most_waiting = 1 << 22;
 
+// How many starts of the sample clock the counts may be ahead of the markers. Markers follow within
+// a second, and starts are at least 0.1 s apart.
+constexpr std::int64_t most_runs_ahead = 16;
+
 }  // namespace
 
 void EncoderJoin::take_frame(std::int64_t start_ps, std::int64_t end_ps,
@@ -101,12 +105,14 @@ void EncoderJoin::take_counts(const EncoderBatch& batch) {
     runs_[count_run_].whole = false;
   }
   expected_index_ = saturated_sum(first, static_cast<std::int64_t>(batch.counts.size()));
+  if (live_ && count_run_ - marker_run_ > most_runs_ahead) lost_step_ = true;
+  if (lost_step_) runs_.clear();  // none of them is ever used again
   if (count_run_ < marker_run_) runs_.erase(count_run_);
   const auto found = runs_.find(count_run_);
-  if (found == runs_.end() || !found->second.whole || lost_step_) return;
+  if (found == runs_.end() || !found->second.whole) return;
   std::deque<std::int64_t>& counts = found->second.counts;
   for (const std::int64_t count : batch.counts) found->second.add(count);
-  if (counts.size() > most_waiting) {
+  if (waiting() > most_waiting) {
     found->second.whole = false;
     counts.clear();
   }
@@ -114,6 +120,12 @@ void EncoderJoin::take_counts(const EncoderBatch& batch) {
   const auto more = static_cast<double>(expected_index_ - next_index_);
   const double run_s = static_cast<double>(*last_ps_ - run_start_ps_) / ps_per_s;
   lost_step_ = more * run_s > most_ahead_s * static_cast<double>(next_index_ - 1);
+}
+
+std::size_t EncoderJoin::waiting() const {
+  std::size_t count = 0;
+  for (const auto& [number, run] : runs_) count += run.counts.size();
+  return count;
 }
 
 // Forgets the runs before the run of the markers, and the counts before the frame.

@@ -39,8 +39,8 @@ struct EncoderPosition {
 //    missing, or that there is one too many. Either breaks the join up to the next run, as do an
 //    overrun and a jump of the counts' index. A loss of tags that hid no marker breaks nothing.
 //  - Markers that come back after a pause in which tags were lost may or may not begin a new run:
-//    the join is then lost for good. So it is where the counts of a live source are two seconds
-//    ahead of the markers.
+//    the join is then lost for good. So it is where the counts of a live source are two seconds, or
+//    more than 16 starts, ahead of the markers.
 //
 // Threads: one. Errors: none; see fault().
 class EncoderJoin {
@@ -55,6 +55,8 @@ class EncoderJoin {
   // Takes the batches in their order. Each may come before or after its markers.
   void take_counts(const EncoderBatch& batch);
 
+  // How many counts are kept for markers that have not come; at most 4,194,304 of a live source.
+  [[nodiscard]] std::size_t waiting() const;
   // Whether counts of the last frame are missing that may still come.
   [[nodiscard]] bool waits() const;
   // The position in the last frame, by least squares over its samples. Absent where the join is

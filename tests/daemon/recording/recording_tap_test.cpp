@@ -272,6 +272,21 @@ TEST(RecordingTap, CountsThatNobodyTakesAreAnOverrun) {
   EXPECT_EQ(batch, (EncoderBatch{65'537, {7}, true}));
 }
 
+TEST(CountsQueue, LongBatchesWaitInASmallerNumber) {
+  CountsQueue queue;
+  EncoderBatch batch;
+  const std::vector<std::int64_t> many(1 << 20, 5);
+  for (std::int64_t i = 0; i < 5; ++i) queue.put({i, many, false});
+  for (std::int64_t i = 0; i < 4; ++i) {
+    ASSERT_TRUE(queue.take(batch));
+    EXPECT_EQ(batch.first_index, i);
+  }
+  EXPECT_FALSE(queue.take(batch));
+  queue.put({5, {7}, false});
+  ASSERT_TRUE(queue.take(batch));
+  EXPECT_EQ(batch, (EncoderBatch{5, {7}, true}));
+}
+
 // Again and again, at any moment: no frame differs, and the framer allocates nothing for it.
 TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
   const splid::test::TempFolder folder;

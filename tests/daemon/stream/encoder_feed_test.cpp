@@ -124,5 +124,30 @@ TEST(EncoderFeed, WaitsForLateCountsForLessThanItsFramesLength) {
   EXPECT_NEAR(waited_ms(10), 8, 1);
 }
 
+// Has a next batch whenever it is asked, each of which begins anew.
+class FloodingEncoder final : public EncoderSource {
+ public:
+  bool next(EncoderBatch& batch) override {
+    batch = {0, {1}, false};
+    return ++asked < 1'000'000;
+  }
+  [[nodiscard]] bool live() const override { return true; }
+
+  int asked = 0;
+};
+
+TEST(EncoderFeed, AFloodOfCountsHoldsNoFrame) {
+  auto made = std::make_unique<FloodingEncoder>();
+  const FloodingEncoder& source = *made;
+  EncoderFeed feed(std::move(made), {}, host_clock());
+  Frame frame(FrameCapacity{16, 16, 64, 4});
+  for (int i = 1; i <= 3; ++i) {
+    frame.end_ps = i * 50 * ms;
+    EXPECT_FALSE(feed.reference(frame));
+    frame.start_ps = frame.end_ps;
+    EXPECT_EQ(source.asked, i * 4096);
+  }
+}
+
 }  // namespace
 }  // namespace splid

@@ -93,6 +93,19 @@ TEST(Bridge, WaitsForABridgeThatIsNotThereYet) {
   EXPECT_TRUE(bridge.reports.wait(DeviceState::connected, ""));
 }
 
+// A bridge that fails after each first block would fill the log.
+TEST(Bridge, ConnectionsThatDoNotLastAreMadeMoreAndMoreSeldom) {
+  BridgeServer server;
+  const RunningBridge bridge(server.address());
+  ASSERT_TRUE(server.accept());
+  const auto begin = std::chrono::steady_clock::now();
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    server.send(block_bytes({i, 0, 10, {}}));
+    ASSERT_TRUE(server.accept());
+  }
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{300});
+}
+
 TEST(Bridge, ANewConnectionIsALossInTheStream) {
   BridgeServer server;
   RunningBridge bridge(server.address());

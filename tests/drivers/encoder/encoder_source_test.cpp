@@ -132,6 +132,33 @@ TEST(EncoderSocket, ConnectsAnewAndSaysWhy) {
   EXPECT_EQ(await(*source), (EncoderBatch{5, {6}}));
 }
 
+TEST(EncoderSocket, GarbageIsFollowedByAPause) {
+  test::BridgeServer server;
+  Warnings warnings;
+  const auto source = open_encoder_socket(server.address(), warnings.taker());
+  ASSERT_TRUE(server.accept());
+  const auto begin = std::chrono::steady_clock::now();
+  server.send(std::string("nonsense\n"));
+  ASSERT_TRUE(server.accept());
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds{500});
+}
+
+// What nobody takes does not fill the memory.
+TEST(EncoderSocket, SoManyCountsWaitAndNoMore) {
+  test::BridgeServer server;
+  Warnings warnings;
+  const auto source = open_encoder_socket(server.address(), warnings.taker());
+  ASSERT_TRUE(server.accept());
+  std::string counts;
+  for (int i = 0; i < 500'000; ++i) counts += ",1";
+  for (int index = 0; index < 10; ++index) server.send(std::to_string(index) + counts + "\n");
+  server.send(std::string("10,1\nend\n"));
+  ASSERT_TRUE(warnings.wait("\"end\" is not FIRST_INDEX"));
+  std::vector<std::int64_t> indices;
+  for (const EncoderBatch& batch : all(*source)) indices.push_back(batch.first_index);
+  EXPECT_THAT(indices, ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 10));
+}
+
 TEST(SimulatedEncoder, CountsTheTruePlaceToTheNearest) {
   simulator::Options scene;
   scene.encoder_rate_hz = 1'000;

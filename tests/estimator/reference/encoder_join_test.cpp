@@ -325,5 +325,24 @@ TEST(EncoderJoin, LongRunsKeepOnlyWhatIsNeeded) {
   bench.expect_position();
 }
 
+// A bridge may begin again and again without the sample clock: nothing of that is kept.
+TEST(EncoderJoin, CountsThatBeginTooOftenAreOutOfStep) {
+  Bench bench;
+  for (int i = 0; i < 16; ++i) bench.counts(0, 10);
+  EXPECT_EQ(bench.join.waiting(), 160U);
+  EXPECT_THAT(bench.join.fault(), IsEmpty());
+  for (int i = 0; i < 1000; ++i) bench.counts(0, 10);
+  EXPECT_EQ(bench.join.waiting(), 0U);
+  EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
+}
+
+TEST(EncoderJoin, SoManyCountsWaitInAllAndNoMore) {
+  Bench bench;
+  for (int i = 0; i < 9; ++i) bench.counts(0, 500'000);
+  EXPECT_EQ(bench.join.waiting(), 4'000'000U);
+  bench.counts(0, 10);
+  EXPECT_EQ(bench.join.waiting(), 4'000'010U);
+}
+
 }  // namespace
 }  // namespace splid
