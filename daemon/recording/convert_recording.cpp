@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "daemon/base/log.hpp"
@@ -113,7 +114,7 @@ std::unique_ptr<Original> open_original(const std::string& file, const std::stop
 // in the order of time. A replay of the original measures such tags.
 class TimesInOrder {
  public:
-  explicit TimesInOrder(const std::string& file) : file_(file) {}
+  explicit TimesInOrder(std::string file) : file_(std::move(file)) {}
 
   void check(std::span<const Tag> tags) {
     for (const Tag& tag : tags) {

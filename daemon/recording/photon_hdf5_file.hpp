@@ -72,7 +72,7 @@ class PhotonHdf5File {
   void add_texts();
   [[nodiscard]] std::optional<double> number_at(const std::string& path) const;
   [[nodiscard]] double needed_number(const std::string& path) const;
-  void read_block(Array& array, std::uint64_t first, std::size_t values) const;
+  void read_block(Array& array, std::uint64_t begin, std::size_t values) const;
   std::size_t read_rows(std::span<PhotonHdf5Record> out);
   // Row i of the blocks that were read last.
   void check_timestamp(std::size_t i);

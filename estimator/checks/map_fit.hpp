@@ -78,8 +78,9 @@ class MapFit {
   // of the fitted track, by which the light about it is narrower than the pulse; the gradient is
   // corrected for it, to first order.
   void scores(std::span<const Term> terms, std::span<const double> narrowed_ns2, Slopes& into);
-  // Scores by Fisher from `member` to the maximum in the terms. Returns the value there.
-  double maximize(Member& member, std::span<const Term> terms, Slopes& scratch);
+  // Scores by Fisher from `member` to the maximum in the terms. Returns the value there. at:
+  // scratch.
+  double maximize(Member& member, std::span<const Term> terms, Slopes& at);
   // Of the part that was looked at last, with q = d log m / d shape and s(k) = sum of m q^k over
   // its cells: s(3)^2 / s(2)^3 and s(4) / s(2)^2.
   struct Moments {
