@@ -145,8 +145,8 @@ std::string report_losses(const LossSummary& losses) {
       losses.first_ps.value_or(0), losses.last_ps.value_or(0), losses.longest_ps);
 }
 
-// T2: what the header says of the sync input, and its records may not show. period: of the syncs,
-// where they came by that input.
+// T2: the header's settings of the sync input, which its records may not show. period: of the
+// syncs, where they came by that input.
 std::string report_divided_syncs(const RecordingHeader& header,
                                  const std::optional<MeasuredPeriod>& period) {
   const std::int64_t divider = header.integer("HWSync_Divider").value_or(1);

@@ -31,7 +31,7 @@ constexpr std::size_t most_key_bytes = 1 << 20;  // enough for thousands of keys
   refuse(file, "cannot be read: " + std::generic_category().message(errno));
 }
 
-// Opens the file, and calls `use` with it. What is said of the file hides keys, since a person may
+// Opens the file, and calls `use` with it. Errors about the file hide keys, since a person may
 // have given a key in the place of a file.
 template <class Use>
 std::string with_file(const std::string& name, const Use& use) {

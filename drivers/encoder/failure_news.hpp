@@ -9,7 +9,7 @@
 
 namespace splid {
 
-// Decides which failures of a connection are said: the same failure once, up to over(), and
+// Decides which failures of a connection are reported: the same failure once, up to over(), and
 // failures that differ from each other five at once, then one every ten seconds.
 //
 // Threads: one. Errors: none.
@@ -17,7 +17,7 @@ class FailureNews {
  public:
   using Time = std::chrono::steady_clock::time_point;
 
-  // What to say of a failure now; absent: nothing.
+  // The report of a failure; absent: it is not reported now.
   std::optional<std::string> say(const std::string& sentence, Time now) {
     if (sentence == said_) return std::nullopt;
     spent_until_ = std::max(spent_until_, now);

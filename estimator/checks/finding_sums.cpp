@@ -50,7 +50,7 @@ void FindingSums::add(Found& all, const FindingRow& row, double amount, double g
   all.found[all.count++] = {row.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats};
 }
 
-// A sum of chi squared has the tail that SquareSum has. What it says of the size is the mean square
+// A sum of chi squared has the tail that SquareSum has. Its measure of the size is the mean square
 // beyond chance, in one direction's own units.
 void FindingSums::add_sum(Found& all, std::size_t row) const {
   const RowScore& sum = rows_[row];

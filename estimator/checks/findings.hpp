@@ -32,7 +32,7 @@ struct FitFacts {
   double std_quadratic_ns = 0;
 };
 
-// What a row says of a frame, sure or not; for many frames together.
+// A row's statistic of one frame, sure or not; for many frames together.
 struct RowScore {
   std::array<double, 2> score{};        // of its first terms, orthogonal to the fitted parameters
   std::array<double, 2> information{};  // of these

@@ -11,7 +11,7 @@ namespace splid::checks {
 // tails that no factor mends. The sum of squares has the tail of a gamma distribution of its own
 // variance and skewness: of pairs where counts are few, of chi squared where they are many.
 struct SquareSum {
-  double excess = 0;    // of squared deviations, over chance's
+  double excess = 0;    // of squared deviations, less the part of chance
   double variance = 0;  // of it, by chance
   double third = 0;     // cumulant
   double scale = 0;     // squares of the light that is expected
