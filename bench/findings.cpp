@@ -54,7 +54,7 @@ Pattern random_pattern(std::size_t pulses, double period_ps) {
 }
 
 struct Said {
-  int named[checks::finding_names] = {}, first[checks::finding_names] = {};
+  int named[finding_names] = {}, first[finding_names] = {};
   int no_gain_beside = 0, any = 0, fitted = 0, doubtful = 0, far = 0, far_after = 0;
   double fit_us = 0, judge_us = 0, least_us = 1e9;
   double squares[checks::rows_with_directions] = {}, mean_score[checks::rows_with_directions] = {};
@@ -83,10 +83,10 @@ Said run(const FoldedMaker& made, int frames, std::uint64_t seed, std::size_t te
     said.judge_us += us;
     said.least_us = std::min(said.least_us, us);
     said.fit_us += 1e3 * (t1 - t0);
-    for (const auto& f : verdict.findings()) ++said.named[static_cast<std::size_t>(f.name)];
-    if (verdict.count > 0) {
-      ++said.first[static_cast<std::size_t>(verdict.found[0].name)];
-      said.value += verdict.found[0].value;
+    for (const auto& f : verdict.found.all()) ++said.named[static_cast<std::size_t>(f.name)];
+    if (!verdict.found.all().empty()) {
+      ++said.first[static_cast<std::size_t>(verdict.found.all()[0].name)];
+      said.value += verdict.found.all()[0].value;
       ++said.any;
     }
     said.no_gain_beside += verdict.gain_beside_nats && *verdict.gain_beside_nats < 25 ? 1 : 0;
@@ -111,9 +111,9 @@ Said run(const FoldedMaker& made, int frames, std::uint64_t seed, std::size_t te
 
 void print(const char* scene, const Said& said, int frames) {
   std::printf("%-28s any %6.2f %% ", scene, 100.0 * said.any / frames);
-  for (std::size_t k = 0; k < checks::finding_names; ++k) {
+  for (std::size_t k = 0; k < finding_names; ++k) {
     if (said.named[k] == 0) continue;
-    std::printf(" %s %.1f(%.1f)", to_string(static_cast<checks::FindingName>(k)),
+    std::printf(" %s %.1f(%.1f)", checks::to_string(static_cast<FindingName>(k)),
                 100.0 * said.named[k] / frames, 100.0 * said.first[k] / frames);
   }
   std::printf(

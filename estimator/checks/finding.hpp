@@ -3,29 +3,9 @@
 #include <cstddef>
 #include <span>
 
+#include "estimator/model/finding.hpp"
+
 namespace splid::checks {
-
-// A richer model explains a frame better than the fitted one, and the configuration can ask for it.
-enum class FindingName {
-  pulse_width,
-  pulse_tail,
-  unmodelled_light,
-  acceleration,
-  jerk,
-  vibration,
-  fading,
-  pulse_amplitudes,
-  wrong_pattern,
-};
-inline constexpr std::size_t finding_names = 9;
-
-// One finding of a frame. value, std: in the unit of its row.
-struct Finding {
-  FindingName name = FindingName::pulse_width;
-  double value = 0;
-  double std = 0;
-  double gain_nats = 0;  // of the log-likelihood, over the fitted model
-};
 
 // What of the light about a fitted track a direction changes.
 enum class Shape : std::size_t {

@@ -41,18 +41,16 @@ void FindingSums::add(const Verdict& verdict, const FoldedFrame& frame) {
   frames_ += 1, length_ns_ += frame.length_ns, seen_ns_ += frame.seen_ns;
 }
 
-void FindingSums::add(Found& all, const FindingRow& row, double amount, double gain_nats,
+void FindingSums::add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
                       const FindingScale& scale) {
-  const auto end = all.found.begin() + static_cast<std::ptrdiff_t>(all.count);
-  const auto has = [&](const Finding& f) { return f.name == row.name; };
-  if (2 * gain_nats < sure_squares || std::any_of(all.found.begin(), end, has)) return;
+  if (2 * gain_nats < sure_squares) return;
   const double value = row.value(amount, scale);
-  all.found[all.count++] = {row.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats};
+  all.add({row.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
 }
 
 // A sum of chi squared has the tail that SquareSum has. Its measure of the size is the mean square
 // beyond chance, in one direction's own units.
-void FindingSums::add_sum(Found& all, std::size_t row) const {
+void FindingSums::add_sum(FoundList& all, std::size_t row) const {
   const RowScore& sum = rows_[row];
   const FindingRow& named = finding_table()[row];
   const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};
@@ -72,8 +70,8 @@ void FindingSums::add_sum(Found& all, std::size_t row) const {
   add(all, named, std::sqrt(more * frames_ / sum.information[0]), chi.gain_nats(), scale);
 }
 
-FindingSums::Found FindingSums::found() const {
-  Found all;
+FoundList FindingSums::found() const {
+  FoundList all;
   if (frames_ == 0) return all;
   for (std::size_t row = 0; row < rows_with_directions; ++row) add_sum(all, row);
   const FindingScale scale = {length_ns_ / frames_, seen_ns_ / frames_};

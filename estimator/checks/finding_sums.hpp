@@ -21,15 +21,11 @@ class FindingSums {
   // The verdict of the last frame that was judged, with that frame.
   void add(const Verdict& verdict, const FoldedFrame& frame);
   // What is sure by all frames since clear(), in the order of the table.
-  struct Found {
-    std::array<Finding, finding_names> found;
-    std::size_t count = 0;
-  };
-  [[nodiscard]] Found found() const;
+  [[nodiscard]] FoundList found() const;
 
  private:
-  void add_sum(Found& all, std::size_t row) const;
-  static void add(Found& all, const FindingRow& row, double amount, double gain_nats,
+  void add_sum(FoundList& all, std::size_t row) const;
+  static void add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
                   const FindingScale& scale);
 
   const Findings& findings_;

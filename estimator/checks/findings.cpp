@@ -41,11 +41,6 @@ double sure_squares_of(double degrees) {
   return degrees <= 1 ? sure_squares : squares_of(degrees, sure_deviations);
 }
 
-bool Verdict::has(FindingName name) const {
-  const auto all = findings();
-  return std::any_of(all.begin(), all.end(), [&](const auto& f) { return f.name == name; });
-}
-
 Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons)
     : pulse_(shape), train_(train), map_(train, shape, max_photons), fit_(map_, train, pulse_) {
   const MapBasis& basis = fit_.basis();
@@ -226,10 +221,6 @@ void Findings::name_best(const FoldedFrame& frame) {
   }
 }
 
-void Findings::add(const Finding& finding) {
-  if (!verdict_.has(finding.name)) verdict_.found[verdict_.count++] = finding;
-}
-
 void Findings::say(std::size_t row, double gain_nats, const Member& member,
                    const FoldedFrame& frame) {
   const FindingRow& named = finding_table()[row];
@@ -242,7 +233,7 @@ void Findings::say(std::size_t row, double gain_nats, const Member& member,
   if (terms.size() > 2) amount = std::sqrt(amount);
   if (named.name == FindingName::unmodelled_light && amount <= 0) return;
   const double value = named.value(amount, {frame.length_ns, frame.seen_ns});
-  add({named.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
+  verdict_.found.add({named.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
 }
 
 // Where the richer model has the target at mid-frame, and how fast it moves there.
@@ -320,9 +311,9 @@ void Findings::judge_pulses() {
     verdict_.is_wrong_pattern = true;
     // The share of the pulses' amplitude without light, if the others are lit alike.
     const double dark_share = misfit * misfit / (1 + misfit * misfit);
-    add({FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
+    verdict_.found.add({FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
   } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares) {
-    add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
+    verdict_.found.add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
   }
 }
 
@@ -365,12 +356,12 @@ void Findings::judge_phases(const FoldedFrame& frame, const SeenLight& seen_ligh
                                                deviations_of_stray * std::sqrt(fine.variance);
   if (has_strangers && map_.by_pulse().size() < fewest_for_strangers) {
     verdict_.is_wrong_pattern = true;
-    add({FindingName::wrong_pattern, 1, 1 / std::sqrt(2 * gain), gain});
+    verdict_.found.add({FindingName::wrong_pattern, 1, 1 / std::sqrt(2 * gain), gain});
   }
   if (2 * gain < sure_squares) return;
   const double cells = &surer == &coarse ? bins / coarse_phases : bins;
   const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
-  add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
+  verdict_.found.add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
   verdict_.is_doubtful = has_strangers || 2 * verdict_.by_pulse.gain_nats() > sure_squares;
 }
 

@@ -43,8 +43,7 @@ struct RowScore {
 // What the photons say against the fitted model of a target, and what follows from it.
 struct Verdict {
   // The most likely finding first, then those that stay sure beside it, in the order of the table.
-  std::array<Finding, finding_names> found;
-  std::size_t count = 0;
+  FoundList found;
   // By how much the findings imply that the delay at mid-frame and the range walk are off
   // (pattern's clock): to be added to their deviations in quadrature.
   double off_delay_ns = 0, off_walk_ns = 0;
@@ -58,9 +57,6 @@ struct Verdict {
   bool is_wrong_pattern = false;  // no target: the light is not that of the pattern's pulses
   std::array<RowScore, rows_with_directions> scores;
   SquareSum by_phase, by_phase_coarse, by_pulse;
-
-  [[nodiscard]] std::span<const Finding> findings() const { return std::span(found).first(count); }
-  [[nodiscard]] bool has(FindingName name) const;
 };
 
 // Judges a fitted target by the residual map about its track: screens all rows of finding_table()
@@ -103,7 +99,6 @@ class Findings {
   [[nodiscard]] PhaseGroup phases(std::size_t group) const;
   [[nodiscard]] double fit_with(std::span<const std::size_t> rows, Member& member);
   [[nodiscard]] double bartlett(std::size_t row) const;
-  void add(const Finding& finding);
 
   PulseTable pulse_;
   const PulseTrain& train_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "estimator/model/finding.hpp"
 #include "estimator/model/options.hpp"
 #include "protocol/frame_status.hpp"
 
@@ -12,6 +13,7 @@
 // first. Its parts:
 //   frame_view.hpp     one frame: photons, losses, and the pattern's clock
 //   estimate.hpp       the result for one frame, and the track from one frame to the next
+//   finding.hpp        what the photons say beyond the fitted model
 //   options.hpp        the estimator's sections of the configuration
 //   pulse_train.hpp    the pattern, as combs of pulses that are played in turn
 //   comb.hpp           one comb, and which of its pulses are near a phase
@@ -45,6 +47,7 @@ struct TargetEstimate {
   double signal_per_pulse = 0, std_signal_per_pulse = 0;
   double significance_nats = 0;
   double range_odds_nats = 0;
+  FoundList findings;
   std::optional<double> amplitude_misfit;
   std::optional<double> pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap;
   // How sure it is that this weak target is not the flank of a brighter one's pulse, close to which
@@ -82,6 +85,8 @@ struct Estimate {
   double significance_nats = 0;  // log-likelihood gained over no target
   double threshold_nats = 0;     // the significance that false_alarm_rate asks for
   double range_odds_nats = 0;    // how sure this range is against all others; see RangeOdds
+  FoundList findings;            // the surest first; with wrong_pattern the status is no_target
+  FoundList recent_findings;     // by some hundred frames together, the last of which this may be
   // Relative rms deviation of the pulses' light from the pattern's amplitudes; absent unless it is
   // surely there. See PatternCheck.
   std::optional<double> amplitude_misfit;
@@ -155,6 +160,7 @@ struct Estimate {
             std_signal_per_pulse,
             significance_nats,
             range_odds_nats,
+            findings,
             amplitude_misfit,
             pulse_misfit,
             acceleration_misfit_mps2,

@@ -50,7 +50,7 @@ TEST(Findings, AreNotSaidOfWhatTheModelHas) {
     std::array<double, rows_with_directions> squares{}, degrees{}, lean{};
     int said = 0;
     judged.visit(frames, 7, [&](const Verdict& verdict) {
-      said += verdict.count > 0 ? 1 : 0;
+      said += !verdict.found.all().empty() ? 1 : 0;
       for (std::size_t row = 0; row < rows_with_directions; ++row) {
         const RowScore& of_row = verdict.scores[row];
         squares[row] += of_row.squares, degrees[row] += of_row.degrees;
@@ -111,9 +111,9 @@ TEST(Findings, SayWhatTheSceneHasBeyondTheModel) {
     int said = 0;
     double value = 0;
     judged.visit(frames, 9, [&](const Verdict& verdict) {
-      if (verdict.count == 0 || verdict.found[0].name != scene.name) return;
+      if (verdict.found.all().empty() || verdict.found.all()[0].name != scene.name) return;
       ++said;
-      value += verdict.found[0].value;
+      value += verdict.found.all()[0].value;
     });
     EXPECT_GE(said, 0.92 * frames) << scene.what;
     EXPECT_NEAR(value / said, scene.value, scene.within) << scene.what;
@@ -152,7 +152,7 @@ TEST(Findings, JudgeATargetByTheLightBesideItsPulses) {
   };
   JudgedFrames judged{made};
   judged.visit(5, 3, [&](const Verdict& verdict) {
-    EXPECT_GT(verdict.count, 0U);
+    EXPECT_FALSE(verdict.found.all().empty());
     ASSERT_TRUE(verdict.gain_beside_nats.has_value());
     EXPECT_LT(*verdict.gain_beside_nats, 0.4 * judged.maximum.gain_nats);
   });
@@ -172,7 +172,7 @@ TEST(Findings, DoubtATargetAmongOtherLight) {
   };
   JudgedFrames judged{made};
   judged.visit(5, 3, [&](const Verdict& verdict) {
-    EXPECT_TRUE(verdict.has(FindingName::unmodelled_light));
+    EXPECT_TRUE(verdict.found.has(FindingName::unmodelled_light));
     EXPECT_TRUE(verdict.is_doubtful);
   });
 }
@@ -195,16 +195,16 @@ TEST(FindingSums, SayWhatNoSingleFrameShows) {
     JudgedFrames judged{made};
     FindingSums sums(judged.findings);
     judged.visit(60, 11, [&](const Verdict& verdict) {
-      EXPECT_EQ(verdict.count, 0U);
+      EXPECT_TRUE(verdict.found.all().empty());
       sums.add(verdict, judged.frame);
     });
-    const FindingSums::Found all = sums.found();
-    ASSERT_EQ(all.count > 0, is_wide);
+    const FoundList all = sums.found();
+    ASSERT_EQ(!all.all().empty(), is_wide);
     if (!is_wide) continue;
-    EXPECT_EQ(all.found[0].name, FindingName::pulse_width);
-    EXPECT_NEAR(all.found[0].value, 0.04, 4 * all.found[0].std);
+    EXPECT_EQ(all.all()[0].name, FindingName::pulse_width);
+    EXPECT_NEAR(all.all()[0].value, 0.04, 4 * all.all()[0].std);
     sums.clear();
-    EXPECT_EQ(sums.found().count, 0U);
+    EXPECT_TRUE(sums.found().all().empty());
   }
 }
 
@@ -221,9 +221,9 @@ TEST(FindingSums, AddTheGainsOfWhatChangesItsSign) {
     judged.visit(1, 100 + static_cast<std::uint64_t>(n),
                  [&](const Verdict& verdict) { sums.add(verdict, judged.frame); });
   }
-  const FindingSums::Found all = sums.found();
-  ASSERT_EQ(all.count, 1U);
-  EXPECT_EQ(all.found[0].name, FindingName::vibration);
+  const FoundList all = sums.found();
+  ASSERT_EQ(all.all().size(), 1U);
+  EXPECT_EQ(all.all()[0].name, FindingName::vibration);
 }
 
 }  // namespace
