@@ -121,6 +121,19 @@ void say_who_came(const security::Refusals& refusals, const Publisher& publisher
   }
 }
 
+// What the run showed of configuration and data. A stop that was asked for may come before there
+// was enough to judge by: the fault is a warning then.
+void judge(const StreamSummary& summary, const Config& config, bool was_stopped) {
+  check_cost(summary, static_cast<double>(config.pipeline.estimation_threads));
+  try {
+    check_locked(summary);
+    check_pattern(summary);
+  } catch (const Error& error) {
+    if (!was_stopped) throw;
+    log_warning(error.what());
+  }
+}
+
 }  // namespace
 
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
@@ -162,11 +175,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   if (encoder.compared() > 0) log_info(encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);
-  if (!summary.paused) {
-    check_cost(summary, static_cast<double>(config.pipeline.estimation_threads));
-    check_locked(summary);
-    check_pattern(summary);
-  }
+  if (!summary.paused) judge(summary, config, stop.stop_requested());
   return 0;
 }
 

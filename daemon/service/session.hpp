@@ -43,7 +43,8 @@ struct SessionOptions {
 // stream.
 //
 // Errors: Error of start-up; of the source, after all frames were published; Fault::data where no
-// frame could lock although syncs came.
+// frame could lock although syncs came, or photons contradict the pattern, and no stop was
+// requested.
 int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceMonitor& device,
                 const SessionOptions& options, const std::stop_token& stop);
 

@@ -181,6 +181,22 @@ TEST_F(CommandLine, AWrongPatternPeriodIsADataErrorThatSaysWhatFits) {
   EXPECT_THAT(result.out, Not(HasSubstr("\"status\":\"ok\"")));
 }
 
+// A daemon that is stopped is not at fault.
+TEST_F(CommandLine, AWrongPatternIsAWarningWhereAStopWasAskedFor) {
+  const std::string recording = simulate("a.ptu", "4");
+  run_program({"pattern", "random", "--period-ns", "3770", "--output", folder.path("other.json")});
+  const std::string wrong = write_config("wrong.json", R"("driver":"simulator")", "", "other.json");
+  Program replay({"replay", recording, "--config", wrong, "--speed", "0.1"});
+  const ProgramResult heard = run_program({"listen", "--endpoint", "ipc://" + folder.path("socket"),
+                                           "--count", "3", "--timeout", "60"});
+  EXPECT_EQ(heard.exit_code, 0) << heard.err;
+  replay.signal(SIGTERM);
+  const ProgramResult result = replay.wait();
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("warning: "), HasSubstr("3780"), HasSubstr("3770"),
+                                Not(HasSubstr("splid: error:"))));
+}
+
 TEST_F(CommandLine, ReplayGivesTheSameFramesAtAnySpeedAndAgain) {
   const std::string recording = simulate("a.ptu", "0.6");
   const std::vector<std::string> once = frames(recording, "max");
