@@ -24,6 +24,7 @@
 #include "estimator/search/bend_search.hpp"
 #include "estimator/search/several_targets.hpp"
 #include "estimator/search/target_search.hpp"
+#include "estimator/search_memory.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -533,6 +534,7 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
   refuse_if(scene.validate(), "/scene");
   refuse_if(options.validate(scene), "/estimator");
   refuse_if(pulse.validate(scene, options), "/pulse");
+  refuse_if(too_large_a_search(pattern, pulse, scene, options, frame_length_ms), "/pattern");
   workspace_ = std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
                                            max_photons, reference, detector, inputs);
 }
