@@ -1,10 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "protocol/frame_json.hpp"
@@ -24,8 +21,8 @@ enum class ColumnType {
 };
 
 struct FrameColumn {
-  std::string_view name;
-  std::string_view unit;  // empty: none
+  std::string name;
+  std::string unit;  // empty: none
   ColumnType type = ColumnType::number;
   std::size_t offset = 0;  // of its first byte in a row
   std::size_t bytes = 0;

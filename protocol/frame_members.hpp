@@ -1,0 +1,207 @@
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+
+#include "protocol/frame_json.hpp"
+
+// The members of the `frame` message, each named once: the JSON both ways, the columns of tables,
+// Python's members and the manual's table are all visitors of describe().
+
+namespace splid {
+
+// What a member is called, its unit (empty: none), and what it is in a sentence.
+struct Member {
+  const char* name;
+  const char* unit;
+  const char* doc;
+};
+
+// The deviations in the group `std`.
+template <class Values, class Visitor>
+void describe_deviations(Values& values, Visitor& see) {
+  constexpr bool is_frame = std::same_as<std::remove_const_t<Values>, FrameMessage>;
+  see.number({"distance_m", "m", "standard deviation of the distance"}, values.std_distance_m);
+  see.number({"velocity_mps", "m/s",
+              "standard deviation of the velocity; none where the target is taken to be at rest"},
+             values.std_velocity_mps);
+  if constexpr (is_frame) {
+    see.number({"acceleration_mps2", "m/s2", "standard deviation of the acceleration"},
+               values.std_acceleration_mps2);
+  }
+  see.number({"signal_per_pulse", "counts/pulse", "standard deviation of the signal"},
+             values.std_signal_per_pulse);
+  if constexpr (is_frame) {
+    see.number({"background_per_s", "counts/s",
+                "standard deviation of the background; of a background of 0, which can only be too "
+                "low, one photon in the time seen"},
+               values.std_background_per_s);
+    see.number({"pulse_excess", "", "standard deviation of the excess"}, values.std_pulse_excess);
+    see.number({"pulse_sigma_ps", "ps", "standard deviation of the pulse's width"},
+               values.std_pulse_sigma_ps);
+    see.number({"pulse_skew", "", "standard deviation of the skewness"}, values.std_pulse_skew);
+  }
+}
+// The members that a frame has, and those of them that each of its targets has too.
+template <class Values, class Visitor>
+void describe_values(Values& values, Visitor& see) {
+  constexpr bool is_frame = std::same_as<std::remove_const_t<Values>, FrameMessage>;
+  see.choice({"status", "", "[see below](#status-of-a-frame)"}, values.status);
+  if constexpr (is_frame) {
+    see.flag({"valid", "",
+              "true for `ok` and `ambiguous`: there is a target, and the values hold (those of "
+              "`ambiguous` if the range is the right one)"},
+             values.valid());
+    see.choice(
+        {"mode", "", "of the pattern: `baseline`, `ambiguous`, `mrr`, `random`, `interleaved`"},
+        values.mode);
+    see.whole({"start_ps", "ps", "begin of the frame, a string"}, values.start_ps);
+    see.number(
+        {"duration_ms", "ms", "length of the frame, which is a whole number of pattern periods"},
+        values.duration_ms);
+  }
+  see.number({"distance_m", "m", "distance, less `scene.range_offset_m`"}, values.distance_m);
+  see.number({"velocity_mps", "m/s", "radial velocity"}, values.velocity_mps);
+  if constexpr (is_frame) {
+    see.number({"acceleration_mps2", "m/s2",
+                "radial acceleration, constant over the frame, with `scene.motion` "
+                "`accelerating`, and with `auto` where the photons ask for one "
+                "([how](../estimation.md#a-target-that-accelerates))"},
+               values.acceleration_mps2);
+  }
+  see.number({"signal_per_pulse", "counts/pulse",
+              "detections of the target's light, for a pulse of amplitude 1"},
+             values.signal_per_pulse);
+  if constexpr (is_frame) {
+    see.number({"background_per_s", "counts/s",
+                "detections of all other light; 0 if no photon speaks for any"},
+               values.background_per_s);
+  }
+  see.number({"signal_per_period", "counts/period", "the signal in a pattern period"},
+             values.signal_per_period);
+  if constexpr (is_frame) {
+    see.number({"background_per_period", "counts/period", "the background in a pattern period"},
+               values.background_per_period);
+    see.number({"sbr", "",
+                "signal over background counts, where the background is at least two of its "
+                "deviations (some four photons)"},
+               values.sbr);
+  }
+  see.number({"delay_ns", "ns", "round trip at the begin of the frame"}, values.delay_ns);
+  see.number({"significance", "nats",
+              "log-likelihood gained over no target; of a target, over the frame's other targets"},
+             values.significance);
+  see.number({"range_odds_nats", "nats",
+              "logarithm x of the odds that the range is the right one of all that the photons "
+              "could mean, so that it is wrong with a chance of 1 / (1 + e^x) "
+              "([range odds](../estimation.md#range-odds)); in mode `ambiguous` of the delay "
+              "within the pattern's own unambiguous delay"},
+             values.range_odds_nats);
+  see.number({"amplitude_misfit", "",
+              "relative rms difference of the pulses' light from the pattern's amplitudes"},
+             values.amplitude_misfit);
+  see.number(
+      {"pulse_misfit", "", "relative difference of the pulse's width from the configured width"},
+      values.pulse_misfit);
+  if constexpr (is_frame) {
+    see.number({"pulse_excess", "", "the same whether it is certain or not"}, values.pulse_excess);
+  }
+  see.number({"acceleration_misfit_mps2", "m/s2",
+              "about how much the target accelerates, where its path was taken as straight"},
+             values.acceleration_misfit_mps2);
+  see.number({"jerk_misfit_mps3", "m/s3", "about how much the target's acceleration changes"},
+             values.jerk_misfit_mps3);
+  if constexpr (is_frame) {
+    see.number({"path_excess", "", "residual path curvature, in standard deviations"},
+               values.path_excess);
+  }
+  see.number({"signal_gap", "", "share of the frame's time in which the signal is missing"},
+             values.signal_gap);
+  if constexpr (is_frame) {
+    see.number({"pulse_sigma_ps", "ps",
+                "with `pulse.width` `fitted`: standard deviation of the detected pulse, where the "
+                "photons tell it"},
+               values.pulse_sigma_ps);
+    see.number({"shape_misfit", "", "relative rms difference of the pulse from a Gaussian"},
+               values.shape_misfit);
+    see.number({"pulse_skew", "", "skewness of the pulse, whether it is certain or not"},
+               values.pulse_skew);
+    see.number(
+        {"blind_fraction", "",
+         "share of the time seen in which the detector was dead (of several inputs that share "
+         "the light, of the light that came on a dead one), where the dead time is modelled"},
+        values.blind_fraction);
+    see.number({"dead_time_misfit_ns", "ns",
+                "dead time of the detector, where it is longer than configured and biases values"},
+               values.dead_time_misfit_ns);
+    see.number({"afterpulse_misfit", "",
+                "share of detections with an afterpulse, where these raise the background"},
+               values.afterpulse_misfit);
+    see.number({"flicker_misfit", "",
+                "relative rms variation of the light within the frame, where that biases values"},
+               values.flicker_misfit);
+    see.choice({"pattern_fault", "", "how the photons of a `no_target` contradict the pattern"},
+               values.pattern_fault);
+  } else {
+    see.number({"shape_odds_nats", "nats",
+                "logarithm of the odds that a weak target is no part of a brighter one's pulse"},
+               values.shape_odds_nats);
+  }
+  see.group({"std", "", ""}, values, [](auto& of, auto& std) { describe_deviations(of, std); });
+}
+
+template <class Sync, class Visitor>
+void describe_sync(Sync& sync, Visitor& see) {
+  see.count({"count", "", "syncs in the frame"}, sync.count);
+  see.count({"missing", "", "pattern periods without a sync"}, sync.missing);
+  see.count({"spurious", "", "syncs that fit no period"}, sync.spurious);
+  see.number({"period_ps", "ps", "the pattern's period, where the syncs give a clock"},
+             sync.period_ps);
+  see.number({"drift_ppm", "ppm", "relative difference of it from the calibrated period"},
+             sync.drift_ppm);
+  see.number({"jitter_ps", "ps", "root mean square of the syncs about that clock"}, sync.jitter_ps);
+}
+
+// Message: FrameMessage, const or not. Visitor: has a member function for each kind of member; see
+// protocol/frame_json.cpp for one that writes and one that reads.
+template <class Message, class Visitor>
+void describe(Message& message, Visitor& see) {
+  see.number({"timestamp", "s", "UTC in the middle of the frame ([clocks](#which-clock))"},
+             message.timestamp_s);
+  see.count({"sequence", "", "counts frames from 0"}, message.sequence);
+  describe_values(message, see);
+  see.list({"targets", "",
+            "there where `scene.targets` is more than 1: [the targets of the "
+            "frame](#several-targets)"},
+           message.targets, [](auto& target, auto& inner) { describe_values(target, inner); });
+  see.count({"photons", "", "photons in the frame"}, message.photons);
+  see.count({"lost_tags", "", "tags lost in the frame's time, as far as their number is known"},
+            message.lost_tags);
+  see.count_if_any({"uncounted_losses", "",
+                    "losses that ended in the frame and took an unknown number of tags; there only "
+                    "if there were any"},
+                   message.uncounted_losses);
+  see.number({"seen_fraction", "",
+              "0 to 1: share of the frame's time that was seen; time in which the instrument sent "
+              "nothing was not seen, if syncs come otherwise"},
+             message.seen_fraction);
+  see.part({"sync", "",
+            "left out where the syncs were counted and not timed, as in a [T3 "
+            "recording](../guide/recording.md#t3)"},
+           message.sync, [](auto& sync, auto& inner) { describe_sync(sync, inner); });
+  see.part(
+      {"reference", "", "what the [encoder](../guide/instruments/encoder.md) says"},
+      message.reference, [](auto& reference, auto& inner) {
+        inner.number({"distance_m", "m", "distance by the encoder"}, reference.distance_m);
+        inner.number({"velocity_mps", "m/s", "velocity by the encoder"}, reference.velocity_mps);
+      });
+  see.text({"effort", "",
+            "the effort that the estimate had: below `estimator.effort` if frames came too fast "
+            "for that"},
+           message.effort);
+  see.number({"compute_ms", "ms", "time that the estimate took on its thread"}, message.compute_ms);
+  see.number({"latency_ms", "ms", "from the arrival of the frame's last tag to publication"},
+             message.latency_ms);
+}
+
+}  // namespace splid

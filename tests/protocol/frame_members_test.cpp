@@ -1,0 +1,83 @@
+#include "protocol/frame_members.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+#include "tests/support/generated.hpp"
+
+namespace splid {
+namespace {
+
+// Visits what describe() lists, each member once, and those of an empty target again.
+class MemberTable {
+ public:
+  template <class Value>
+  void number(const Member& member, const Value& /*value*/) {
+    row(member);
+  }
+  template <class Value>
+  void count(const Member& member, const Value& /*value*/) {
+    row(member);
+  }
+  void count_if_any(const Member& member, std::uint64_t /*value*/) { row(member); }
+  void whole(const Member& member, std::int64_t /*value*/) { row(member); }
+  void flag(const Member& member, bool /*value*/) { row(member); }
+  template <class Value>
+  void choice(const Member& member, const Value& /*value*/) {
+    row(member);
+  }
+  template <class Value>
+  void text(const Member& member, const Value& /*value*/) {
+    row(member);
+  }
+  template <class Owner, class Members>
+  void group(const Member& member, const Owner& owner, Members members) {
+    prefix = std::string(member.name) + ".";
+    members(owner, *this);
+    prefix.clear();
+  }
+  template <class Part, class Members>
+  void part(const Member& member, const std::optional<Part>& /*part*/, Members members) {
+    row(member);
+    group(member, Part{}, members);
+  }
+  template <class Item, class Members>
+  void list(const Member& member, const std::optional<std::vector<Item>>& /*items*/,
+            Members /*members*/) {
+    row(member);
+  }
+
+  std::string rows;
+  int members = 0;
+
+ private:
+  void row(const Member& member) {
+    ++members;
+    rows += "| `" + prefix + member.name + "` | " + unit(member.unit) + " | " + member.doc + " |\n";
+  }
+  static std::string unit(std::string_view unit) {
+    if (unit.starts_with("m/s") && unit.size() == 4) {
+      return std::string("m/s") + (unit.back() == '2' ? "²" : "³");
+    }
+    return std::string(unit);
+  }
+
+  std::string prefix;
+};
+
+TEST(FrameMembers, AreWhatTheManualSays) {
+  MemberTable table;
+  const FrameMessage message;
+  describe(message, table);
+  test::expect_generated_part(
+      "docs/reference/messages.md",
+      "<!-- Generated from here on; see tests/protocol/frame_members_test.cpp -->\n",
+      "<!-- Generated up to here -->\n",
+      "\n| member | unit | what it is |\n|---|---|---|\n" + table.rows + "\n",
+      "protocol.FrameMembers");
+}
+
+}  // namespace
+}  // namespace splid
