@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "daemon/output/path_mean.hpp"
 #include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -70,7 +69,7 @@ void measure(const test::FrameMaker& made, const Bound& bound, FrameEstimator& e
   if (!e.has_values) return;
   ++score.valid;
   const double off_ns = std::remainder(e.delay_ns - made.distance_m / m_per_ns_of_delay, 3780.0);
-  const bool warns = e.acceleration_misfit_mps2 || e.signal_gap || e.pulse_misfit;
+  const bool warns = !e.findings.all().empty();
   score.warned += warns ? 1 : 0;
   // Beyond a tenth of the pulses' distance it is another delay.
   if (std::abs(off_ns) > 0.9) {
@@ -129,28 +128,17 @@ void run(const Row& row, double length_ms, double acceleration_mps2, double sign
 
 // What frames say of an acceleration that changes, and how far their values are off by it.
 struct Turned {
-  int valid = 0, wrong = 0, said = 0, said_otherwise = 0, bent = 0;
+  int valid = 0, wrong = 0, said = 0, said_otherwise = 0, said_later = 0, bent = 0;
   Errors distance, velocity;  // in published deviations
-  double squared_excess = 0;
-  PathMean since_sure;
-  int times_sure = 0;
 
   void add(const Estimate& e, const test::FrameMaker& made) {
     if (!e.has_values) return;
     ++valid;
-    said += e.jerk_misfit_mps3 ? 1 : 0;
-    said_otherwise += e.jerk_misfit_mps3                                             ? 0
-                      : e.acceleration_misfit_mps2 || e.signal_gap || e.pulse_misfit ? 1
-                                                                                     : 0;
+    const bool has_jerk = e.findings.has(FindingName::jerk);
+    said += has_jerk ? 1 : 0;
+    said_otherwise += has_jerk || e.findings.all().empty() ? 0 : 1;
+    said_later += e.recent_findings.all().empty() ? 0 : 1;
     bent += e.std_acceleration_mps2 > 0 ? 1 : 0;
-    squared_excess += std::pow(e.path_excess.value_or(0), 2);
-    FrameMessage message;
-    message.path_excess = e.path_excess;
-    since_sure.add(message);
-    if (since_sure.is_sure()) {
-      ++times_sure;
-      since_sure = {};
-    }
     const double off_ns = std::remainder(e.delay_ns - made.distance_m / m_per_ns_of_delay, 3780.0);
     if (std::abs(off_ns) > 0.9) {
       ++wrong;
@@ -179,22 +167,18 @@ void run_turned(const Row& row, double length_ms, double jerk_mps3, double signa
   }
   const int right = turned.valid - turned.wrong;
   std::printf(
-      "| %g | %g | %g | %s | %d | %d | %d, %d | %d | %.3g | %.0f %% | %.3g | %.0f %% | "
-      "%.2f | ",
+      "| %g | %g | %g | %s | %d | %d | %d, %d, %d | %d | %.3g | %.0f %% | %.3g | %.0f %% |\n",
       length_ms, jerk_mps3, signal_per_pulse, row.name, turned.valid, turned.wrong, turned.said,
-      turned.said_otherwise, turned.bent, turned.distance.rms(right), turned.distance.share(right),
-      turned.velocity.rms(right), turned.velocity.share(right),
-      std::sqrt(turned.squared_excess / std::max(turned.valid, 1)));
-  if (turned.times_sure > 0) std::printf("%.3g", 1.0 * turned.valid / turned.times_sure);
-  std::printf(" |\n");
+      turned.said_otherwise, turned.said_later, turned.bent, turned.distance.rms(right),
+      turned.distance.share(right), turned.velocity.rms(right), turned.velocity.share(right));
   std::fflush(stdout);
 }
 
 void run_all_turned(int trials) {
   std::printf(
-      "| t_a, ms | j, m/s^3 | S | motion | valid | wrong delay | says a jerk, another misfit | "
-      "with a | distance error / published | within | velocity error / published | within | path "
-      "excess | sure after, frames |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "| t_a, ms | j, m/s^3 | S | motion | valid | wrong delay | finds a jerk, another, recently | "
+      "with a | distance error / published | within | velocity error / published | within |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   struct Turn {
     double length_ms, signal;
     std::vector<double> jerks_mps3;

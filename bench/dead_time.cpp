@@ -1,10 +1,8 @@
 // Measures how far each value is off in the light of a detector with a dead time: with the dead
 // time left out, and with the dead time modelled, over the same frames. Prints one row for each
-// light, for docs/evidence/dead-time.md. Then, for frames of 50 ms, what frames say of a dead time
-// that is not given and of afterpulses, in a second table, whose rows are all named `noticed`.
-// Last, for frames of 50 ms, light that is split unevenly over inputs, with and without the counts
-// of each input; these rows are all named `split`. And for frames of 50 ms, light that varies
-// within the frame; these rows are all named `flicker`.
+// light, for docs/evidence/dead-time.md. Then, for frames of 50 ms, light that is split unevenly
+// over inputs, with and without the counts of each input; these rows are all named `split`. And for
+// frames of 50 ms, light that varies within the frame; these rows are all named `flicker`.
 //
 //   dead_time [FRAMES [NAME]]    by default 1000 frames for each row; rows whose name has NAME
 
@@ -144,110 +142,6 @@ Row bent(Row row) {
   return row;
 }
 
-// What a frame says of its detector, and how far its values are off.
-struct Said {
-  double frames = 0, values = 0, blind_ns = 0, afterpulses = 0;  // values: of all, or of those said
-  int blind = 0, followed = 0;
-  double delay = 0, signal = 0, background = 0, widened = 0;  // errors, in published deviations
-};
-
-struct SaidRow {
-  const char* name;
-  test::FrameMaker made;
-  double given_ns;  // dead time, as configured
-};
-
-// background: in the deviation that was published, and in that less what afterpulses have widened.
-void add(Said& said, const test::FrameMaker& made, const Estimate& e, double photons_per_ns) {
-  ++said.frames;
-  said.blind += e.dead_time_misfit_ns ? 1 : 0;
-  said.blind_ns += e.dead_time_misfit_ns.value_or(0);
-  said.followed += e.afterpulse_misfit ? 1 : 0;
-  said.afterpulses += e.afterpulse_misfit.value_or(0);
-  if (!e.has_values) return;
-  ++said.values;
-  const double tau = 2 * made.distance_m / speed_of_light_mps * 1e9;
-  const double range_ns = made.pattern.unambiguous_delay_ps * 1e-3;
-  const double error = e.background_per_ns - made.background_per_ns;
-  const double wide = e.afterpulse_misfit.value_or(0) * photons_per_ns;
-  const double narrow = e.std_background_per_ns * e.std_background_per_ns - wide * wide;
-  said.delay += std::remainder(e.delay_ns - tau, range_ns) / e.std_delay_ns;
-  said.signal += (e.signal_per_pulse - made.signal_per_pulse) / e.std_signal_per_pulse;
-  said.background += error / std::sqrt(narrow);
-  said.widened += error / e.std_background_per_ns;
-}
-
-void run_said(const SaidRow& row, int frames) {
-  const test::FrameMaker& made = row.made;
-  const test::FrameMaker::Frame first = made.make(0);
-  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms,
-                           3 * first.photons_ps.size() + 1000, ClockReference::tagger,
-                           {row.given_ns, DeadTime::modelled},
-                           static_cast<std::size_t>(made.inputs));
-  Said said;
-  for (int n = 0; n < frames; ++n) {
-    const test::FrameMaker::Frame frame = made.make(static_cast<std::uint64_t>(n));
-    const double seen_ns = frame.view().seen_ns();
-    add(said, made, estimator.estimate(frame.view()),
-        static_cast<double>(frame.photons_ps.size()) / seen_ns);
-  }
-  const double found = std::max(1.0, said.values);
-  std::printf(
-      "| %s | %g | %g | %g | %g | %g, %g | %.0f, %.2f | %.0f, %.3f | %+.2f %+.2f | %+.2f | %+.2f "
-      "|\n",
-      row.name, made.signal_per_pulse, made.background_per_ns * made.dead_time_ns,
-      made.dead_time_ns, row.given_ns, made.afterpulse_probability,
-      made.afterpulse_probability > 0 ? made.afterpulse_ns : 0, 100 * said.blind / said.frames,
-      said.blind_ns / std::max(1, said.blind), 100 * said.followed / said.frames,
-      said.afterpulses / std::max(1, said.followed), said.delay / found, said.signal / found,
-      said.background / found, said.widened / found);
-  std::fflush(stdout);
-}
-
-// Light of [P]'s experiment, or of half a photon a pulse, in frames of 50 ms.
-test::FrameMaker long_scene(const Pattern& pattern, double S, double background_per_ns,
-                            double afterpulses = 0, double afterpulse_ns = 30) {
-  test::FrameMaker made = scene(pattern, S, 50 * background_per_ns, 50);
-  made.length_ms = 50;
-  made.afterpulse_probability = afterpulses;
-  made.afterpulse_ns = afterpulse_ns;
-  return made;
-}
-
-void run_all_said(const Pattern& pattern, int frames) {
-  std::printf(
-      "\n| row | S | b t_d | t_d, ns | given, ns | afterpulses, after ns | blind: frames, %%, and "
-      "ns | followed: frames, %%, and share | mean error of delay, S | of b | of b, widened |\n");
-  std::printf("|---|---|---|---|---|---|---|---|---|---|---|\n");
-  const auto weak = [&](double share, double ns) {
-    return long_scene(pattern, 13.5e-4, 1.75e-4, share, ns);
-  };
-  const auto bright = [&](double share, double ns) {
-    return long_scene(pattern, 0.5, 2e-3, share, ns);
-  };
-  for (const SaidRow& row : {SaidRow{"noticed", weak(0, 30), 0},
-                             {"noticed", long_scene(pattern, 0.02, 4e-4), 0},
-                             {"noticed", long_scene(pattern, 0.02, 2e-3), 0},
-                             {"noticed", bright(0, 30), 0},
-                             {"noticed", bright(0, 30), 40},
-                             {"noticed", bright(0, 30), 50},
-                             {"noticed", long_scene(pattern, 3, 2e-3), 0},
-                             {"noticed", weak(0.02, 30), 50},
-                             {"noticed", weak(0.05, 30), 50},
-                             {"noticed", weak(0.05, 30), 0},
-                             {"noticed", weak(0.05, 300), 50},
-                             {"noticed", weak(0.05, 1000), 50},
-                             {"noticed", bright(0.01, 30), 50},
-                             {"noticed", bright(0.02, 30), 50},
-                             {"noticed", bright(0.05, 30), 50},
-                             {"noticed", bright(0.05, 100), 50},
-                             {"noticed", bright(0.05, 300), 50},
-                             {"noticed", long_scene(pattern, 3, 2e-3, 0.05), 50},
-                             {"noticed", long_scene(pattern, 0.02, 0.06, 0.05), 50}}) {
-    run_said(row, frames);
-  }
-}
-
 struct SplitRow {
   double S, in_a_dead_time, dead_ns, first_share;
   int inputs = 2;
@@ -328,7 +222,6 @@ void run_flicker(const Pattern& pattern, const FlickerRow& row, int frames) {
   const double range_ns = pattern.unambiguous_delay_ps * 1e-3;
   Errors errors;
   int said = 0;
-  double flicker = 0;
   for (int n = 0; n < frames; ++n) {
     made.start_ps = n * std::int64_t{50'000'000'000};
     const test::FrameMaker::Frame frame = made.make(static_cast<std::uint64_t>(n));
@@ -339,15 +232,14 @@ void run_flicker(const Pattern& pattern, const FlickerRow& row, int frames) {
     errors.add({std::remainder(e.delay_ns - tau, range_ns), e.velocity_mps - made.velocity_mps,
                 e.signal_per_pulse - row.S, e.background_per_ns - made.background_per_ns},
                deviation, deviation);
-    said += e.flicker_misfit ? 1 : 0;
-    flicker += e.flicker_misfit.value_or(0);
+    said += e.findings.all().empty() ? 0 : 1;
   }
   const double found = std::max(1, errors.found);
   std::printf("| flicker | %g | %g | %.0f, %.0f | %g |", row.S, row.in_a_dead_time,
               100 * row.signal_swing / std::sqrt(2), 100 * row.background_swing / std::sqrt(2),
               row.hz);
   for (const std::size_t k : {0, 2, 3}) std::printf(" %+.2f", errors.sum[k] / found);
-  std::printf(" | %.0f, %.0f |\n", 100 * said / found, 100 * flicker / std::max(1, said));
+  std::printf(" | %.0f |\n", 100 * said / found);
   std::fflush(stdout);
 }
 
@@ -355,7 +247,7 @@ void run_all_flickers(const Pattern& pattern, int frames) {
   std::printf(
       "\n| row | S | b t_d | varies by, %%: signal, background | at, Hz | mean error of delay, S, "
       "b "
-      "| noticed: frames, %%, and by, %% |\n|---|---|---|---|---|---|---|\n");
+      "| with a finding, %% |\n|---|---|---|---|---|---|---|\n");
   for (const FlickerRow& row :
        {FlickerRow{0.02, 0.1, 0, 0}, FlickerRow{0.02, 0.1, 0.5, 0},
         FlickerRow{0.02, 0.1, 0, 0.5, 100}, FlickerRow{0.02, 1, 0, 0},
@@ -418,7 +310,6 @@ int main(int count, char** arguments) {
         uneven({"inputs 70 : 30", scene(interleaved, 0.02, 0.1, 50)}, 0.7)}) {
     if (std::string(row.pattern).find(name) != std::string::npos) run(row, frames);
   }
-  if (std::string("noticed").find(name) != std::string::npos) run_all_said(interleaved, frames);
   if (std::string("split").find(name) != std::string::npos) run_all_splits(interleaved, frames);
   if (std::string("flicker").find(name) != std::string::npos) run_all_flickers(interleaved, frames);
 }

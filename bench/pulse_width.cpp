@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "daemon/output/pulse_mean.hpp"
 #include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "tests/support/frame_maker.hpp"
@@ -54,55 +53,33 @@ struct Errors {
   [[nodiscard]] double share_within() const { return 100.0 * within / count; }
 };
 
-// The mean of `pulse_excess` over frames, or that of `pulse_skew`, as the status of splid looks at
-// them.
-struct ManyFrames {
-  PulseMean all, since_sure;
-  SkewMean all_skew, skew_since_sure;
-  int times_sure = 0;
-  void add(const Estimate& e) {
-    FrameMessage frame;
-    if (e.std_pulse_excess > 0) {
-      frame.pulse_excess = e.pulse_excess;
-      frame.std_pulse_excess = e.std_pulse_excess;
-    }
-    if (e.std_pulse_skew > 0) {
-      frame.pulse_skew = e.pulse_skew;
-      frame.std_pulse_skew = e.std_pulse_skew;
-    }
-    all_skew.add(frame);
-    skew_since_sure.add(frame);
-    all.add(frame);
-    since_sure.add(frame);
-    if (!since_sure.is_sure() && !skew_since_sure.is_sure()) return;
-    ++times_sure;
-    since_sure = {};
-    skew_since_sure = {};
-  }
-};
-
 struct Tally {
   Errors distance_mm, velocity_mps, signal;
-  ManyFrames many;
-  double width = 0;  // published widths, or the widths that the misfits say
-  int valid = 0, with_width = 0, shapeless = 0;
+  double width = 0;  // published widths, or those of the findings
+  int valid = 0, with_width = 0, with_findings = 0, with_recent = 0;
   std::vector<double> took_ms;
 };
 
 void add(const Estimate& e, const test::FrameMaker& made, double signal, Tally& tally) {
   if (!e.has_values) return;
   ++tally.valid;
-  tally.shapeless += e.shape_misfit ? 1 : 0;
-  tally.many.add(e);
+  tally.with_findings += e.findings.all().empty() ? 0 : 1;
+  tally.with_recent += e.recent_findings.all().empty() ? 0 : 1;
   const double delay_ns = 2 * made.distance_m / 0.299792458;
   tally.distance_mm.add(mm_per_ns_of_delay * std::remainder(e.delay_ns - delay_ns, 3780.0),
                         mm_per_ns_of_delay * e.std_delay_ns);
   tally.velocity_mps.add(e.velocity_mps - made.velocity_mps, e.std_velocity_mps);
   tally.signal.add(e.signal_per_pulse / signal - 1, e.std_signal_per_pulse / signal);
   const bool is_fitted = e.std_pulse_sigma_ns > 0;
-  if (!is_fitted && !e.pulse_misfit) return;
-  ++tally.with_width;
-  tally.width += is_fitted ? e.pulse_sigma_ns * 1e3 : 100 * (1 + *e.pulse_misfit);
+  if (is_fitted) {
+    ++tally.with_width;
+    tally.width += e.pulse_sigma_ns * 1e3;
+  }
+  for (const Finding& finding : e.findings.all()) {
+    if (is_fitted || finding.name != FindingName::pulse_width) continue;
+    ++tally.with_width;
+    tally.width += 100 * (1 + finding.value);
+  }
 }
 
 double bound_mm(const Scene& scene, const test::FrameMaker& made, bool is_fitted) {
@@ -156,8 +133,8 @@ void run(const Scene& scene, PulseWidth width, int trials) {
   std::printf("| %s | %s | %.1f %% | %.1f %% | ", scene.name,
               width == PulseWidth::fitted ? "fitted" : "fixed", 100.0 * tally.valid / trials,
               100.0 * tally.with_width / trials);
-  if (width == PulseWidth::fitted) std::printf("%.1f %%", 100.0 * tally.shapeless / trials);
-  std::printf(" | ");
+  std::printf("%.1f %% | %.1f %% | ", 100.0 * tally.with_findings / trials,
+              100.0 * tally.with_recent / trials);
   if (tally.with_width > 0) std::printf("%.0f", tally.width / tally.with_width);
   std::printf(" | ");
   const double bound = bound_mm(scene, made, width == PulseWidth::fitted);
@@ -165,21 +142,11 @@ void run(const Scene& scene, PulseWidth width, int trials) {
   if (tally.valid == 0) tally.distance_mm.count = tally.velocity_mps.count = tally.signal.count = 1;
   std::printf(
       " | %+.2f | %.2f | %.2f | %.0f %% | %.3f | %.3f | %.0f %% | %+.1f %% | %.0f %% | "
-      "%.2f | ",
+      "%.2f |\n",
       tally.distance_mm.mean(), tally.distance_mm.rmse(), tally.distance_mm.published(),
       tally.distance_mm.share_within(), tally.velocity_mps.rmse(), tally.velocity_mps.published(),
       tally.velocity_mps.share_within(), 100 * tally.signal.mean(), tally.signal.share_within(),
       *middle);
-  const PulseMean& mean = tally.many.all;
-  const SkewMean& skew = tally.many.all_skew;
-  if (mean.deviation() > 0) {
-    std::printf("%+.1f ± %.1f %%", 100 * mean.excess(), 100 * mean.deviation());
-  } else if (skew.deviation() > 0) {
-    std::printf("skew %+.3f ± %.3f", skew.excess(), skew.deviation());
-  }
-  std::printf(" | ");
-  if (tally.many.times_sure > 0) std::printf("%.3g", 1.0 * tally.valid / tally.many.times_sure);
-  std::printf(" |\n");
   std::fflush(stdout);
 }
 
@@ -222,11 +189,12 @@ int main(int argc, char** argv) {
       {"blind for 50 ns, S = 1, 1.01 x as wide", 0.101, 0, 0, 1, 50, 50},
   };
   std::printf(
-      "| scene | width | valid | with a width | no gaussian | width, ps | bound, mm | distance off "
+      "| scene | width | valid | with a width | findings | recent findings | width, ps | bound, mm "
+      "| distance off "
       "by, mm | rms, "
       "mm | published, mm | within | velocity rms, m/s | published, m/s | within | signal off by | "
-      "within | p50, ms | mean excess or skew | sure after, frames |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "within | p50, ms |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const splid::Scene& scene : scenes) {
     if (std::string(scene.name).find(name) == std::string::npos) continue;
     if (scene.signal >= 1 && name.empty()) continue;

@@ -11,6 +11,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t name_bytes = 16;
+constexpr std::size_t list_bytes = 128;  // room for all names of findings
 
 // Lays a message out as a row: shows its members as columns, in the order of the columns.
 class FrameRow {
@@ -31,10 +32,6 @@ class FrameRow {
   void choice(const Member& member, Enum value) {
     show_text(member, name_bytes, to_string(value));
   }
-  template <class Enum>
-  void choice(const Member& member, const std::optional<Enum>& value) {
-    show_text(member, name_bytes, value ? to_string(*value) : "");
-  }
   void text(const Member& member, const std::optional<std::string>& value) {
     show_text(member, name_bytes, value ? *value : "");
   }
@@ -50,9 +47,17 @@ class FrameRow {
     group(member, part ? *part : Part{}, members);
     is_there_ = true;
   }
-  // A list has no column: its items are no values of a row.
+  // The targets have no column: they are no values of a row.
   template <class Items, class Members>
   void list(const Member& /*member*/, const Items& /*items*/, const Members& /*members*/) {}
+  // The names of findings.
+  template <class Item, class Members>
+  void list_if_any(const Member& member, const std::vector<Item>& items,
+                   const Members& /*members*/) {
+    std::string names;
+    for (const Item& item : items) names += (names.empty() ? "" : ";") + item.name;
+    show_text(member, list_bytes, names);
+  }
 
  protected:
   virtual void show_number(const Member& member, std::optional<double> value) = 0;

@@ -35,12 +35,23 @@ class FrameWriter {
   void choice(const Member& member, Enum value) {
     json_.text(member.name, to_string(value));
   }
-  template <class Enum>
-  void choice(const Member& member, const std::optional<Enum>& value) {
-    if (value) json_.text(member.name, to_string(*value));
-  }
   void text(const Member& member, const std::optional<std::string>& value) {
     if (value) json_.text(member.name, *value);
+  }
+  void text_if_any(const Member& member, const std::string& value) {
+    if (!value.empty()) json_.text(member.name, value);
+  }
+  template <class Item, class Members>
+  static std::string array(const std::vector<Item>& items, Members members) {
+    std::string list;
+    for (const Item& item : items) {
+      JsonWriter json;
+      FrameWriter inner(json);
+      members(item, inner);
+      if (!list.empty()) list += ',';
+      list += json.finish();
+    }
+    return "[" + list + "]";
   }
   template <class Owner, class Members>
   void group(const Member& member, const Owner& owner, Members members) {
@@ -55,16 +66,11 @@ class FrameWriter {
   }
   template <class Item, class Members>
   void list(const Member& member, const std::optional<std::vector<Item>>& items, Members members) {
-    if (!items) return;
-    std::string list;
-    for (const Item& item : *items) {
-      JsonWriter json;
-      FrameWriter inner(json);
-      members(item, inner);
-      if (!list.empty()) list += ',';
-      list += json.finish();
-    }
-    json_.raw(member.name, "[" + list + "]");
+    if (items) json_.raw(member.name, array(*items, members));
+  }
+  template <class Item, class Members>
+  void list_if_any(const Member& member, const std::vector<Item>& items, Members members) {
+    if (!items.empty()) json_.raw(member.name, array(items, members));
   }
 
  private:
@@ -82,13 +88,6 @@ bool read_name(const std::string& name, Mode& mode) {
   const auto found = mode_from_string(name);
   if (found) mode = *found;
   return found.has_value();
-}
-
-bool read_name(const std::string& name, PatternFault& fault) {
-  const auto* found = std::find(pattern_fault_names.begin(), pattern_fault_names.end(), name);
-  if (found == pattern_fault_names.end()) return false;
-  fault = static_cast<PatternFault>(found - pattern_fault_names.begin());
-  return true;
 }
 
 // Reads each member that is shown to it. where: the object's JSON pointer.
@@ -136,11 +135,12 @@ class FrameReader {
     const std::string name = required_text(member);
     if (!read_name(name, value)) fail(member.name, "has the unknown value " + name);
   }
-  template <class Enum>
-  void choice(const Member& member, std::optional<Enum>& value) const {
-    if (find(member.name) != nullptr) choice(member, value.emplace());
-  }
 
+  void text(const Member& member, std::string& value) const { value = required_text(member); }
+
+  void text_if_any(const Member& member, std::string& value) const {
+    if (find(member.name) != nullptr) text(member, value);
+  }
   void count_if_any(const Member& member, std::uint64_t& value) const {
     if (find(member.name) != nullptr) count(member, value);
   }
@@ -158,13 +158,16 @@ class FrameReader {
   }
   template <class Item, class Members>
   void list(const Member& member, std::optional<std::vector<Item>>& items, Members members) const {
+    if (find(member.name) != nullptr) list_if_any(member, items.emplace(), members);
+  }
+  template <class Item, class Members>
+  void list_if_any(const Member& member, std::vector<Item>& items, Members members) const {
     const nlohmann::json* found = find(member.name);
     if (found == nullptr) return;
     if (!found->is_array()) fail(member.name, "is not an array");
-    items.emplace();
     for (const nlohmann::json& item : *found) {
-      FrameReader inner(item, where_ + "/" + member.name + "/" + std::to_string(items->size()));
-      members(items->emplace_back(), inner);
+      FrameReader inner(item, where_ + "/" + member.name + "/" + std::to_string(items.size()));
+      members(items.emplace_back(), inner);
     }
   }
   void check_schema() const {
@@ -207,6 +210,24 @@ std::string to_json(const FrameMessage& message) {
   FrameWriter writer(json);
   describe(message, writer);
   return json.finish();
+}
+
+std::string to_json(const std::vector<FrameMessage::Finding>& findings) {
+  return FrameWriter::array(findings,
+                            [](auto& finding, auto& inner) { describe_finding(finding, inner); });
+}
+
+std::vector<FrameMessage::Finding> findings_from_json(const std::string& json) {
+  try {
+    const auto parsed = json_value_if_any(json);
+    std::vector<FrameMessage::Finding> findings;
+    FrameReader(parsed, "")
+        .list_if_any({"findings", "", ""}, findings,
+                     [](auto& finding, auto& inner) { describe_finding(finding, inner); });
+    return findings;
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 FrameMessage frame_from_json(const std::string& json) {

@@ -35,37 +35,19 @@ struct FrameMessage {
   std::optional<double> delay_ns;         // round trip at the frame's start
   std::optional<double> significance;     // nats gained over no target
   std::optional<double> range_odds_nats;  // log of the odds of this range against all others
-  // The relative rms deviation of the pulses' light from the pattern's amplitudes, where the target
-  // is surely there.
-  std::optional<double> amplitude_misfit;
-  // By how much the detected pulse is wider than the configured pulse, relative to the configured
-  // width; negative where it is narrower. There only where it surely is wider or narrower.
-  std::optional<double> pulse_misfit;
-  // By how much the pulse appears wider, sure or not: to be averaged over frames.
-  std::optional<double> pulse_excess, std_pulse_excess;
-  // About how much the target accelerates although its path was taken as straight. There only where
-  // it surely accelerates.
-  std::optional<double> acceleration_misfit_mps2;
-  // About how much its acceleration changes although the fitted path's does not, where it surely
-  // does; and by how many of chance's deviations the path appears to be another, sure or not.
-  std::optional<double> jerk_misfit_mps3, path_excess;
-  std::optional<double> signal_gap;  // 0 to 1: of the frame, where the target's light is missing
   std::optional<double> pulse_sigma_ps, std_pulse_sigma_ps;  // where pulse.width is fitted
-  // How far the light then is from a gaussian, relative rms, where it surely is none; and its
-  // skewness, sure or not: to be averaged over frames.
-  std::optional<double> shape_misfit;
-  std::optional<double> pulse_skew, std_pulse_skew;
   std::optional<double> blind_fraction;  // of the time seen; where the dead time is modelled
-  // How long the detector is blind after each detection, as the photons show it. There only where
-  // that is longer than the configured dead time and biases the values.
-  std::optional<double> dead_time_misfit_ns;
-  // The share of detections that an afterpulse follows. There only where that surely raises the
-  // background.
-  std::optional<double> afterpulse_misfit;
-  // Relative root mean square by which the light varies within the frame, where the dead time then
-  // makes values too low; the status is `saturated`.
-  std::optional<double> flicker_misfit;
-  std::optional<PatternFault> pattern_fault;  // of a no_target whose reason is the pattern
+
+  // What the photons say beyond the configured model: a richer model explains them better.
+  struct Finding {
+    std::string name;
+    double value = 0, std = 0;
+    std::string unit;  // of both; empty: a ratio
+    double gain_nats = 0;
+    std::string advice;  // a sentence: what to do, with the key of the configuration
+    friend bool operator==(const Finding&, const Finding&) = default;
+  };
+  std::vector<Finding> findings;  // the surest first
 
   // One of several targets; its members are as those of the frame.
   struct Target {
@@ -77,12 +59,7 @@ struct FrameMessage {
     std::optional<double> delay_ns;
     std::optional<double> significance;  // nats gained over the frame's other targets alone
     std::optional<double> range_odds_nats;
-    std::optional<double> amplitude_misfit;
-    std::optional<double> pulse_misfit;
-    std::optional<double> acceleration_misfit_mps2, jerk_misfit_mps3;
-    std::optional<double> signal_gap;
-    // Log of the odds that it is a target, against the flank of a brighter one's pulse.
-    std::optional<double> shape_odds_nats;
+    std::vector<Finding> findings;
   };
   // The frame's targets in descending order of their signal; the members above are those of the
   // first target. There where scene.targets is more than 1; then empty where the frame shows no
@@ -123,6 +100,11 @@ inline constexpr const char* topic_frame = "frame";
 // same double; integers that may pass 2^53 (start_ps) are strings; absent members are left out, and
 // so is any number that is not finite.
 std::string to_json(const FrameMessage& message);
+
+// An array of findings, as in a frame.
+std::string to_json(const std::vector<FrameMessage::Finding>& findings);
+// Those of any message; none where it has none, and where they cannot be read.
+std::vector<FrameMessage::Finding> findings_from_json(const std::string& json);
 
 // Errors: Error(Fault::data) naming the member that is missing or of the wrong type.
 FrameMessage frame_from_json(const std::string& json);

@@ -36,11 +36,21 @@ void describe_deviations(Values& values, Visitor& see) {
                 "standard deviation of the background; of a background of 0, which can only be too "
                 "low, one photon in the time seen"},
                values.std_background_per_s);
-    see.number({"pulse_excess", "", "standard deviation of the excess"}, values.std_pulse_excess);
     see.number({"pulse_sigma_ps", "ps", "standard deviation of the pulse's width"},
                values.std_pulse_sigma_ps);
-    see.number({"pulse_skew", "", "standard deviation of the skewness"}, values.std_pulse_skew);
   }
+}
+
+template <class Finding, class Visitor>
+void describe_finding(Finding& finding, Visitor& see) {
+  see.text({"name", "", "[what it is](#findings)"}, finding.name);
+  see.number({"value", "", "how much of it there is, in its unit"}, finding.value);
+  see.number({"std", "", "one standard deviation of the value"}, finding.std);
+  see.text_if_any({"unit", "", "of the value; left out where that is a ratio"}, finding.unit);
+  see.number({"gain_nats", "nats", "log-likelihood gained by it over the configured model"},
+             finding.gain_nats);
+  see.text({"advice", "", "what to do about it, with the key of the configuration"},
+           finding.advice);
 }
 // The members that a frame has, and those of them that each of its targets has too.
 template <class Values, class Visitor>
@@ -97,56 +107,22 @@ void describe_values(Values& values, Visitor& see) {
               "([range odds](../estimation.md#range-odds)); in mode `ambiguous` of the delay "
               "within the pattern's own unambiguous delay"},
              values.range_odds_nats);
-  see.number({"amplitude_misfit", "",
-              "relative rms difference of the pulses' light from the pattern's amplitudes"},
-             values.amplitude_misfit);
-  see.number(
-      {"pulse_misfit", "", "relative difference of the pulse's width from the configured width"},
-      values.pulse_misfit);
-  if constexpr (is_frame) {
-    see.number({"pulse_excess", "", "the same whether it is certain or not"}, values.pulse_excess);
-  }
-  see.number({"acceleration_misfit_mps2", "m/s2",
-              "about how much the target accelerates, where its path was taken as straight"},
-             values.acceleration_misfit_mps2);
-  see.number({"jerk_misfit_mps3", "m/s3", "about how much the target's acceleration changes"},
-             values.jerk_misfit_mps3);
-  if constexpr (is_frame) {
-    see.number({"path_excess", "", "residual path curvature, in standard deviations"},
-               values.path_excess);
-  }
-  see.number({"signal_gap", "", "share of the frame's time in which the signal is missing"},
-             values.signal_gap);
   if constexpr (is_frame) {
     see.number({"pulse_sigma_ps", "ps",
                 "with `pulse.width` `fitted`: standard deviation of the detected pulse, where the "
                 "photons tell it"},
                values.pulse_sigma_ps);
-    see.number({"shape_misfit", "", "relative rms difference of the pulse from a Gaussian"},
-               values.shape_misfit);
-    see.number({"pulse_skew", "", "skewness of the pulse, whether it is certain or not"},
-               values.pulse_skew);
     see.number(
         {"blind_fraction", "",
          "share of the time seen in which the detector was dead (of several inputs that share "
          "the light, of the light that came on a dead one), where the dead time is modelled"},
         values.blind_fraction);
-    see.number({"dead_time_misfit_ns", "ns",
-                "dead time of the detector, where it is longer than configured and biases values"},
-               values.dead_time_misfit_ns);
-    see.number({"afterpulse_misfit", "",
-                "share of detections with an afterpulse, where these raise the background"},
-               values.afterpulse_misfit);
-    see.number({"flicker_misfit", "",
-                "relative rms variation of the light within the frame, where that biases values"},
-               values.flicker_misfit);
-    see.choice({"pattern_fault", "", "how the photons of a `no_target` contradict the pattern"},
-               values.pattern_fault);
-  } else {
-    see.number({"shape_odds_nats", "nats",
-                "logarithm of the odds that a weak target is no part of a brighter one's pulse"},
-               values.shape_odds_nats);
   }
+  see.list_if_any({"findings", "",
+                   "what the photons say beyond the configured model: [see below](#findings); left "
+                   "out where there is none"},
+                  values.findings,
+                  [](auto& finding, auto& inner) { describe_finding(finding, inner); });
   see.group({"std", "", ""}, values, [](auto& of, auto& std) { describe_deviations(of, std); });
 }
 

@@ -31,12 +31,4 @@ enum class PatternFault {
   stray_pulses,  // most light comes in pulses that the pattern does not have
 };
 
-// The names in JSON, in the order of the enumerators.
-inline constexpr std::array<const char*, 3> pattern_fault_names = {"none", "dark_pulses",
-                                                                   "stray_pulses"};
-
-inline const char* to_string(PatternFault fault) {
-  return pattern_fault_names.at(static_cast<std::size_t>(fault));
-}
-
 }  // namespace splid

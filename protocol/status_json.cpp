@@ -38,6 +38,7 @@ const char* to_string(DaemonState state) {
 std::string to_json(const StatusMessage& message) {
   JsonWriter json = message_head("splid.status", message.timestamp_s, message.sequence);
   json.text("state", to_string(message.state))
+      .text("measurement", message.measurement)
       .text("reason", shown_text(message.reason, most_said))
       .text("source", shown_text(message.source, most_said))
       .text("device", to_string(message.device));
@@ -48,6 +49,7 @@ std::string to_json(const StatusMessage& message) {
   json.integer("frames", message.frames)
       .integer("valid_frames", message.valid_frames)
       .number("ring_fill_ratio", message.ring_fill_ratio);
+  if (!message.findings.empty()) json.raw("findings", to_json(message.findings));
   if (message.effort_is_lowered) json.flag("effort_is_lowered", true);
   if (message.recording) write_recording(json, *message.recording);
   return json.finish();

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "protocol/device_report.hpp"
+#include "protocol/frame_json.hpp"
 #include "protocol/pattern.hpp"
 
 // The `status` and `version` messages: how the daemon and its instrument are, and which program and
@@ -49,6 +51,10 @@ struct StatusMessage {
   // The last frame had less effort than was configured; where false, the member is left out.
   bool effort_is_lowered = false;
   std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
+  // What comes of the stream: `ok`, what keeps most frames of the last second from being ok, or
+  // `none`; see daemon/output/last_second.hpp.
+  std::string measurement = "none";
+  std::vector<FrameMessage::Finding> findings = {};  // that stand out, the surest first
 };
 
 // The `version` message: what a new subscriber gets first.

@@ -37,6 +37,23 @@ void add_sentence(std::string& text, const std::string& sentence) {
   text += (text.empty() ? "" : "; ") + sentence;
 }
 
+std::string in_words(const FrameMessage::Finding& finding) {
+  std::string name = finding.name;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return fmt::format("{} {:.3g} +- {:.2g}{}{}", name, finding.value, finding.std,
+                     finding.unit.empty() ? "" : " ", finding.unit);
+}
+
+std::string with_advice(const FrameMessage::Finding& finding) {
+  return in_words(finding) + ": " + finding.advice;
+}
+
+std::string in_words(const std::vector<FrameMessage::Finding>& findings) {
+  std::string words;
+  for (const auto& finding : findings) words += (words.empty() ? "" : ", ") + in_words(finding);
+  return words;
+}
+
 std::string describe_pattern(const Pattern& pattern) {
   double closest_ps = std::numeric_limits<double>::infinity();
   for (const PatternSegment& segment : pattern.segments) {

@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
+#include "protocol/frame_json.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::awg {
@@ -18,6 +20,13 @@ std::string grouped(std::uint64_t number);
 
 // Adds a sentence, if it is not empty, behind those that a text has: "one; another".
 void add_sentence(std::string& text, const std::string& sentence);
+
+// A finding in a few words: "acceleration -12.3 +- 0.8 m/s2".
+std::string in_words(const FrameMessage::Finding& finding);
+// The same with what to do: "acceleration -12.3 +- 0.8 m/s2: Set scene.motion to ...".
+std::string with_advice(const FrameMessage::Finding& finding);
+// Several in a few words, separated by commas.
+std::string in_words(const std::vector<FrameMessage::Finding>& findings);
 
 // A pattern in a few words:
 // "interleaved, 40 pulses in 3780 ns, unambiguous to 566.613 m, closest pulses 9 ns apart".

@@ -20,7 +20,6 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "daemon/study/truth_score.hpp"
-#include "daemon/view/misfit_words.hpp"
 #include "daemon/view/terminal_screen.hpp"
 #include "daemon/view/watch_picture.hpp"
 #include "protocol/error.hpp"
@@ -83,9 +82,7 @@ std::string frame_line(const FrameMessage& frame, const std::optional<FrameError
   if (frame.status == FrameStatus::ambiguous && frame.mode != Mode::ambiguous) {
     line += "  range odds" + column("{:>+6.1f} nats", frame.range_odds_nats, 1, 0);
   }
-  if (const std::string misfits = view::misfits_in_words(frame); !misfits.empty()) {
-    line += "  " + misfits;
-  }
+  if (!frame.findings.empty()) line += "  " + in_words(frame.findings);
   if (error) {
     line += fmt::format("  error {:>+8.3f} mm {:>+8.3f} cm/s{}", error->distance_m * 1e3,
                         error->velocity_mps * 1e2, error->wrong_peak ? "  WRONG PEAK" : "");
@@ -140,7 +137,21 @@ class Listening {
     } else if (is_among(options_.topics, message.topic)) {
       print(options_.json ? message.json : message.topic + " " + message.json);
     }
-    if (message.topic == topic_status && is_stopping(message.json)) done_ = true;
+    if (message.topic != topic_status) return;
+    tell_findings(findings_from_json(message.json));
+    if (is_stopping(message.json)) done_ = true;
+  }
+
+  // Each once, until the status no longer has it.
+  void tell_findings(const std::vector<FrameMessage::Finding>& findings) {
+    std::vector<std::string> names;
+    for (const FrameMessage::Finding& finding : findings) {
+      names.push_back(finding.name);
+      if (std::find(told_.begin(), told_.end(), finding.name) != told_.end()) continue;
+      std::fprintf(stderr, "splid: %s\n",
+                   shown_text(with_advice(finding), std::string::npos).c_str());
+    }
+    told_ = names;
   }
 
   void take_frame(const sockets::Subscriber::Message& message) {
@@ -217,8 +228,9 @@ class Listening {
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
-  std::uint64_t shown_ = 0;   // messages printed
-  std::uint64_t unread_ = 0;  // messages that cannot be read
+  std::vector<std::string> told_;  // names of the last status's findings
+  std::uint64_t shown_ = 0;        // messages printed
+  std::uint64_t unread_ = 0;       // messages that cannot be read
   bool done_ = false;
 };
 

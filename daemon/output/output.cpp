@@ -79,7 +79,7 @@ void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
   ends_.publisher.publish_frame(json);
   summary.add(message, unit.compute_ms, frame.sync.locked);
   summary.lost_tags += frame.lost_tags;
-  reporter_.frame_published(message);
+  reporter_.frame_published(message, to_message(unit.estimate.recent_findings));
   summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
   if (ends_.metrics != nullptr) {
     ends_.metrics->frame_published(message, reporter_.effort_is_lowered());

@@ -54,7 +54,7 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
                                const Clock& clock)
     : publisher_(publisher),
       clock_(clock),
-      findings_(options.estimation_threads),
+      second_(options.estimation_threads),
       ring_capacity_(options.ring_capacity),
       silence_limit_ns_(std::max(silent_frames * options.frame_length_ms, 100.0) * ns_per_ms) {
   version_.release = SPLID_VERSION;
@@ -67,7 +67,7 @@ StatusReporter::StatusReporter(const StatusOptions& options, Publisher& publishe
 void StatusReporter::begin(const SourceInfo& source) {
   waits_ = false;
   stream_ = {};
-  findings_.begin();
+  second_.begin();
   stream_.source = source;
   stream_.last_frame_s = source.start_unix_s.value_or(0);
   stream_.started_ns = clock_.steady_ns();
@@ -83,7 +83,8 @@ void StatusReporter::begin(const SourceInfo& source) {
   publish(health);
 }
 
-void StatusReporter::frame_published(const FrameMessage& message) {
+void StatusReporter::frame_published(const FrameMessage& message,
+                                     const std::vector<FrameMessage::Finding>& recent) {
   ++status_.frames;
   if (message.valid()) ++status_.valid_frames;
   status_.lost_tags += message.lost_tags.value_or(0);
@@ -96,9 +97,8 @@ void StatusReporter::frame_published(const FrameMessage& message) {
   stream_.is_beyond_model = message.blind_fraction &&
                             is_beyond_model(*message.blind_fraction,
                                             message.signal_per_pulse.value_or(0) * mean_amplitude_);
-  stream_.flicker = message.flicker_misfit;
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
-  findings_.add(message);
+  second_.add(message, recent);
   stream_.last_effort = message.effort.value_or(configured_effort_);
   stream_.last_frame_s = message.timestamp_s;
 }
@@ -117,14 +117,16 @@ void StatusReporter::tick(const StreamHealth& health) {
     publish(health);
   }
   const std::int64_t now_ns = clock_.steady_ns();
-  if (now_ns >= second_ends_ns_) {
-    findings_.end_second();
+  // Frames may last longer than a second.
+  const double waits_ns = second_.has_frames() ? 0 : silence_limit_ns_;
+  if (static_cast<double>(now_ns - second_ends_ns_) >= waits_ns) {
+    second_.end();
     second_ends_ns_ = now_ns + ns_per_s;
   }
-  const DaemonState state = status_.state;
-  const std::string reason = status_.reason;
+  const StatusMessage before = status_;
   judge(health);
-  const bool is_new = state != status_.state || reason != status_.reason || is_turned(health);
+  const bool is_new = before.state != status_.state || before.reason != status_.reason ||
+                      before.measurement != status_.measurement || is_turned(health);
   if (now_ns >= next_ns_ || is_new) publish(health);
   // Notices, and the reasons of faults that are over, have now been published for a second.
   if (now_ns >= stream_.notice_ends_ns) stream_.notice.clear();
@@ -141,7 +143,7 @@ void StatusReporter::note(const std::string& notice) {
 void StatusReporter::wait(const StreamHealth& health, const std::string& reason) {
   if (!std::exchange(waits_, true)) {
     stream_.notice.clear();
-    findings_.begin();
+    second_.begin();
   }
   for (const std::string& notice : health.notices) note(notice);
   const std::string said = std::exchange(status_.reason, reason);
@@ -161,8 +163,8 @@ void StatusReporter::stop(const StreamHealth& health, const std::string& reason)
   status_.state = DaemonState::stopping;
   status_.reason = reason;
   // Of a stream that is over within its first second no second has been judged yet.
-  findings_.end_second();
-  add_reason(findings_.of_pattern());
+  if (second_.has_frames()) second_.end();
+  if (second_.contradicts_pattern()) add_reason(second_.why());
   publish(health);
 }
 
@@ -231,18 +233,19 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
   } else if (reason_of(stream_.last_frame) != nullptr) {
     status_.state = DaemonState::degraded;
     status_.reason = reason_of_last_frame(health);
-  } else if (!findings_.of_pattern().empty()) {
+  } else if (second_.contradicts_pattern()) {
     status_.state = DaemonState::degraded;
-    status_.reason = findings_.of_pattern();
+    status_.reason = second_.why();
   } else if (effort_is_lowered()) {
     status_.state = DaemonState::degraded;
     status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
                      stream_.last_effort + " until it keeps up";
   } else {
-    const bool falls_behind = stream_.source.live && !findings_.of_cost().empty();
+    const bool falls_behind = stream_.source.live && !second_.of_cost().empty();
     status_.state = falls_behind ? DaemonState::degraded : DaemonState::streaming;
-    status_.reason = findings_.of_cost();
-    add_reason(findings_.of_frames());
+    status_.reason = second_.of_cost();
+    add_reason(second_.why());
+    if (!second_.findings().empty()) add_reason(with_advice(second_.findings().front()));
   }
 }
 
@@ -265,18 +268,11 @@ std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) con
         "so much light that the detector's dead time biases the values, and detections contradict "
         "detector.dead_time_ns, as they follow each other sooner: give the dead time in the "
         "detector's data sheet";
-  } else if (models_dead_time_ && !stream_.is_beyond_model && stream_.flicker) {
-    reason = fmt::format(
-        "the light varies by {:.0f} % (rms) within a frame, and so much of it comes while the "
-        "detector is blind that this biases the values: make frames shorter, attenuate the light, "
-        "or keep lamps away that flicker with the mains",
-        100 * *stream_.flicker);
   } else if (models_dead_time_ && !stream_.is_beyond_model) {
     reason =
         "the detector's inputs share the light so unevenly that pulses as bright as these bias the "
         "values: give the inputs even shares, or attenuate the light";
   }
-  add_sentence(reason, findings_.of_dead_time());
   return reason;
 }
 
@@ -291,6 +287,8 @@ bool StatusReporter::is_turned(const StreamHealth& health) const {
 void StatusReporter::publish(const StreamHealth& health) {
   status_.timestamp_s = timestamp_s();
   status_.recording = health.recording;
+  status_.measurement = second_.measurement();
+  status_.findings = second_.findings();
   status_.effort_is_lowered = effort_is_lowered();
   status_.tags = health.tags;
   status_.ring_fill_ratio = std::exchange(highest_fill_, 0);

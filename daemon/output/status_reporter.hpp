@@ -8,7 +8,7 @@
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
-#include "daemon/output/frame_findings.hpp"
+#include "daemon/output/last_second.hpp"
 #include "daemon/output/publisher.hpp"
 #include "drivers/source.hpp"
 #include "estimator/model/options.hpp"
@@ -56,8 +56,8 @@ StatusOptions status_options(const Config& config);
 //
 // States: starting until the first frame; waiting_for_device while the driver says no_device or a
 // live source has been silent for four frames; degraded while the driver says failing or the last
-// frame was no_sync, incomplete or saturated, or the photons of half of a second's frames with
-// light in them contradict the pattern, or live frames have less effort than configured or take
+// frame was no_sync, incomplete or saturated, or the photons of most frames of a second
+// contradict the pattern, or live frames have less effort than configured or take
 // longer to compute than they last, or nothing is recorded that should be; stopping from stop() on.
 //
 // Threads: one. Errors: none.
@@ -69,7 +69,9 @@ class StatusReporter {
   // A stream begins: what its frames and its driver say is judged afresh, and the counts and the
   // messages' sequence go on.
   void begin(const SourceInfo& source);
-  void frame_published(const FrameMessage& message);
+  // recent: what this frame and those before it show together.
+  void frame_published(const FrameMessage& message,
+                       const std::vector<FrameMessage::Finding>& recent = {});
   // To be called at least every 100 ms.
   void tick(const StreamHealth& health);
   // There is no stream: subscribers hear that the daemon waits for its device, and why. To be
@@ -124,7 +126,6 @@ class StatusReporter {
     std::uint64_t ring_needed = 0;  // that frame: see ring_needed()
     bool knew_blind_time = false;   // that frame: the dead time was modelled
     bool is_beyond_model = false;   // that frame: there was more light than that is for
-    std::optional<double> flicker;  // that frame: see FrameMessage::flicker_misfit
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;
@@ -139,7 +140,7 @@ class StatusReporter {
   StatusMessage status_;
   bool waits_ = false;  // there is no stream
   StreamSeen stream_;
-  FrameFindings findings_;
+  LastSecond second_;
   std::string configured_effort_;
   std::string dead_time_left_out_by_;
   bool models_dead_time_ = false;

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <exception>
 #include <optional>
+#include <string>
 
+#include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/framer.hpp"
 #include "protocol/frame_json.hpp"
 
@@ -15,11 +17,11 @@ struct StreamSummary {
   std::array<std::uint64_t, 7> frames_by_status{};  // index: FrameStatus
   std::uint64_t frames = 0;
   std::uint64_t valid_frames = 0;
-  std::uint64_t contradicted_frames = 0;            // their photons contradict the pattern
-  PatternFault pattern_fault = PatternFault::none;  // of the last such frame
-  double computed_ms = 0;                           // estimation of all frames together
-  double lasted_ms = 0;                             // all frames together
-  std::uint64_t locked_frames = 0;                  // syncs gave the pattern's clock
+  std::uint64_t contradicted_frames = 0;  // their photons contradict the pattern
+  std::string pattern_advice;             // of the last such frame
+  double computed_ms = 0;                 // estimation of all frames together
+  double lasted_ms = 0;                   // all frames together
+  std::uint64_t locked_frames = 0;        // syncs gave the pattern's clock
   FramerTotals tags;
   std::uint64_t lost_tags = 0;       // known count, of all frames
   std::uint64_t discarded_tags = 0;  // in the ring when a stop request's time was up
@@ -35,9 +37,9 @@ struct StreamSummary {
     if (message.valid()) ++valid_frames;
     computed_ms += frame_computed_ms;
     lasted_ms += message.duration_ms;
-    if (message.pattern_fault) {
+    if (const auto* pattern = pattern_finding(message)) {
       ++contradicted_frames;
-      pattern_fault = *message.pattern_fault;
+      pattern_advice = pattern->advice;
     }
     if (locked) ++locked_frames;
   }

@@ -57,9 +57,9 @@ void check_cost(const StreamSummary& summary, double threads) {
 
 void check_pattern(const StreamSummary& summary) {
   if (summary.contradicted_frames == 0) return;
-  const std::string sentence = "in " + grouped(summary.contradicted_frames) + " of " +
-                               grouped(summary.frames) + " frames " +
-                               in_words(summary.pattern_fault);
+  const std::string sentence =
+      "in " + grouped(summary.contradicted_frames) + " of " + grouped(summary.frames) +
+      " frames the photons contradict the pattern: " + summary.pattern_advice;
   constexpr std::uint64_t by_far = 5;
   if (summary.contradicted_frames > by_far * summary.valid_frames) {
     throw Error(Fault::data, sentence);

@@ -1,7 +1,9 @@
 #include "daemon/stream/frame_message.hpp"
 
 #include <algorithm>
+#include <string_view>
 
+#include "estimator/checks/finding.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -52,8 +54,7 @@ bool is_saturated(const Frame& frame, const Estimate& estimate, const FrameConte
   const double in_a_pulse =
       estimate.has_values ? estimate.signal_per_pulse * context.mean_amplitude : 0;
   if (estimate.dead_time_modelled) {
-    return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate) ||
-           estimate.flicker_misfit.has_value();
+    return is_beyond_model(estimate.blind_fraction, in_a_pulse) || is_low_by_split(estimate);
   }
   const double seen = seen_ns(frame);
   if (!(context.dead_time_ns > 0) || !(seen > 0)) return false;
@@ -87,24 +88,9 @@ void add_target(FrameMessage& message, const Estimate& estimate, const FrameCont
   message.std_signal_per_pulse = estimate.std_signal_per_pulse;
   message.signal_per_period = estimate.signal_per_pulse * context.amplitude_per_period;
   message.delay_ns = estimate.delay_start_ns;
-  message.amplitude_misfit = estimate.amplitude_misfit;
-  message.pulse_misfit = estimate.pulse_misfit;
-  if (estimate.std_pulse_excess > 0) {
-    message.pulse_excess = estimate.pulse_excess;
-    message.std_pulse_excess = estimate.std_pulse_excess;
-  }
-  message.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
-  message.jerk_misfit_mps3 = estimate.jerk_misfit_mps3;
-  message.path_excess = estimate.path_excess;
-  message.signal_gap = estimate.signal_gap;
   if (estimate.std_pulse_sigma_ns > 0) {
     message.pulse_sigma_ps = estimate.pulse_sigma_ns / ns_per_ps;
     message.std_pulse_sigma_ps = estimate.std_pulse_sigma_ns / ns_per_ps;
-  }
-  message.shape_misfit = estimate.shape_misfit;
-  if (estimate.std_pulse_skew > 0) {
-    message.pulse_skew = estimate.pulse_skew;
-    message.std_pulse_skew = estimate.std_pulse_skew;
   }
   message.range_odds_nats = estimate.range_odds_nats;
   const double background_per_s = *message.background_per_s;
@@ -127,12 +113,7 @@ FrameMessage::Target target_message(const TargetEstimate& estimate, const FrameC
   target.delay_ns = estimate.delay_start_ns;
   target.significance = estimate.significance_nats;
   target.range_odds_nats = estimate.range_odds_nats;
-  target.amplitude_misfit = estimate.amplitude_misfit;
-  target.pulse_misfit = estimate.pulse_misfit;
-  target.acceleration_misfit_mps2 = estimate.acceleration_misfit_mps2;
-  target.jerk_misfit_mps3 = estimate.jerk_misfit_mps3;
-  target.signal_gap = estimate.signal_gap;
-  target.shape_odds_nats = estimate.shape_odds_nats;
+  target.findings = to_message(estimate.findings);
   return target;
 }
 
@@ -160,10 +141,15 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
     message.std_background_per_s = estimate.std_background_per_ns * ns_in_a_second;
   }
   if (estimate.dead_time_modelled) message.blind_fraction = estimate.blind_fraction;
-  message.dead_time_misfit_ns = estimate.dead_time_misfit_ns;
-  message.afterpulse_misfit = estimate.afterpulse_misfit;
-  message.flicker_misfit = estimate.flicker_misfit;
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
+}
+
+FoundList all_findings(const Estimate& estimate) {
+  FoundList found = estimate.findings;
+  if (estimate.pattern_fault != PatternFault::none) {
+    found.add({FindingName::wrong_pattern, 1, 0, estimate.significance_nats});
+  }
+  return found;
 }
 
 FrameMessage::Sync sync_message(const SyncFit& fit) {
@@ -218,9 +204,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   if (estimate.status != FrameStatus::not_run) {
     add_background(message, frame, estimate, context);
   }
-  if (message.status == FrameStatus::no_target && estimate.pattern_fault != PatternFault::none) {
-    message.pattern_fault = estimate.pattern_fault;
-  }
+  message.findings = to_message(all_findings(estimate));
   const bool has_target =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
   if (has_target && estimate.has_values) add_target(message, estimate, context);
@@ -237,19 +221,22 @@ std::string unmodelled_by(const Config& config) {
   return config.estimator.method == Method::paper ? "estimator.method paper" : "";
 }
 
-const char* in_words(PatternFault fault) {
-  switch (fault) {
-    case PatternFault::none:
-      break;
-    case PatternFault::dark_pulses:
-      return "the photons contradict the pattern: most of its pulses get no light; name the "
-             "pattern that was played in pattern.file, or calibrate it";
-    case PatternFault::stray_pulses:
-      return "the photons contradict the pattern: most light comes in pulses that it does not "
-             "have; name the pattern that was played in pattern.file, or calibrate it, unless "
-             "several targets are as bright as the best";
+std::vector<FrameMessage::Finding> to_message(const FoundList& found) {
+  std::vector<FrameMessage::Finding> findings;
+  for (const Finding& finding : found.all()) {
+    const checks::FindingRow& row = checks::row_of(finding.name);
+    findings.push_back({checks::to_string(finding.name), finding.value, finding.std, row.unit,
+                        finding.gain_nats, row.advice});
   }
-  return "";
+  return findings;
+}
+
+const FrameMessage::Finding* pattern_finding(const FrameMessage& message) {
+  if (message.status != FrameStatus::no_target) return nullptr;
+  const std::string_view name = checks::to_string(FindingName::wrong_pattern);
+  const auto found = std::find_if(message.findings.begin(), message.findings.end(),
+                                  [&](const auto& finding) { return finding.name == name; });
+  return found == message.findings.end() ? nullptr : &*found;
 }
 
 }  // namespace splid

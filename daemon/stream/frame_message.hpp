@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
 #include "daemon/stream/frame.hpp"
@@ -39,10 +40,10 @@ struct FrameTiming {
 // What is published of a frame. The status is the estimate's, with three exceptions, of which the
 // first that holds counts: `no_sync` where the frame did not lock, `incomplete` where less than
 // min_seen_fraction was seen, `saturated` where the dead time biases the values. If it is modelled,
-// that is where light is beyond the model, or varies within the frame or is shared by the inputs so
-// unevenly that a value is low by half of its deviation. If it is not, it is where more than a
-// tenth of the signal photons would fall into it; or, where it is to be modelled and is left out,
-// or detections contradict it, so many that the signal is low by half of its deviation.
+// that is where light is beyond the model, or is shared by the inputs so unevenly that a value is
+// low by half of its deviation. If it is not, it is where more than a tenth of the signal photons
+// would fall into it; or, where it is to be modelled and is left out, or detections contradict it,
+// so many that the signal is low by half of its deviation.
 FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
                                 const FrameContext& context, const FrameTiming& times);
 
@@ -54,7 +55,11 @@ bool is_beyond_model(double blind_fraction, double in_a_pulse);
 // key with its value; empty where nothing does.
 std::string unmodelled_by(const Config& config);
 
-// "the photons contradict the pattern: ...", and what to do; empty for PatternFault::none.
-const char* in_words(PatternFault fault);
+// With the units and the advice of checks/finding.hpp.
+std::vector<FrameMessage::Finding> to_message(const FoundList& found);
+
+// The finding that the photons contradict the pattern in use; null where the frame has none, or a
+// status other than no_target.
+const FrameMessage::Finding* pattern_finding(const FrameMessage& message);
 
 }  // namespace splid

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
-#include "daemon/view/misfit_words.hpp"
 #include "protocol/error.hpp"
 #include "protocol/status_json.hpp"
 
@@ -111,6 +110,8 @@ void WatchPicture::take_status(const std::string& json) {
   if (!message.is_object()) return;
   WatchedStatus& status = status_.emplace();
   status.state = text_of(message, "state");
+  status.measurement = text_of(message, "measurement");
+  status.findings = findings_from_json(json);
   status.reason = text_of(message, "reason");
   status.device = text_of(message, "device");
   status.device_name = text_of(message, "device_name");
@@ -160,7 +161,10 @@ void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, b
                                columns, colour));
   to.push_back(!trouble_.empty() ? trouble_ : status_ ? status_->reason : "");
   if (!status_) return;
-  to.push_back(fmt::format("device {}{}{}", status_->device,
+  for (const FrameMessage::Finding& finding : status_->findings) {
+    to.push_back(with_advice(finding));
+  }
+  to.push_back(fmt::format("measurement {}   device {}{}{}", status_->measurement, status_->device,
                            status_->device_name.empty() ? "" : ": ", status_->device_name));
   to.push_back(counts());
   to.push_back(recording());
@@ -194,7 +198,7 @@ void WatchPicture::add_values(std::vector<std::string>& to, std::size_t columns,
   const FrameMessage& f = *frame_;
   to.push_back(
       painted_and_cut(std::string{"frame "} + to_string(f.status), colour_of(f.status),
-                      fmt::format("{}   effort {}   {} photons", set_off(misfits_in_words(f)),
+                      fmt::format("{}   effort {}   {} photons", set_off(in_words(f.findings)),
                                   f.effort.value_or("-"), f.photons ? grouped(*f.photons) : "-"),
                       columns, colour));
   const auto row = [&](const char* name, const std::string& value, const std::string& deviation) {
@@ -226,7 +230,7 @@ void WatchPicture::add_further_targets(std::vector<std::string>& to) const {
                              number("{:.3g}", target.std_distance_m, 1e3, 0),
                              number("{:.4f}", target.velocity_mps, 1, 0),
                              number("{:.3g}", target.std_velocity_mps, 1e2, 0),
-                             to_string(target.status), set_off(misfits_in_words(target))));
+                             to_string(target.status), set_off(in_words(target.findings))));
   }
 }
 

@@ -13,7 +13,8 @@ namespace splid::view {
 
 // What a picture shows of a `status` message; empty and 0 where the message has no such member.
 struct WatchedStatus {
-  std::string state, reason, device, device_name;
+  std::string state, measurement, reason, device, device_name;
+  std::vector<FrameMessage::Finding> findings;
   std::uint64_t lost_tags = 0, uncounted_losses = 0, frames = 0, valid_frames = 0;
   double ring_fill_ratio = 0;
   std::string recording_state, recording_file;

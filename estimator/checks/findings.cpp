@@ -311,7 +311,8 @@ void Findings::judge_pulses() {
     verdict_.is_wrong_pattern = true;
     // The share of the pulses' amplitude without light, if the others are lit alike.
     const double dark_share = misfit * misfit / (1 + misfit * misfit);
-    verdict_.found.add({FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
+    verdict_.found.add(
+        {FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
   } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares) {
     verdict_.found.add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
   }

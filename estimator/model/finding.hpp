@@ -6,8 +6,9 @@
 
 namespace splid {
 
-// What the photons say beyond the model that was fitted. A richer member of the same family explains
-// them better, and the configuration can ask for that member: checks/finding.hpp has a row for each.
+// What the photons say beyond the model that was fitted. A richer member of the same family
+// explains them better, and the configuration can ask for that member: checks/finding.hpp has a row
+// for each.
 enum class FindingName {
   pulse_width,
   pulse_tail,

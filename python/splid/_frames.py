@@ -34,7 +34,7 @@ def frames(recording: "Union[Recording, os.PathLike[str], str, npt.NDArray[Any]]
     beside the recording, or the configured file. start_unix_s: of an array, UTC at its tags' time
     0, for the column timestamp; None: the time of now.
 
-    The recording may be larger than memory; the table takes less than 400 bytes a frame.
+    The recording may be larger than memory; the table takes less than 500 bytes a frame.
 
     Errors: those of Config and Recording; DataError where no frame could lock although syncs came,
     with the period that the syncs have. KeyboardInterrupt ends the measurement.

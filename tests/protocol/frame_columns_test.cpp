@@ -54,7 +54,7 @@ TEST(FrameColumns, WhatIsNotKnownIsNaNOrMinusOneOrEmpty) {
   EXPECT_EQ(value_in<std::int64_t>(row, "photons"), -1);
   EXPECT_EQ(value_in<std::int64_t>(row, "sync_count"), -1);
   EXPECT_EQ(value_in<std::int64_t>(row, "uncounted_losses"), 0);
-  EXPECT_EQ(text_in(row, "pattern_fault"), "");
+  EXPECT_EQ(text_in(row, "findings"), "");
   EXPECT_EQ(text_in(row, "status"), "not_run");
 }
 
@@ -65,7 +65,9 @@ TEST(FrameColumns, ARowHoldsTheSameBits) {
   message.start_ps = std::numeric_limits<std::int64_t>::max();
   message.distance_m = 0.1 + 0.2;
   message.sync = FrameMessage::Sync{5, 0, 1, 3.5, {}, {}};
-  message.pattern_fault = PatternFault::stray_pulses;
+  message.findings.resize(2);
+  message.findings[0].name = "jerk";
+  message.findings[1].name = "fading";
   message.effort = "exhaustive and then some";
   std::string row;
   append_frame_row(message, row);
@@ -75,7 +77,7 @@ TEST(FrameColumns, ARowHoldsTheSameBits) {
   EXPECT_EQ(value_in<double>(row, "sync_period_ps"), 3.5);
   EXPECT_EQ(row[column("valid").offset], 1);
   EXPECT_EQ(text_in(row, "status"), "ok");
-  EXPECT_EQ(text_in(row, "pattern_fault"), "stray_pulses");
+  EXPECT_EQ(text_in(row, "findings"), "jerk;fading");
   EXPECT_EQ(row.substr(column("effort").offset, 16), "exhaustive and t");
 }
 

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "protocol/error.hpp"
 #include "protocol/frame_columns.hpp"
@@ -41,24 +42,11 @@ FrameMessage typical() {
   message.delay_ns = 1855.125;
   message.significance = 2210.5;
   message.range_odds_nats = 1180.25;
-  message.amplitude_misfit = 0.25;
-  message.pulse_misfit = -0.125;
-  message.pulse_excess = -0.25;
-  message.std_pulse_excess = 0.03125;
-  message.acceleration_misfit_mps2 = 62.5;
-  message.jerk_misfit_mps3 = -37.5;
-  message.path_excess = 1.25;
-  message.signal_gap = 0.25;
   message.pulse_sigma_ps = 137.5;
   message.std_pulse_sigma_ps = 3.5;
-  message.shape_misfit = 0.375;
-  message.pulse_skew = 0.125;
-  message.std_pulse_skew = 0.0625;
   message.blind_fraction = 0.375;
-  message.dead_time_misfit_ns = 49.5;
-  message.afterpulse_misfit = 0.046875;
-  message.flicker_misfit = 0.3125;
-  message.pattern_fault = PatternFault::dark_pulses;
+  message.findings = {{"jerk", -37.5, 2.5, "m/s3", 41.5, "Shorten frame.length_ms."},
+                      {"fading", 0.25, 0.03125, "", 12, "Look for what dims the beam."}};
   message.std_distance_m = 0.00062;
   message.std_velocity_mps = 0.043;
   message.acceleration_mps2 = 0.75;
@@ -82,14 +70,12 @@ const char* const typical_json =
     R"("duration_ms":49.99995,"distance_m":278.0625,"velocity_mps":-12.5,"acceleration_mps2":0.75,)"
     R"("signal_per_pulse":0.00135,"background_per_s":175000,"signal_per_period":0.054,)"
     R"("background_per_period":0.6615,"sbr":0.0816,"delay_ns":1855.125,"significance":2210.5,"range_odds_nats":1180.25,)"
-    R"("amplitude_misfit":0.25,"pulse_misfit":-0.125,"pulse_excess":-0.25,)"
-    R"("acceleration_misfit_mps2":62.5,"jerk_misfit_mps3":-37.5,"path_excess":1.25,)"
-    R"("signal_gap":0.25,"pulse_sigma_ps":137.5,"shape_misfit":0.375,"pulse_skew":0.125,)"
-    R"("blind_fraction":0.375,"dead_time_misfit_ns":49.5,"afterpulse_misfit":0.046875,)"
-    R"("flicker_misfit":0.3125,)"
-    R"("pattern_fault":"dark_pulses",)"
+    R"("pulse_sigma_ps":137.5,"blind_fraction":0.375,"findings":[{"name":"jerk","value":-37.5,)"
+    R"("std":2.5,"unit":"m/s3","gain_nats":41.5,"advice":"Shorten frame.length_ms."},)"
+    R"({"name":"fading","value":0.25,"std":0.03125,"gain_nats":12,)"
+    R"("advice":"Look for what dims the beam."}],)"
     R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"acceleration_mps2":0.125,"signal_per_pulse":5.5e-05,)"
-    R"("background_per_s":1870,"pulse_excess":0.03125,"pulse_sigma_ps":3.5,"pulse_skew":0.0625},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
+    R"("background_per_s":1870,"pulse_sigma_ps":3.5},"photons":9480,"lost_tags":0,"seen_fraction":1,)"
     R"("sync":{"count":13227,"missing":0,"spurious":1,"period_ps":3780000.0125,)"
     R"("drift_ppm":0.0033,"jitter_ps":9.8},"reference":{"distance_m":278.0621,)"
     R"("velocity_mps":-12.51},"effort":"balanced","compute_ms":1.25,"latency_ms":2.5})";
@@ -133,12 +119,7 @@ FrameMessage with_targets() {
   first.delay_ns = 1855.125;
   first.significance = 2210.5;
   first.range_odds_nats = 1180.25;
-  first.amplitude_misfit = 0.25;
-  first.pulse_misfit = 0.5;
-  first.acceleration_misfit_mps2 = -12;
-  first.jerk_misfit_mps3 = 8;
-  first.signal_gap = 0.125;
-  first.shape_odds_nats = 3.5;
+  first.findings = {{"pulse_width", 0.5, 0.125, "", 30.5, "Calibrate."}};
   FrameMessage::Target second;
   second.status = FrameStatus::ambiguous;
   second.distance_m = 276;
@@ -152,10 +133,9 @@ TEST(FrameMessage, ListsItsTargets) {
       json,
       HasSubstr(R"("targets":[{"status":"ok","distance_m":278.0625,"velocity_mps":-12.5,)"
                 R"("signal_per_pulse":0.00135,"signal_per_period":0.054,"delay_ns":1855.125,)"
-                R"("significance":2210.5,"range_odds_nats":1180.25,"amplitude_misfit":0.25,)"
-                R"("pulse_misfit":0.5,"acceleration_misfit_mps2":-12,"jerk_misfit_mps3":8,)"
-                R"("signal_gap":0.125,)"
-                R"("shape_odds_nats":3.5,)"
+                R"("significance":2210.5,"range_odds_nats":1180.25,)"
+                R"("findings":[{"name":"pulse_width","value":0.5,"std":0.125,"gain_nats":30.5,)"
+                R"("advice":"Calibrate."}],)"
                 R"("std":{"distance_m":0.00062,"velocity_mps":0.043,"signal_per_pulse":5.5e-05}},)"
                 R"({"status":"ambiguous","distance_m":276}])"));
   EXPECT_EQ(to_json(frame_from_json(json)), json);
@@ -174,6 +154,8 @@ TEST(FrameMessage, ABadTargetIsNamed) {
               HasSubstr("/targets/1/distance_m"));
   EXPECT_THAT(changed(R"("distance_m":0.00062)", R"("distance_m":[])"),
               HasSubstr("/targets/0/std/distance_m"));
+  EXPECT_THAT(changed(R"("gain_nats":30.5,)", ""),
+              HasSubstr("/targets/0/findings/0/gain_nats is missing"));
   EXPECT_THAT(changed(R"("status":"ambiguous")", R"("status":"some")"),
               HasSubstr("/targets/1/status"));
   FrameMessage none;
@@ -198,13 +180,18 @@ TEST(Messages, EveryMemberIsExplainedInTheManual) {
   }
 }
 
-// Each member's name and text, {"std":{"distance_m":1}} as std_distance_m.
+// Each member's name and text, {"std":{"distance_m":1}} as std_distance_m; of a list the names.
 void flatten(const nlohmann::json& members, const std::string& before,
              std::map<std::string, std::string>& all) {
   for (const auto& [name, value] : members.items()) {
     if (name == "schema" || name == "v") continue;
     if (value.is_object()) {
       flatten(value, before + name + "_", all);
+    } else if (value.is_array()) {
+      for (const auto& item : value) {
+        std::string& names = all[before + name];
+        names += (names.empty() ? "" : ";") + item["name"].get<std::string>();
+      }
     } else {
       all[before + name] = value.is_string() ? value.get<std::string>() : json_text(value);
     }
@@ -229,6 +216,16 @@ TEST(FrameMessage, EveryMemberIsAColumnOfATable) {
   }
   for (const auto& [name, text] : members) {
     ADD_FAILURE() << name << " has no column";
+  }
+}
+
+TEST(FrameMessage, FindingsAreAListOfAnyMessage) {
+  const auto& findings = typical().findings;
+  EXPECT_EQ(frame_from_json(typical_json).findings, findings);
+  EXPECT_EQ(findings_from_json(R"({"findings":)" + to_json(findings) + "}"), findings);
+  EXPECT_EQ(to_json(std::vector<FrameMessage::Finding>{}), "[]");
+  for (const char* none : {"", "[]", "{}", R"({"findings":{}})", R"({"findings":[{"name":1}]})"}) {
+    EXPECT_TRUE(findings_from_json(none).empty()) << none;
   }
 }
 

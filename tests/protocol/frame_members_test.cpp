@@ -32,6 +32,7 @@ class MemberTable {
   void text(const Member& member, const Value& /*value*/) {
     row(member);
   }
+  void text_if_any(const Member& member, const std::string& /*value*/) { row(member); }
   template <class Owner, class Members>
   void group(const Member& member, const Owner& owner, Members members) {
     prefix = std::string(member.name) + ".";
@@ -49,6 +50,15 @@ class MemberTable {
     row(member);
   }
 
+  template <class Item, class Members>
+  void list_if_any(const Member& member, const std::vector<Item>& /*items*/, Members /*members*/) {
+    row(member);
+  }
+
+  // As Markdown.
+  [[nodiscard]] std::string table() const {
+    return "\n| member | unit | what it is |\n|---|---|---|\n" + rows + "\n";
+  }
   std::string rows;
   int members = 0;
 
@@ -67,16 +77,23 @@ class MemberTable {
   std::string prefix;
 };
 
+void expect_in_manual(const std::string& what, const MemberTable& table) {
+  const std::string mark = "; see tests/protocol/frame_members_test.cpp -->\n";
+  test::expect_generated_part("docs/reference/messages.md", "<!-- Generated: " + what + mark,
+                              "<!-- Generated up to here -->\n", table.table(),
+                              "protocol.FrameMembers");
+}
+
 TEST(FrameMembers, AreWhatTheManualSays) {
-  MemberTable table;
+  MemberTable frame;
   const FrameMessage message;
-  describe(message, table);
-  test::expect_generated_part(
-      "docs/reference/messages.md",
-      "<!-- Generated from here on; see tests/protocol/frame_members_test.cpp -->\n",
-      "<!-- Generated up to here -->\n",
-      "\n| member | unit | what it is |\n|---|---|---|\n" + table.rows + "\n",
-      "protocol.FrameMembers");
+  describe(message, frame);
+  expect_in_manual("a frame", frame);
+  MemberTable finding;
+  const FrameMessage::Finding one;
+  describe_finding(one, finding);
+  expect_in_manual("a finding", finding);
+  EXPECT_LE(frame.members + finding.members + 2, 55) << "schema and v are two more";
 }
 
 }  // namespace

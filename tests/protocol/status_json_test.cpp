@@ -11,18 +11,20 @@ namespace splid {
 namespace {
 
 TEST(StatusMessage, Minimal) {
-  EXPECT_EQ(to_json(StatusMessage{}),
-            R"({"schema":"splid.status","v":[1,0],"timestamp":0,"sequence":0,"state":"starting",)"
-            R"("reason":"","source":"","device":"connected","tags":0,"lost_tags":0,"frames":0,)"
-            R"("valid_frames":0,"ring_fill_ratio":0})");
+  EXPECT_EQ(
+      to_json(StatusMessage{}),
+      R"({"schema":"splid.status","v":[1,0],"timestamp":0,"sequence":0,"state":"starting",)"
+      R"("measurement":"none","reason":"","source":"","device":"connected","tags":0,"lost_tags":0,"frames":0,)"
+      R"("valid_frames":0,"ring_fill_ratio":0})");
 }
 
 TEST(StatusMessage, Typical) {
-  EXPECT_EQ(to_json(StatusMessage{12.5, 3, DaemonState::degraded, "2 tags lost", "tdc2",
-                                  DeviceState::failing, 100, 2, 20, 19, 0.125}),
-            R"({"schema":"splid.status","v":[1,0],"timestamp":12.5,"sequence":3,)"
-            R"("state":"degraded","reason":"2 tags lost","source":"tdc2","device":"failing",)"
-            R"("tags":100,"lost_tags":2,"frames":20,"valid_frames":19,"ring_fill_ratio":0.125})");
+  EXPECT_EQ(
+      to_json(StatusMessage{12.5, 3, DaemonState::degraded, "2 tags lost", "tdc2",
+                            DeviceState::failing, 100, 2, 20, 19, 0.125}),
+      R"({"schema":"splid.status","v":[1,0],"timestamp":12.5,"sequence":3,)"
+      R"("state":"degraded","measurement":"none","reason":"2 tags lost","source":"tdc2","device":"failing",)"
+      R"("tags":100,"lost_tags":2,"frames":20,"valid_frames":19,"ring_fill_ratio":0.125})");
 }
 
 TEST(StatusMessage, Maximal) {
@@ -31,7 +33,7 @@ TEST(StatusMessage, Maximal) {
                             DeviceState::no_device, UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX,
                             1, "3137:200a at 1-1"}),
       R"({"schema":"splid.status","v":[1,0],"timestamp":1,"sequence":18446744073709551615,)"
-      R"("state":"stopping","reason":"\"","source":"\\","device":"no_device",)"
+      R"("state":"stopping","measurement":"none","reason":"\"","source":"\\","device":"no_device",)"
       R"("device_name":"3137:200a at 1-1",)"
       R"("tags":18446744073709551615,"lost_tags":18446744073709551615,"frames":18446744073709551615,)"
       R"("valid_frames":18446744073709551615,"ring_fill_ratio":1})");
@@ -57,6 +59,18 @@ TEST(StatusMessage, SaysWhereTheEffortIsLowered) {
   EXPECT_THAT(to_json(message), testing::Not(testing::HasSubstr("effort")));
   message.effort_is_lowered = true;
   EXPECT_THAT(to_json(message), testing::HasSubstr(R"("effort_is_lowered":true)"));
+}
+
+TEST(StatusMessage, SaysWhatComesOfTheMeasurementAndWhatStandsOut) {
+  StatusMessage message;
+  EXPECT_THAT(to_json(message), testing::Not(testing::HasSubstr("findings")));
+  message.measurement = "ambiguous";
+  message.findings = {{"vibration", 0.5, 0.125, "mm", 20.5, "Shorten frame.length_ms."}};
+  EXPECT_THAT(to_json(message),
+              testing::AllOf(testing::HasSubstr(R"("measurement":"ambiguous")"),
+                             testing::HasSubstr(R"("findings":[{"name":"vibration","value":0.5,)"
+                                                R"("std":0.125,"unit":"mm","gain_nats":20.5,)"
+                                                R"("advice":"Shorten frame.length_ms."}])")));
 }
 
 TEST(StatusMessage, RecordingStates) {

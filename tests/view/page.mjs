@@ -353,22 +353,26 @@ await check('recording, encoder and several targets are shown as the messages ha
   expect(await rich.end() === 0, rich.err);
 });
 
-await check('a frame and its targets say what their light has against the configured pulse', async () => {
-  // Two targets are too close to be told apart, and beside a third they are one whose pulse is wide.
-  const pair = [{motion: 'linear', distance_m: 284.522, signal_per_pulse: 0.015}, {motion: 'linear', distance_m: 250, signal_per_pulse: 0.01}];
-  const scenes = [[pair, ['^pulse \\d+ % wider$', '^–$'], '^pulse \\d+ % wider, [\\d,]+ photons$'], [pair.slice(1), ['^–$', '^–$'], '^[\\d,]+ photons$']];
-  for (const [more_targets, misfits, note] of scenes) {
-    const daemon = new Program('run', '--config', configuration('misfit.json', later, {
-      driver: 'simulator', signal_per_pulse: 0.015, ambient_per_s: 2000, target: {motion: 'linear', distance_m: 284.5}, more_targets,
-    }, {scene: {targets: 2}}));
-    await shows(follower, note, (words) => document.getElementById('state').textContent === 'streaming' &&
-      new RegExp(words).test(document.getElementById('frame-note').textContent), note);
-    await shows(follower, misfits.join(', '), (words) => {
-      const cells = [...document.querySelectorAll('#targets tr')].map((row) => row.lastElementChild.textContent);
-      return cells.length === words.length && cells.every((cell, i) => new RegExp(words[i]).test(cell));
-    }, misfits);
-    expect(await daemon.end() === 0, daemon.err);
-  }
+await check('findings are shown: of the status with what to do, of a frame and of its targets', async () => {
+  const [status, measurement, note, cells, hidden] = await follower.evaluate(() => {
+    const findings = [{name: 'pulse_width', value: 0.3841, std: 0.0123, gain_nats: 30, advice: 'Calibrate the pulse.'},
+      {name: 'jerk', value: -37.5, std: 4, unit: 'm/s3', gain_nats: 20, advice: 'Shorten frames.'}];
+    const text = (id) => document.getElementById(id).textContent;
+    const status_before = state_message;
+    const frame_before = shown.frame;
+    take_status({...status_before, measurement: 'wrong_pattern', findings});
+    show_frame({...frame_before, photons: 1234, findings, targets: [{status: 'ok'}, {status: 'ok', findings: [findings[1]]}]});
+    const seen = [[...document.querySelectorAll('#findings li')].map((item) => item.textContent), text('measurement'),
+      text('frame-note'), [...document.querySelectorAll('#targets tr')].map((row) => row.lastElementChild.textContent)];
+    take_status({...status_before, findings: undefined});
+    show_frame(frame_before);
+    return [...seen, document.getElementById('findings-panel').hidden];
+  });
+  const jerk = 'jerk -37.5 ± 4 m/s³';
+  expect(status.join('|') === `pulse width 0.384 ± 0.012 Calibrate the pulse.|${jerk} Shorten frames.`, status.join('|'));
+  expect(measurement === 'wrong pattern' && note === `pulse width 0.384 ± 0.012, ${jerk}, 1,234 photons`, `${measurement}, ${note}`);
+  expect(cells.join('|') === `–|${jerk}`, cells.join('|'));
+  expect(hidden, 'the panel stays without findings');
 });
 
 await check('a fault of the instrument is shown with its reason, and its recovery', async () => {

@@ -141,8 +141,23 @@ function take_status(status) {
   at('lost').className = Number(status.lost_tags) > 0 || uncounted !== '' ? 'alarm' : 'good';
   put('frames', `${Number(status.frames).toLocaleString('en')}, ${Number(status.valid_frames).toLocaleString('en')} valid`);
   at('effort').className = status.effort_is_lowered ? 'alarm' : 'good';
+  put('measurement', String(status.measurement || '–').replaceAll('_', ' '), status.measurement);
+  at('measurement').className = status.measurement === 'ok' ? 'good' : 'alarm';
   show_recording(status.recording);
+  show_findings(status.findings);
   show_health();
+}
+
+// What the last frames show beyond the configured model, each finding with what to do about it.
+function show_findings(findings) {
+  const list = Array.isArray(findings) ? findings : [];
+  at('findings-panel').hidden = list.length === 0;
+  at('findings').replaceChildren(...list.map((finding) => {
+    const item = document.createElement('li');
+    item.appendChild(document.createElement('strong')).textContent = words_of([finding]);
+    item.append(' ' + finding.advice);
+    return item;
+  }));
 }
 
 // The file by its name, and the whole path where somebody points at it.
@@ -174,9 +189,8 @@ function show_frame(frame) {
   put('odds', is_number(frame.range_odds_nats) ? `range odds ${frame.range_odds_nats.toFixed(1)} nats` : '');
   put('frame-status', String(frame.status).replaceAll('_', ' '), frame.status);
   at('frame-status').className = 'pill ' + (frame.status === 'ok' ? 'good' : frame.valid ? 'wait' : 'bad');
-  const fault = frame.pattern_fault ? String(frame.pattern_fault).replaceAll('_', ' ') + ', ' : '';
-  const misfits = misfits_of(frame);
-  put('frame-note', `${fault}${misfits ? misfits + ', ' : ''}${rate(frame.photons)} photons`, frame.photons);
+  const found = words_of(frame.findings);
+  put('frame-note', `${found ? found + ', ' : ''}${rate(frame.photons)} photons`, frame.photons);
   put('effort', frame.effort || '–');
   put('clock', clock(frame.timestamp * 1e3));
   document.body.dataset.sequence = frame.sequence;
@@ -200,23 +214,11 @@ function show_beside_best(id, value, best) {
   at(id + '-bar').style.transform = `scaleX(${share})`;
 }
 
-// What the light of a frame, or of one of its targets, surely has against the configured pulse, a
-// straight path and, of a frame, the configured dead time, a detector without afterpulses and steady light.
-const percent = (share) => Math.round(100 * Math.abs(share)) + ' %';
-const in_digits = (value) => (Math.abs(value) < 10 ? value.toPrecision(2) : fixed(value, 0));
-const misfits_of = ({
-  pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap, shape_misfit,
-  dead_time_misfit_ns, afterpulse_misfit, flicker_misfit,
-}) => [
-  is_number(pulse_misfit) && `pulse ${percent(pulse_misfit)} ${pulse_misfit < 0 ? 'narrower' : 'wider'}`,
-  is_number(acceleration_misfit_mps2) && `accelerates ${in_digits(acceleration_misfit_mps2)} m/s²`,
-  is_number(jerk_misfit_mps3) && `acceleration changes ${in_digits(jerk_misfit_mps3)} m/s³`,
-  is_number(signal_gap) && `dark for ${percent(signal_gap)}`,
-  is_number(shape_misfit) && `${percent(shape_misfit)} off a gaussian`,
-  is_number(dead_time_misfit_ns) && `blind for ${fixed(dead_time_misfit_ns, 0)} ns`,
-  is_number(afterpulse_misfit) && `${fixed(100 * afterpulse_misfit, 1)} % afterpulses`,
-  is_number(flicker_misfit) && `light varies by ${percent(flicker_misfit)}`,
-].filter(Boolean).join(', ');
+// "acceleration -12.3 ± 0.8 m/s²", several separated by commas.
+const to_digits = (value, digits) => (is_number(value) ? String(Number(value.toPrecision(digits))) : '–');
+const words_of = (findings) => (findings || []).map(({name, value, std, unit}) =>
+  `${String(name).replaceAll('_', ' ')} ${to_digits(value, 3)} ± ${to_digits(std, 2)}` +
+  (unit ? ' ' + unit.replace(/s2$/, 's²').replace(/s3$/, 's³') : '')).join(', ');
 
 // The columns of the table of targets: a heading with its unit, and the text of a target's cell.
 const with_deviation = (value, deviation, otherwise) =>
@@ -231,8 +233,7 @@ const TARGET_COLUMNS = [
     : '–'],
   ['significance, nats', (target) => fixed(target.significance, 1)],
   ['range odds, nats', (target) => fixed(target.range_odds_nats, 1)],
-  ['shape odds, nats', (target) => fixed(target.shape_odds_nats, 1)],
-  ['misfit', (target) => misfits_of(target) || '–'],
+  ['findings', (target) => words_of(target.findings) || '–'],
 ];
 
 function table_row(cells, kind) {

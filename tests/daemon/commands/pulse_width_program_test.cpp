@@ -24,7 +24,6 @@ TEST_F(WidePulse, ItsWidthIsFound) {
   test::Pulls width, distance, velocity;
   for (const FrameMessage& frame : frames) {
     EXPECT_EQ(frame.status, FrameStatus::ok);
-    EXPECT_FALSE(frame.pulse_misfit);
     ASSERT_TRUE(frame.pulse_sigma_ps);
     const SceneTruth::State there = true_state(frame);
     width.add(*frame.pulse_sigma_ps, truth.sigma_ps, *frame.std_pulse_sigma_ps);
@@ -38,17 +37,13 @@ TEST_F(WidePulse, ItsWidthIsFound) {
   velocity.expect_right("velocity");
 }
 
-// The deviations of a frame that says so hold what another width leaves uncertain, and are larger
-// than the errors for that.
-TEST_F(WidePulse, IsToldWhereTheWidthIsFixed) {
+// The deviations hold what another width leaves uncertain.
+TEST_F(WidePulse, IsWithinTheDeviationsWhereTheWidthIsFixed) {
   const auto frames = replayed("");
   EXPECT_GE(frames.size(), 9U);
   for (const FrameMessage& frame : frames) {
     EXPECT_EQ(frame.status, FrameStatus::ok);
     EXPECT_FALSE(frame.pulse_sigma_ps);
-    ASSERT_TRUE(frame.pulse_misfit);
-    EXPECT_GT(*frame.pulse_misfit, 0.5);
-    EXPECT_GT(frame.pulse_excess.value(), 0.5);
     const double off_m = *frame.distance_m - true_state(frame).distance_m;
     EXPECT_LT(std::abs(off_m), 4 * *frame.std_distance_m);
   }

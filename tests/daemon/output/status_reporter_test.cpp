@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/sockets/subscriber.hpp"
+#include "daemon/stream/frame_message.hpp"
 #include "tests/support/daemon_scene.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/patience.hpp"
@@ -202,24 +203,24 @@ TEST_F(StatusReports, RepeatWhatIsOverForASecondAndWhatIsWrongAsLongAsItLasts) {
 
 // A state that turns all the time puts off neither the end of a notice nor that of a second.
 TEST_F(StatusReports, JudgeASecondWhileTheStateTurns) {
-  FrameMessage blind = frame(FrameStatus::ok);
-  blind.dead_time_misfit_ns = 50.04;
+  FrameMessage wide = frame(FrameStatus::ok);
+  wide.findings = {{"pulse_width", 0.5, 0.01, "", 40, "Calibrate."}};
   StreamHealth health{1, clock.steady_ns(), 0, ""};
   health.notices = {"a notice"};
-  int noticed = 0, said_blind = 0;
+  int noticed = 0, said_wide = 0;
   for (int n = 0; n < 80; ++n) {
-    reporter.frame_published(n % 4 == 0 ? frame(FrameStatus::incomplete) : blind);
+    reporter.frame_published(n % 4 == 0 ? frame(FrameStatus::incomplete) : wide);
     clock.advance_ms(50);
     health.last_arrival_ns = clock.steady_ns();
     reporter.tick(health);
     health.notices.clear();
     noticed += reporter.status().reason.find("a notice") != std::string::npos ? 1 : 0;
-    said_blind += reporter.status().reason.find("for 50 ns") != std::string::npos ? 1 : 0;
+    said_wide += reporter.status().reason.find("Calibrate.") != std::string::npos ? 1 : 0;
   }
   EXPECT_GE(noticed, 20);
   EXPECT_LE(noticed, 22);
   // In each frame with a target from the second second on.
-  EXPECT_GE(said_blind, 44);
+  EXPECT_GE(said_wide, 44);
 }
 
 // The frame that a silence was in has no syncs: not for its cable.
@@ -281,106 +282,59 @@ TEST_F(StatusReports, NameTheInstrumentAndWhatLasts) {
                                  HasSubstr("\"streaming\"")));
 }
 
-TEST_F(StatusReports, SayWhenThePulsesAreNotThoseOfThePattern) {
-  FrameMessage uneven = frame(FrameStatus::ok);
-  uneven.amplitude_misfit = 0.35;
+// A finding stands from half of a second's frames on, with what to do about the surest as the
+// reason, and it is no reason to be degraded.
+TEST_F(StatusReports, HaveTheFindingsOfASecond) {
+  FrameMessage wide = frame(FrameStatus::ok);
+  wide.findings = {{"pulse_width", 0.37, 0.01, "", 40, "Calibrate."},
+                   {"fading", 0.2, 0.05, "", 15, "Look."}};
   for (int second = 0; second < 3; ++second) {
     for (int n = 0; n < 20; ++n) {
       // One frame by chance, then most of them, then none.
-      const bool is_uneven = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
-      reporter.frame_published(is_uneven ? uneven : frame(FrameStatus::ok));
+      const bool is_wide = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
+      reporter.frame_published(is_wide ? wide : frame(FrameStatus::ok));
     }
     clock.advance_ms(1000);
     reporter.tick({1000, clock.steady_ns(), 0, ""});
   }
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("35 % (rms)")),
-                                   HasSubstr("\"reason\":\"\"")));
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(AllOf(HasSubstr("\"starting\""), HasSubstr(R"("measurement":"none")")),
+                           AllOf(HasSubstr(R"("measurement":"ok")"), HasSubstr("\"reason\":\"\""),
+                                 Not(HasSubstr("findings"))),
+                           AllOf(HasSubstr("\"streaming\""), HasSubstr(R"("measurement":"ok")"),
+                                 HasSubstr(R"("reason":"pulse width 0.37 +- 0.01: Calibrate.")"),
+                                 HasSubstr(R"("findings":)" + to_json(wide.findings))),
+                           AllOf(HasSubstr("\"reason\":\"\""), Not(HasSubstr("findings")))));
 }
 
-TEST_F(StatusReports, SayWhenThePulseIsNotTheConfiguredOne) {
-  FrameMessage wide = frame(FrameStatus::ok);
-  wide.pulse_misfit = 0.37;
-  FrameMessage narrow = frame(FrameStatus::ok);
-  narrow.pulse_misfit = -0.2;
-  for (int second = 0; second < 4; ++second) {
-    for (int n = 0; n < 20; ++n) {
-      // One frame by chance, then most of them, then another misfit, then none.
-      const bool is_off = second == 0 ? n == 0 : second < 3 && n % 3 != 0;
-      reporter.frame_published(!is_off ? frame(FrameStatus::ok) : second == 2 ? narrow : wide);
-    }
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-  }
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("37 % wider"),
-                                         HasSubstr("pulse.width fitted")),
-                                   AllOf(HasSubstr("20 % narrower"), HasSubstr("pulse.sigma_ps")),
-                                   HasSubstr("\"reason\":\"\"")));
-}
-
-// A dead time that is not known hides pulses and makes them narrower: nothing is to be calibrated,
-// and no other pattern to be named.
-TEST_F(StatusReports, SayThatTheDetectorIsBlindInPlaceOfWhatThatMakesOfThePulses) {
-  FrameMessage blind = frame(FrameStatus::ok);
-  blind.amplitude_misfit = 0.35;
-  blind.pulse_misfit = -0.2;
-  blind.dead_time_misfit_ns = 50.04;
-  FrameMessage unlike = frame(FrameStatus::no_target);
-  unlike.pattern_fault = PatternFault::dark_pulses;
-  unlike.dead_time_misfit_ns = 50.04;
-  for (int second = 0; second < 4; ++second) {
-    for (int n = 0; n < 20; ++n) {
-      // One frame by chance, then most of them, then frames that seem of another pattern, then
-      // none.
-      const bool is_blind = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
-      reporter.frame_published(is_blind ? blind : second == 2 ? unlike : frame(FrameStatus::ok));
-    }
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-  }
-  const auto says_blind =
-      AllOf(HasSubstr("for 50 ns"), HasSubstr("set detector.dead_time_ns"),
-            Not(HasSubstr("calibrate")), Not(HasSubstr("sigma_ps")), Not(HasSubstr("contradict")));
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                                   AllOf(HasSubstr("\"streaming\""), says_blind),
-                                   AllOf(HasSubstr("\"degraded\""), says_blind),
-                                   HasSubstr("\"reason\":\"\"")));
-}
-
-// What one frame of twenty shows is chance, also where none of the others has a target.
-TEST_F(StatusReports, SayNothingOfTheDetectorByAFrameOfMany) {
-  FrameMessage unlike = frame(FrameStatus::no_target);
-  unlike.dead_time_misfit_ns = 50.04;
-  unlike.afterpulse_misfit = 0.05;
-  for (int n = 0; n < 20; ++n) {
-    reporter.frame_published(n == 0 ? unlike : frame(FrameStatus::no_target));
-  }
+// The last list of any frame counts, since each lane has frames of its own.
+TEST_F(StatusReports, HaveWhatManyFramesShowTogether) {
+  const std::vector<FrameMessage::Finding> recent = {{"jerk", 3, 0.5, "m/s3", 20, "Shorten."}};
+  reporter.frame_published(frame(FrameStatus::ok), recent);
+  reporter.frame_published(frame(FrameStatus::ok));
   clock.advance_ms(1000);
   reporter.tick({1000, clock.steady_ns(), 0, ""});
-  EXPECT_EQ(reporter.status().reason, "");
+  EXPECT_EQ(reporter.status().findings, recent);
+  EXPECT_EQ(reporter.status().reason, "jerk 3 +- 0.5 m/s3: Shorten.");
+  reporter.begin(SourceInfo{"scripted", true, {}});
+  EXPECT_TRUE(reporter.status().findings.empty());
 }
 
-// Afterpulses are said from half of a second's frames on.
-TEST_F(StatusReports, SayThatDetectionsHaveAfterpulses) {
-  FrameMessage followed = frame(FrameStatus::ok);
-  followed.afterpulse_misfit = 0.0512;
-  for (int second = 0; second < 3; ++second) {
-    for (int n = 0; n < 20; ++n) {
-      const bool is_followed = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
-      reporter.frame_published(is_followed ? followed : frame(FrameStatus::ok));
-    }
+// Frames that last longer than a second leave the last one's measurement as it is.
+TEST_F(StatusReports, KeepTheMeasurementOfLongFrames) {
+  config.frame.length_ms = 2000;
+  StatusReporter slow(status_options(config), publisher, clock);
+  slow.begin(SourceInfo{"scripted", false, {}});
+  slow.frame_published(frame(FrameStatus::ok));
+  for (int second = 0; second < 5; ++second) {
     clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
+    slow.tick({1000, clock.steady_ns(), 0, ""});
+    EXPECT_EQ(slow.status().measurement, "ok") << second;
   }
-  EXPECT_THAT(published(),
-              testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                                   AllOf(HasSubstr("\"streaming\""), HasSubstr("some 5.1 %"),
-                                         HasSubstr("afterpulses"), HasSubstr("longer dead time")),
-                                   HasSubstr("\"reason\":\"\"")));
+  clock.advance_ms(10'000);
+  slow.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_EQ(slow.status().measurement, "none");
 }
 
 // Who has asked for the model is not told to ask for it.
@@ -406,102 +360,6 @@ TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
               AllOf(HasSubstr("detector.dead_time modelled"), Not(HasSubstr("unevenly"))));
   saturated.blind_fraction = 0.1;
   EXPECT_THAT(reason(), HasSubstr("inputs share the light so unevenly"));
-  saturated.flicker_misfit = 0.338;
-  EXPECT_THAT(reason(), AllOf(HasSubstr("the light varies by 34 % (rms) within a frame"),
-                              Not(HasSubstr("unevenly"))));
-}
-
-// A frame's excess of 5 +- 4 % says nothing, and the mean of 30 of them does. A mean of 2 % is too
-// little to matter, however sure it is.
-TEST_F(StatusReports, SayWhenThePulseIsAnotherOverManyFrames) {
-  const auto publish_a_second = [&](double excess, double deviation, int frames) {
-    FrameMessage message = frame(FrameStatus::ok);
-    message.pulse_excess = excess;
-    message.std_pulse_excess = deviation;
-    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-  };
-  publish_a_second(0.05, 0.04, 10);
-  publish_a_second(0.05, 0.04, 20);
-  reporter.begin(SourceInfo{"scripted", true, {}});
-  publish_a_second(0.02, 0.001, 20);
-  publish_a_second(-0.08, 0.0005, 20);
-  EXPECT_THAT(published(), testing::ElementsAre(
-                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                               AllOf(HasSubstr("\"streaming\""), HasSubstr("5.0 +- 0.7 % wider"),
-                                     HasSubstr("off by up to 0.3 of a pulse width"),
-                                     HasSubstr("pulse.width fitted")),
-                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                               AllOf(HasSubstr("% narrower"), HasSubstr("pulse.sigma_ps"))));
-}
-
-TEST_F(StatusReports, SayWhenThePathBendsAndWasTakenAsStraight) {
-  FrameMessage bent = frame(FrameStatus::ok);
-  bent.acceleration_misfit_mps2 = -25.3;
-  bent.signal_gap = 0.375;
-  for (int second = 0; second < 3; ++second) {
-    for (int n = 0; n < 20; ++n) {
-      const bool is_off = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
-      reporter.frame_published(is_off ? bent : frame(FrameStatus::ok));
-    }
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-  }
-  EXPECT_THAT(published(), testing::ElementsAre(
-                               HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
-                               AllOf(HasSubstr("\"streaming\""), HasSubstr("-25 m/s^2"),
-                                     HasSubstr("scene.motion auto"), HasSubstr("missing in 38 %")),
-                               HasSubstr("\"reason\":\"\"")));
-}
-
-// The shape of a pulse whose width is fitted: surely in each frame, and in many frames together.
-TEST_F(StatusReports, SayWhenAFittedPulseIsNoGaussian) {
-  FrameMessage fitted = frame(FrameStatus::ok);
-  const auto reason_after = [&](const FrameMessage& message, int frames) {
-    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-    return reporter.status().reason;
-  };
-  fitted.std_pulse_skew = 0.09;
-  fitted.pulse_skew = 0.01;
-  EXPECT_EQ(reason_after(fitted, 100), "");
-  fitted.pulse_skew = 0.2;
-  EXPECT_THAT(reason_after(fitted, 40),
-              AllOf(HasSubstr("skewness of +0."), HasSubstr("tabulated")));
-  fitted.shape_misfit = 0.31;
-  EXPECT_THAT(reason_after(fitted, 20),
-              AllOf(HasSubstr("no gaussian, by 31 %"), Not(HasSubstr("skewness"))));
-}
-
-// An acceleration that changes: surely in each frame, and in many frames together.
-TEST_F(StatusReports, SayWhenTheAccelerationChanges) {
-  FrameMessage bent = frame(FrameStatus::ok);
-  bent.acceleration_mps2 = 3;
-  const auto reason_after = [&](const FrameMessage& message, int frames) {
-    for (int n = 0; n < frames; ++n) reporter.frame_published(message);
-    clock.advance_ms(1000);
-    reporter.tick({1000, clock.steady_ns(), 0, ""});
-    return reporter.status().reason;
-  };
-  bent.path_excess = 1;
-  EXPECT_EQ(reason_after(bent, 400), "");
-  reporter.begin(SourceInfo{"scripted", true, {}});
-  bent.path_excess = 2;
-  EXPECT_EQ(reason_after(bent, 5), "");
-  EXPECT_THAT(reason_after(bent, 40),
-              AllOf(HasSubstr("2 times what chance makes"), HasSubstr("4.0 of their deviations"),
-                    HasSubstr("make frames shorter"), Not(HasSubstr("scene.motion"))));
-  bent.jerk_misfit_mps3 = -120;
-  bent.signal_gap = 0.25;
-  EXPECT_THAT(reason_after(bent, 20),
-              AllOf(HasSubstr("-1.2e+02 m/s^3"), HasSubstr("constant acceleration"),
-                    Not(HasSubstr("what chance makes"))));
-  reporter.begin(SourceInfo{"scripted", true, {}});
-  FrameMessage straight = frame(FrameStatus::ok);
-  straight.path_excess = 2;
-  EXPECT_THAT(reason_after(straight, 40), HasSubstr("set scene.motion accelerating"));
 }
 
 TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
@@ -527,19 +385,22 @@ TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
 
 TEST_F(StatusReports, SayWhenThePhotonsContradictThePattern) {
   FrameMessage other = frame(FrameStatus::no_target);
-  other.pattern_fault = PatternFault::dark_pulses;
+  FoundList found;
+  found.add({FindingName::wrong_pattern, 1, 0, 900});
+  other.findings = to_message(found);
   const StreamHealth health{1000, clock.steady_ns(), 0, ""};
   for (int second = 0; second < 3; ++second) {
     // One by chance, then most, beside frames in which there is no target at all; then none.
     for (int n = 0; n < 20; ++n) {
-      const bool contradicts = second == 0 ? n == 0 : second == 1 && n % 2 == 0;
+      const bool contradicts = second == 0 ? n == 0 : second == 1 && n % 3 != 0;
       reporter.frame_published(
           contradicts ? other : frame(second == 1 ? FrameStatus::no_target : FrameStatus::ok));
     }
     clock.advance_ms(1000);
     reporter.tick({1000, clock.steady_ns(), 0, ""});
   }
-  const auto said = HasSubstr("contradict the pattern: most of its pulses get no light");
+  const auto said = AllOf(HasSubstr("the photons contradict the pattern: Set pattern.file"),
+                          HasSubstr(R"("measurement":"wrong_pattern")"));
   EXPECT_THAT(
       published(),
       testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),

@@ -1,6 +1,12 @@
 #include "daemon/stream/frame_message.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <string>
+
+#include "estimator/checks/finding.hpp"
+#include "protocol/frame_columns.hpp"
 
 namespace splid {
 namespace {
@@ -70,44 +76,52 @@ TEST_F(FrameMessages, TurnTheEstimateIntoPublishedUnits) {
   EXPECT_EQ(message.sync->period_ps, 3'780'010);
 }
 
-TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFittedAndItsMisfitWhereThereIsOne) {
-  FrameMessage message = make();
-  EXPECT_EQ(message.pulse_misfit, std::nullopt);
-  EXPECT_EQ(message.pulse_excess, std::nullopt);
-  EXPECT_EQ(message.std_pulse_excess, std::nullopt);
-  EXPECT_EQ(message.pulse_sigma_ps, std::nullopt);
-  EXPECT_EQ(message.std_pulse_sigma_ps, std::nullopt);
-  EXPECT_EQ(message.acceleration_misfit_mps2, std::nullopt);
-  EXPECT_EQ(message.signal_gap, std::nullopt);
-  EXPECT_EQ(message.jerk_misfit_mps3, std::nullopt);
-  EXPECT_EQ(message.path_excess, std::nullopt);
-  estimate.acceleration_misfit_mps2 = -25;
-  EXPECT_EQ(message.shape_misfit, std::nullopt);
-  EXPECT_EQ(message.pulse_skew, std::nullopt);
-  estimate.shape_misfit = 0.25;
-  estimate.pulse_skew = 0.5;
-  estimate.std_pulse_skew = 0.0625;
-  estimate.jerk_misfit_mps3 = -300;
-  estimate.path_excess = 1.5;
-  estimate.signal_gap = 0.375;
-  estimate.pulse_misfit = 0.5;
-  estimate.pulse_excess = -0.25;
-  estimate.std_pulse_excess = 0.125;
+TEST_F(FrameMessages, SayThePulsesWidthWhereItWasFitted) {
+  EXPECT_EQ(make().pulse_sigma_ps, std::nullopt);
+  EXPECT_EQ(make().std_pulse_sigma_ps, std::nullopt);
   estimate.pulse_sigma_ns = 0.125;
   estimate.std_pulse_sigma_ns = 0.0078125;
-  message = make();
-  EXPECT_EQ(message.pulse_misfit, 0.5);
-  EXPECT_EQ(message.pulse_excess, -0.25);
-  EXPECT_EQ(message.std_pulse_excess, 0.125);
-  EXPECT_EQ(message.acceleration_misfit_mps2, -25);
-  EXPECT_EQ(message.shape_misfit, 0.25);
-  EXPECT_EQ(message.pulse_skew, 0.5);
-  EXPECT_EQ(message.std_pulse_skew, 0.0625);
-  EXPECT_EQ(message.jerk_misfit_mps3, -300);
-  EXPECT_EQ(message.path_excess, 1.5);
-  EXPECT_EQ(message.signal_gap, 0.375);
-  EXPECT_DOUBLE_EQ(message.pulse_sigma_ps.value(), 125);
-  EXPECT_DOUBLE_EQ(message.std_pulse_sigma_ps.value(), 7.8125);
+  EXPECT_DOUBLE_EQ(make().pulse_sigma_ps.value(), 125);
+  EXPECT_DOUBLE_EQ(make().std_pulse_sigma_ps.value(), 7.8125);
+}
+
+// With the unit and the advice of the estimator's table.
+TEST_F(FrameMessages, HaveTheFindingsOfTheEstimate) {
+  EXPECT_TRUE(make().findings.empty());
+  estimate.findings.add({FindingName::vibration, 0.5, 0.0625, 41});
+  estimate.findings.add({FindingName::fading, 0.25, 0.125, 14});
+  const FrameMessage message = make();
+  ASSERT_EQ(message.findings.size(), 2U);
+  EXPECT_EQ(message.findings[0],
+            (FrameMessage::Finding{"vibration", 0.5, 0.0625, "mm", 41,
+                                   checks::row_of(FindingName::vibration).advice}));
+  EXPECT_EQ(message.findings[1].name, "fading");
+  EXPECT_EQ(message.findings[1].unit, "");
+  EXPECT_EQ(pattern_finding(message), nullptr);
+}
+
+TEST_F(FrameMessages, ContradictThePatternWithoutATargetOnly) {
+  estimate.findings.add({FindingName::wrong_pattern, 1, 0, 900});
+  EXPECT_EQ(pattern_finding(make()), nullptr);
+  estimate.status = FrameStatus::no_target;
+  const FrameMessage message = make();
+  ASSERT_NE(pattern_finding(message), nullptr);
+  EXPECT_EQ(pattern_finding(message)->advice, checks::row_of(FindingName::wrong_pattern).advice);
+}
+
+// A row of a table has room for every name at once.
+TEST(FindingNames, AllFitTheColumn) {
+  FrameMessage message;
+  FoundList all;
+  for (std::size_t i = 0; i < finding_names; ++i) all.add({static_cast<FindingName>(i), 1, 1, 1});
+  message.findings = to_message(all);
+  std::string names;
+  for (const auto& finding : message.findings) names += finding.name + ";";
+  names.pop_back();
+  EXPECT_THAT(frame_csv_row(message), testing::HasSubstr("," + names + ","));
+  std::string row;
+  append_frame_row(message, row);
+  EXPECT_THAT(row, testing::HasSubstr(names));
 }
 
 TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
@@ -122,11 +136,7 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   estimate.targets[1].status = FrameStatus::ambiguous;
   estimate.targets[1].delay_ns = 2100;
   estimate.targets[1].std_delay_ns = 0.02;
-  estimate.targets[1].shape_odds_nats = 4.5;
-  estimate.targets[1].pulse_misfit = 0.4;
-  estimate.targets[1].acceleration_misfit_mps2 = 30;
-  estimate.targets[1].jerk_misfit_mps3 = 700;
-  estimate.targets[1].signal_gap = 0.25;
+  estimate.targets[1].findings.add({FindingName::jerk, 700, 20, 30});
   estimate.targets[1].signal_per_pulse = 5e-4;
   estimate.targets[1].std_velocity_mps = 0;
   const FrameMessage message = make();
@@ -137,13 +147,10 @@ TEST_F(FrameMessages, ListTheirTargetsWhereThereMayBeSeveral) {
   EXPECT_DOUBLE_EQ(second.std_distance_m.value(), half_c_m_per_ns * 0.02);
   EXPECT_FALSE(second.std_velocity_mps);
   EXPECT_DOUBLE_EQ(second.signal_per_period.value(), 0.02);
-  EXPECT_EQ(second.shape_odds_nats, 4.5);
-  EXPECT_EQ(second.pulse_misfit, 0.4);
-  EXPECT_EQ(second.acceleration_misfit_mps2, 30);
-  EXPECT_EQ(second.jerk_misfit_mps3, 700);
-  EXPECT_EQ(second.signal_gap, 0.25);
-  EXPECT_FALSE(message.targets->front().pulse_misfit);
-  EXPECT_FALSE(message.targets->front().shape_odds_nats);
+  ASSERT_EQ(second.findings.size(), 1U);
+  EXPECT_EQ(second.findings[0].name, "jerk");
+  EXPECT_EQ(second.findings[0].unit, "m/s3");
+  EXPECT_TRUE(message.targets->front().findings.empty());
   estimate.status = FrameStatus::no_target;
   estimate.has_values = false;
   EXPECT_TRUE(make().targets->empty());
@@ -189,24 +196,6 @@ TEST_F(FrameMessages, AreSaturatedWhereTheDeadTimeBiasesTheSignalByHalfOfItsDevi
   estimate.std_signal_per_pulse = 1e-3 / 400;
   estimate.dead_time_modelled = true;
   EXPECT_EQ(make().status, FrameStatus::ok);
-}
-
-TEST_F(FrameMessages, SayThatTheDetectorIsBlindForLonger) {
-  EXPECT_EQ(make().dead_time_misfit_ns, std::nullopt);
-  estimate.dead_time_misfit_ns = 50.5;
-  EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
-  estimate.status = FrameStatus::no_target;
-  estimate.has_values = false;
-  EXPECT_EQ(make().dead_time_misfit_ns, 50.5);
-}
-
-TEST_F(FrameMessages, SayThatDetectionsHaveAfterpulses) {
-  EXPECT_EQ(make().afterpulse_misfit, std::nullopt);
-  estimate.afterpulse_misfit = 0.05;
-  EXPECT_EQ(make().afterpulse_misfit, 0.05);
-  estimate.status = FrameStatus::no_target;
-  estimate.has_values = false;
-  EXPECT_EQ(make().afterpulse_misfit, 0.05);
 }
 
 TEST(UnmodelledBy, NamesWhatLeavesTheDeadTimeOut) {
@@ -265,15 +254,6 @@ TEST_F(FrameMessages, AreSaturatedWhereInputsShareTheLightTooUnevenly) {
   EXPECT_EQ(make().status, FrameStatus::saturated);
   estimate.has_values = false;
   EXPECT_NE(make().status, FrameStatus::saturated);
-}
-
-TEST_F(FrameMessages, AreSaturatedWhereTheLightVariesTooMuchForTheDeadTime) {
-  context.dead_time_ns = 50;
-  estimate.dead_time_modelled = true;
-  EXPECT_EQ(make().status, FrameStatus::ok);
-  estimate.flicker_misfit = 0.3;
-  EXPECT_EQ(make().status, FrameStatus::saturated);
-  EXPECT_EQ(make().flicker_misfit, 0.3);
 }
 
 TEST_F(FrameMessages, WithoutSyncStillCount) {

@@ -101,30 +101,30 @@ TEST(WatchPicture, ListsFurtherTargetsWithTheirDeviations) {
   EXPECT_THAT(all_of(picture), Not(HasSubstr("target ")));
 }
 
-// A frame that is ok may have light of another pulse or path, and says so.
-TEST(WatchPicture, SaysWhatTheLightHasAgainstTheConfiguredPulse) {
+// A frame that is ok may show more than the configured model has, and the status what to do.
+TEST(WatchPicture, ShowsTheFindings) {
   WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  StatusMessage status;
+  picture.take("status", to_json(status));
   FrameMessage frame = frame_at(100, FrameStatus::ok);
   picture.take("frame", to_json(frame));
-  EXPECT_THAT(all_of(picture), HasSubstr("frame ok   effort -   12,345 photons\n"));
-  frame.pulse_misfit = 0.384;
-  frame.signal_gap = 0.2;
-  frame.shape_misfit = 0.216;
-  frame.dead_time_misfit_ns = 49.6;
-  frame.afterpulse_misfit = 0.0312;
-  frame.flicker_misfit = 0.338;
+  EXPECT_THAT(all_of(picture), AllOf(HasSubstr("measurement none   device connected\n"),
+                                     HasSubstr("frame ok   effort -   12,345 photons\n")));
+  frame.findings = {{"pulse_width", 0.3841, 0.0123, "", 30, ""},
+                    {"jerk", -37.5, 4, "m/s3", 20, ""}};
   frame.targets.emplace(2);
   frame.targets->back().status = FrameStatus::ok;
-  frame.targets->back().pulse_misfit = -0.25;
-  frame.targets->back().acceleration_misfit_mps2 = -12.3;
-  frame.targets->back().jerk_misfit_mps3 = 0.0456;
+  frame.targets->back().findings = {{"fading", 0.25, 0.05, "", 15, ""}};
   picture.take("frame", to_json(frame));
+  status.measurement = "ok";
+  status.findings = {{"pulse_width", 0.3841, 0.0123, "", 30, "Calibrate the pulse."}};
+  picture.take("status", to_json(status));
   EXPECT_THAT(
       all_of(picture, {140, 40}),
-      AllOf(HasSubstr("frame ok   pulse 38 % wider, dark for 20 %, 22 % off a gaussian, "
-                      "blind for 50 ns, 3.1 % afterpulses, light varies by 34 %   effort -"),
-            HasSubstr(" ok   pulse 25 % narrower, accelerates -12 m/s2, acceleration "
-                      "changes 0.046 m/s3\n")));
+      AllOf(HasSubstr("\npulse width 0.384 +- 0.012: Calibrate the pulse.\n"),
+            HasSubstr("measurement ok   device "),
+            HasSubstr("frame ok   pulse width 0.384 +- 0.012, jerk -37.5 +- 4 m/s3   effort -"),
+            HasSubstr(" ok   fading 0.25 +- 0.05\n")));
 }
 
 TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
