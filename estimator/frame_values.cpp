@@ -8,58 +8,92 @@
 namespace splid {
 namespace {
 
+using likelihood::Maximum;
+
 // A delay on a circle: in [0, circle_ns).
 double within_circle(double delay_ns, double circle_ns) {
   const double turned = delay_ns - circle_ns * std::floor(delay_ns / circle_ns);
   return turned < circle_ns ? turned : 0.0;
 }
 
+// The covariance of the delay at mid-frame and the range walk. At mid-frame P_2 is -1/2.
+struct MidFrame {
+  double delay = 0, both = 0, walk = 0;
+};
+
+MidFrame at_mid_frame(const SmallMatrix& C, Eigen::Index d, const Widening& wider) {
+  const Eigen::Index w = d + likelihood::walk, q = d + likelihood::quadratic;
+  MidFrame mid = {C(d, d) - C(d, q) + C(q, q) / 4, C(d, w) - C(q, w) / 2, C(w, w)};
+  const auto square = [](double x) { return x * x; };
+  mid.delay = std::max(mid.delay, square(wider.least_delay_ns)) + square(wider.off_delay_ns);
+  if (mid.walk > 0) {
+    mid.walk = std::max(mid.walk, square(wider.least_walk_ns)) + square(wider.off_walk_ns);
+  }
+  return mid;
+}
+
 // g: how far the delay travels in a ns. delay_ns: D of the photons' line, at mid-frame and in the
 // pattern's clock; the delay itself is tau = D (1 + beta).
-void fill_deviations(Estimate& estimate, const Fit& fit, const FrameUnits& units,
-                     const SyncFit& sync, double g, double delay_ns) {
-  // d beta / d travel = 2 / ((2 - g)^2 t_a).
-  const double per_travel = 2 / ((2 - g) * (2 - g) * units.length_ns);
-  const auto& C = fit.covariance;
+void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
+                     const Widening& wider, const FrameUnits& units, const SyncFit& sync, double g,
+                     double delay_ns) {
+  // d beta / d walk = 2 / ((2 - g)^2 t_a).
+  const double per_walk = 2 / ((2 - g) * (2 - g) * units.length_ns);
+  const auto& C = at.covariance;
+  const auto d = static_cast<Eigen::Index>(likelihood::of_target * target);
+  const MidFrame mid = at_mid_frame(C, d, wider);
   const double a = 1 + g / (2 - g);
-  const double c = delay_ns * per_travel;
-  const double variance = a * a * C(0, 0) + 2 * a * c * C(0, 1) + c * c * C(1, 1);
+  const double c = delay_ns * per_walk;
+  const double variance = a * a * mid.delay + 2 * a * c * mid.both + c * c * mid.walk;
   // What the syncs leave uncertain of the pattern's clock adds to both deviations: an error of the
   // clock's phase is an error of the delay, and an error of its period is an error of the velocity
   // (with 10 ps of sync jitter in 50 ms 4.2 cm/s by endpoints, 0.09 cm/s by regression).
   estimate.std_delay_ns =
       std::hypot(std::sqrt(std::max(0.0, variance)) * units.scale, sync.std_phase_ps * ns_per_ps);
-  if (C(1, 1) > 0) {
-    estimate.std_velocity_mps =
-        speed_of_light_mps *
-        std::hypot(std::sqrt(C(1, 1)) * per_travel, sync.std_period_ps / sync.period_ps / 2);
-  }
-  estimate.std_signal_per_pulse = std::sqrt(C(2, 2));
-  estimate.std_background_per_ns = std::sqrt(C(3, 3));
+  estimate.std_velocity_mps =
+      mid.walk > 0 ? speed_of_light_mps * std::hypot(std::sqrt(mid.walk) * per_walk,
+                                                     sync.std_period_ps / sync.period_ps / 2)
+                   : 0;
+  const Eigen::Index q = d + likelihood::quadratic;
+  estimate.std_acceleration_mps2 =
+      std::sqrt(C(q, q)) * acceleration_of_bend(bend_per_quadratic, units.length_ns);
+  const Eigen::Index s = d + likelihood::signal;
+  estimate.std_signal_per_pulse =
+      std::hypot(std::sqrt(C(s, s)), wider.off_signal * estimate.signal_per_pulse);
+  const auto b = static_cast<Eigen::Index>(likelihood::background_place(at.model.count));
+  estimate.std_background_per_ns =
+      std::hypot(std::sqrt(C(b, b)), wider.off_background * estimate.background_per_ns);
 }
 
 }  // namespace
 
-void fill_values(Estimate& estimate, const Fit& fit, const FrameUnits& units, const SyncFit& sync,
-                 double bend_ns) {
-  const FrameParameters& p = fit.parameters;
-  const double g = p.line.travel_ns / units.length_ns;
+void fill_values(Estimate& estimate, const Maximum& at, std::size_t target, const Widening& wider,
+                 const FrameUnits& units, const SyncFit& sync) {
+  const likelihood::Target& own = at.model.targets.at(target);
+  const double g = own.track.walk_ns / units.length_ns;
   const double beta = g / (2 - g);
   // Where delays repeat, the search may end at any copy of the delay, so the delay is folded before
   // it is turned into tau: a copy k circles on would otherwise come out k beta circles further.
-  const double delay_ns = within_circle(p.line.delay_ns, units.circle_ns);
+  const double delay_ns = within_circle(own.track.at_mid_frame_ns(), units.circle_ns);
+  const double start_ns = own.track.at(-0.5) - own.track.at_mid_frame_ns();  // from mid-frame
   estimate.has_values = true;
-  estimate.velocity_mps = beta * speed_of_light_mps;
+  estimate.acceleration_mps2 =
+      acceleration_of_bend(bend_per_quadratic * own.track.quadratic_ns, units.length_ns);
   // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the clock that is right.
   estimate.delay_ns = within_circle(delay_ns * (1 + beta), units.circle_ns) * units.scale;
+  // Light that comes back at mid-frame met the target half a delay before.
+  estimate.velocity_mps =
+      beta * speed_of_light_mps + estimate.acceleration_mps2 * estimate.delay_ns * 1e-9 / 2;
+  const double bent_ns = start_ns + own.track.walk_ns / 2;
   estimate.delay_start_ns =
-      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + bend_ns / 4, units.circle_ns) *
+      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + bent_ns, units.circle_ns) *
       units.scale;
-  estimate.signal_per_pulse = p.signal_per_pulse;
-  estimate.background_per_ns = p.background_per_ns;
-  estimate.significance_nats = fit.gain_nats;
-  estimate.stop = fit.stop;
-  if (fit.has_covariance) fill_deviations(estimate, fit, units, sync, g, delay_ns);
+  estimate.signal_per_pulse = own.signal_per_pulse;
+  estimate.background_per_ns = at.model.background_per_ns;
+  estimate.stop = at.stop;
+  if (at.has_covariance) {
+    fill_deviations(estimate, at, target, wider, units, sync, g, delay_ns);
+  }
 }
 
 }  // namespace splid

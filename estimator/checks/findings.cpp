@@ -41,8 +41,13 @@ double sure_squares_of(double degrees) {
   return degrees <= 1 ? sure_squares : squares_of(degrees, sure_deviations);
 }
 
-Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons)
-    : pulse_(shape), train_(train), map_(train, shape, max_photons), fit_(map_, train, pulse_) {
+Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
+                   double dead_time_ns)
+    : pulse_(shape),
+      train_(train),
+      map_(train, shape, max_photons),
+      seen_finder_(train, map_, dead_time_ns),
+      fit_(map_, train, pulse_) {
   const MapBasis& basis = fit_.basis();
   for (std::size_t row = 0; row < rows_with_directions; ++row) {
     const Direction& direction = finding_table()[row].directions.front();
@@ -60,12 +65,12 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
 }
 
 const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model& model,
-                               std::size_t target, const FitFacts& facts,
-                               const SeenLight& seen_light) {
+                               std::size_t target, const FitFacts& facts, const SeenParts& parts) {
   verdict_ = {};
   if (!map_.looks() || frame.seen_ns <= 0) return verdict_;
   map_.fill(frame, model.targets.at(target).track);
-  fit_.begin(frame, model, target, seen_light);
+  seen_ = &seen_finder_.look(frame, map_, parts);
+  fit_.begin(frame, model, target, *seen_);
   list_terms(facts);
   screen(facts);
   if (candidate_count_ > 0) {
@@ -73,7 +78,7 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
     name_best(frame);
   }
   judge_pulses();
-  if (model.count == 1) judge_phases(frame, seen_light);
+  if (model.count == 1) judge_phases(frame);
   return verdict_;
 }
 
@@ -262,6 +267,11 @@ void Findings::follow(const Member& richer, std::size_t row) {
   const double hidden = pulse_.width_ns() * std::sqrt(std::max(0.0, wider));
   verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, std::hypot(delay, hidden));
   verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::abs(walk));
+  const auto grown = [&](Shape shape) {
+    return std::abs(std::expm1(richer.of({shape, 0}) - base_.of({shape, 0})));
+  };
+  verdict_.off_signal = std::max(verdict_.off_signal, grown(Shape::light));
+  verdict_.off_background = std::max(verdict_.off_background, grown(Shape::dark));
 }
 
 // The inverse information on both sides of the squared scores that the photons have.
@@ -283,8 +293,9 @@ void Findings::find_sandwich() {
 PulseLight Findings::expected_at(std::size_t p) const {
   const Comb& comb = train_.stretches.front().comb;
   const double pulses = static_cast<double>(comb.times_ns.size());
-  return {light_of_pulses_ * comb.amplitudes[p] / comb.total_amplitude,
-          fit_.dark_in_cell() / map_.cell_ns() * map_parts / pulses * 2 *
+  const double seen = seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p];
+  return {light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
+          seen * fit_.dark_in_cell() / map_.cell_ns() * map_parts / pulses * 2 *
               ResidualMap::half_pulse_widths * pulse_.width_ns()};
 }
 
@@ -293,8 +304,13 @@ void Findings::judge_pulses() {
   const std::span<const double> counts = map_.by_pulse();
   light_of_pulses_ = 0;
   if (counts.empty()) return;
-  double light = -expected_at(0).dark * static_cast<double>(counts.size());
-  for (const double count : counts) light += count;
+  seen_amplitude_ = 0;
+  const std::vector<double>& amplitudes = train_.stretches.front().comb.amplitudes;
+  for (std::size_t p = 0; p < counts.size(); ++p) {
+    seen_amplitude_ += amplitudes[p] * (seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p]);
+  }
+  double light = 0;
+  for (std::size_t p = 0; p < counts.size(); ++p) light += counts[p] - expected_at(p).dark;
   if (!(light > 0)) return;
   light_of_pulses_ = light;
   double of_uneven = 0;
@@ -331,26 +347,38 @@ Findings::PhaseGroup Findings::phases(std::size_t group) const {
   return {static_cast<double>(bins), static_cast<double>(sum), static_cast<double>(squares)};
 }
 
+// Adds the free bins of a group to the sums. mean: photons of a bin whose light was all seen.
+void Findings::sum_phases(double mean, std::size_t group, std::span<const double> seen) {
+  const PhaseGroup all = phases(group);
+  if (seen.empty()) {
+    verdict_.by_phase.add_alike(all.bins, mean, all.sum, all.squares);
+    return verdict_.by_phase_coarse.add(all.sum, mean * all.bins);
+  }
+  double expected = 0;
+  for (std::size_t k = group * coarse_phases;
+       k < std::min((group + 1) * coarse_phases, seen.size()); ++k) {
+    if (map_.is_free()[k] == 0) continue;
+    verdict_.by_phase.add(map_.by_phase()[k], mean * seen[k]);
+    expected += mean * seen[k];
+  }
+  verdict_.by_phase_coarse.add(all.sum, expected);
+}
+
 // Whether light comes between the pulses that is not spread evenly.
-void Findings::judge_phases(const FoldedFrame& frame, const SeenLight& seen_light) {
+void Findings::judge_phases(const FoldedFrame& frame) {
   const std::span<const std::uint32_t> counts = map_.by_phase();
-  const auto live = [&](std::size_t group) {
-    return seen_light.of_phase.empty() ? 1.0 : seen_light.of_phase[group];
-  };
+  const std::span<const double> seen_phases = seen_->of_phase;
   const std::size_t groups = (counts.size() + coarse_phases - 1) / coarse_phases;
-  double photons = 0, seen = 0, bins = 0;
+  double photons = 0, bins = 0, seen = 0;
   for (std::size_t g = 0; g < groups; ++g) {
     const PhaseGroup group = phases(g);
-    photons += group.sum, seen += group.bins * live(g), bins += group.bins;
+    photons += group.sum, bins += group.bins;
   }
+  for (std::size_t k = 0; k < seen_phases.size(); ++k) seen += seen_phases[k] * map_.is_free()[k];
+  if (seen_phases.empty()) seen = bins;
   if (!(photons > 0) || !(seen > 0)) return;
-  SquareSum &fine = verdict_.by_phase, &coarse = verdict_.by_phase_coarse;
-  for (std::size_t g = 0; g < groups; ++g) {
-    const PhaseGroup group = phases(g);
-    const double mean = photons * live(g) / seen;
-    fine.add_alike(group.bins, mean, group.sum, group.squares);
-    coarse.add(group.sum, mean * group.bins);
-  }
+  const SquareSum &fine = verdict_.by_phase, &coarse = verdict_.by_phase_coarse;
+  for (std::size_t g = 0; g < groups; ++g) sum_phases(photons / seen, g, seen_phases);
   const SquareSum& surer = coarse.gain_nats() > fine.gain_nats() ? coarse : fine;
   const double gain = surer.gain_nats();
   const bool has_strangers = fine.excess > most_elsewhere * verdict_.by_pulse.scale +

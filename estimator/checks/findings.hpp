@@ -47,6 +47,8 @@ struct Verdict {
   // By how much the findings imply that the delay at mid-frame and the range walk are off
   // (pattern's clock): to be added to their deviations in quadrature.
   double off_delay_ns = 0, off_walk_ns = 0;
+  // And the signal and the background, as parts of themselves.
+  double off_signal = 0, off_background = 0;
   // The deviations that the photons themselves show, with a sure finding; else 0. The larger of
   // these and the fit's is to be published.
   double sandwich_delay_ns = 0, sandwich_walk_ns = 0;
@@ -66,10 +68,14 @@ struct Verdict {
 class Findings {
  public:
   // train, shape: outlive this.
-  Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons);
+  // dead_time_ns: of frames that come with it; else 0.
+  Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
+           double dead_time_ns = 0);
   // model: fitted to this frame; target: which of its targets.
   const Verdict& judge(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,
-                       const FitFacts& facts, const SeenLight& seen_light = {});
+                       const FitFacts& facts, const SeenParts& parts = seen_parts({}));
+  // Of the target that was judged last.
+  [[nodiscard]] const Verdict& verdict() const { return verdict_; }
   [[nodiscard]] const ResidualMap& map() const { return map_; }
   [[nodiscard]] MapFit& fit() { return fit_; }
   // Of pulse p of a train of a single stretch, in the frame that was judged last.
@@ -91,7 +97,8 @@ class Findings {
   void follow(const Member& richer, std::size_t row);
   void find_sandwich();
   void judge_pulses();
-  void judge_phases(const FoldedFrame& frame, const SeenLight& seen_light);
+  void judge_phases(const FoldedFrame& frame);
+  void sum_phases(double mean, std::size_t group, std::span<const double> seen);
   void judge_beside();
   struct PhaseGroup {  // sums over neighbouring free bins of phase
     double bins, sum, squares;
@@ -103,6 +110,8 @@ class Findings {
   PulseTable pulse_;
   const PulseTrain& train_;
   ResidualMap map_;
+  SeenLightFinder seen_finder_;
+  const SeenLight* seen_ = nullptr;
   MapFit fit_;
   struct Kernel {
     double third = 0, fourth = 0;
@@ -117,7 +126,7 @@ class Findings {
   std::array<Candidate, rows_with_directions> candidates_;
   std::size_t candidate_count_ = 0;
   Member base_;
-  double base_value_ = 0, light_of_pulses_ = 0;
+  double base_value_ = 0, light_of_pulses_ = 0, seen_amplitude_ = 0;
 };
 
 }  // namespace splid::checks

@@ -85,7 +85,8 @@ MapFit::MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable
 
 void MapFit::begin(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,
                    const SeenLight& seen_light) {
-  seen_light_ = seen_light;
+  seen_parts_ = seen_light.of_part;
+  seen_cells_ = seen_light.of_cell;
   log_width_ = model.log_width;
   is_placed_ = false;
   const auto& parts = seen_light.of_part;
@@ -175,7 +176,7 @@ void MapFit::shape_part(const Member& member, std::size_t part) {
     const PulseTable::Values after = pulse_.at(offset);
     const double density = pulse_.density_with(after, now.tail);
     const double wide = offset * density;
-    const double see = seen_light_.of_cell[i];
+    const double see = seen_cells_[i];
     const double pulse = after.light - before.light, late = after.tail - before.tail;
     const double came = light * see * (pulse + now.tail * (late - pulse));
     slope_[i][index(Shape::path)] = -light * see * per_width * (density - density_before);
@@ -214,7 +215,7 @@ void MapFit::find_gram() {
 void MapFit::expect(const Member& member, std::size_t part, std::span<double> photons) {
   shape_part(member, part);
   for (std::size_t i = 0; i < map_.cells(); ++i) {
-    photons[i] = seen_light_.of_part[part] * expected_[i];
+    photons[i] = seen_parts_[part] * expected_[i];
   }
 }
 
@@ -224,7 +225,7 @@ double MapFit::expected_elsewhere(const Member& member) const {
 
 double MapFit::value_of_part(std::size_t part) const {
   const std::span<const double> counts = map_.part(part);
-  const double seen = seen_light_.of_part[part];
+  const double seen = seen_parts_[part];
   double value = 0;
   for (std::size_t i = 0; i < map_.cells(); ++i) {
     if (!(expected_[i] > 0)) return -std::numeric_limits<double>::infinity();
@@ -286,7 +287,7 @@ void MapFit::scores(std::span<const Term> terms, std::span<const double> narrowe
 
 void MapFit::add_gradient(std::span<const Term> terms, std::size_t part, double narrowed_ns2,
                           Slopes& into) const {
-  const double seen = seen_light_.of_part[part];
+  const double seen = seen_parts_[part];
   const std::span<const double> counts = map_.part(part);
   Lanes gradient{};
   for (std::size_t i = 0; i < map_.cells(); ++i) {
@@ -302,7 +303,7 @@ void MapFit::add_gradient(std::span<const Term> terms, std::size_t part, double 
 
 void MapFit::add_information(std::span<const Term> terms, std::size_t part, Slopes& into) const {
   for (std::size_t t = 0; t < terms.size(); ++t) {
-    const double by = seen_light_.of_part[part] * basis_.at(terms[t].order, part);
+    const double by = seen_parts_[part] * basis_.at(terms[t].order, part);
     const auto& gram = gram_[index(terms[t].shape)];
     for (std::size_t v = 0; v <= t; ++v) {
       into.information(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(v)) +=
@@ -368,7 +369,7 @@ MapFit::PathSquares MapFit::path_squares(const Member& member, std::size_t part)
   for (std::size_t i = 0; i < map_.cells(); ++i) {
     seen += counts[i] * relative_[i][path] * relative_[i][path];
   }
-  return {seen, seen_light_.of_part[part] * gram_[path][path]};
+  return {seen, seen_parts_[part] * gram_[path][path]};
 }
 
 MapFit::Moments MapFit::moments(Shape shape) const {

@@ -7,6 +7,7 @@
 #include "estimator/checks/finding.hpp"
 #include "estimator/checks/pulse_table.hpp"
 #include "estimator/checks/residual_map.hpp"
+#include "estimator/checks/seen_light.hpp"
 
 namespace splid::checks {
 
@@ -116,7 +117,8 @@ class MapFit {
   const PulseTrain& train_;
   const PulseTable& pulse_;
   MapBasis basis_;
-  SeenLight seen_light_;
+  SeenParts seen_parts_{};
+  std::array<double, most_cells> seen_cells_{};
   double signal_ = 0, dark_ = 0, dark_elsewhere_ = 0, log_width_ = 0;
   bool has_others_ = false, is_even_ = true;
   std::vector<double> others_;  // photons of other targets, by part and cell

@@ -15,6 +15,7 @@
 // Residual maps, and the findings that they show. Open finding.hpp first: its table has one row for
 // each finding. Then:
 //   residual_map.hpp  the photons of a frame about a fitted track
+//   seen_light.hpp    how much of them the detector could see
 //   pulse_table.hpp   the configured pulse, to expect them by
 //   map_fit.hpp       the richer models of the table, fitted to a map
 //   square_sum.hpp    counts that differ by more than chance
@@ -25,18 +26,6 @@ namespace splid::checks {
 
 inline constexpr std::size_t map_parts = 32;  // of the frame
 inline constexpr std::size_t most_cells = 64;
-
-// How much of a frame's light the detector could see; 1 is all that seen_ns holds on average.
-struct SeenLight {
-  std::array<double, map_parts> of_part;   // losses: mean 1
-  std::array<double, most_cells> of_cell;  // a dead time: the share alive at each offset
-  double elsewhere = 1;                    // and on average outside of the map
-  std::span<const double> of_phase = {};   // and in each 16 phase bins of the map; empty: alike
-  SeenLight() {
-    of_part.fill(1);
-    of_cell.fill(1);
-  }
-};
 
 // Counts of a frame's photons about the pulses of a fitted track: by offset and part of the frame,
 // by pulse, and by phase of the pattern period outside of the pulses.

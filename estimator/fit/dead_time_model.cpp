@@ -43,14 +43,16 @@ void DeadTimeModel::look(const FrameView& view, FoldedFrame& frame) {
 
 // Whether the dead time moves a value because photons keep later photons of their own pulse from
 // being seen. S then reads low by S / 2 of itself.
-bool DeadTimeModel::do_pulses_feel_it(const FoldedFrame& frame, const Fit& fit) const {
-  const double S = fit.parameters.signal_per_pulse * train_.mean_amplitude() * blind_.share;
+bool DeadTimeModel::do_pulses_feel_it(const FoldedFrame& frame, double signal_per_pulse) const {
+  const double S = signal_per_pulse * train_.mean_amplitude() * blind_.share;
   const double signal = S * train_.pulses_per_ns * frame.seen_ns;
   return S / 2 * std::sqrt(signal) >= least_correction;
 }
 
-bool DeadTimeModel::look_at_pulses(const FrameView& view, FoldedFrame& frame, const Fit& fit) {
-  if (!holds_ || frame.blind != nullptr || !do_pulses_feel_it(frame, fit)) return false;
+bool DeadTimeModel::look_at_pulses(const FrameView& view, FoldedFrame& frame,
+                                   double signal_per_pulse) {
+  if (!holds_ || frame.blind != nullptr || !do_pulses_feel_it(frame, signal_per_pulse))
+    return false;
   take(view, frame);
   return frame.blind != nullptr;
 }

@@ -2,7 +2,6 @@
 
 #include <cstddef>
 
-#include "estimator/fit/refinement.hpp"
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/estimate.hpp"
@@ -29,12 +28,12 @@ class DeadTimeModel {
   // After the search: gives the frame its blind time where the search did without and the pulses
   // turn out to be so bright that it matters. Returns whether it did, so that the fit is to be made
   // anew.
-  bool look_at_pulses(const FrameView& view, FoldedFrame& frame, const Fit& fit);
+  bool look_at_pulses(const FrameView& view, FoldedFrame& frame, double signal_per_pulse);
   void say(const FoldedFrame& frame, Estimate& estimate) const;
 
  private:
   [[nodiscard]] double loss(const FoldedFrame& frame) const;
-  [[nodiscard]] bool do_pulses_feel_it(const FoldedFrame& frame, const Fit& fit) const;
+  [[nodiscard]] bool do_pulses_feel_it(const FoldedFrame& frame, double signal_per_pulse) const;
   void take(const FrameView& view, FoldedFrame& frame);
 
   const PulseTrain& train_;

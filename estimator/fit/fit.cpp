@@ -11,6 +11,13 @@ likelihood::Model model_of(const FrameParameters& parameters) {
   return model;
 }
 
+namespace {
+
+constexpr std::array<Eigen::Index, 4> places = {
+    likelihood::delay, likelihood::walk, likelihood::signal, likelihood::background_place(1)};
+
+}  // namespace
+
 Fit fit_of(const likelihood::Maximum& maximum) {
   const likelihood::Target& target = maximum.model.targets[0];
   Fit fit;
@@ -21,16 +28,30 @@ Fit fit_of(const likelihood::Maximum& maximum) {
   fit.stop = maximum.stop;
   fit.has_covariance = maximum.has_covariance;
   if (!fit.has_covariance) return fit;
-  constexpr std::array<std::size_t, 4> places = {
-      likelihood::delay, likelihood::walk, likelihood::signal, likelihood::background_place(1)};
-  for (Eigen::Index i = 0; i < fit.covariance.rows(); ++i) {
-    for (Eigen::Index j = 0; j < fit.covariance.cols(); ++j) {
-      fit.covariance(i, j) =
-          maximum.covariance(static_cast<Eigen::Index>(places[static_cast<std::size_t>(i)]),
-                             static_cast<Eigen::Index>(places[static_cast<std::size_t>(j)]));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      fit.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          maximum.covariance(places[i], places[j]);
     }
   }
   return fit;
+}
+
+likelihood::Maximum maximum_of(const Fit& fit) {
+  likelihood::Maximum maximum;
+  maximum.model = model_of(fit.parameters);
+  maximum.gain_nats = fit.gain_nats;
+  maximum.stop = fit.stop;
+  maximum.has_covariance = fit.has_covariance;
+  constexpr auto size = static_cast<Eigen::Index>(likelihood::parameters_of(1));
+  maximum.covariance = SmallMatrix::Zero(size, size);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t j = 0; j < places.size(); ++j) {
+      maximum.covariance(places[i], places[j]) =
+          fit.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  return maximum;
 }
 
 }  // namespace splid

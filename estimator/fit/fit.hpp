@@ -42,9 +42,10 @@ struct Fit {
   Stop stop = Stop::not_run;
 };
 
-// The model of such parameters, and the fit that a maximum with one target is. What the maximum has
-// beside the four parameters is left out.
+// The model of such parameters, and the fit that a maximum with one target is, and back. What the
+// maximum has beside the four parameters is left out.
 likelihood::Model model_of(const FrameParameters& parameters);
 Fit fit_of(const likelihood::Maximum& maximum);
+likelihood::Maximum maximum_of(const Fit& fit);
 
 }  // namespace splid

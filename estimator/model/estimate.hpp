@@ -181,7 +181,8 @@ struct TargetTrack {
   double acceleration_mps2 = 0;
   double nats_per_ns = 0;   // significance of the last frame that was searched, over its time seen
   double odds_per_nat = 0;  // range odds of that frame, over its significance
-  int followed = 0;         // frames since then
+  double signal_per_pulse = 0, std_signal_per_pulse = 0;  // of the last frame
+  int followed = 0;                                       // frames since then
 };
 
 }  // namespace splid

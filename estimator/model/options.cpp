@@ -6,6 +6,7 @@
 namespace splid {
 namespace {
 
+constexpr std::array<const char*, 2> findings_names = {"on", "off"};
 constexpr std::array<const char*, 4> motion_names = {"static", "moving", "auto", "accelerating"};
 constexpr std::array<const char*, 2> method_names = {"search", "paper"};
 constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
@@ -58,6 +59,9 @@ void EstimatorOptions::describe(OptionVisitor& visitor) {
   visitor.flag("tracked", tracked,
                "a frame first looks where the one before found its target, and searches where "
                "it is not there, and every 20th frame");
+  choose(visitor, "findings", findings, findings_names,
+         "on: each target's light is compared with richer models, and a frame's findings name "
+         "what explains it better; off: saves their time");
   visitor.number("false_alarm_rate", false_alarm_rate, {1e-12, 0.5},
                  "fraction of frames without a target that may claim one");
   visitor.number("range_risk", range_risk, {1e-12, 0.5},
@@ -91,8 +95,8 @@ void PulseOptions::describe(OptionVisitor& visitor) {
   visitor.number("sigma_ps", sigma_ps, {0.1, 1e6},
                  "standard deviation of a gaussian detected pulse, ps");
   choose(visitor, "width", width, width_names,
-         "fixed: as sigma_ps or the table says; fitted: the width of a gaussian pulse is estimated "
-         "in each frame (pulse_sigma_ps), from a quarter of sigma_ps to four times that");
+         "fixed: as sigma_ps or the table says; fitted: the pulse's width is estimated in "
+         "each frame (pulse_sigma_ps), from a quarter of the configured one to four times that");
 }
 
 std::optional<OptionFault> PulseOptions::validate(const SceneOptions& scene,
@@ -101,19 +105,12 @@ std::optional<OptionFault> PulseOptions::validate(const SceneOptions& scene,
   const auto refuse = [](const std::string& what) {
     return OptionFault{"/width", "is \"fitted\", but " + what + ", or pulse.width \"fixed\""};
   };
-  if (shape == Shape::tabulated) {
-    return refuse("only a gaussian has a width to fit; take pulse.shape \"gaussian\"");
-  }
   if (estimator.method == Method::paper) {
     return refuse("the method of [P] fits none; take estimator.method \"search\"");
   }
   if (scene.targets > 1) {
     return refuse("scene.targets is " + std::to_string(scene.targets) +
                   ", and a wide pulse and several targets look alike; take scene.targets 1");
-  }
-  if (scene.motion == Motion::automatic || scene.motion == Motion::accelerating) {
-    return refuse(
-        "an acceleration widens the pulse too; take scene.motion \"moving\" or \"static\"");
   }
   return std::nullopt;
 }

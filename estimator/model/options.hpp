@@ -39,10 +39,14 @@ struct SceneOptions {
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
+// Whether each target's light is compared with richer models (checks/finding.hpp).
+enum class FindingsWanted { on, off };
+
 // How a frame is estimated, and when an estimate is believed. JSON: `estimator`.
 struct EstimatorOptions {
   Method method = Method::search;
   Effort effort = Effort::balanced;
+  FindingsWanted findings = FindingsWanted::on;
   bool tracked = false;            // a frame first looks where the last frame found its target
   double false_alarm_rate = 1e-3;  // share of the frames without a target that claim a target
   double range_risk = 1e-3;        // risk of a wrong range above which a frame is ambiguous

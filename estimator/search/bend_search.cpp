@@ -1,7 +1,6 @@
 #include "estimator/search/bend_search.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -28,31 +27,18 @@ constexpr std::size_t most_best_cells = 16;
 // that a zoom that has found the path has more than the cell.
 constexpr double least_signal_kept = 0.6;
 
-// bend (s^2 - 1/12) is bend / 6 times the Legendre polynomial P_2.
-constexpr double bend_per_quadratic = 6;
-
 }  // namespace
 
-Fit BentFit::at_mid_frame() const {
-  Fit mid = fit;
-  mid.parameters.line.delay_ns -= bend_ns / 12;
-  Eigen::Vector4d change = by_bend;
-  change[delay_index] -= 1.0 / 12;
-  mid.covariance += variance_ns2 * change * change.transpose();
-  mid.has_covariance = fit.has_covariance && variance_ns2 > 0 && mid.covariance.allFinite();
-  return mid;
-}
-
-BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
-                       double max_acceleration_mps2, std::size_t max_photons,
-                       std::optional<BlindTime> straight_blind)
+BendSearch::BendSearch(TargetSearch& search, likelihood::Maximizer& maximizer,
+                       const PulseTrain& train, double width_ns, double max_acceleration_mps2,
+                       std::size_t max_photons, std::optional<BlindTime> straight_blind)
     : search_(search),
+      maximizer_(maximizer),
       train_(train),
       width_ns_(width_ns),
       max_acceleration_mps2_(max_acceleration_mps2),
       straight_(train, max_photons),
       straight_blind_(std::move(straight_blind)),
-      maximizer_(search.shape(), train, max_photons, {1, 1, straight_blind_.has_value()}),
       sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
   best_.reserve(most_best_cells + 1);
 }
@@ -78,19 +64,22 @@ const FoldedFrame& BendSearch::straightened(const FoldedFrame& frame, double ben
 std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Start> start = find_start(frame, most);
   if (!start) return std::nullopt;
-  BentFit best = refine(frame, start->line, start->bend_ns);
+  BentFit found = {refine(frame, start->line, start->bend_ns), {}};
+  const likelihood::Target& target = found.best.model.targets[0];
   // The frame without this bend is searched as any other, since the delay may be one at which the
   // comb falls on itself in part, and for the odds of the range.
-  const std::optional<Fit> found = search_.find(straightened(frame, best.bend_ns), most);
-  if (!found) return best;
-  const DelayLine there = found->parameters.line;
-  const DelayLine here = best.fit.parameters.line;
-  const double apart = std::abs(std::remainder(there.delay_ns - here.delay_ns, train_.circle_ns)) +
-                       std::abs(there.travel_ns - here.travel_ns) / 2;
-  if (found->gain_nats > best.fit.gain_nats && apart > width_ns_) {
-    best = refine(frame, there, best.bend_ns);
+  const double bend_ns = bend_per_quadratic * target.track.quadratic_ns;
+  const std::optional<Fit> straight = search_.find(straightened(frame, bend_ns), most);
+  if (!straight) return std::nullopt;
+  found.straight = *straight;
+  const DelayLine there = straight->parameters.line;
+  const double apart_ns =
+      std::abs(std::remainder(there.delay_ns - target.track.delay_ns, train_.circle_ns)) +
+      std::abs(there.travel_ns - target.track.walk_ns) / 2;
+  if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
+    found.best = refine(frame, there, bend_ns);
   }
-  return best;
+  return found;
 }
 
 std::optional<BendSearch::Start> BendSearch::find_start(const FoldedFrame& frame, Effort most) {
@@ -172,32 +161,11 @@ BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t 
   return at;
 }
 
-// The bend is six times the quadratic term of the track. With the covariance C of all parameters,
-// the best others change by C_ib / C_bb as the bend b does, and have the covariance
-// C_ij - C_ib C_bj / C_bb where it is held.
-BentFit BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend_ns) {
+likelihood::Maximum BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend_ns) {
   likelihood::Model start = model_of({line});
   start.targets[0].track.quadratic_ns = bend_ns / bend_per_quadratic;
   maximizer_.begin(frame);
-  const likelihood::Maximum found = maximizer_.maximize(start, {likelihood::free_set(1, 3)});
-  BentFit best;
-  best.fit = fit_of(found);
-  best.bend_ns = bend_per_quadratic * found.model.targets[0].track.quadratic_ns;
-  const double farthest_ns = max_bend_ns(frame.length_ns) + least_reach_widths * width_ns_;
-  // Nobody would believe a bend beyond that.
-  if (!found.has_covariance || std::abs(best.bend_ns) > farthest_ns) return best;
-  constexpr std::array<Eigen::Index, 4> places = {
-      likelihood::delay, likelihood::walk, likelihood::signal, likelihood::background_place(1)};
-  const double variance = found.covariance(likelihood::quadratic, likelihood::quadratic);
-  Eigen::Vector4d with_quadratic;
-  for (Eigen::Index i = 0; i < with_quadratic.size(); ++i) {
-    with_quadratic[i] =
-        found.covariance(places[static_cast<std::size_t>(i)], likelihood::quadratic);
-  }
-  best.variance_ns2 = bend_per_quadratic * bend_per_quadratic * variance;
-  best.by_bend = with_quadratic / (bend_per_quadratic * variance);
-  best.fit.covariance -= with_quadratic * with_quadratic.transpose() / variance;
-  return best;
+  return maximizer_.maximize(start, {likelihood::free_set(1, 3)});
 }
 
 std::string BendSearch::too_many_looks_text(double length_ns) const {

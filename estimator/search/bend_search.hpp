@@ -1,42 +1,36 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "estimator/fit/refinement.hpp"
+#include "estimator/fit/fit.hpp"
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/search/target_search.hpp"
 
 namespace splid {
 
-// A maximum of the likelihood over lines that bend. The delay of a target with the acceleration a
-// is, at the share s of the frame from -1/2 to 1/2,
-//   delay + travel s + bend (s^2 - 1/12),   bend = a t_a^2 / c.
-// So `delay` is the mean over the frame, and the delay at mid-frame is bend / 12 less. Mean, travel
-// and bend do not correlate where the light is even; the delay at mid-frame and the bend do.
+// A maximum of the likelihood over paths that bend, and what the search found of it.
 struct BentFit {
-  Fit fit;  // of the straight line that is left of the path without its bend
-  double bend_ns = 0;
-  double variance_ns2 = 0;  // of the bend; 0 where the likelihood has no maximum in it
-  // How the best (delay, travel, signal, background) change as the bend does, so that the
-  // covariance of all is that of `fit` and variance_ns2 * by_bend * by_bend^T.
-  Eigen::Vector4d by_bend = Eigen::Vector4d::Zero();
-
-  // The fit as at mid-frame: with the delay there, and with the covariance that the unknown bend
-  // leaves.
-  [[nodiscard]] Fit at_mid_frame() const;
+  likelihood::Maximum best;
+  // The target's straight line in the frame without its bend, as TargetSearch found it there: for
+  // the odds of the range.
+  Fit straight;
 };
 
-// Finds targets that accelerate. A bend is tried by straightening the frame by it; what is left is
-// a straight line for TargetSearch. The bends that are tried lie so close that between them a path
-// stays in a delay bin of the search, and all photons count for each of them. The best cells of all
-// bends are then looked into with finer bends, and the likelihood is climbed in the bend too.
+// Finds targets that accelerate. The delay of a target with the acceleration a is, at the share s
+// of the frame from -1/2 to 1/2,
+//   delay + travel s + bend (s^2 - 1/12),   bend = a t_a^2 / c,
+// so that the bend is six times the quadratic term of its track. A bend is tried by straightening
+// the frame by it; what is left is a straight line for TargetSearch. The bends that are tried lie
+// so close that between them a path stays in a delay bin of the search, and all photons count for
+// each of them. The best cells of all bends are then looked into with finer bends, and the
+// likelihood is climbed in the bend too.
 //
 // Design note: cost grows with the bends that are possible, a t_a^2 / c. At 100 m/s^2 and bins of
 // ten widths of 0.1 ns a frame of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
@@ -49,10 +43,10 @@ class BendSearch {
   // a climb may add.
   static constexpr double least_reach_widths = 20;
 
-  // search and train: outlive this. max_acceleration_mps2: >= 0, towards and away. straight_blind:
-  // room for the blind time of a straightened frame; empty: frames come without.
-  BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
-             double max_acceleration_mps2, std::size_t max_photons,
+  // search, maximizer and train: outlive this. max_acceleration_mps2: >= 0, towards and away.
+  // straight_blind: room for the blind time of a straightened frame; empty: frames come without.
+  BendSearch(TargetSearch& search, likelihood::Maximizer& maximizer, const PulseTrain& train,
+             double width_ns, double max_acceleration_mps2, std::size_t max_photons,
              std::optional<BlindTime> straight_blind = std::nullopt);
 
   // How far a path may bend in a frame of this length: the largest |bend|.
@@ -70,10 +64,6 @@ class BendSearch {
   // odds of `search` are then those of the range in the frame as it was straightened.
   std::optional<BentFit> find(const FoldedFrame& frame, Effort most);
 
-  // The maximum near a line and a bend, which should be so near that the line is within two pulse
-  // widths of the path all over the frame.
-  BentFit refine(const FoldedFrame& frame, DelayLine line, double bend_ns);
-
   // The frame without a bend, with its blind time where it has that. Valid until the next call.
   const FoldedFrame& straightened(const FoldedFrame& frame, double bend_ns);
 
@@ -89,6 +79,8 @@ class BendSearch {
     double box_gain_nats;
     double signal_photons;  // in the box
   };
+  [[nodiscard]] likelihood::Maximum refine(const FoldedFrame& frame, DelayLine line,
+                                           double bend_ns);
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
@@ -99,12 +91,12 @@ class BendSearch {
   Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
 
   TargetSearch& search_;
+  likelihood::Maximizer& maximizer_;
   const PulseTrain& train_;
   double width_ns_;
   double max_acceleration_mps2_;
   FoldedFrame straight_;
   std::optional<BlindTime> straight_blind_;
-  likelihood::Maximizer maximizer_;
   FoldedFrame sample_;
   std::vector<Cell> best_;
 };

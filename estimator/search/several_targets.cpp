@@ -39,6 +39,25 @@ std::span<const DelayLine> lines_of(const JointParameters& at, Lines& lines, std
 
 }  // namespace
 
+likelihood::Maximum maximum_of(std::span<const FoundTarget> targets) {
+  likelihood::Maximum all;
+  const auto size = static_cast<Eigen::Index>(likelihood::parameters_of(targets.size()));
+  all.covariance = SmallMatrix::Zero(size, size);
+  all.has_covariance = true;
+  const auto b = static_cast<Eigen::Index>(likelihood::background_place(targets.size()));
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const likelihood::Maximum one = maximum_of(targets[k].fit);
+    all.model.add(one.model.targets[0]);
+    all.model.background_per_ns = one.model.background_per_ns;
+    all.stop = one.stop;
+    const auto d = static_cast<Eigen::Index>(likelihood::of_target * k);
+    all.covariance.block<likelihood::of_target, likelihood::of_target>(d, d) =
+        one.covariance.topLeftCorner<likelihood::of_target, likelihood::of_target>();
+    all.covariance(b, b) = one.covariance.bottomRightCorner<1, 1>()(0, 0);
+  }
+  return all;
+}
+
 SeveralTargets::SeveralTargets(TargetSearch& search, PatternCheck& pattern_check,
                                const PulseTrain& train, const PulseShape& shape,
                                double threshold_nats, double false_alarm_rate, std::size_t most,

@@ -27,6 +27,9 @@ struct FoundTarget {
   bool moves = false;  // although targets are taken to be at rest
 };
 
+// The targets as one maximum. What the deviations of two have in common is left out.
+likelihood::Maximum maximum_of(std::span<const FoundTarget> targets);
+
 // Finds the targets that a frame shows beside its best one. What the frame shows at once is fitted
 // at once (JointStart). Where not all of that is targets, and for those beyond, they are found one
 // after the other:

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "estimator/fit/fit.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -20,9 +21,13 @@ Fit fit_at(double delay_ns, double travel_ns) {
 }
 
 Estimate values_of(const Fit& fit, const FrameUnits& units = {length_ns, circle_ns, 1},
-                   const SyncFit& sync = {}, double bend_ns = 0) {
+                   const SyncFit& sync = {}, double bend_ns = 0, const Widening& wider = {}) {
+  likelihood::Maximum at = maximum_of(fit);
+  DelayTrack& track = at.model.targets[0].track;
+  track.quadratic_ns = bend_ns / bend_per_quadratic;
+  track.delay_ns += track.quadratic_ns / 2;  // the fit's delay is that at mid-frame
   Estimate estimate;
-  fill_values(estimate, fit, units, sync, bend_ns);
+  fill_values(estimate, at, 0, wider, units, sync);
   return estimate;
 }
 
@@ -55,7 +60,26 @@ TEST(FrameValues, DelaysAreInTheClockThatIsRight) {
 // through its middle is.
 TEST(FrameValues, ABendMovesTheDelayAtTheStart) {
   const FrameUnits units{length_ns, circle_ns, 1};
-  EXPECT_NEAR(values_of(fit_at(1000, 0), units, {}, 0.8).delay_start_ns, 1000.2, 1e-9);
+  const Estimate bent = values_of(fit_at(1000, 0), units, {}, 0.8);
+  EXPECT_NEAR(bent.delay_ns, 1000, 1e-9);
+  EXPECT_NEAR(bent.delay_start_ns, 1000.2, 1e-9);
+  EXPECT_NEAR(bent.acceleration_mps2, acceleration_of_bend(0.8, length_ns), 1e-9);
+}
+
+// Shifts add in quadrature; a larger deviation that the photons show takes the fit's place.
+TEST(FrameValues, FindingsWidenTheDeviations) {
+  Fit fit = fit_at(1000, 0);
+  fit.has_covariance = true;
+  fit.covariance(0, 0) = 0.03 * 0.03;
+  fit.covariance(1, 1) = 0.1 * 0.1;
+  const FrameUnits units{length_ns, circle_ns, 1};
+  SyncFit sync;
+  sync.period_ps = 4e6;
+  const Estimate fitted = values_of(fit, units, sync);
+  const Estimate shifted = values_of(fit, units, sync, 0, {0.04, 0, 0, 0.2});
+  EXPECT_NEAR(fitted.std_delay_ns, 0.03, 1e-6);
+  EXPECT_NEAR(shifted.std_delay_ns, 0.05, 1e-6);
+  EXPECT_NEAR(shifted.std_velocity_mps, 2 * fitted.std_velocity_mps, 1e-6);
 }
 
 TEST(FrameValues, TheSyncsNoiseIsPartOfTheDeviations) {

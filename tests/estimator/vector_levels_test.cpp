@@ -83,7 +83,7 @@ const std::vector<LevelKind> level_kinds = {
        s.scene.motion = Motion::accelerating;
      }},
     {"accelerates unasked",
-     [](const Estimate& e) { return e.acceleration_misfit_mps2.has_value(); },
+     [](const Estimate& e) { return e.findings.has(FindingName::acceleration); },
      [](LevelScene& s) {
        s.made.acceleration_mps2 = 1000;
        s.made.signal_per_pulse = 0.05;
@@ -104,7 +104,8 @@ const std::vector<LevelKind> level_kinds = {
        s.made.sigma_ns = 0.2;
        s.pulse.width = PulseWidth::fitted;
      }},
-    {"wider than configured", [](const Estimate& e) { return e.pulse_misfit.has_value(); },
+    {"wider than configured",
+     [](const Estimate& e) { return e.findings.has(FindingName::pulse_width); },
      [](LevelScene& s) {
        s.made.sigma_ns = 0.15;
        s.made.signal_per_pulse = 0.02;
@@ -139,6 +140,13 @@ class Bits {
     all_.push_back(value ? 1 : 0);
     add(value.value_or(0));
   }
+  void add(const FoundList& findings) {
+    all_.push_back(findings.all().size());
+    for (const Finding& finding : findings.all()) {
+      all_.push_back(static_cast<std::uint64_t>(finding.name));
+      for (const double value : {finding.value, finding.std, finding.gain_nats}) add(value);
+    }
+  }
   void add(const TargetEstimate& t) {
     all_.push_back(static_cast<std::uint64_t>(t.status));
     for (const double value :
@@ -146,33 +154,25 @@ class Bits {
           t.signal_per_pulse, t.std_signal_per_pulse, t.significance_nats, t.range_odds_nats}) {
       add(value);
     }
-    for (const std::optional<double>& value :
-         {t.amplitude_misfit, t.pulse_misfit, t.acceleration_misfit_mps2, t.signal_gap,
-          t.shape_odds_nats}) {
-      add(value);
-    }
+    add(t.findings);
   }
   void add(const Estimate& e) {
     for (const std::uint64_t value :
          {static_cast<std::uint64_t>(e.status), std::uint64_t{e.has_values},
-          static_cast<std::uint64_t>(e.pattern_fault), std::uint64_t{e.dead_time_modelled},
-          static_cast<std::uint64_t>(e.stop), std::uint64_t{e.photons},
-          std::uint64_t{e.target_count}}) {
+          std::uint64_t{e.dead_time_modelled}, static_cast<std::uint64_t>(e.stop),
+          std::uint64_t{e.photons}, std::uint64_t{e.target_count}}) {
       all_.push_back(value);
     }
     for (const double value :
          {e.delay_ns, e.delay_start_ns, e.velocity_mps, e.acceleration_mps2, e.signal_per_pulse,
           e.background_per_ns, e.std_delay_ns, e.std_velocity_mps, e.std_acceleration_mps2,
           e.std_signal_per_pulse, e.std_background_per_ns, e.pulse_sigma_ns, e.std_pulse_sigma_ns,
-          e.significance_nats, e.threshold_nats, e.range_odds_nats, e.pulse_excess,
-          e.std_pulse_excess, e.blind_fraction}) {
+          e.significance_nats, e.threshold_nats, e.range_odds_nats, e.blind_fraction}) {
       add(value);
     }
-    for (const std::optional<double>& value :
-         {e.amplitude_misfit, e.pulse_misfit, e.acceleration_misfit_mps2, e.signal_gap,
-          e.dead_time_misfit_ns}) {
-      add(value);
-    }
+    add(e.dead_time_misfit_ns);
+    add(e.findings);
+    add(e.recent_findings);
     for (std::size_t k = 0; k < e.target_count; ++k) add(e.targets.at(k));
   }
   bool operator==(const Bits&) const = default;

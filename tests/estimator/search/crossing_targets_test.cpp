@@ -95,53 +95,6 @@ TEST(CrossingTargets, ThatHardlyCrossAreToldApartInMostFrames) {
   EXPECT_GE(resolved, 155);
 }
 
-// Its light is spread over more than a pulse at both ends of the frame and in its middle.
-TEST(CrossingTargets, APathThatBendsIsOneTarget) {
-  SceneOptions scene;
-  scene.motion = Motion::moving;
-  test::FrameMaker made = scene_of(0, 20, 40e-4);
-  FrameEstimator estimator = several(made, 2, scene);
-  for (const double acceleration_mps2 : {300.0, 500.0, 800.0}) {
-    made.acceleration_mps2 = acceleration_mps2;
-    for (std::uint64_t seed = 0; seed < 20; ++seed) {
-      const Estimate e = estimator.estimate(made.make(seed).view());
-      EXPECT_EQ(e.target_count, 0U) << acceleration_mps2;
-      EXPECT_TRUE(e.acceleration_misfit_mps2.has_value()) << acceleration_mps2;
-    }
-  }
-}
-
-// Each is judged by itself, in what is left without the other.
-TEST(CrossingTargets, EachSaysWhatItsLightHasAgainstPulseAndPath) {
-  const test::FrameMaker first = scene_of(0, 20, 50e-4);
-  test::FrameMaker wide = scene_of(30, 20, 30e-4), bent = wide, half = wide;
-  wide.sigma_ns = 0.17;
-  bent.acceleration_mps2 = 500;
-  FrameEstimator estimator = several(first, 2);
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Estimate plain = estimator.estimate(first.make_with({half}, seed).view());
-    const Estimate widened = estimator.estimate(first.make_with({wide}, seed).view());
-    const Estimate bends = estimator.estimate(first.make_with({bent}, seed).view());
-    for (const Estimate* e : {&plain, &widened, &bends}) {
-      ASSERT_EQ(e->target_count, 2U);
-      for (std::size_t k = 0; k < 2; ++k) {
-        const bool is_second = k == 1;
-        const TargetEstimate& target = e->targets.at(k);
-        if (e != &bends) {
-          EXPECT_EQ(target.pulse_misfit.has_value(), is_second && e == &widened) << seed;
-        }
-        EXPECT_EQ(target.acceleration_misfit_mps2.has_value(), is_second && e == &bends) << seed;
-        EXPECT_FALSE(target.signal_gap);
-      }
-      EXPECT_FALSE(e->pulse_misfit);  // the first one's
-    }
-    EXPECT_NEAR(*widened.targets[1].pulse_misfit, 0.7, 0.3);
-    EXPECT_GT(widened.targets[1].std_delay_ns, 5 * plain.targets[1].std_delay_ns);
-    EXPECT_LT(widened.targets[0].std_delay_ns, 1.2 * plain.targets[0].std_delay_ns);
-    EXPECT_GT(bends.targets[1].std_velocity_mps, plain.targets[1].std_velocity_mps);
-  }
-}
-
 // A weak one that moves away from a bright one, or through it, is no tail: no tail moves. Its range
 // may be in doubt, where half of its light is at a shoulder of its comb.
 TEST(CrossingTargets, AWeakOneThatMovesOtherwiseIsFound) {
@@ -166,27 +119,6 @@ TEST(CrossingTargets, AWeakOneThatMovesOtherwiseIsFound) {
     }
     EXPECT_GE(found, 39) << delay_ns << " ns, " << apart_mps << " m/s";
   }
-}
-
-// Two that cross are not told apart beside a third where two may be listed, and are then one whose
-// deviations hold them both.
-TEST(CrossingTargets, OneOfSeveralMayHoldTwoThatCross) {
-  const test::FrameMaker first = scene_of(30, 20, 50e-4);
-  const test::FrameMaker second = scene_of(0, 20, 40e-4), third = scene_of(0, 24, 40e-4);
-  FrameEstimator estimator = several(first, 2);
-  int held = 0;
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const Estimate e = estimator.estimate(first.make_with({second, third}, seed).view());
-    for (std::size_t k = 0; k < e.target_count; ++k) {
-      const TargetEstimate& target = e.targets.at(k);
-      if (std::abs(off_of(target, second)) > 1) continue;
-      const double off_mps =
-          std::min(std::abs(target.velocity_mps - 20), std::abs(target.velocity_mps - 24));
-      EXPECT_LT(off_mps, 5 * target.std_velocity_mps) << seed;
-      held += target.pulse_misfit ? 1 : 0;
-    }
-  }
-  EXPECT_GT(held, 0);
 }
 
 }  // namespace

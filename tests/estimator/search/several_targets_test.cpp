@@ -259,26 +259,6 @@ TEST(SeveralTargets, OneOfATwentiethIsFoundCloseBesideTheOther) {
   }
 }
 
-// Three widths away the counts tell it from another pulse in most frames, and it says how surely.
-TEST(SeveralTargets, OneOfATwentiethSaysHowSurelyItIsNoFlank) {
-  const test::FrameMaker bright = scene_of(0, 20, 160e-4);
-  FrameEstimator estimator = several(bright, 2);
-  const int frames = test::times(100);
-  for (const double off_ns : {-0.3, 0.3}) {
-    const test::FrameMaker weak = scene_of(off_ns, 20, 8e-4);
-    int found = 0;
-    for (int seed = 0; seed < frames; ++seed) {
-      const Estimate e = estimator.estimate(bright.make_with({weak}, seed).view());
-      if (e.target_count != 2) continue;
-      ++found;
-      EXPECT_FALSE(e.targets[0].shape_odds_nats);
-      ASSERT_TRUE(e.targets[1].shape_odds_nats);
-      EXPECT_GT(*e.targets[1].shape_odds_nats, 3);
-    }
-    EXPECT_GE(found, 0.93 * frames) << off_ns;
-  }
-}
-
 // Behind a weak pulse there is more light than the fit has, by two deviations, in one frame of
 // fifty.
 TEST(SeveralTargets, ChanceBehindAClearRiseLosesNoTarget) {
@@ -326,28 +306,6 @@ TEST(SeveralTargets, AWidePulseIsNoTwoTargets) {
     }
   }
   EXPECT_LE(claimed, 5);
-}
-
-// Its photons are spread as those of several targets are, so that its climb is left out at first.
-// What is published is the maximum all the same.
-TEST(SeveralTargets, AWidePulseHasTheValuesOfOneTarget) {
-  test::FrameMaker made = scene_of(0, 20, 40e-4);
-  made.sigma_ns = 0.2;
-  FrameEstimator one = several(made, 1), four = several(made, 4);
-  int compared = 0;
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const auto frame = made.make(seed);
-    const Estimate a = one.estimate(frame.view()), b = four.estimate(frame.view());
-    if (b.target_count > 0) continue;
-    ++compared;
-    EXPECT_EQ(a.status, b.status);
-    EXPECT_NEAR(a.delay_ns, b.delay_ns, 0.05 * a.std_delay_ns) << seed;
-    EXPECT_NEAR(a.velocity_mps, b.velocity_mps, 0.05 * a.std_velocity_mps) << seed;
-    EXPECT_NEAR(a.signal_per_pulse, b.signal_per_pulse, 0.05 * a.std_signal_per_pulse) << seed;
-    EXPECT_NEAR(a.std_delay_ns, b.std_delay_ns, 0.01 * a.std_delay_ns) << seed;
-    EXPECT_NEAR(a.significance_nats, b.significance_nats, 0.1) << seed;
-  }
-  EXPECT_GE(compared, 9);
 }
 
 TEST(SeveralTargets, AtRestAreFoundAtRest) {

@@ -63,32 +63,6 @@ TEST(TargetsInRows, AreTriedAllAtOnce) {
   EXPECT_GE(found, 26);
 }
 
-// Three that are too close to be told apart, and a fourth far away. Whatever the row is taken for,
-// its light says that it is no single pulse's, and the fourth is found beside it. 15 of these
-// frames list the row as two; found one after the other, it would be two in 4.
-TEST(TargetsInRows, HideNoOtherWhereTheyStandInOneLight) {
-  const test::FrameMaker first = scene_of(0), far = scene_of(1334.3, 20, 9e-4);
-  FrameEstimator estimator = several(first, 4);
-  int in_parts = 0;
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    const Estimate e =
-        estimator.estimate(first.make_with({scene_of(0.3), scene_of(0.6), far}, seed).view());
-    ASSERT_GE(e.target_count, 2U) << seed;
-    const std::span targets(e.targets.data(), e.target_count);
-    const auto found = std::find_if(targets.begin(), targets.end(), [&](const TargetEstimate& t) {
-      return std::abs(off_of(t, far)) < 1;
-    });
-    ASSERT_NE(found, targets.end()) << seed;
-    expect_is(*found, far);
-    if (e.target_count > 2) ++in_parts;
-    if (e.target_count == 4) continue;
-    EXPECT_TRUE(std::any_of(targets.begin(), targets.end(), [](const TargetEstimate& t) {
-      return t.pulse_misfit.has_value();
-    })) << seed;
-  }
-  EXPECT_GE(in_parts, 12);
-}
-
 // What does not stand in one light is looked for one after the other, since the light that was
 // fitted as a row may be that of others: of targets further apart, of such as part over the frame,
 // of a pair beside a third, and of those whose combs meet, beside which there is a little light of

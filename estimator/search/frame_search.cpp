@@ -1,0 +1,172 @@
+#include "estimator/search/frame_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "estimator/fit/significance.hpp"
+#include "estimator/model/units.hpp"
+#include "protocol/error.hpp"
+
+namespace splid {
+namespace {
+
+// A target that is followed gains about as much in each frame. Half of that gain is asked for: it
+// leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
+// half of an interleaved comb falls on itself.
+constexpr double least_followed_gain = 0.5;
+constexpr double followed_margin_nats = 6;
+constexpr int most_followed = 20;
+
+// Design note: a look at all delays costs as much as everything else in a followed frame. The odds
+// of the frame's range grow as its gain does, at the odds for each nat of gain that the last
+// searched frame had. Where the odds expected so are above 40 nats, far above those of a risk of
+// 1e-8, the look is left out.
+constexpr double sure_odds_nats = 40;
+constexpr double longest_gap_ps = 1e12;
+
+// In a frame in which paths bend by less, not even a million photons show that they do.
+constexpr double least_bend_widths = 0.01;
+
+}  // namespace
+
+double FrameSearch::max_travel_ns(const SceneOptions& scene, double length_ns) {
+  const bool moves = scene.motion != Motion::static_target && scene.max_speed_mps > 0;
+  return moves ? travel_ns_at(scene.max_speed_mps, length_ns) : 0;
+}
+
+FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
+                         const SceneOptions& scene, const EstimatorOptions& options,
+                         double length_ns, std::size_t max_photons,
+                         likelihood::Maximizer& maximizer, std::optional<BlindTime> blind)
+    : train_(train),
+      shape_(shape),
+      maximizer_(maximizer),
+      is_periodic_(pattern.mode == Mode::ambiguous),
+      told_apart_ns_(is_periodic_ ? pattern.unambiguous_delay_ps * ns_per_ps : train.circle_ns),
+      max_travel_ns_(max_travel_ns(scene, length_ns)),
+      threshold_nats_(threshold_of(0, options.false_alarm_rate)),
+      bent_threshold_nats_(threshold_nats_),
+      least_odds_nats_(odds_at_risk_nats(options.range_risk)),
+      search_(train, shape, scope(options, length_ns, blind.has_value(), scene.targets > 1),
+              max_photons) {
+  const bool accelerates =
+      moves() && scene.max_acceleration_mps2 > 0 && options.method == Method::search &&
+      (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
+  if (accelerates) {
+    look_for_bends(scene, options.false_alarm_rate, length_ns, max_photons, std::move(blind));
+  }
+}
+
+// How far a delay that is looked at may travel: fits are not held to the speeds that the search
+// starts from. In a frame so short that the fastest target travels a few pulse widths, much of the
+// plane that is looked at lies beyond the largest speed.
+double FrameSearch::threshold_of(double bend_ns, double false_alarm_rate) const {
+  const double width_ns = shape_.width_ns();
+  const double travel_ns =
+      moves() ? max_travel_ns_ + 2 * TargetSearch::least_reach_widths * width_ns : 0;
+  return significance_threshold_nats({train_.circle_ns, travel_ns, width_ns, bend_ns},
+                                     false_alarm_rate);
+}
+
+SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns, bool may_be_dead,
+                               bool one_of_several) const {
+  return {length_ns,        max_travel_ns_,
+          threshold_nats_,  {told_apart_ns_, max_travel_ns_, shape_.width_ns()},
+          least_odds_nats_, options.effort,
+          !is_periodic_,    may_be_dead,
+          one_of_several};
+}
+
+void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_rate,
+                                 double length_ns, std::size_t max_photons,
+                                 std::optional<BlindTime> blind) {
+  bends_ = std::make_unique<BendSearch>(search_, maximizer_, train_, shape_.width_ns(),
+                                        scene.max_acceleration_mps2, max_photons, std::move(blind));
+  const double bend_ns = bends_->max_bend_ns(length_ns);
+  const bool too_many = bends_->looks(length_ns) > BendSearch::most_looks;
+  const bool must_bend = scene.motion == Motion::accelerating;
+  if (too_many && must_bend) {
+    throw Error(Fault::usage, bends_->too_many_looks_text(length_ns));
+  }
+  if (too_many || (!must_bend && bend_ns < least_bend_widths * shape_.width_ns())) {
+    bends_.reset();
+    return;
+  }
+  bent_threshold_nats_ =
+      threshold_of(bend_ns + BendSearch::least_reach_widths * shape_.width_ns(), false_alarm_rate);
+}
+
+std::optional<Start> FrameSearch::straight(const FoldedFrame& frame, Effort most) {
+  const std::optional<Fit> fit = search_.find(frame, most);
+  if (!fit) return std::nullopt;
+  const double odds_nats = fit->has_covariance ? search_.range_odds_nats(*fit) : 0;
+  return Start{model_of(fit->parameters), fit->gain_nats, odds_nats, fit};
+}
+
+Start FrameSearch::judged(const FoldedFrame& frame, const FrameParameters& at) {
+  const Fit fit = search_.judge(frame, at);
+  const double odds_nats = fit.has_covariance ? search_.range_odds_nats(fit) : 0;
+  return {model_of(at), fit.gain_nats, odds_nats, fit};
+}
+
+std::optional<Start> FrameSearch::bent(const FoldedFrame& frame, Effort most) {
+  const std::optional<BentFit> found = bends_->find(frame, most);
+  if (!found) return std::nullopt;
+  const Fit& line = found->straight;
+  const double odds_nats = line.has_covariance ? search_.range_odds_nats(line) : 0;
+  return Start{found->best.model, found->best.gain_nats, odds_nats, std::nullopt};
+}
+
+std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetTrack& track,
+                                         std::int64_t mid_ps, double scale) {
+  const auto gap_ps = static_cast<double>(mid_ps - track.mid_ps);
+  if (!track.valid || track.followed >= most_followed || std::abs(gap_ps) > longest_gap_ps) {
+    return std::nullopt;
+  }
+  const double gained_mps = track.acceleration_mps2 * gap_ps * 1e-12;
+  const double beta = (track.velocity_mps + gained_mps / 2) / speed_of_light_mps;  // over the gap
+  const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
+  const double bend_ns = track.acceleration_mps2 / acceleration_of_bend(1, frame.length_ns);
+  const FoldedFrame& photons = bends_ ? bends_->straightened(frame, bend_ns) : frame;
+  Fit fit =
+      search_.find_near(photons, {delay_ns / scale / (1 + beta) + bend_ns / 12,
+                                  travel_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
+  const double least_nats = std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns,
+                                     threshold_nats_ + followed_margin_nats);
+  if (fit.gain_nats < least_nats || !fit.has_covariance) return std::nullopt;
+  const double expected_nats = track.odds_per_nat * fit.gain_nats;
+  const bool is_sure = expected_nats >= sure_odds_nats;
+  if (!is_sure) fit = search_.look_beside(photons, fit);
+  const double odds_nats = search_.range_odds_nats(fit);
+  Start start = {model_of(fit.parameters), fit.gain_nats,
+                 is_sure ? std::min(odds_nats, expected_nats) : odds_nats, std::nullopt};
+  start.model.targets[0].track.quadratic_ns = bends_ ? bend_ns / bend_per_quadratic : 0;
+  if (!bends_) start.exact = fit;
+  return start;
+}
+
+void FrameSearch::remember(const FoldedFrame& frame, std::int64_t mid_ps, const Estimate& estimate,
+                           TargetTrack& track) const {
+  // A range that may be wrong is not followed: the next frame is then searched over all delays.
+  track.valid = estimate.range_odds_nats >= least_odds_nats_;
+  track.mid_ps = mid_ps;
+  track.delay_ns = estimate.delay_ns;
+  track.velocity_mps = estimate.velocity_mps;
+  track.acceleration_mps2 = estimate.acceleration_mps2;
+  track.signal_per_pulse = estimate.signal_per_pulse;
+  track.std_signal_per_pulse = estimate.std_signal_per_pulse;
+  if (track.followed > 0) return;
+  track.nats_per_ns = estimate.significance_nats / frame.seen_ns;
+  track.odds_per_nat = estimate.range_odds_nats / estimate.significance_nats;
+}
+
+// Nobody would believe a bend beyond that.
+bool FrameSearch::is_possible(const DelayTrack& track, double length_ns) const {
+  if (!bends_) return track.quadratic_ns == 0;
+  return std::abs(bend_per_quadratic * track.quadratic_ns) <=
+         bends_->max_bend_ns(length_ns) + BendSearch::least_reach_widths * shape_.width_ns();
+}
+
+}  // namespace splid

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "estimator/fold/blind_time.hpp"
+#include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/estimate.hpp"
+#include "estimator/model/units.hpp"
+#include "estimator/search/bend_search.hpp"
+#include "estimator/search/target_search.hpp"
+#include "protocol/pattern.hpp"
+
+namespace splid {
+
+// The ways to find a frame's target, the cheapest first: where the last frame had it, along all
+// straight lines, and along all paths that bend.
+enum class Look { follow, straight, bent };
+
+// Where a look has found the target.
+struct Start {
+  likelihood::Model model;   // of one target, whose rates may be 0: to be fitted
+  double gain_nats = 0;      // as far as the look has fitted it
+  double odds_nats = 0;      // of its range; 0 where it is not significant
+  std::optional<Fit> exact;  // where the look ended at the maximum of a straight line
+};
+
+// Finds the target of a frame by the look that is asked for.
+//
+// Threads: one thread for each object. Errors: Error(Fault::usage) from the constructor, where
+// paths may bend in too many ways. No allocation in the calls for frames of up to max_photons.
+class FrameSearch {
+ public:
+  // pattern, train, shape, maximizer: outlive this. blind: of the detector whose dead time is
+  // modelled.
+  FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
+              const SceneOptions& scene, const EstimatorOptions& options, double length_ns,
+              std::size_t max_photons, likelihood::Maximizer& maximizer,
+              std::optional<BlindTime> blind);
+
+  std::optional<Start> straight(const FoldedFrame& frame, Effort most);
+  std::optional<Start> bent(const FoldedFrame& frame, Effort most);
+  // Looks where a track foretells the target. Empty where the track does not hold, or the target is
+  // not there. scale: from the pattern's clock to that of the track.
+  std::optional<Start> follow(const FoldedFrame& frame, const TargetTrack& track,
+                              std::int64_t mid_ps, double scale);
+  // Notes what a frame has shown, with the odds that its search gave.
+  void remember(const FoldedFrame& frame, std::int64_t mid_ps, const Estimate& estimate,
+                TargetTrack& track) const;
+  // What a fit by other means is, beside the peaks of straight().
+  Start judged(const FoldedFrame& frame, const FrameParameters& at);
+
+  // The largest travel over a frame of nominal length.
+  static double max_travel_ns(const SceneOptions& scene, double length_ns);
+  [[nodiscard]] bool moves() const { return max_travel_ns_ > 0; }
+  [[nodiscard]] bool may_bend() const { return bends_ != nullptr; }
+  // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then
+  // leads to the path too.
+  [[nodiscard]] bool bends_little(double length_ns) const { return bends_->looks(length_ns) == 1; }
+  // The largest quadratic term of a path that is searched.
+  [[nodiscard]] double most_quadratic_ns(double length_ns) const {
+    return bends_->max_bend_ns(length_ns) / bend_per_quadratic;
+  }
+  [[nodiscard]] bool is_possible(const DelayTrack& track, double length_ns) const;
+  // The circle that delays are told apart on: equal delays modulo this are the same.
+  [[nodiscard]] double told_apart_ns() const { return told_apart_ns_; }
+  [[nodiscard]] double threshold_nats() const { return threshold_nats_; }
+  [[nodiscard]] double bent_threshold_nats() const { return bent_threshold_nats_; }
+  [[nodiscard]] double least_odds_nats() const { return least_odds_nats_; }
+  // A gain that the search takes for a target without looking any closer.
+  [[nodiscard]] double settled_nats() const { return search_.settled_nats(); }
+  [[nodiscard]] TargetSearch& targets() { return search_; }
+
+ private:
+  [[nodiscard]] SearchScope scope(const EstimatorOptions& options, double length_ns,
+                                  bool may_be_dead, bool one_of_several) const;
+  void look_for_bends(const SceneOptions& scene, double false_alarm_rate, double length_ns,
+                      std::size_t max_photons, std::optional<BlindTime> blind);
+  [[nodiscard]] double threshold_of(double bend_ns, double false_alarm_rate) const;
+
+  const PulseTrain& train_;
+  const PulseShape& shape_;
+  likelihood::Maximizer& maximizer_;
+  bool is_periodic_;  // mode `ambiguous`: delays are told apart within the unambiguous delay
+  double told_apart_ns_;
+  double max_travel_ns_;  // over a frame of nominal length
+  double threshold_nats_, bent_threshold_nats_;
+  double least_odds_nats_;  // that a range needs to be taken as known
+  TargetSearch search_;
+  std::unique_ptr<BendSearch> bends_;  // null: paths are taken as straight
+};
+
+}  // namespace splid
