@@ -62,6 +62,10 @@ void ResidualMap::add_phases(const PulseShape& shape) {
 
 void ResidualMap::fill(const FoldedFrame& frame, const DelayTrack& track) {
   if (!looks()) return;
+  if (frame.size() > phases_32_.size()) {
+    phases_32_.resize(frame.size());
+    picked_.resize(frame.size());
+  }
   std::fill(counts_.begin(), counts_.end(), 0.0);
   std::fill(by_pulse_.begin(), by_pulse_.end(), 0.0);
   std::fill(by_phase_.begin(), by_phase_.end(), 0);
