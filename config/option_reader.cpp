@@ -134,6 +134,23 @@ void OptionReader::numbers(const char* key, std::vector<double>& values, Bounds 
   }
 }
 
+void OptionReader::pairs(const char* key, std::vector<NumberPair>& values,
+                         const std::array<Bounds, 2>& bounds, const char*) {
+  const json* given = take(key);
+  if (given == nullptr) return;
+  const std::string pointer = pointer_to(pointer_, key);
+  if (!given->is_array()) fail(pointer, shown(*given) + " is no array of pairs of numbers");
+  values.assign(given->size(), {});
+  for (std::size_t i = 0; i < given->size(); ++i) {
+    const json& pair = (*given)[i];
+    const std::string place = pointer_to(pointer, std::to_string(i));
+    if (!pair.is_array() || pair.size() != 2) fail(place, shown(pair) + " is no pair of numbers");
+    for (std::size_t k = 0; k < 2; ++k) {
+      values[i].at(k) = read_number(pair[k], pointer_to(place, std::to_string(k)), bounds.at(k));
+    }
+  }
+}
+
 void OptionReader::channel(const char* key, std::string& value, const char*) {
   const json* given = take(key);
   if (given == nullptr) return;

@@ -48,6 +48,14 @@ void OptionWriter::numbers(const char* key, std::vector<double>& values, Bounds,
   for (const double value : values) object_[key].push_back(plain_number(value));
 }
 
+void OptionWriter::pairs(const char* key, std::vector<NumberPair>& values,
+                         const std::array<Bounds, 2>&, const char*) {
+  object_[key] = ordered_json::array();
+  for (const NumberPair& pair : values) {
+    object_[key].push_back({plain_number(pair[0]), plain_number(pair[1])});
+  }
+}
+
 void OptionWriter::channel(const char* key, std::string& value, const char*) {
   object_[key] = value.empty() ? ordered_json(value) : channel_json(value);
 }

@@ -28,6 +28,8 @@ class OptionWriter final : public OptionVisitor {
               const char* doc) override;
   void numbers(const char* key, std::vector<double>& values, Bounds bounds,
                const char* doc) override;
+  void pairs(const char* key, std::vector<NumberPair>& values, const std::array<Bounds, 2>& bounds,
+             const char* doc) override;
   void channel(const char* key, std::string& value, const char* doc) override;
   void channels(const char* key, std::vector<std::string>& values, const char* doc) override;
   void object(const char* key, const std::function<void(OptionVisitor&)>& members,

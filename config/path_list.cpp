@@ -58,6 +58,8 @@ class PathLister final : public OptionVisitor {
   void text(const char*, std::string&, const char*) override {}
   void choice(const char*, std::size_t&, std::span<const char* const>, const char*) override {}
   void numbers(const char*, std::vector<double>&, Bounds, const char*) override {}
+  void pairs(const char*, std::vector<NumberPair>&, const std::array<Bounds, 2>&,
+             const char*) override {}
   void channels(const char*, std::vector<std::string>&, const char*) override {}
   void require(const char*) override {}
 

@@ -106,6 +106,17 @@ void SchemaWriter::numbers(const char* key, std::vector<double>& values, Bounds 
   add_default(member, key, [&](OptionWriter& writer) { writer.numbers(key, values, bounds, doc); });
 }
 
+void SchemaWriter::pairs(const char* key, std::vector<NumberPair>& values,
+                         const std::array<Bounds, 2>& bounds, const char* doc) {
+  ordered_json& member = add(key, doc);
+  member["type"] = "array";
+  ordered_json& pair = member["items"];
+  pair["type"] = "array";
+  pair["minItems"] = pair["maxItems"] = 2;
+  for (const Bounds& column : bounds) add_bounds(pair["prefixItems"].emplace_back(), column);
+  add_default(member, key, [&](OptionWriter& writer) { writer.pairs(key, values, bounds, doc); });
+}
+
 void SchemaWriter::channel(const char* key, std::string& value, const char* doc) {
   ordered_json& member = add(key, doc);
   member["anyOf"] = channel_schema(true);

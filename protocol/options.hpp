@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -14,6 +15,8 @@ struct Bounds {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
 };
+
+using NumberPair = std::array<double, 2>;
 
 // How a struct of options shows its keys to whoever fills, prints or documents them. Each struct
 // has one `describe(OptionVisitor&)`, which names every key once with its bounds and a sentence
@@ -38,6 +41,9 @@ class OptionVisitor {
                       const char* doc) = 0;
   virtual void numbers(const char* key, std::vector<double>& values, Bounds bounds,
                        const char* doc) = 0;
+  // An array of pairs of numbers, such as the rows of a short table.
+  virtual void pairs(const char* key, std::vector<NumberPair>& values,
+                     const std::array<Bounds, 2>& bounds, const char* doc) = 0;
   // A channel name: `sync`, `marker:N`, or an input number; empty for none.
   virtual void channel(const char* key, std::string& value, const char* doc) {
     text(key, value, doc);

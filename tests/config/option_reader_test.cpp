@@ -56,6 +56,18 @@ TEST(OptionReader, RelativePathsStartAtTheFile) {
               HasSubstr("/source/recording: \"\" names no file"));
 }
 
+TEST(OptionReader, PairsAreReadAndTheirFaultsNamed) {
+  EXPECT_THAT(read(R"({"table": [[0, 3], [9, -3]]})").table,
+              ElementsAre(NumberPair{0, 3}, NumberPair{9, -3}));
+  EXPECT_TRUE(read(R"({"table": []})").table.empty());
+  EXPECT_THAT(reader_error(R"({"table": 1})"), HasSubstr("/source/table: 1 is no array of pairs"));
+  EXPECT_THAT(reader_error(R"({"table": [[1, 2, 3]]})"),
+              HasSubstr("/source/table/0: [1,2,3] is no pair"));
+  EXPECT_THAT(reader_error(R"({"table": [[1, 2], 3]})"),
+              HasSubstr("/source/table/1: 3 is no pair"));
+  EXPECT_THAT(reader_error(R"({"table": [[1, 4]]})"), HasSubstr("/source/table/0/1: 4 is above 3"));
+}
+
 TEST(OptionReader, AChannelMayBeANumberAndAlone) {
   EXPECT_THAT(read(R"({"photon": 3})").photon, ElementsAre("3"));
   EXPECT_THAT(read(R"({"photon": "sync"})").photon, ElementsAre("sync"));

@@ -37,6 +37,7 @@ EveryOption all_given() {
   options.recording = "/data/\"a\".ptu";
   options.colour = EveryOption::Colour::green;
   options.times_s = {1e-9, 8};
+  options.table = {{0.1, -3}, {9, 0}};
   options.sync = "";
   options.photon = {"0", "marker:7"};
   options.target.distance_m = 99.5;
@@ -45,10 +46,11 @@ EveryOption all_given() {
 }
 
 TEST(OptionWriter, WritesDefaultsInTheOrderOfTheirDescriptions) {
-  EXPECT_EQ(written({}),
-            R"({"length_ms":50,"count":4,"live":true,"name":"default","colour":"red",)"
-            R"("times_s":[1,2.5],"sync":"sync","photon":[1],"target":{"distance_m":1},)"
-            R"("targets":[]})");
+  EXPECT_EQ(
+      written({}),
+      R"({"length_ms":50,"count":4,"live":true,"name":"default","colour":"red",)"
+      R"("times_s":[1,2.5],"table":[[1,-2]],"sync":"sync","photon":[1],"target":{"distance_m":1},)"
+      R"("targets":[]})");
 }
 
 TEST(OptionWriter, WhatItWritesReadsBackTheSame) {

@@ -25,7 +25,7 @@ TEST(Schema, IsOfAnObjectWithoutFurtherKeys) {
   EXPECT_EQ(schema["type"], "object");
   EXPECT_EQ(schema["additionalProperties"], false);
   EXPECT_EQ(schema["required"], ordered_json::array());
-  EXPECT_EQ(schema["properties"].size(), 12U);
+  EXPECT_EQ(schema["properties"].size(), 13U);
 }
 
 TEST(Schema, NumbersHaveBoundsAndDefaults) {
@@ -52,6 +52,10 @@ TEST(Schema, ArraysDescribeTheirItems) {
   EXPECT_EQ(json_text(member("times_s")),
             R"({"description":"some times, s","type":"array",)"
             R"("items":{"type":"number","minimum":0,"maximum":9},"default":[1,2.5]})");
+  EXPECT_EQ(json_text(member("table")),
+            R"({"description":"a table","type":"array","items":{"type":"array","maxItems":2,)"
+            R"("minItems":2,"prefixItems":[{"type":"number","minimum":0,"maximum":9},)"
+            R"({"type":"number","minimum":-3,"maximum":3}]},"default":[[1,-2]]})");
   const ordered_json targets = member("targets");
   EXPECT_EQ(targets["items"]["required"], ordered_json_value_if_any(R"(["distance_m"])"));
   EXPECT_EQ(targets["items"]["properties"]["distance_m"]["maximum"], 100);

@@ -26,6 +26,7 @@ struct EveryOption {
   std::string recording;
   Colour colour = Colour::red;
   std::vector<double> times_s = {1, 2.5};
+  std::vector<NumberPair> table = {{1, -2}};
   std::string sync = "sync";
   std::vector<std::string> photon = {"1"};
   Target target;
@@ -43,6 +44,7 @@ struct EveryOption {
     visitor.path("recording", recording, "a file");
     choose(visitor, "colour", colour, colours, "a choice");
     visitor.numbers("times_s", times_s, {0, 9}, "some times, s");
+    visitor.pairs("table", table, {Bounds{0, 9}, Bounds{-3, 3}}, "a table");
     visitor.channel("sync", sync, "a channel");
     visitor.channels("photon", photon, "some channels");
     visitor.object(

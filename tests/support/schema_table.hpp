@@ -80,6 +80,10 @@ class SchemaTable {
       return member["anyOf"].size() == 3 ? "a channel, or an array of them" : "a channel";
     }
     const std::string type = member.value("type", "");
+    if (type == "array" && member["items"].contains("prefixItems")) {
+      const Json& pair = member["items"]["prefixItems"];
+      return "array of pairs: " + allowed(pair[0]) + ", " + allowed(pair[1]);
+    }
     if (type == "array") {
       return member["items"].contains("properties") ? "array of objects"
                                                     : "array of " + allowed(member["items"]);
