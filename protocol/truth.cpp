@@ -138,6 +138,7 @@ std::string to_json(const SceneTruth& truth) {
   object["signal_per_pulse"] = truth.signal_per_pulse;
   object["background_per_s"] = truth.background_per_s;
   object["sigma_ps"] = truth.sigma_ps;
+  if (truth.depth_m > 0) object["depth_m"] = truth.depth_m;
   object["electronic_delay_ns"] = truth.electronic_delay_ns;
   object["drift_ppm"] = truth.drift_ppm;
   object["drift_ramp_ppm_per_s"] = truth.drift_ramp_ppm_per_s;
@@ -160,6 +161,7 @@ SceneTruth truth_from_json(const std::string& text) {
   truth.signal_per_pulse = number(object, "signal_per_pulse");
   truth.background_per_s = number(object, "background_per_s");
   truth.sigma_ps = number(object, "sigma_ps");
+  if (object.contains("depth_m")) truth.depth_m = number(object, "depth_m");
   truth.electronic_delay_ns = number(object, "electronic_delay_ns");
   truth.drift_ppm = number(object, "drift_ppm");
   truth.drift_ramp_ppm_per_s = number(object, "drift_ramp_ppm_per_s");

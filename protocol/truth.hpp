@@ -22,6 +22,7 @@ struct SceneTruth {
   double signal_per_pulse = 0;       // mean detections of a pulse of amplitude 1
   double background_per_s = 0;
   double sigma_ps = 0;             // gaussian part of a detection's time
+  double depth_m = 0;              // the light comes from distance_m to so much behind it
   double electronic_delay_ns = 0;  // a lidar without range offset reads c/2 times this more
   double drift_ppm = 0;            // at the stream's start
   double drift_ramp_ppm_per_s = 0;

@@ -15,9 +15,13 @@ std::uint64_t seed_of(const Options& options) { return static_cast<std::uint64_t
 
 double gap_ps(double rate_per_s) { return rate_per_s > 0 ? ps_per_s / rate_per_s : 0; }
 
+// A fog's random numbers are its own whatever targets there are. A photon meets nothing at 0 m.
+constexpr std::uint64_t fog_stream = 1'000'000;
+constexpr double nearest_fog_m = 1e-6;
+
 std::vector<SignalStream> signals_of(const Pattern& pattern, const Options& options) {
   std::vector<SignalStream> signals;
-  signals.reserve(1 + options.more_targets.size());
+  signals.reserve(2 + options.more_targets.size());
   signals.emplace_back(pattern, options.detection, drift_of(options),
                        TargetPath(options.target, options.tagger_rate()), seed_of(options));
   for (const FurtherTarget& target : options.more_targets) {
@@ -26,6 +30,16 @@ std::vector<SignalStream> signals_of(const Pattern& pattern, const Options& opti
     signals.emplace_back(pattern, detection, drift_of(options),
                          TargetPath(target.path, options.tagger_rate()), seed_of(options),
                          signals.size());
+  }
+  if (options.fog.counts_per_pulse > 0) {
+    DetectionOptions detection = options.detection;
+    detection.signal_per_pulse = options.fog.counts_per_pulse;
+    detection.fog_m = options.fog.depth_m;
+    TargetOptions begin;
+    begin.motion = MotionKind::linear;
+    begin.distance_m = std::max(options.fog.distance_m, nearest_fog_m);
+    signals.emplace_back(pattern, detection, drift_of(options),
+                         TargetPath(begin, options.tagger_rate()), seed_of(options), fog_stream);
   }
   return signals;
 }
@@ -36,6 +50,7 @@ constexpr FineTime never = {PendingTimes::none, 0};
 
 Scene::Scene(const Pattern& pattern, const Options& options)
     : signals_(signals_of(pattern, options)),
+      foreign_(options.foreign, seed_of(options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
       detectors_(options.detector, seed_of(options)),
       random_(seed_of(options), 3),
@@ -51,13 +66,15 @@ Scene::Scene(const Pattern& pattern, const Options& options)
 
 bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
   for (SignalStream& signal : signals_) signal.fill(until_ps);
+  foreign_.fill(until_ps);
   sync_.fill(until_ps);
   for (;;) {
     const std::int64_t first_ps =
         std::min({next_signal().front(), sync_.pending().front(), marker_.rounded_ps(),
-                  detectors_.next_release_ps(), until_ps});
+                  detectors_.next_release_ps(), next_late_ps(), until_ps});
     if (!write_background(first_ps, out)) return false;
-    if (detectors_.next_release_ps() < first_ps) continue;  // the background has trapped a carrier
+    // The background has trapped a carrier, or one of its photons is late.
+    if (std::min(detectors_.next_release_ps(), next_late_ps()) < first_ps) continue;
     if (first_ps >= until_ps) return true;
     if (!write_first(out)) return false;
   }
@@ -65,22 +82,23 @@ bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
 
 // The hot loop of a scene with much background.
 bool Scene::write_background(std::int64_t until_ps, TagWriter& out) {
-  while (background_.ps < std::min(until_ps, detectors_.next_release_ps())) {
+  while (background_.ps < std::min({until_ps, detectors_.next_release_ps(), next_late_ps()})) {
     if (!put_light(background_.ps, out)) return false;
     next_background();
   }
   return true;
 }
 
-// Writes the earliest event of afterpulses, signal, syncs and markers.
+// Writes the earliest event of afterpulses, late photons, signal, syncs and markers.
 bool Scene::write_first(TagWriter& out) {
   PendingTimes& signal = next_signal();
   const std::int64_t signal_ps = signal.front();
   const std::int64_t sync_ps = sync_.pending().front();
   const std::int64_t marker_ps = marker_.rounded_ps();
   const std::int64_t release_ps = detectors_.next_release_ps();
+  if (next_late_ps() <= std::min({release_ps, signal_ps, sync_ps, marker_ps})) return put_late(out);
   if (release_ps <= std::min({signal_ps, sync_ps, marker_ps})) {
-    return put_photon(release_ps, detectors_.take_release(), out);
+    return put_detection(release_ps, detectors_.take_release(), out);
   }
   if (signal_ps <= std::min(sync_ps, marker_ps)) {
     signal.pop();
@@ -95,13 +113,28 @@ bool Scene::write_first(TagWriter& out) {
 }
 
 bool Scene::put_light(std::int64_t time_ps, TagWriter& out) {
-  return put_photon(time_ps, detectors_.detect(time_ps), out);
+  return put_detection(time_ps, detectors_.detect(time_ps), out);
 }
 
-bool Scene::put_photon(std::int64_t time_ps, std::optional<int> detector, TagWriter& out) {
-  if (!detector) return true;
+bool Scene::put_detection(std::int64_t time_ps, std::optional<Detection> detection,
+                          TagWriter& out) {
+  if (!detection) return true;
+  if (detection->late_ps == 0) return put_photon(time_ps, detection->detector, out);
+  late_.push_back({time_ps + detection->late_ps, detection->detector});
+  std::push_heap(late_.begin(), late_.end(), is_later);
+  return true;
+}
+
+bool Scene::put_late(TagWriter& out) {
+  std::pop_heap(late_.begin(), late_.end(), is_later);
+  const LatePhoton photon = late_.back();
+  late_.pop_back();
+  return put_photon(photon.time_ps, photon.detector, out);
+}
+
+bool Scene::put_photon(std::int64_t time_ps, int detector, TagWriter& out) {
   photon_since_sync_ = true;
-  return out.put(photon_tag(start_ps_ + time_ps, photon_input_ + *detector));
+  return out.put(photon_tag(start_ps_ + time_ps, photon_input_ + detector));
 }
 
 bool Scene::put_sync(std::int64_t time_ps, TagWriter& out) {
@@ -110,14 +143,14 @@ bool Scene::put_sync(std::int64_t time_ps, TagWriter& out) {
   return !passed || out.put(sync_tag(start_ps_ + time_ps));
 }
 
-// The light that comes next, of all targets.
+// The light that comes next, of all targets and foreign sources.
 PendingTimes& Scene::next_signal() {
   PendingTimes* next = &signals_.front().pending();
   for (std::size_t k = 1; k < signals_.size(); ++k) {
     PendingTimes& other = signals_[k].pending();
     if (other.front() < next->front()) next = &other;
   }
-  return *next;
+  return foreign_.pending().front() < next->front() ? foreign_.pending() : *next;
 }
 
 void Scene::next_background() { background_.advance(background_gap_ps_ * random_.exponential()); }

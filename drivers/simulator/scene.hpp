@@ -31,14 +31,28 @@ class Scene {
   bool write_background(std::int64_t until_ps, TagWriter& out);
   bool write_first(TagWriter& out);
   bool put_light(std::int64_t time_ps, TagWriter& out);
-  bool put_photon(std::int64_t time_ps, std::optional<int> detector, TagWriter& out);
+  bool put_detection(std::int64_t time_ps, std::optional<Detection> detection, TagWriter& out);
+  bool put_photon(std::int64_t time_ps, int detector, TagWriter& out);
+  bool put_late(TagWriter& out);
+  [[nodiscard]] std::int64_t next_late_ps() const {
+    return late_.empty() ? PendingTimes::none : late_.front().time_ps;
+  }
   bool put_sync(std::int64_t time_ps, TagWriter& out);
   void next_background();
   PendingTimes& next_signal();
 
-  std::vector<SignalStream> signals_;  // of each target
+  // A photon that its detector's timing walk delays.
+  struct LatePhoton {
+    std::int64_t time_ps;
+    int detector;
+  };
+  static bool is_later(const LatePhoton& a, const LatePhoton& b) { return a.time_ps > b.time_ps; }
+
+  std::vector<SignalStream> signals_;  // of each target, and of the fog
+  ForeignStream foreign_;
   SyncStream sync_;
   Detectors detectors_;
+  std::vector<LatePhoton> late_;  // a heap, the earliest first
   Random random_;
   std::int64_t start_ps_;
   int photon_input_;

@@ -52,6 +52,7 @@ SceneTruth scene_truth(const Options& options) {
   truth.signal_per_pulse = options.detection.signal_per_pulse;
   truth.background_per_s = options.background_per_s();
   truth.sigma_ps = options.detection.sigma_ps;
+  truth.depth_m = options.target.depth_m;
   truth.electronic_delay_ns = options.detection.electronic_delay_ns;
   truth.drift_ppm = options.drift_ppm;
   truth.drift_ramp_ppm_per_s = options.drift_ramp_ppm_per_s;

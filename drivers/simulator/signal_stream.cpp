@@ -27,9 +27,11 @@ SignalStream::SignalStream(const Pattern& pattern, const DetectionOptions& optio
 // Goes back in time until the light of the first period comes in before the stream starts, with its
 // tail and jitter.
 void SignalStream::start_in_steady_state() {
+  // Fog adds two exponential ways of half of fog_m each.
   const double latest_ps =
       Random::largest_normal * (options_.sigma_ps + options_.emission_jitter_ps) +
-      Random::largest_exponential * options_.tail_ps;
+      Random::largest_exponential * (options_.tail_ps + 2 * options_.fog_m / light_m_per_ps) +
+      2 * motion_.depth_m() / light_m_per_ps;
   for (std::int64_t back = 1; back < (std::int64_t{1} << 40); back *= 2) {
     GeneratorClock earlier = clock_;
     earlier.back_periods(back);
@@ -65,12 +67,23 @@ void SignalStream::next_photon() {
   arrival_ = arrival(emitted_);
 }
 
+// How far behind the target's distance a photon is sent back. Fog: of the light that comes back,
+// optics that overlap the more the farther it is, and extinction, leave z exp(-z / scale).
+double SignalStream::behind_m(const FineTime& arrival) {
+  if (motion_.depth_m() > 0) return motion_.behind_m(arrival.seconds(), random_.uniform());
+  if (options_.fog_m > 0) {
+    return options_.fog_m / 2 * (random_.exponential() + random_.exponential());
+  }
+  return 0;
+}
+
 void SignalStream::detect() {
   if (!arrival_) return;
   double late_ps = options_.sigma_ps > 0 ? options_.sigma_ps * random_.normal() : 0;
   if (options_.tail_fraction > 0 && random_.uniform() < options_.tail_fraction) {
     late_ps += options_.tail_ps * random_.exponential();
   }
+  late_ps += 2 * behind_m(*arrival_) * motion_.clock_rate() / light_m_per_ps;
   const std::int64_t time_ps = arrival_->after(late_ps).rounded_ps();
   if (time_ps >= 0) pending_.insert(time_ps);
 }

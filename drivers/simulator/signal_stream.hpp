@@ -20,6 +20,7 @@ struct DetectionOptions {
   double tail_ps = 0;                 // mean of that delay
   double emission_jitter_ps = 0;      // gaussian, the same for all photons of a pulse
   double electronic_delay_ns = 0;     // between sync and detector channels
+  double fog_m = 0;                   // mean way that light goes on behind the target: FogOptions
 };
 
 // The detections of laser light, also of pulses that left before the stream's start.
@@ -42,6 +43,7 @@ class SignalStream {
   void start_in_steady_state();
   void next_photon();
   void detect();
+  [[nodiscard]] double behind_m(const FineTime& arrival);
   [[nodiscard]] std::optional<FineTime> arrival(const FineTime& emitted) const;
 
   EmissionSchedule schedule_;

@@ -14,6 +14,7 @@
 //   target_path    where a target is at a time
 //   echo           when the light of a pulse is back
 //   signal_stream  the times of signal and background at the detector
+//   foreign_stream the times of light that is not the pattern's
 //   detectors      which of these times a detector with a dead time and jitter reports
 //   sync_stream    the syncs, as an instrument sends them
 //   scene          all of these in the order of time, and scene_truth what is true of them

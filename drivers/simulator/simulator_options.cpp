@@ -52,6 +52,14 @@ void describe_clocks(Options& options, OptionVisitor& visitor) {
 
 }  // namespace
 
+void FogOptions::describe(OptionVisitor& visitor) {
+  visitor.number("counts_per_pulse", counts_per_pulse, {0, 1e3},
+                 "mean detections of a pulse of amplitude 1, from all of its depth; 0: no fog");
+  visitor.number("distance_m", distance_m, {0, max_distance_m}, "where it begins, m");
+  visitor.number("depth_m", depth_m, {1e-3, 1e6},
+                 "mean way from there to where the light is sent back, m");
+}
+
 void Options::describe(OptionVisitor& visitor) {
   visitor.object(
       "target", [this](OptionVisitor& members) { target.describe(members); },
@@ -68,6 +76,12 @@ void Options::describe(OptionVisitor& visitor) {
       more_targets.size(),
       "further targets, each of which sends back light of its own, as a window before the target "
       "does");
+  visitor.object(
+      "fog", [this](OptionVisitor& members) { fog.describe(members); },
+      "fog or haze: a smooth return without a surface");
+  visitor.object(
+      "foreign", [this](OptionVisitor& members) { foreign.describe(members); },
+      "periodic light of another laser, or an electrical pick-up");
   describe_light(*this, visitor);
   visitor.object(
       "detector", [this](OptionVisitor& members) { detector.describe(members); },
@@ -92,6 +106,11 @@ std::optional<OptionFault> Options::validate() const {
     fault = more_targets[i].path.validate();
     if (!fault) continue;
     fault->pointer = "/more_targets/" + std::to_string(i) + fault->pointer;
+    return fault;
+  }
+  fault = detector.validate();
+  if (fault) {
+    fault->pointer = "/detector" + fault->pointer;
     return fault;
   }
   if (photon_input + detector.inputs - 1 <= largest_input) return std::nullopt;

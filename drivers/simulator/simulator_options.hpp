@@ -8,6 +8,7 @@
 
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
+#include "drivers/simulator/foreign_stream.hpp"
 #include "drivers/simulator/signal_stream.hpp"
 #include "drivers/simulator/sync_stream.hpp"
 #include "drivers/simulator/target_path.hpp"
@@ -27,6 +28,14 @@ struct FurtherTarget {
   double signal_per_pulse = 13.5e-4;  // mean detections of a pulse of amplitude 1
 };
 
+// Fog or haze: a smooth return without a surface, beside that of the targets. JSON: `source`/`fog`.
+struct FogOptions {
+  double counts_per_pulse = 0;  // mean detections of a pulse of amplitude 1; 0: no fog
+  double distance_m = 0;        // where it begins
+  double depth_m = 40;          // mean way from there to where light is sent back
+  void describe(OptionVisitor& visitor);
+};
+
 // A simulated scene; the defaults are [P]'s set-up. JSON: `source` with the driver "simulator".
 //
 // Design note: of [P]'s delay of 1898 ns, 1855 ns were in the electronics. In the default scene the
@@ -34,6 +43,8 @@ struct FurtherTarget {
 struct Options : SourceOptions {
   TargetOptions target;
   std::vector<FurtherTarget> more_targets;
+  FogOptions fog;
+  ForeignOptions foreign;
   DetectionOptions detection;  // its keys stand in `source` itself
   DetectorModel detector;
   SyncOptions sync;

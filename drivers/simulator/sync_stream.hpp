@@ -14,6 +14,8 @@ struct SyncOptions {
   double jitter_ps = 10;           // gaussian; 9.4 to 11 were measured on a real tagger
   double missing_fraction = 0;     // of all syncs, at random
   double doubled_fraction = 0;     // of the others: a second sync comes 1 to 50 ns later
+  double jump_ps = 0;              // by which syncs are later in every second state
+  double jump_every_ms = 10;       // mean time in a state, exponential
   bool near_photons_only = false;  // the instrument passes only the first sync after a photon
 
   void describe(OptionVisitor& visitor);
@@ -33,10 +35,13 @@ class SyncStream {
 
  private:
   void send();
+  double state_ps();
 
   SyncOptions options_;
   GeneratorClock clock_;
   Random random_;
+  FineTime next_jump_;
+  bool is_late_ = false;
   PendingTimes pending_;
 };
 

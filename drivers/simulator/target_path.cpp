@@ -74,6 +74,12 @@ void TargetOptions::describe(OptionVisitor& visitor) {
         member.require("distance_m");
       },
       points.size(), "points: at least two, in the order of time");
+  visitor.number("depth_m", depth_m, {0, 1e4},
+                 "the target sends back light from distance_m on to so much further, evenly, m; "
+                 "0: from one surface");
+  visitor.number("edge_period_s", edge_period_s, {0, 1e9},
+                 "the light comes from the front and the back of depth_m alone, as of a beam that "
+                 "goes to and fro over an edge, once in so many s; 0: no edge");
 }
 
 std::optional<OptionFault> TargetOptions::validate() const {
@@ -96,6 +102,13 @@ MotionState TargetPath::at(double tagger_s) const {
       break;
   }
   return {options_.distance_m + options_.velocity_mps * time_s, options_.velocity_mps};
+}
+
+double TargetPath::behind_m(double tagger_s, double chance) const {
+  if (!(options_.edge_period_s > 0)) return options_.depth_m * chance;
+  const double turns = tagger_s / clock_rate_ / options_.edge_period_s;
+  const double back_share = 1 - std::abs(2 * (turns - std::floor(turns)) - 1);
+  return chance < back_share ? options_.depth_m : 0;
 }
 
 MotionState TargetPath::on_sinusoid(double time_s) const {

@@ -31,6 +31,8 @@ struct TargetOptions {
   double period_s = 20;       // sinusoid
   double phase_turns = 0;     // sinusoid: 0 starts at the mean, going away
   std::vector<Point> points;  // straight lines between them, forwards, backwards, and so on
+  double depth_m = 0;         // the light comes from distance_m to depth_m behind it: evenly, or
+  double edge_period_s = 0;   // where this is above 0, from the two ends of the depth alone
 
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
@@ -57,6 +59,10 @@ class TargetPath {
   // tagger_s: in the tagger's clock. The state is in true metres and seconds.
   [[nodiscard]] MotionState at(double tagger_s) const;
   [[nodiscard]] double clock_rate() const { return clock_rate_; }
+  [[nodiscard]] double depth_m() const { return options_.depth_m; }
+  // How far behind the target's distance a photon is sent back that comes in at tagger_s. chance:
+  // uniform in (0, 1).
+  [[nodiscard]] double behind_m(double tagger_s, double chance) const;
 
  private:
   [[nodiscard]] MotionState on_sinusoid(double time_s) const;

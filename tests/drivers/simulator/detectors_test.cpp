@@ -168,6 +168,47 @@ TEST(Detectors, SplitDetectorsAreBlindEachOnItsOwn) {
   EXPECT_NEAR(static_cast<double>(seen.size()), 4e5 / (1 + 5e6 * 60e-9), 4 * std::sqrt(4e5));
 }
 
+// The light and the dead time are those of a detector without walk; each tag is late by what the
+// table says of the wait since the detection before.
+TEST(Detectors, WalkDelaysWhatFollowsSoon) {
+  Options options = daylight(3e6, 0.02);
+  options.detector.dead_time_ns = 50;
+  const auto times = times_ps(simulate(options, paper_pattern()), TagKind::photon);
+  options.detector.walk = {{60, 500}, {160, 100}, {200, 20}};
+  const std::vector<Tag> tags = simulate(options, paper_pattern());
+  EXPECT_TRUE(std::is_sorted(tags.begin(), tags.end(),
+                             [](const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; }));
+  std::vector<std::int64_t> expected = times;
+  std::size_t late = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const double wait_ns = static_cast<double>(times[i] - times[i - 1]) * 1e-3;
+    double late_ps = 0;
+    if (wait_ns <= 60) late_ps = 500;
+    if (wait_ns > 60 && wait_ns <= 160) late_ps = 500 - 4 * (wait_ns - 60);
+    if (wait_ns > 160 && wait_ns <= 200) late_ps = 100 - 2 * (wait_ns - 160);
+    expected[i] += std::llround(late_ps);
+    late += wait_ns <= 200 ? 1 : 0;
+  }
+  const auto walked = times_ps(tags, TagKind::photon);
+  ASSERT_EQ(walked.size(), expected.size());
+  for (std::size_t i = 0; i < walked.size(); ++i) {
+    ASSERT_LE(std::abs(walked[i] - expected[i]), 1) << i;
+  }
+  const double share = 1 - std::exp(-3e6 * 150e-9);
+  EXPECT_NEAR(static_cast<double>(late) / static_cast<double>(times.size()), share,
+              four_deviations * std::sqrt(share / static_cast<double>(times.size())));
+}
+
+TEST(Detectors, TheWaitsOfAWalkAscend) {
+  DetectorModel model;
+  model.walk = {{50, 150}, {50, 20}};
+  const auto fault = model.validate();
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->pointer, "/walk/1/0");
+  model.walk = {{50, 150}, {51, 20}};
+  EXPECT_FALSE(model.validate());
+}
+
 TEST(Detectors, TagsStayInOrderAndASeedGivesOneStream) {
   Options options;
   options.pace = Speed::max;

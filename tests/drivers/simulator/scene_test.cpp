@@ -110,6 +110,23 @@ TEST(Scene, TargetsSendBackTheirOwnLight) {
   }
 }
 
+// Fog and foreign light come on top of what the scene has without them.
+TEST(Scene, FogAndForeignLightAddTheirOwnPhotons) {
+  Options options = busy_scene();
+  const auto before = times_ps(simulate(options, paper_pattern()), TagKind::photon);
+  options.fog.counts_per_pulse = 0.02;
+  options.foreign.counts_per_s = 160'000;
+  const std::vector<Tag> tags = simulate(options, paper_pattern());
+  EXPECT_TRUE(std::is_sorted(tags.begin(), tags.end(), by_time));
+  const auto all = times_ps(tags, TagKind::photon);
+  std::vector<std::int64_t> more;
+  std::set_difference(all.begin(), all.end(), before.begin(), before.end(),
+                      std::back_inserter(more));
+  EXPECT_EQ(more.size() + before.size(), all.size());
+  const double expected = 0.02 * 40 * 0.1 / 3.78e-6 + 16'000;
+  EXPECT_NEAR(static_cast<double>(more.size()), expected, 4 * std::sqrt(expected));
+}
+
 TEST(Scene, BackgroundIsPoisson) {
   Options options = noiseless_scene();
   options.detection.signal_per_pulse = 0;

@@ -54,6 +54,14 @@ TEST(SceneTruth, HasThePathOfEachFurtherTarget) {
   EXPECT_EQ(truth.more_targets[0].velocity_mps[500], 3);
 }
 
+TEST(SceneTruth, HoldsTheDepthOfALitTarget) {
+  Options options;
+  options.seconds = 1;
+  EXPECT_EQ(to_json(scene_truth(options)).find("depth_m"), std::string::npos);
+  options.target.depth_m = 0.4;
+  EXPECT_EQ(truth_from_json(to_json(scene_truth(options))).depth_m, 0.4);
+}
+
 TEST(SceneTruth, HoldsTheScenesConstants) {
   Options options;
   options.seconds = 1;

@@ -43,6 +43,82 @@ std::vector<std::int64_t> detections(SignalStream stream, std::int64_t until_ps)
   return times;
 }
 
+// Mean and variance of how far behind a distance photons are sent back, each with its standard
+// error, and how many there are.
+struct Depths {
+  double count = 0, mean_m = 0, mean_error_m = 0, variance_m2 = 0, variance_error_m2 = 0;
+  double least_m = 1e9, most_m = -1e9;
+};
+
+Depths depths(const std::vector<std::int64_t>& times, double distance_m, double period_ps) {
+  std::vector<double> all;
+  for (const std::int64_t time : times) {
+    const double way_ps = static_cast<double>(time) - 2 * distance_m / light_m_per_ps;
+    all.push_back((way_ps - period_ps * std::floor(way_ps / period_ps + 1e-6)) * light_m_per_ps /
+                  2);
+  }
+  Depths found;
+  found.count = static_cast<double>(all.size());
+  for (const double x : all) found.mean_m += x / found.count;
+  double fourth = 0;
+  for (const double x : all) {
+    const double square = (x - found.mean_m) * (x - found.mean_m);
+    found.variance_m2 += square / found.count;
+    fourth += square * square / found.count;
+    found.least_m = std::min(found.least_m, x), found.most_m = std::max(found.most_m, x);
+  }
+  found.mean_error_m = std::sqrt(found.variance_m2 / found.count);
+  found.variance_error_m2 =
+      std::sqrt((fourth - found.variance_m2 * found.variance_m2) / found.count);
+  return found;
+}
+
+// A target of a depth is lit evenly: mean at half of it, variance a twelfth of its square.
+TEST(SignalStream, ASlabSendsBackEvenly) {
+  TargetOptions slab = linear(150);
+  slab.depth_m = 0.4;
+  const auto times = detections(
+      SignalStream(one_segment(10'000'000, {0}, {1}), exact(0.5), {}, TargetPath(slab), 3),
+      200'000'000'000);
+  const Depths found = depths(times, 150, 1e7);
+  EXPECT_NEAR(found.count, 1e4, 4 * 100);
+  EXPECT_NEAR(found.mean_m, 0.2, 4 * found.mean_error_m);
+  EXPECT_NEAR(found.variance_m2, 0.16 / 12, 4 * found.variance_error_m2);
+  EXPECT_GE(found.least_m, -1e-4);
+  EXPECT_LE(found.most_m, 0.4001);
+}
+
+// z exp(-z / 20 m): mean 40 m, variance 2 (20 m)^2.
+TEST(SignalStream, FogSendsBackFromItsWholeDepth) {
+  DetectionOptions fog = exact(0.5);
+  fog.fog_m = 40;
+  const auto times = detections(
+      SignalStream(one_segment(10'000'000, {0}, {1}), fog, {}, TargetPath(linear(100)), 3),
+      200'000'000'000);
+  const Depths found = depths(times, 100, 1e7);
+  EXPECT_NEAR(found.count, 1e4, 4 * 100);
+  EXPECT_NEAR(found.mean_m, 40, 4 * found.mean_error_m);
+  EXPECT_NEAR(found.variance_m2, 800, 4 * found.variance_error_m2);
+}
+
+// To and fro in 100 ms: of the light of 50 ms the back's share goes from none to all.
+TEST(SignalStream, ABeamGoesOverAnEdge) {
+  TargetOptions edge = linear(150);
+  edge.depth_m = 0.05, edge.edge_period_s = 0.1;
+  SignalStream stream(one_segment(1'000'000, {0}, {1}), exact(0.5), {}, TargetPath(edge), 3);
+  double count[5] = {}, back[5] = {};
+  for (const std::int64_t time : detections(stream, 50'000'000'000)) {
+    const auto part = static_cast<std::size_t>(time / 10'000'000'000);
+    const Depths one = depths({time}, 150, 1e6);
+    ASSERT_TRUE(std::abs(one.mean_m) < 1e-3 || std::abs(one.mean_m - 0.05) < 1e-3) << one.mean_m;
+    count[part] += 1, back[part] += one.mean_m > 0.025 ? 1 : 0;
+  }
+  for (std::size_t part = 0; part < 5; ++part) {
+    EXPECT_NEAR(count[part], 5000, 4 * std::sqrt(5000));
+    EXPECT_NEAR(back[part] / count[part], 0.1 + 0.2 * static_cast<double>(part), 4 * 0.5 / 70);
+  }
+}
+
 class MovingTarget : public testing::TestWithParam<double> {};
 
 // Every detection of a noiseless scene is at an arrival time of the closed form, in long doubles:

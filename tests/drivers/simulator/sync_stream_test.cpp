@@ -62,6 +62,25 @@ TEST(SyncStream, JitterIsGaussianOfItsWidth) {
   EXPECT_NEAR(fourths / count / std::pow(squares / count, 2), 3, 0.1);
 }
 
+// Each sync is in one of two states; each state has half of the time, in stays of 10 ms.
+TEST(SyncStream, JumpsBetweenTwoStates) {
+  SyncOptions options = exact();
+  options.jump_ps = 250;
+  options.jump_every_ms = 0.1;
+  const auto times = syncs(options, {}, 1'000'000'000'000);
+  ASSERT_EQ(times.size(), 1'000'000U);
+  double late = 0, jumps = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const std::int64_t off_ps = times[i] - static_cast<std::int64_t>(i) * 1'000'000;
+    ASSERT_TRUE(off_ps == 0 || off_ps == 250) << off_ps;
+    late += off_ps > 0 ? 1 : 0;
+    if (i > 0) jumps += times[i] - times[i - 1] != 1'000'000 ? 1 : 0;
+  }
+  EXPECT_NEAR(late / 1e6, 0.5, 4 * std::sqrt(0.25 / 5000));
+  // Of stays shorter than a period, 1 % of a mean stay, some are not seen.
+  EXPECT_NEAR(jumps, 1e4, 4 * 100 + 100);
+}
+
 TEST(SyncStream, JitterBeyondAPeriodStaysSorted) {
   SyncOptions options;
   options.jitter_ps = 1'000'000;
