@@ -124,6 +124,7 @@ void check_all(const Config& config) {
   check(config.file, "/frame", frame_fault(config));
   check(config.file, "/scene", config.scene.validate());
   check(config.file, "/drift", config.drift.validate());
+  check(config.file, "/detector", config.detector.validate());
   check(config.file, "/estimator", config.estimator.validate(config.scene));
   check(config.file, "/pulse", pulse_fault(config));
   check(config.file, "", written_file_fault(config));

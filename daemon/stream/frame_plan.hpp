@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "daemon/stream/frame.hpp"
 #include "estimator/sync/sync_clock.hpp"
+#include "protocol/options.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid {
@@ -15,14 +17,17 @@ struct FramerOptions {
   double length_ms = 50;  // > 0
   double period_ps = 0;   // of the pattern, in the tagger's clock if it was calibrated; > 0
   DriftMethod drift = DriftMethod::regression;
-  std::size_t max_syncs = 1 << 16;  // how many one frame can hold
+  std::size_t max_syncs = 1 << 16;    // how many one frame can hold
+  std::vector<NumberPair> walk = {};  // of the detector: see TimingWalk
 };
 
 // The pattern periods in a frame: the whole number that comes nearest to length_ms, at least 1.
 double periods_per_frame(double length_ms, double period_ps);
 
 // The options for a pattern: its period (calibrated, if it was calibrated) and room for its syncs.
-FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift);
+// walk: `detector.walk`.
+FramerOptions framer_options(double length_ms, const Pattern& pattern, DriftMethod drift,
+                             const std::vector<NumberPair>& walk);
 
 // A frame of a source that can wait, such as a replay, holds as many photons at least: its room
 // grows. 128 MiB.

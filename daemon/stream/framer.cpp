@@ -15,7 +15,7 @@ constexpr std::int64_t second_ps = 1'000'000'000'000;
 constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
-constexpr std::size_t most_undelayed = 4096;
+constexpr std::size_t most_corrected = 4096;
 constexpr std::size_t least_sync_room = 256;  // with less, runs would be too short to gain by
 constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
@@ -41,7 +41,8 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       channels_(channels),
       sink_(sink),
       clock_(options.period_ps, options.drift, options.max_syncs),
-      undelayed_(channels.has_delays() ? most_undelayed : 0),
+      walk_(options.walk, channels.inputs()),
+      corrected_(corrects() ? most_corrected : 0),
       held_(most_held) {
   const double length_ps =
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
@@ -53,14 +54,21 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
 
 void Framer::push(std::span<const Tag> tags, std::int64_t arrival_ns) {
   arrival_ns_ = arrival_ns;
-  if (!channels_.has_delays()) return push_in_time(tags);
+  if (!corrects()) return push_in_time(tags);
   while (!tags.empty()) {
-    const auto some = tags.first(std::min(tags.size(), most_undelayed));
-    undelayed_.clear();
-    for (const Tag& tag : some) undelayed_.push(channels_.undelayed(tag));
-    push_in_time(undelayed_.view());
+    const auto some = tags.first(std::min(tags.size(), most_corrected));
+    corrected_.clear();
+    for (const Tag& tag : some) corrected_.push(corrected(tag));
+    push_in_time(corrected_.view());
     tags = tags.subspan(some.size());
   }
+}
+
+Tag Framer::corrected(const Tag& tag) {
+  Tag photon = channels_.undelayed(tag);
+  if (walk_.is_none() || channels_.roles(tag) != role_photon) return photon;
+  photon.time_ps = walk_.without(photon.time_ps, channels_.input(tag));
+  return photon;
 }
 
 void Framer::push_in_time(std::span<const Tag> tags) {

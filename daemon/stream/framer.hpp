@@ -10,6 +10,7 @@
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/silence.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
+#include "daemon/stream/timing_walk.hpp"
 #include "estimator/sync/sync_clock.hpp"
 #include "protocol/tag.hpp"
 
@@ -71,7 +72,8 @@ class Framer {
   Framer(const FramerOptions& options, const ChannelMap& channels, FrameSink& sink);
 
   // arrival_ns: when the tags came, by any steady clock; it becomes Frame::arrival_ns. The delay of
-  // each photon's input is subtracted first, which may put photons out of order by that delay.
+  // each photon's input and its timing walk are subtracted first, which may put photons out of
+  // order by as much.
   void push(std::span<const Tag> tags, std::int64_t arrival_ns);
   // The stream is over: emits the last frame, if it holds or lost any tag, with the time that the
   // stream did not reach as a loss. Tags pushed afterwards begin a new stream.
@@ -86,6 +88,8 @@ class Framer {
   // Which ends of the open frame are already placed on pattern starts.
   enum class Ends { neither, start, both };
 
+  [[nodiscard]] bool corrects() const { return channels_.has_delays() || !walk_.is_none(); }
+  Tag corrected(const Tag& tag);
   void push_in_time(std::span<const Tag> tags);
   // Returns the first tag that it did not take.
   template <bool keeps_photons>
@@ -130,6 +134,8 @@ class Framer {
   ChannelMap channels_;
   FrameSink& sink_;
   SyncClock clock_;
+  TimingWalk walk_;
+  FixedArray<Tag> corrected_;  // scratch: tags without their inputs' delays and walk
   Silence silence_;
   std::int64_t max_gap_ps_;   // a longer gap makes no empty frames
   std::int64_t disorder_ps_;  // how far tags may be out of order
@@ -146,7 +152,6 @@ class Framer {
   std::uint64_t sequence_ = 0;
 
   std::optional<Tag> suspect_;  // a tag far ahead of the tag before it, not yet believed
-  FixedArray<Tag> undelayed_;   // scratch: tags without their inputs' delays
   FixedArray<Tag> held_;        // tags of the next frame, while the open frame waits for late tags
   int backward_run_ = 0;        // tags in a row that were earlier than the frame
   std::optional<std::int64_t> loss_from_ps_;     // a loss_begin without its end

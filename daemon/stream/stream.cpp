@@ -58,7 +58,8 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
       clock_(clock),
       ring_(ring_capacity(options_.pipeline)),
       dealer_(source_->info(), options_.estimator.effort, clock, lanes_),
-      framer_(framer_options(options_.frame.length_ms, options_.pattern, options_.drift.method),
+      framer_(framer_options(options_.frame.length_ms, options_.pattern, options_.drift.method,
+                             options_.detector.walk),
               ChannelMap(options_.channels), clock, ring_, dealer_) {
   const double length_ms = options_.frame.length_ms;
   check_frame_fits(length_ms, options_.pattern, ring_.capacity());

@@ -122,6 +122,25 @@ void DetectorOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "dead_time", dead_time, dead_time_names,
          "modelled: the estimate takes the dead time into account where it matters; flagged: "
          "frames in which the dead time would bias the result are saturated");
+  visitor.pairs("walk", walk, {Bounds{0, 1e6}, Bounds{-1e4, 1e4}},
+                "timing walk: waits since the detection before on the same input, ns, ascending, "
+                "and by how much a detection after such a wait comes late, ps; linear in between, "
+                "as in the first row before it, and nothing behind the last");
+}
+
+std::optional<OptionFault> DetectorOptions::validate() const {
+  constexpr std::size_t most_rows = 16;
+  if (walk.size() > most_rows) {
+    return OptionFault{"/walk", "has " + std::to_string(walk.size()) + " rows; at most " +
+                                    std::to_string(most_rows) + " are allowed"};
+  }
+  for (std::size_t i = 1; i < walk.size(); ++i) {
+    if (walk[i][0] > walk[i - 1][0]) continue;
+    return OptionFault{"/walk/" + std::to_string(i) + "/0",
+                       "is " + std::to_string(walk[i][0]) + " ns; must be above the wait before, " +
+                           std::to_string(walk[i - 1][0]) + " ns"};
+  }
+  return std::nullopt;
 }
 
 void DriftOptions::describe(OptionVisitor& visitor) {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "estimator/sync/sync_fit.hpp"
 #include "protocol/options.hpp"
@@ -77,7 +78,11 @@ enum class DeadTime { modelled, flagged };
 struct DetectorOptions {
   double dead_time_ns = 0;  // 0: not known; it is neither modelled nor flagged
   DeadTime dead_time = DeadTime::modelled;
+  // Timing walk: waits since the detection before on the same input, ns, ascending, and by how much
+  // a photon after such a wait comes late, ps. See TimingWalk in daemon/stream.
+  std::vector<NumberPair> walk = {};
   void describe(OptionVisitor& visitor);
+  [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
 // Whose clock is taken to be right, so that delays are in its time. tagger: the clock that stamped

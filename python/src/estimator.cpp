@@ -46,7 +46,7 @@ Frame frame_of(const FrameView& view) {
 class FrameByFrame {
  public:
   explicit FrameByFrame(const Config& config)
-      : options_(framer_options(config.frame.length_ms, config.pattern, config.drift.method)),
+      : options_(framer_options(config.frame.length_ms, config.pattern, config.drift.method, {})),
         clock_(options_.period_ps, options_.drift, options_.max_syncs),
         estimator_(config.pattern, config.pulse, config.scene, config.estimator,
                    config.frame.length_ms, most_photons(config), config.drift.reference,

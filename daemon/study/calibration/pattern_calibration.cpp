@@ -69,8 +69,9 @@ class Reader {
                           progress_(doing, seconds);
                         });
     const ChannelMap channels(inputs);
-    Framer framer(framer_options(length_ms, config_.pattern, config_.drift.method), channels,
-                  frames);
+    Framer framer(
+        framer_options(length_ms, config_.pattern, config_.drift.method, config_.detector.walk),
+        channels, frames);
     FramerSink sink(framer, stop_);
     open_()->run(sink, stop_);
     framer.finish();

@@ -164,8 +164,9 @@ class Collector final : public FrameSink {
 void play(const Config& config, const FrameOrigin& origin, double length_ms, TagSource& source,
           Collector& collector, const std::stop_token& stop) {
   const ChannelMap channels(origin.channels);
-  Framer framer(framer_options(length_ms, config.pattern, config.drift.method), channels,
-                collector);
+  Framer framer(
+      framer_options(length_ms, config.pattern, config.drift.method, config.detector.walk),
+      channels, collector);
   FramerSink sink(framer, stop);
   source.run(sink, stop);
   framer.finish();

@@ -24,6 +24,7 @@ TEST(ConfigChanges, TellWhatTakesARestart) {
   after.scene.max_speed_mps = 15;
   after.estimator.tracked = true;
   after.detector.dead_time_ns = 40;
+  after.detector.walk = {{50, 150}};
   after.frame.min_seen_fraction = 0.5;
   after.frame.length_ms = 20;
   after.publish.endpoint = "ipc:///run/splid/frames";
@@ -35,8 +36,8 @@ TEST(ConfigChanges, TellWhatTakesARestart) {
   EXPECT_THAT(changes.live, ElementsAre("/detector/dead_time_ns", "/estimator/tracked",
                                         "/frame/min_seen_fraction", "/scene/max_speed_mps",
                                         "/security/allow_list"));
-  EXPECT_THAT(changes.restart,
-              ElementsAre("/frame/length_ms", "/pattern", "/publish/endpoint", "/source/seconds"));
+  EXPECT_THAT(changes.restart, ElementsAre("/detector/walk/-", "/frame/length_ms", "/pattern",
+                                           "/publish/endpoint", "/source/seconds"));
 }
 
 // A list that nobody asks, or that nobody would ask any more, changes nothing until a restart.

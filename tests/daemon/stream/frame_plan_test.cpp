@@ -24,9 +24,9 @@ TEST(FramePlan, PeriodsAreTheNearestWholeNumber) {
 
 TEST(FramePlan, TheCalibratedPeriodCounts) {
   Pattern pattern = pattern_of(3'780'000);
-  EXPECT_EQ(framer_options(50, pattern, DriftMethod::off).period_ps, 3'780'000);
+  EXPECT_EQ((framer_options(50, pattern, DriftMethod::off, {}).period_ps), 3'780'000);
   pattern.calibrated_period_ps = 3'780'100;
-  const FramerOptions options = framer_options(50, pattern, DriftMethod::off);
+  const FramerOptions options = framer_options(50, pattern, DriftMethod::off, {});
   EXPECT_EQ(options.period_ps, 3'780'100);
   EXPECT_EQ(options.length_ms, 50);
   EXPECT_EQ(options.drift, DriftMethod::off);

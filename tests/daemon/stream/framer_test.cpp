@@ -200,6 +200,30 @@ TEST(Framer, AnInputsDelayIsTakenOffItsPhotons) {
   }
 }
 
+// The walk of each input is taken off, whatever the blocks are.
+TEST(Framer, AnInputsTimingWalkIsTakenOffItsPhotons) {
+  const std::vector<Tag> tags = TagStream{}.make();
+  FramerOptions options = options_of_10_ms();
+  options.walk = {{100'000, 700}};
+  std::vector<std::int64_t> expected;
+  TimingWalk walk(options.walk, 1);
+  for (const Tag& tag : tags) {
+    if (tag.kind == TagKind::photon) expected.push_back(walk.without(tag.time_ps, 0));
+  }
+  for (const std::size_t block : {std::size_t{777}, std::size_t{100'000}}) {
+    const Framed r = framed(tags, block, room_enough, options);
+    expect_sums_close(r, tags.size());
+    EXPECT_EQ(r.totals.late, 0U);
+    std::vector<std::int64_t> photons;
+    for (const auto& frame : r.frames.frames) {
+      photons.insert(photons.end(), frame->photons_ps.begin(), frame->photons_ps.end());
+    }
+    std::sort(photons.begin(), photons.end());
+    std::sort(expected.begin(), expected.end());
+    EXPECT_EQ(photons, expected);
+  }
+}
+
 // Input 7 gets a quarter of the light, and the delay of its tags moves some to other frames.
 TEST(Framer, ThePhotonsOfEachInputAreCounted) {
   TagStream stream;
