@@ -129,6 +129,29 @@ std::optional<Line> bent_line(std::span<const double> syncs, Line line) {
   return line;
 }
 
+double wander_ps(std::span<const double> syncs, const Line& line) {
+  const auto medians = block_medians(syncs, line);
+  if (!medians) return 0;
+  const BlockMedians& m = *medians;
+  const Bend parabola = bend_of(m);
+  double farthest = 0, off = 0, x_off = 0, square = 0;
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
+    const double at = parabola.a + x * (parabola.b + x * parabola.c);
+    farthest = std::max(farthest, std::abs(m.off_ps[i] - at));
+    off += m.off_ps[i], x_off += x * m.off_ps[i], square += x * x;
+  }
+  if (farthest <= sure_deviations * m.std_ps) return 0;
+  const auto n = static_cast<double>(m.count);
+  double first = 0, last = 0;
+  for (std::size_t i = 0; i < m.count; ++i) {
+    const double x = (m.at_ps[i] - parabola.mean_ps) / parabola.scale_ps;
+    const double from_line = m.off_ps[i] - off / n - x * x_off / square;
+    first = std::min(first, from_line), last = std::max(last, from_line);
+  }
+  return last - first;
+}
+
 bool is_straight(std::span<const double> syncs, const Line& line) {
   const auto medians = block_medians(syncs, line);
   return medians && medians->farthest_ps() == 0 && !bend_of(*medians).sure;

@@ -56,6 +56,10 @@ std::optional<BlockMedians> block_medians(std::span<const double> syncs, const L
 // of +-5 ns still holds the syncs there.
 std::optional<Line> bent_line(std::span<const double> syncs, Line line);
 
+// How far apart the medians are, about a straight line, where neither a line nor a parabola
+// explains them: the syncs wander, or jump. Else 0.
+double wander_ps(std::span<const double> syncs, const Line& line);
+
 // Whether most are near the line, no median is surely off it, and the medians do not surely bend.
 bool is_straight(std::span<const double> syncs, const Line& line);
 

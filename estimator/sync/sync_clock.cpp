@@ -36,6 +36,13 @@ double missing_syncs(const Lock& found, double begin_ps, double end_ps, double s
   return std::max(high - low - inside * scale, 0.0);
 }
 
+// Syncs that wander: what they leave uncertain does not fall with their number, as any of the
+// places they are at may be the right one.
+void widen_by(double wander_ps, double length_ps, SyncFit& fit) {
+  fit.std_phase_ps = std::hypot(fit.std_phase_ps, wander_ps / 2);
+  fit.std_period_ps = std::hypot(fit.std_period_ps, wander_ps * fit.period_ps / length_ps);
+}
+
 }  // namespace
 
 SyncClock::SyncClock(double calibrated_period_ps, DriftMethod method, std::size_t max_syncs,
@@ -73,9 +80,12 @@ SyncFit SyncClock::fit(std::span<const std::int64_t> syncs_ps, std::int64_t begi
   fit.locked = true;
   period_ps_ = period_ps;
   sync::fill_period(fit, method_, calibrated_period_ps_, accepted);  // [P] Eq. 19
-  if (may_bend) {
-    const double half_length_ps = static_cast<double>(end_ps - begin_ps) / 2;
-    sync::fill_bend(fit, half_length_ps, calibrated_period_ps_, accepted);
+  const auto length_ps = static_cast<double>(end_ps - begin_ps);
+  const double wander_ps = sync::wander_ps(syncs, accepted.line);
+  if (wander_ps > 0) {
+    widen_by(wander_ps, length_ps, fit);
+  } else if (may_bend) {
+    sync::fill_bend(fit, length_ps / 2, calibrated_period_ps_, accepted);
   }
   const double scale = static_cast<double>(syncs_ps.size()) / static_cast<double>(taken);
   fit.missing =

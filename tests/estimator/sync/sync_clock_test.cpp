@@ -52,6 +52,26 @@ TEST(SyncClock, FindsPeriodPhaseAndJitterOfACleanStream) {
   EXPECT_NEAR(fit.std_period_ps, 10 * std::sqrt(12.0 / std::pow(13'228.0, 3)), 1e-6);
 }
 
+// Syncs that are 250 ps late for parts of the frame: either place may be the right one.
+TEST(SyncClock, SyncsThatJumpLeaveTheClockUncertain) {
+  const SyncStream stream;
+  for (const double late_share : {0.2, 0.5, 0.8}) {
+    std::vector<std::int64_t> syncs = stream.make();
+    const auto quarter = syncs.size() / 4;
+    for (std::size_t i = 0; i < syncs.size(); ++i) {
+      const double within = static_cast<double>(i % quarter) / static_cast<double>(quarter);
+      if (within < late_share) syncs[i] += 250;
+    }
+    SyncClock clock(period_ps, DriftMethod::regression, max_syncs);
+    const SyncFit fit = clock.fit(syncs, stream.begin_ps, stream.end_ps);
+    ASSERT_TRUE(fit.locked);
+    EXPECT_EQ(fit.bend_ps, 0);
+    EXPECT_NEAR(fit.std_phase_ps, 125, 40) << late_share;
+    EXPECT_LT(std::abs(phase_error_ps(fit, stream)), 3 * fit.std_phase_ps) << late_share;
+    EXPECT_LT(std::abs(fit.period_ps - stream.period_ps), 3 * fit.std_period_ps) << late_share;
+  }
+}
+
 TEST(SyncClock, CountsFromAnEpochFarFromZero) {
   SyncStream stream;
   stream.begin_ps = 340'000'000'000'000'123;
