@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "estimator/checks/detector_check.hpp"
 #include "estimator/checks/finding_sums.hpp"
@@ -12,6 +13,7 @@
 #include "estimator/checks/input_split.hpp"
 #include "estimator/checks/light_flicker.hpp"
 #include "estimator/checks/pattern_check.hpp"
+#include "estimator/checks/stray_light.hpp"
 #include "estimator/fit/dead_time_model.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/frame_values.hpp"
@@ -39,8 +41,8 @@ constexpr double most_width = 4, most_uncertain_width = 0.5;
 // A followed target whose signal has changed by so many deviations is looked for anew.
 constexpr double changed_deviations = 4;
 
-// Frames whose findings are summed up.
-constexpr int frames_together = 100;
+// Findings are summed up over the last 50 to 100 frames.
+constexpr double frames_together = 50;
 
 void refuse_if(const std::optional<OptionFault>& fault, const char* section) {
   if (fault) throw Error(Fault::usage, section + fault->pointer + ": " + fault->what);
@@ -82,9 +84,11 @@ struct FrameEstimator::Workspace {
   FrameSearch search;
   std::unique_ptr<paper::PaperMethod> by_paper;  // null: method search
   std::optional<checks::Findings> findings;      // empty: not looked for
-  std::optional<checks::FindingSums> sums;       // of the frames since `recent`
-  int summed = 0;
-  FoundList recent;
+  // Of the last frames, and of those before them.
+  std::unique_ptr<checks::FindingSums> sums, earlier;
+  FoundList recent;  // that the frames of both show
+  std::optional<checks::StrayLight> stray;
+  FoldedFrame cleaned;  // the frame without stray light
   PatternCheck pattern_check;
   std::unique_ptr<SeveralTargets> several;  // null: a frame has one target
   DetectorCheck detector_check;
@@ -104,14 +108,17 @@ struct FrameEstimator::Workspace {
                   {1, is_width_fitted ? most_width : 1, dead_time.has_value()}),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
                maximizer, blind_time_of(detector, inputs, max_photons)),
+        cleaned(train, options.findings == FindingsWanted::on ? max_photons : 0, frame.reach_ns()),
         pattern_check(train, *shape, frame.reach_ns(), 0, is_width_fitted),
         detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
     if (options.findings == FindingsWanted::on) {
+      stray.emplace(train, shape->width_ns(), max_photons);
       findings.emplace(train, *shape, max_photons, dead_time ? detector.dead_time_ns : 0);
-      sums.emplace(*findings);
+      sums = std::make_unique<checks::FindingSums>(*findings);
+      earlier = std::make_unique<checks::FindingSums>(*findings);
     }
     if (scene.targets > 1) {
       several = std::make_unique<SeveralTargets>(
@@ -151,6 +158,7 @@ struct FrameEstimator::Workspace {
 
   Estimate estimate(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<Found> find(const FrameView& view, TargetTrack* track, Effort most);
+  std::optional<Found> look_for(const FrameView& view, TargetTrack* track, Effort most);
   std::optional<Found> find_by(Look look, const FrameView& view, const TargetTrack* track,
                                Effort most);
   std::optional<Start> start_by(Look look, const FrameView& view, const TargetTrack* track,
@@ -169,9 +177,10 @@ struct FrameEstimator::Workspace {
   void check(const FrameView& view, Found& found);
   [[nodiscard]] Checked checked_by(const checks::Verdict& verdict, const Found& found) const;
   void report(const FrameView& view, const Found& found, Estimate& estimate);
+  [[nodiscard]] double hidden_by_spread_ns(const Checked& checked) const;
   void report_target(const FrameView& view, const Found& found, std::size_t k, Estimate& estimate);
   void say_blind_time(Estimate& estimate) const;
-  void sum_up(const Found& found, Estimate& estimate);
+  void sum_up();
 };
 
 // With the light as it is if none of the photons is from a target.
@@ -332,8 +341,27 @@ std::optional<Found> FrameEstimator::Workspace::find_by(Look look, const FrameVi
   return found;
 }
 
+// Where the light is that of no target, there may be one beside it.
 std::optional<Found> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                      Effort most) {
+  std::optional<Found> found = look_for(view, track, most);
+  const bool is_wrong = found && found->checked[0].findings.has(FindingName::wrong_pattern);
+  if (!is_wrong || frame.blind != nullptr || found->best.model.count > 1) return found;
+  const auto finding = stray->look(findings->map(), frame, found->best.model.targets[0].track);
+  if (!finding) return found;
+  cleaned.take_some(stray->stays(), 0, frame);
+  std::swap(cleaned, frame);
+  std::optional<Found> beside = look_for(view, nullptr, most);
+  if (!beside || !beside->is_target || beside->checked[0].is_no_target) {
+    std::swap(cleaned, frame);
+    return found;
+  }
+  beside->checked[0].findings.add(*finding);
+  return beside;
+}
+
+std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, TargetTrack* track,
+                                                         Effort most) {
   const bool must_bend = scene.motion == Motion::accelerating && search.may_bend() &&
                          !search.bends_little(frame.length_ns);
   Look look = track != nullptr && !by_paper ? Look::follow
@@ -406,10 +434,22 @@ Checked FrameEstimator::Workspace::checked_by(const checks::Verdict& verdict,
   return checked;
 }
 
+// What light that is wider than the pulse hides, where many frames show it and this one does not.
+double FrameEstimator::Workspace::hidden_by_spread_ns(const Checked& checked) const {
+  if (checked.findings.has(FindingName::pulse_width)) return 0;
+  for (const Finding& finding : recent.all()) {
+    if (finding.name != FindingName::pulse_width || !(finding.value > 0)) continue;
+    return shape->width_ns() * std::sqrt(std::pow(1 + finding.value, 2) - 1);
+  }
+  return 0;
+}
+
 void FrameEstimator::Workspace::report_target(const FrameView& view, const Found& found,
                                               std::size_t k, Estimate& estimate) {
   const Checked& checked = found.checked.at(k);
-  fill_values(estimate, found.best, k, checked.wider,
+  Widening wider = checked.wider;
+  if (k == 0) wider.off_delay_ns = std::hypot(wider.off_delay_ns, hidden_by_spread_ns(checked));
+  fill_values(estimate, found.best, k, wider,
               {frame.length_ns, search.told_apart_ns(), to_reference()}, view.sync);
   estimate.significance_nats = found.gain_nats.at(k);
   estimate.range_odds_nats = found.odds_nats.at(k);
@@ -438,17 +478,15 @@ void FrameEstimator::Workspace::report(const FrameView& view, const Found& found
   }
 }
 
-// What the last hundred frames show together.
-void FrameEstimator::Workspace::sum_up(const Found& found, Estimate& estimate) {
-  if (findings && found.is_target) {
-    sums->add(findings->verdict(), frame);
-    if (++summed == frames_together) {
-      recent = sums->found();
-      sums->clear();
-      summed = 0;
-    }
-  }
-  estimate.recent_findings = recent;
+// What the last frames show together, from three of them on.
+void FrameEstimator::Workspace::sum_up() {
+  constexpr double fewest = 3;
+  sums->add(findings->verdict(), frame);
+  earlier->add(findings->verdict(), frame);
+  if (earlier->frames() >= fewest) recent = earlier->found();
+  if (sums->frames() < frames_together) return;
+  std::swap(sums, earlier);
+  sums->clear();
 }
 
 Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack* track,
@@ -478,8 +516,9 @@ Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack*
   }
   if (found->best.model.count == 1 && found->checked[0].is_no_target) return estimate;
   if (!found->is_target) return estimate;
+  if (findings) sum_up();
   report(view, *found, estimate);
-  sum_up(*found, estimate);
+  estimate.recent_findings = recent;
   if (track != nullptr) search.remember(frame, view.mid_ps(), estimate, *track);
   return estimate;
 }

@@ -21,15 +21,7 @@ void FindingSums::clear() {
 }
 
 void FindingSums::add(const Verdict& verdict, const FoldedFrame& frame) {
-  for (std::size_t row = 0; row < rows_with_directions; ++row) {
-    const RowScore& said = verdict.scores[row];
-    for (std::size_t t = 0; t < said.score.size(); ++t) {
-      rows_[row].score[t] += said.score[t];
-      rows_[row].information[t] += said.information[t];
-    }
-    rows_[row].squares += said.squares;
-    rows_[row].degrees += said.degrees;
-  }
+  for (std::size_t row = 0; row < rows_with_directions; ++row) rows_[row].add(verdict.scores[row]);
   const ResidualMap& map = findings_.map();
   for (std::size_t p = 0; p < by_pulse_.size(); ++p) {
     const PulseLight expected = findings_.expected_at(p);

@@ -18,6 +18,7 @@ class FindingSums {
   // findings: judges the frames, and outlives this.
   explicit FindingSums(const Findings& findings);
   void clear();
+  [[nodiscard]] double frames() const { return frames_; }
   // The verdict of the last frame that was judged, with that frame.
   void add(const Verdict& verdict, const FoldedFrame& frame);
   // What is sure by all frames since clear(), in the order of the table.

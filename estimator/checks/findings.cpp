@@ -11,6 +11,7 @@ namespace {
 // Rows that chance screens out in all but two frames of a hundred are not fitted.
 constexpr double screen_squares = 5.41, screen_deviations = 2.05;
 constexpr double sure_deviations = 4.75;
+constexpr std::size_t most_fitted = 3;
 // With fewer photons of signal richer fits have more false alarms than they say.
 constexpr double fewest_photons = 50;
 // A finding of so many terms asks for so many photons each.
@@ -27,6 +28,11 @@ constexpr double most_elsewhere = 2, deviations_of_stray = 7;
 constexpr std::size_t fewest_for_amplitudes = 4;
 constexpr std::size_t coarse_phases = 16;  // fine bins in a coarse one
 constexpr double signal_reach_widths = 4;
+// The walk of the mean of two surfaces, over half of their distance, that stays below five
+// deviations however fast the beam goes from one to the other.
+constexpr double walk_of_spread = 0.4;
+// A target whose pulses are lit alike to so much is none that other light makes up.
+constexpr double most_uneven_of_target = 0.25, deviations_of_even = 3;
 
 // Chi squared of so many degrees that a normal number's deviations correspond to, by Wilson and
 // Hilferty.
@@ -39,6 +45,15 @@ double squares_of(double degrees, double deviations) {
 
 double sure_squares_of(double degrees) {
   return degrees <= 1 ? sure_squares : squares_of(degrees, sure_deviations);
+}
+
+void RowScore::add(const RowScore& more) {
+  for (std::size_t t = 0; t < score.size(); ++t) {
+    score[t] += more.score[t];
+    information[t] += more.information[t];
+  }
+  squares += more.squares;
+  degrees += more.degrees;
 }
 
 Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
@@ -74,7 +89,7 @@ const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model
   list_terms(facts);
   screen(facts);
   if (candidate_count_ > 0) {
-    decide();
+    decide(frame);
     name_best(frame);
   }
   judge_pulses();
@@ -175,9 +190,26 @@ double Findings::fit_with(std::span<const std::size_t> rows, Member& member) {
   return fit_.maximize(member, std::span(terms.begin(), end), slopes_);
 }
 
+// A frame that one row explains lets many others through the screen. Each fit takes some 0.1 ms.
+void Findings::keep_highest() {
+  const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
+  const auto over = [&](const Candidate& c) {
+    return verdict_.scores[c.row].squares - sure_squares_of(static_cast<double>(row_terms_[c.row]));
+  };
+  std::sort(candidates_.begin(), end,
+            [&](const Candidate& a, const Candidate& b) { return over(a) > over(b); });
+  candidate_count_ = std::min(candidate_count_, most_fitted);
+}
+
 // The fitted model has its maximum about where the member without amounts is, so that most rows
 // are seen not to be sure before that maximum is looked for on the map.
-void Findings::decide() {
+void Findings::decide(const FoldedFrame& frame) {
+  keep_highest();
+  const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
+  const bool may_fade = std::any_of(candidates_.begin(), end, [&](const Candidate& c) {
+    return finding_table()[c.row].name == FindingName::fading;
+  });
+  if (may_fade) fit_.see_background(frame);
   const double about = fit_.value({});
   std::size_t kept = 0;
   for (std::size_t c = 0; c < candidate_count_; ++c) {
@@ -262,11 +294,12 @@ void Findings::follow(const Member& richer, std::size_t row) {
     }
     delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
   }
-  // Two surfaces look like a pulse that is wider by half of their distance.
+  // Two surfaces look like a pulse that is wider by half of their distance. Where the beam moves
+  // from one to the other, their mean walks by a part of it.
   const double wider = std::exp(2 * richer.of({Shape::width, 0})) - 1;
   const double hidden = pulse_.width_ns() * std::sqrt(std::max(0.0, wider));
   verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, std::hypot(delay, hidden));
-  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::abs(walk));
+  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::hypot(walk, walk_of_spread * hidden));
   const auto grown = [&](Shape shape) {
     return std::abs(std::expm1(richer.of({shape, 0}) - base_.of({shape, 0})));
   };
@@ -295,8 +328,8 @@ PulseLight Findings::expected_at(std::size_t p) const {
   const double pulses = static_cast<double>(comb.times_ns.size());
   const double seen = seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p];
   return {light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
-          seen * fit_.dark_in_cell() / map_.cell_ns() * map_parts / pulses * 2 *
-              ResidualMap::half_pulse_widths * pulse_.width_ns()};
+          seen * fit_.dark_per_ns() * map_parts / pulses * 2 * ResidualMap::half_pulse_widths *
+              pulse_.width_ns()};
 }
 
 // Whether the light is shared among the pulses as the pattern's amplitudes say.
@@ -391,29 +424,36 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   const double cells = &surer == &coarse ? bins / coarse_phases : bins;
   const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
   verdict_.found.add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
-  verdict_.is_doubtful = has_strangers || 2 * verdict_.by_pulse.gain_nats() > sure_squares;
+  const SquareSum& own = verdict_.by_pulse;
+  const bool is_even =
+      map_.by_pulse().size() >= fewest_for_strangers &&
+      own.excess + deviations_of_even * std::sqrt(own.variance) < most_uneven_of_target * own.scale;
+  verdict_.is_doubtful = !is_even && (has_strangers || 2 * own.gain_nats() > sure_squares);
 }
 
 // The gain of a gaussian's signal over the light from 4 widths on.
 void Findings::judge_beside() {
   std::array<double, most_cells> counts{}, expected{};
-  double beside = 0, cells = 0;
+  double beside = 0, beside_ns = 0;
   std::array<double, most_cells> light{};
   fit_.expect({}, 0, expected);
   for (std::size_t i = 0; i < map_.cells(); ++i) {
     for (std::size_t j = 0; j < map_parts; ++j) counts[i] += map_.part(j)[i];
-    const double mid_ns = map_.edge_ns(i) + map_.cell_ns() / 2 - pulse_.peak_ns();
+    const double cell_ns = map_.cell_ns(i);
+    const double mid_ns = map_.edge_ns(i) + cell_ns / 2 - pulse_.peak_ns();
     const bool is_beside = std::abs(mid_ns) > signal_reach_widths * pulse_.width_ns();
-    if (is_beside) beside += counts[i], cells += 1;
-    light[i] = is_beside ? 0 : std::max(0.0, expected[i] - fit_.dark_in_cell()) * map_parts;
+    if (is_beside) beside += counts[i], beside_ns += cell_ns;
+    light[i] =
+        is_beside ? 0 : std::max(0.0, expected[i] - fit_.dark_per_ns() * cell_ns) * map_parts;
   }
-  if (cells == 0) return;
-  const double dark = std::max(beside / cells, fit_.dark_in_cell() * map_parts);
+  if (beside_ns == 0) return;
+  const double dark_per_ns = std::max(beside / beside_ns, fit_.dark_per_ns() * map_parts);
   double amount = 1, gain = 0;  // of the fitted signal
   for (int step = 0; step < 20; ++step) {
     double slope = 0, curve = 0;
     gain = 0;
     for (std::size_t i = 0; i < map_.cells(); ++i) {
+      const double dark = dark_per_ns * map_.cell_ns(i);
       const double q = light[i] / (dark + amount * light[i]);
       slope += counts[i] * q - light[i], curve += counts[i] * q * q;
       gain += counts[i] * std::log1p(amount * light[i] / dark) - amount * light[i];

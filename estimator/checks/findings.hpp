@@ -38,6 +38,7 @@ struct RowScore {
   std::array<double, 2> information{};  // of these
   double squares = 0;                   // twice the gain of all its terms, less Bartlett's part
   double degrees = 0;                   // 0: the row was not looked at
+  void add(const RowScore& more);
 };
 
 // What the photons say against the fitted model of a target, and what follows from it.
@@ -90,7 +91,8 @@ class Findings {
   void list_terms(const FitFacts& facts);
   void screen(const FitFacts& facts);
   void score_row(std::size_t row);
-  void decide();
+  void keep_highest();
+  void decide(const FoldedFrame& frame);
   [[nodiscard]] bool is_sure(const Candidate& candidate) const;
   void name_best(const FoldedFrame& frame);
   void say(std::size_t row, double gain_nats, const Member& member, const FoldedFrame& frame);

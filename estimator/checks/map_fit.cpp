@@ -10,10 +10,11 @@ namespace splid::checks {
 namespace {
 
 constexpr std::size_t most_paired_pulses = 512;  // whose differences are a quarter of a million
-constexpr int most_steps = 12;
+constexpr int most_steps = 8;
 constexpr double most_log_step = 0.7;  // of a step of scoring: of a logarithm, a share, or a width
-// Further steps would change the gain by less than a hundredth of a nat.
-constexpr double small_gain_nats = 0.02;
+// Further steps would change the gain by less than some hundredths of a nat.
+constexpr double small_gain_nats = 0.1;
+constexpr double uneven_background = 62;  // chi squared of 31 degrees: chance in one of a thousand
 constexpr double flat_from_widths = 4;
 constexpr double same_widths = 0.01;  // differences between pulses that are this close are one
 
@@ -55,9 +56,9 @@ MapFit::MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable
   const double width_ns = pulse.width_ns(), from_ns = flat_from_widths * width_ns;
   double flat = 0;
   for (std::size_t i = 0; i < map.cells(); ++i) {
-    const double mid_ns = map.edge_ns(i) + map.cell_ns() / 2 - pulse.peak_ns();
-    early_[i] = mid_ns < -from_ns ? 1 : 0;
-    late_[i] = mid_ns > from_ns ? 1 : 0;
+    const double mid_ns = map.edge_ns(i) + map.cell_ns(i) / 2 - pulse.peak_ns();
+    early_[i] = mid_ns < -from_ns ? map.cell_ns(i) : 0;
+    late_[i] = mid_ns > from_ns ? map.cell_ns(i) : 0;
     flat += late_[i];
   }
   for (auto* cells : {&early_, &late_}) {
@@ -89,6 +90,7 @@ void MapFit::begin(const FoldedFrame& frame, const likelihood::Model& model, std
   seen_cells_ = seen_light.of_cell;
   log_width_ = model.log_width;
   is_placed_ = false;
+  dark_parts_.fill(1);
   const auto& parts = seen_light.of_part;
   is_even_ = std::all_of(parts.begin(), parts.end(), [](double seen) { return seen == 1; });
   const double seen_ns = frame.seen_ns / frame.scale;  // in the pattern's clock
@@ -100,6 +102,32 @@ void MapFit::begin(const FoldedFrame& frame, const likelihood::Model& model, std
                     std::max(1e-6, 1 - train_.pulses_per_ns * 2 * map_.reach_ns());
   has_others_ = model.count > 1;
   if (has_others_) add_others(frame, model, target);
+}
+
+void MapFit::see_background(const FoldedFrame& frame) {
+  SeenParts counts{};
+  for (const double time_ns : frame.time_ns) {
+    const double part = (time_ns / frame.length_ns + 0.5) * map_parts;
+    counts[static_cast<std::size_t>(std::clamp(part, 0.0, map_parts - 1.0))] += 1;
+  }
+  double all = 0, squares = 0;
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    for (const double near : map_.part(j)) counts[j] -= near;
+    all += counts[j];
+  }
+  if (!(all > 0)) return;
+  SeenParts expected{};
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    expected[j] = all / map_parts * seen_parts_[j];
+    squares += std::pow(counts[j] - expected[j], 2) / std::max(expected[j], 1.0);
+  }
+  if (squares < uneven_background) return;
+  // A part with few photons is taken towards the mean.
+  constexpr double few = 4;
+  for (std::size_t j = 0; j < map_parts; ++j) {
+    dark_parts_[j] = (counts[j] + few) / (expected[j] + few);
+  }
+  is_placed_ = false;
 }
 
 // The light of other targets, some of whose pulses meet others of this target's.
@@ -117,8 +145,10 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
       const double share = (static_cast<double>(j) + 0.5) / map_parts - 0.5;
       const double apart_ns = other.track.at(share) - model.targets.at(target).track.at(share);
       if (differences_ns_.empty()) {
-        const double flat = light * train_.pulses_per_ns * map_.cell_ns();
-        for (std::size_t i = 0; i < map_.cells(); ++i) others_[j * most_cells + i] += flat;
+        const double flat = light * train_.pulses_per_ns;
+        for (std::size_t i = 0; i < map_.cells(); ++i) {
+          others_[j * most_cells + i] += flat * map_.cell_ns(i);
+        }
         add_pulse(j, light, std::remainder(apart_ns, train_.circle_ns));
         continue;
       }
@@ -161,12 +191,12 @@ void MapFit::shape_part(const Member& member, std::size_t part) {
   const Place now = {sum(member, Shape::path, part),  sum(member, Shape::width, part),
                      sum(member, Shape::tail, part),  sum(member, Shape::light, part),
                      sum(member, Shape::early, part), sum(member, Shape::late, part),
-                     sum(member, Shape::dark, part)};
+                     sum(member, Shape::dark, part),  dark_parts_[part]};
   if (is_placed_ && now == placed_ && !has_others_) return;
   placed_ = now, is_placed_ = true;
   const double per_width = std::exp(-log_width_ - now.log_width);
   const double light = signal_ / map_parts * std::exp(now.log_light);
-  const double dark = dark_ * map_.cell_ns() * std::exp(now.log_dark);
+  const double dark_per_ns = dark_ * now.dark * std::exp(now.log_dark);
   double offset = (map_.edge_ns(0) - now.path_ns) * per_width;
   PulseTable::Values before = pulse_.at(offset);
   double density_before = pulse_.density_with(before, now.tail);
@@ -176,7 +206,7 @@ void MapFit::shape_part(const Member& member, std::size_t part) {
     const PulseTable::Values after = pulse_.at(offset);
     const double density = pulse_.density_with(after, now.tail);
     const double wide = offset * density;
-    const double see = seen_cells_[i];
+    const double see = seen_cells_[i], dark = dark_per_ns * map_.cell_ns(i);
     const double pulse = after.light - before.light, late = after.tail - before.tail;
     const double came = light * see * (pulse + now.tail * (late - pulse));
     slope_[i][index(Shape::path)] = -light * see * per_width * (density - density_before);

@@ -61,11 +61,14 @@ class MapFit {
   // The fitted model, about whose track `target` the map was filled.
   void begin(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,
              const SeenLight& seen_light);
+  // Background that varies over the frame, as the photons outside of the map show it, is no fading
+  // of the target: from here on it is expected as they show it.
+  void see_background(const FoldedFrame& frame);
   // The expected photons of one part of the frame, by cell.
   void expect(const Member& member, std::size_t part, std::span<double> photons);
   [[nodiscard]] double expected_elsewhere(const Member& member) const;
-  [[nodiscard]] double signal() const { return signal_; }  // photons of the frame
-  [[nodiscard]] double dark_in_cell() const { return dark_ * map_.cell_ns(); }  // of a part
+  [[nodiscard]] double signal() const { return signal_; }     // photons of the frame
+  [[nodiscard]] double dark_per_ns() const { return dark_; }  // of a part
   [[nodiscard]] const MapBasis& basis() const { return basis_; }
 
   struct Slopes {
@@ -98,7 +101,8 @@ class MapFit {
   static constexpr std::size_t lanes = 8;  // the shapes, in whole vectors
   using Lanes = std::array<double, lanes>;
   struct Place {  // sums of a member's amounts in a part
-    double path_ns = 0, log_width = 0, tail = 0, log_light = 0, early = 0, late = 0, log_dark = 0;
+    double path_ns = 0, log_width = 0, tail = 0, log_light = 0, early = 0, late = 0, log_dark = 0,
+           dark = 1;
     bool operator==(const Place&) const = default;
   };
   void shape_part(const Member& member, std::size_t part);
@@ -119,6 +123,7 @@ class MapFit {
   MapBasis basis_;
   SeenParts seen_parts_{};
   std::array<double, most_cells> seen_cells_{};
+  SeenParts dark_parts_{};  // the background of each part over its mean
   double signal_ = 0, dark_ = 0, dark_elsewhere_ = 0, log_width_ = 0;
   bool has_others_ = false, is_even_ = true;
   std::vector<double> others_;  // photons of other targets, by part and cell

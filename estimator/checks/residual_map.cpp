@@ -9,25 +9,29 @@
 namespace splid::checks {
 namespace {
 
-constexpr double cells_a_width = 2;
+constexpr double map_steps_a_width = 2;
+constexpr double most_map_steps = 64;
+// Edges of cells, in steps from the peak on either side.
+constexpr std::size_t cell_edges[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13, 15, 17, 22, 27, 32};
 constexpr double widths_a_phase = 8;  // of a phase bin
 constexpr std::size_t most_phases = 4096;
 constexpr double least_mask_ns = 1;  // detectors are no slower, whatever pulse is configured
 constexpr double most_masked = 0.75;
-constexpr std::size_t fewest_cells = 12;  // three widths on both sides
+constexpr std::size_t fewest_map_steps = 12;  // three widths on both sides
 
 }  // namespace
 
 ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons)
     : train_(train),
-      cell_ns_(shape.width_ns() / cells_a_width),
+      step_ns_(shape.width_ns() / map_steps_a_width),
       peak_ns_(shape.peak_offset_ns()),
       half_pulse_ns_(half_pulse_widths * shape.width_ns()) {
-  const double most = std::floor(0.499 * train.closest_ns / cell_ns_);
-  const auto cells = 2 * static_cast<std::size_t>(std::min(most, most_cells / 2.0));
-  if (cells < fewest_cells) return;
-  cells_ = cells;
+  const double most = std::floor(0.499 * train.closest_ns / step_ns_);
+  const auto steps = 2 * static_cast<std::size_t>(std::min(most, most_map_steps / 2));
+  if (steps < fewest_map_steps) return;
+  steps_ = steps;
   first_ns_ = peak_ns_ - reach_ns();
+  add_cells();
   windows_ = comb_windows(train, first_ns_, first_ns_ + 2 * reach_ns());
   counts_.resize(map_parts * most_cells);
   phases_32_.resize(max_photons);
@@ -35,6 +39,25 @@ ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::
   if (!train.single()) return;
   by_pulse_.resize(train.stretches.front().comb.times_ns.size());
   add_phases(shape);
+}
+
+void ResidualMap::add_cells() {
+  const auto half = static_cast<std::ptrdiff_t>(steps_ / 2);
+  std::vector<std::ptrdiff_t> at = {-half, half};  // in steps from the peak
+  for (const std::size_t edge : cell_edges) {
+    const auto off = static_cast<std::ptrdiff_t>(edge);
+    if (off < half) at.insert(at.end(), {-off, off});
+  }
+  std::sort(at.begin(), at.end());
+  at.erase(std::unique(at.begin(), at.end()), at.end());
+  cells_ = at.size() - 1;
+  for (const std::ptrdiff_t off : at)
+    edges_ns_.push_back(peak_ns_ + static_cast<double>(off) * step_ns_);
+  for (std::size_t i = 0; i < cells_; ++i) {
+    for (std::ptrdiff_t off = at[i]; off < at[i + 1]; ++off) {
+      cell_of_step_.at(static_cast<std::size_t>(off + half)) = static_cast<std::uint8_t>(i);
+    }
+  }
 }
 
 void ResidualMap::add_phases(const PulseShape& shape) {
@@ -125,10 +148,11 @@ void ResidualMap::count(double phase_ns, double share, const CombWindow& window,
                         std::uint32_t phase_32) {
   for (const CombWindow::Pulse& pulse : window.candidates(phase_32)) {
     const double offset_ns = phase_ns - pulse.time_ns;
-    const double cell = (offset_ns - first_ns_) / cell_ns_;
-    if (!(cell >= 0) || cell >= static_cast<double>(cells_)) continue;
+    const double step = (offset_ns - first_ns_) / step_ns_;
+    if (!(step >= 0) || step >= static_cast<double>(steps_)) continue;
+    const std::size_t cell = cell_of_step_[static_cast<std::size_t>(step)];
     const double part = std::clamp((share + 0.5) * map_parts, 0.0, map_parts - 1.0);
-    counts_[static_cast<std::size_t>(part) * most_cells + static_cast<std::size_t>(cell)] += 1;
+    counts_[static_cast<std::size_t>(part) * most_cells + cell] += 1;
     near_ += 1;
     if (by_pulse_.empty() || std::abs(offset_ns - peak_ns_) > half_pulse_ns_) return;
     by_pulse_[window.index_of(pulse)] += 1;

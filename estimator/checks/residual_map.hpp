@@ -25,13 +25,14 @@
 namespace splid::checks {
 
 inline constexpr std::size_t map_parts = 32;  // of the frame
-inline constexpr std::size_t most_cells = 64;
+inline constexpr std::size_t most_cells = 32;
 
 // Counts of a frame's photons about the pulses of a fitted track: by offset and part of the frame,
 // by pulse, and by phase of the pattern period outside of the pulses.
 //
-// The offsets are cells of half a pulse width to 16 widths on both sides of the pulse's peak, or to
-// where the next pulse is nearer. A photon is in one cell at most.
+// The offsets reach to 16 widths on both sides of the pulse's peak, or to where the next pulse is
+// nearer. Cells are half a width long up to 4.5 widths from the peak, then one width up to 8.5,
+// then 2.5 widths: there is nothing but flat light and tails. A photon is in one cell at most.
 //
 // Threads: one thread for each object. Errors: none. No allocation in fill().
 class ResidualMap {
@@ -44,10 +45,12 @@ class ResidualMap {
   [[nodiscard]] bool looks() const { return cells_ > 0; }
   [[nodiscard]] std::size_t cells() const { return cells_; }
   [[nodiscard]] double edge_ns(std::size_t cell) const {  // where it begins; cell <= cells()
-    return first_ns_ + static_cast<double>(cell) * cell_ns_;
+    return edges_ns_[cell];
   }
-  [[nodiscard]] double cell_ns() const { return cell_ns_; }
-  [[nodiscard]] double reach_ns() const { return static_cast<double>(cells_) * cell_ns_ / 2; }
+  [[nodiscard]] double cell_ns(std::size_t cell) const {
+    return edges_ns_[cell + 1] - edges_ns_[cell];
+  }
+  [[nodiscard]] double reach_ns() const { return static_cast<double>(steps_) * step_ns_ / 2; }
   // Photons by cell; the cells of one part of the frame.
   [[nodiscard]] std::span<const double> part(std::size_t part) const {
     return std::span(counts_).subspan(part * most_cells, cells_);
@@ -63,14 +66,17 @@ class ResidualMap {
   [[nodiscard]] std::span<const std::uint8_t> is_free() const { return is_free_; }
 
  private:
+  void add_cells();
   void add_phases(const PulseShape& shape);
   void fill_stretch(const FoldedFrame& frame, const DelayTrack& track, std::size_t s);
   void fill_between(const FoldedFrame& frame, const DelayTrack& track);
   void count(double phase_ns, double share, const CombWindow& window, std::uint32_t phase_32);
 
   const PulseTrain& train_;
-  double cell_ns_, first_ns_ = 0, peak_ns_, half_pulse_ns_;
-  std::size_t cells_ = 0;
+  double step_ns_, first_ns_ = 0, peak_ns_, half_pulse_ns_;  // steps of half a width
+  std::size_t cells_ = 0, steps_ = 0;
+  std::vector<double> edges_ns_;
+  std::array<std::uint8_t, 64> cell_of_step_{};
   std::vector<CombWindow> windows_;
   std::vector<double> counts_, by_pulse_;
   std::vector<std::uint32_t> by_phase_;

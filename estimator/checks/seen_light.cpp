@@ -78,17 +78,17 @@ void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map
   const double before =
       map.elsewhere() / (seen_ns * (1 - share_of_map)) * dead_ns * (1 - share_of_map) +
       near / pulses * pulses_before_;
-  const auto reach = static_cast<std::size_t>(dead_ns / map.cell_ns());
   std::array<double, most_cells> of_cell{};
   for (std::size_t i = 0; i < map.cells(); ++i) {
     for (std::size_t j = 0; j < map_parts; ++j) of_cell[i] += map.part(j)[i] / pulses;
   }
   double within = 0, mean = 0;
+  std::size_t first = 0;  // the first cell within the dead time
   for (std::size_t i = 0; i < map.cells(); ++i) {
-    if (i > reach) within -= of_cell[i - reach - 1];
+    while (map.edge_ns(first + 1) < map.edge_ns(i) - dead_ns) within -= of_cell[first++];
     const double dead = blind.share * (before + within + of_cell[i] / 2);
     seen_.of_cell[i] = std::max(least_seen, 1 - dead);
-    mean += seen_.of_cell[i] / static_cast<double>(map.cells());
+    mean += seen_.of_cell[i] * map.cell_ns(i) / (2 * map.reach_ns());
     within += of_cell[i];
   }
   const double of_all = 1 - blind.blind_ns / frame.seen_ns;

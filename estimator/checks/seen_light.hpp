@@ -23,6 +23,10 @@ struct SeenLight {
   double elsewhere = 1;                    // on average outside of the map
   std::vector<double> of_phase;            // in each phase bin of the map; empty: alike
   std::vector<double> of_pulse;            // of each pulse of the train; empty: alike
+  SeenLight() {
+    of_part.fill(1);
+    of_cell.fill(1);
+  }
 };
 
 // Finds it for frames with their dead time. A detector is dead where a detection came within the

@@ -85,7 +85,7 @@ const std::vector<LevelKind> level_kinds = {
     {"accelerates unasked",
      [](const Estimate& e) { return e.findings.has(FindingName::acceleration); },
      [](LevelScene& s) {
-       s.made.acceleration_mps2 = 1000;
+       s.made.acceleration_mps2 = 60;
        s.made.signal_per_pulse = 0.05;
      }},
     {"two targets", [](const Estimate& e) { return e.target_count == 2; },

@@ -25,7 +25,7 @@ TEST(ResidualMap, CountsEachPhotonAtItsOffsetAndPart) {
   const auto shape = make_gaussian(map_sigma_ns);
   ResidualMap map(made.train, *shape, frame.size());
   map.fill(frame, made.track);
-  ASSERT_EQ(map.cells(), 64U);
+  ASSERT_EQ(map.cells(), 32U);
   std::vector<double> counts(map_parts * most_cells), by_pulse(40);
   double elsewhere = 0;
   for (std::size_t i = 0; i < frame.size(); ++i) {
@@ -37,8 +37,9 @@ TEST(ResidualMap, CountsEachPhotonAtItsOffsetAndPart) {
           3780.0);
       if (std::abs(offset) >= 1.6) continue;
       is_near = true;
-      counts[static_cast<std::size_t>((share + 0.5) * 32) * most_cells +
-             static_cast<std::size_t>((offset + 1.6) / 0.05)] += 1;
+      std::size_t cell = 0;
+      while (map.edge_ns(cell + 1) <= offset) ++cell;
+      counts[static_cast<std::size_t>((share + 0.5) * 32) * most_cells + cell] += 1;
       if (std::abs(offset) < 0.2) by_pulse[p] += 1;
     }
     if (!is_near) elsewhere += 1;
@@ -102,7 +103,7 @@ TEST(MapFit, ExpectsWhatQuadratureSays) {
       const double light =
           713.0 / 32 * std::exp(0.1) *
           integrated(*shape, map.edge_ns(i), map.edge_ns(i + 1), 0.05 - 0.04 * u, std::exp(0.2));
-      const double dark = std::exp(-0.3) * 1.75e-4 * 50e6 * 40 / 3780 / 32 * map.cell_ns();
+      const double dark = std::exp(-0.3) * 1.75e-4 * 50e6 * 40 / 3780 / 32 * map.cell_ns(i);
       EXPECT_NEAR(photons[i], 0.25 * (light + dark), 2e-5 * 713 / 32) << is_table << ' ' << i;
     }
   }

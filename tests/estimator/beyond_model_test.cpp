@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+#include "estimator/frame_estimator.hpp"
+#include "tests/support/frame_maker.hpp"
+
+// Light that the model does not have: what is published of it is never sure and wrong, and a target
+// that is there stays valid.
+namespace splid {
+namespace {
+
+constexpr double far_deviations = 5;
+constexpr double half_c_m_per_ns = 0.299792458 / 2;
+
+test::FrameMaker beyond_scene() {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.velocity_mps = 10;
+  return made;
+}
+
+FrameEstimator beyond_estimator(const test::FrameMaker& made, const SceneOptions& scene = {},
+                                const EstimatorOptions& options = {}) {
+  return {made.pattern, {}, scene, options, made.length_ms, 200000};
+}
+
+bool is_far(const Estimate& e, const test::FrameMaker& made) {
+  const double off_m = e.delay_ns * half_c_m_per_ns - made.distance_m;
+  return std::abs(std::remainder(off_m, 566.6)) > far_deviations * e.std_delay_ns * half_c_m_per_ns;
+}
+
+// A detection at one place of the period in a share of the periods, as a pick-up of the sync makes.
+void add_pick_up(test::FrameMaker::Frame& frame, double share, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> jitter(0, 30);
+  std::bernoulli_distribution comes(share);
+  for (std::int64_t at = frame.start_ps + 1234567; at < frame.end_ps; at += 3780000) {
+    if (comes(random)) frame.photons_ps.push_back(at + std::llround(jitter(random)));
+  }
+  std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+}
+
+TEST(BeyondModel, APickUpOfTheSyncsLeavesATargetValid) {
+  const test::FrameMaker made = beyond_scene();
+  FrameEstimator estimator = beyond_estimator(made);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    auto frame = made.make(seed);
+    add_pick_up(frame, 0.05, seed);
+    const Estimate e = estimator.estimate(frame.view());
+    EXPECT_EQ(e.status, FrameStatus::ok) << seed;
+    EXPECT_TRUE(e.findings.has(FindingName::unmodelled_light)) << seed;
+    EXPECT_FALSE(is_far(e, made)) << seed;
+  }
+}
+
+TEST(BeyondModel, LightOfAnotherLaserAloneIsNoTarget) {
+  test::FrameMaker made = beyond_scene();
+  made.signal_per_pulse = 0;
+  FrameEstimator estimator = beyond_estimator(made);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    auto frame = made.make(seed);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> jitter(0, 100);
+    std::bernoulli_distribution comes(160e3 / 80e6);
+    for (std::int64_t at = frame.start_ps; at < frame.end_ps; at += 12500) {
+      if (comes(random)) frame.photons_ps.push_back(at + std::llround(jitter(random)));
+    }
+    std::erase_if(frame.photons_ps,
+                  [&](std::int64_t t) { return t < frame.start_ps || t >= frame.end_ps; });
+    std::sort(frame.photons_ps.begin(), frame.photons_ps.end());
+    EXPECT_NE(estimator.estimate(frame.view()).status, FrameStatus::ok) << seed;
+  }
+}
+
+// A room light of 20 Hz with full swing: the target's light does not fade.
+TEST(BeyondModel, BackgroundThatVariesIsNoFading) {
+  test::FrameMaker made = beyond_scene();
+  made.background_per_ns = 1e-3;
+  made.background_swing = 1;
+  made.swing_hz = 20;
+  FrameEstimator estimator = beyond_estimator(made);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto frame = made.make(seed);
+    const Estimate e = estimator.estimate(frame.view());
+    EXPECT_EQ(e.status, FrameStatus::ok) << seed;
+    EXPECT_FALSE(e.findings.has(FindingName::fading)) << seed;
+    EXPECT_FALSE(is_far(e, made)) << seed;
+  }
+}
+
+// Its velocity is then known four times as badly: half of the light, over half of the time.
+TEST(BeyondModel, ATargetThatIsLitForHalfOfTheFrameKeepsItsVelocity) {
+  const test::FrameMaker made = beyond_scene();
+  FrameEstimator estimator = beyond_estimator(made);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    auto frame = made.make(seed);
+    const double std_mps = estimator.estimate(frame.view()).std_velocity_mps;
+    auto dark = made;
+    dark.signal_per_pulse = 0;
+    const auto other = dark.make(seed + 100);
+    const std::int64_t mid = frame.view().mid_ps();
+    std::erase_if(frame.photons_ps, [&](std::int64_t t) { return t >= mid; });
+    for (const std::int64_t t : other.photons_ps) {
+      if (t >= mid) frame.photons_ps.push_back(t);
+    }
+    const Estimate e = estimator.estimate(frame.view());
+    EXPECT_EQ(e.status, FrameStatus::ok) << seed;
+    EXPECT_TRUE(e.findings.has(FindingName::fading)) << seed;
+    EXPECT_LT(e.std_velocity_mps, 8 * std_mps) << seed;
+    EXPECT_LT(std::abs(e.velocity_mps - 10), far_deviations * e.std_velocity_mps) << seed;
+  }
+}
+
+// A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
+// place.
+TEST(BeyondModel, AFollowedTargetIsLeftWhereTheBeamStepsByAPeriodOfTheComb) {
+  test::FrameMaker near = beyond_scene();
+  near.velocity_mps = 0;
+  FrameEstimator estimator = beyond_estimator(near);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    TargetTrack track;
+    for (int n = 0; n < 3; ++n) {
+      near.start_ps = 50'000'000'000LL * n;
+      estimator.estimate(near.make(seed + 100 * static_cast<std::uint64_t>(n)).view(), &track);
+    }
+    test::FrameMaker far = near;
+    far.start_ps = 150'000'000'000LL;
+    far.distance_m += 180 * half_c_m_per_ns;
+    far.signal_per_pulse *= 3;
+    const Estimate e = estimator.estimate(far.make(seed).view(), &track);
+    EXPECT_EQ(e.status, FrameStatus::ok) << seed;
+    EXPECT_FALSE(is_far(e, far)) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace splid
