@@ -20,13 +20,14 @@
 //                 and folds them on the pattern period. A target at constant velocity is then a
 //                 straight line, a DelayLine: a delay at mid-frame, and how far the delay travels
 //                 over the frame.
-//   search/       TargetSearch looks at all lines for the one with the most photons. BendSearch
-//                 does so for a target that accelerates, whose line bends.
-//   fit/          Refinement climbs from there to the maximum of the likelihood ([P] Eq. 4 and 7)
-//                 in delay, travel, signal and background. Its curvature gives the standard
-//                 deviations. The significance says whether there is a target at all, RangeOdds
-//                 whether its range is the right one, and PatternCheck whether its light is that of
-//                 the pattern.
+//   search/       FrameSearch looks for the target: where the last frame had it, along all straight
+//                 lines, along all paths that bend.
+//   likelihood/   One model of the light; its Maximizer fits all free parameters ([P] Eq. 4 and 7).
+//                 The curvature at the maximum gives the standard deviations.
+//   fit/          The significance says whether there is a target at all, RangeOdds whether its
+//                 range is the right one.
+//   checks/       Findings compares the photons with what the fitted model expects, and says which
+//                 richer model explains them better.
 //   paper/        PaperMethod does what search/ and fit/ do as [P] does it, for comparison.
 //   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
 //
