@@ -186,7 +186,31 @@ std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
-  return find_in(frame, most);
+  std::optional<Fit> best = find_in(frame, most);
+  if (best) climb_beside(frame, *best);
+  return best;
+}
+
+// Design note: a few photons of a target and of the background line up along several tracks that
+// are some ten deviations apart. A zoom ends in one of these hills, which was not the highest one
+// in two of 6,000 frames with 19 signal photons.
+void TargetSearch::climb_beside(const FoldedFrame& photons, Fit& best) {
+  constexpr double few = 40;  // photons of signal
+  // In delay and travel, pulse widths.
+  constexpr DelayLine places[] = {{-2, 0}, {2, 0}, {0, -4}, {0, 4}, {0, -8}, {0, 8}};
+  if (best.gain_nats < threshold_nats_ ||
+      best.parameters.signal_per_pulse * Exposure(photons, train_).amplitude > few) {
+    return;
+  }
+  const DelayLine about = best.parameters.line;
+  const double width_ns = shape_.width_ns();
+  for (const DelayLine& place : places) {
+    if (!moving_ && place.travel_ns != 0) continue;
+    const DelayLine from = {about.delay_ns + place.delay_ns * width_ns,
+                            about.travel_ns + place.travel_ns * width_ns};
+    const Fit fit = climb(photons, from, best.gain_nats);
+    if (fit.gain_nats > best.gain_nats) best = fit;
+  }
 }
 
 // A target that shows plainly in a sample of the photons is found by the sample, and then refined

@@ -224,6 +224,7 @@ class TargetSearch {
                                     std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void see(DelayLine line, double box_gain_nats);
+  void climb_beside(const FoldedFrame& photons, Fit& best);
   bool try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
   bool try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayLine from,
                  Fit& best);
