@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <future>
 #include <utility>
 
 #include "daemon/base/text.hpp"
@@ -76,15 +77,19 @@ Tap::Tap(const Config& config, const SourceInfo& source, const Clock& clock,
       tables_(config.record.frames),
       frames_(tables_ == RecordFrames::off
                   ? nullptr
-                  : std::make_unique<FrameLog>(table_facts(config, ""), say_)),
+                  : std::make_unique<FrameLog>(
+                        table_facts(config, ""),
+                        [this](const std::string& sentence) { tell(sentence); })),
       thread_([this] { run(); }) {}
 
 Tap::~Tap() { finish(); }
 
 void Tap::take(std::span<const Tag> tags) {
   while (!tags.empty()) {
+    if (not_awaited_ > 0) return lose(tags);
     const std::span<Tag> room =
-        waits_ ? ring_.wait_claim(tags.size(), {}) : dropping_.claim(tags.size());
+        waits_ ? ring_.wait_claim(tags.size(), hurried_.get_token()) : dropping_.claim(tags.size());
+    if (room.empty()) return lose(tags);
     std::copy_n(tags.begin(), room.size(), room.begin());
     if (waits_) {
       ring_.publish(room.size());
@@ -93,6 +98,17 @@ void Tap::take(std::span<const Tag> tags) {
     }
     tags = tags.subspan(room.size());
   }
+}
+
+void Tap::lose(std::span<const Tag> tags) {
+  const auto events =
+      std::count_if(tags.begin(), tags.end(), [](const Tag& tag) { return is_event(tag.kind); });
+  not_awaited_ += static_cast<std::uint64_t>(events);
+}
+
+void Tap::tell(const std::string& sentence) {
+  const std::scoped_lock lock(say_mutex_);
+  if (say_) say_(sentence);
 }
 
 // The first frames may come before the recorder has made its first file.
@@ -129,6 +145,7 @@ void Tap::run() {
   while (!ring_.ended()) {
     const std::span<const Tag> waiting = ring_.wait(tap_idle, {});
     const auto tags = waiting.first(std::min(waiting.size(), tap_tags_at_once));
+    unflushed_ += tags.size();
     writer_.take(tags);
     ring_.consume(tags.size());
     look_around();
@@ -141,6 +158,7 @@ void Tap::look_around() {
   const std::int64_t now_ns = clock_.steady_ns();
   if (now_ns - flushed_ns_ > tap_flush_interval_ns) {
     writer_.flush();
+    unflushed_ = 0;
     flushed_ns_ = now_ns;
     const std::uint64_t drops = dropping_.drops();
     if (std::exchange(said_drops_, drops) != drops) {
@@ -159,7 +177,7 @@ void Tap::look_around() {
                                            : RecordingState::writing;
   }
   // After fault_ is set, so that whoever hears a sentence finds the fault in fault().
-  for (const std::string& sentence : news_) say_(sentence);
+  for (const std::string& sentence : news_) tell(sentence);
   news_.clear();
 }
 
@@ -186,12 +204,39 @@ std::string Tap::summary() {
   if (thread_.joinable()) thread_.join();
   std::string text =
       fmt::format("{} recordings; {} tags lost to the disk", grouped(writer_.files()),
-                  grouped(writer_.lost_tags() + dropping_.dropped_tags()));
+                  grouped(writer_.lost_tags() + dropping_.dropped_tags() + not_awaited_));
   if (writer_.rejected() > 0) text += "; " + grouped(writer_.rejected()) + " tags fit no record";
   if (!frames_) return text;
   put_frames();
   frames_->finish({}, patience_for_checksum);
   return text + "; " + frames_->summary();
+}
+
+// The tags that the recorder has just taken are in the ring as well until it is done with them.
+std::string Tap::give_up() {
+  {
+    const std::scoped_lock lock(say_mutex_);
+    say_ = nullptr;
+  }
+  const std::uint64_t left = ring_.fill() + unflushed_ + dropping_.dropped_tags() + not_awaited_;
+  const std::string name = file();
+  return (name.empty() ? "the recording" : name) + ": the disk does not take what is left; up to " +
+         grouped(left) + " tags are lost";
+}
+
+Ended end_within(std::unique_ptr<Tap> tap, std::chrono::milliseconds patience) {
+  std::shared_ptr<Tap> shared = std::move(tap);
+  std::promise<Ended> promise;
+  std::future<Ended> ended = promise.get_future();
+  std::thread([tap = shared, promise = std::move(promise)]() mutable {
+    pthread_setname_np(pthread_self(), "recording-end");
+    std::string text = tap->summary();
+    Ended all{true, std::move(text), tap->file()};
+    tap.reset();
+    promise.set_value(std::move(all));
+  }).detach();
+  if (ended.wait_for(patience) == std::future_status::ready) return ended.get();
+  return {false, shared->give_up(), shared->file()};
 }
 
 }  // namespace splid::recording

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <thread>
 #include <vector>
@@ -58,8 +60,8 @@ class CountsQueue {
 // written yet.
 //
 // Threads: take() and finish() the framer's; take_counts() and take_frame() the publisher's;
-// fault(), file() and status() any; summary() once finish() was called. Errors: none; faults of the
-// disk are in fault(). take() allocates nothing and takes no lock.
+// hurry(), fault(), file() and status() any; summary() once finish() was called. Errors: none;
+// faults of the disk are in fault(). take() allocates nothing and takes no lock.
 class Tap final : public TagTap {
  public:
   // clock: outlives this. say: takes a sentence about what is lost and why, on the recorder's
@@ -72,6 +74,9 @@ class Tap final : public TagTap {
 
   void take(std::span<const Tag> tags) override;
   void finish() override;
+  // A stop was requested: take() no longer waits. From the first tag on that finds no room, all are
+  // lost, and counted.
+  void hurry() { hurried_.request_stop(); }
 
   // Says that there is an encoder, whose counts go into a file beside each recording. To be called
   // before the first tag.
@@ -90,21 +95,29 @@ class Tap final : public TagTap {
   // Waits until every tag is written; says in a sentence how many recordings there are and what is
   // lost.
   [[nodiscard]] std::string summary();
+  // The disk does not take the rest: nothing is said any more. Says in a sentence what is lost.
+  [[nodiscard]] std::string give_up();
 
  private:
+  void lose(std::span<const Tag> tags);
+  void tell(const std::string& sentence);
   void run();
   void look_around();
   void put_frames();
   [[nodiscard]] std::unique_ptr<EncoderSource> open_counts();
 
   const Clock& clock_;
-  std::function<void(const std::string&)> say_;
-  bool waits_;  // take() waits for room, since the source can wait
+  std::mutex say_mutex_;
+  std::function<void(const std::string&)> say_;  // guarded by say_mutex_
+  bool waits_;                                   // take() waits for room, since the source can wait
   bool has_counts_ = false;
   CountsQueue counts_;
   TagRing ring_;
   DroppingSink dropping_;
   bool finished_ = false;  // the framer's thread only
+  std::stop_source hurried_;
+  std::atomic<std::uint64_t> not_awaited_{0};  // events lost since take() did not wait
+  std::atomic<std::uint64_t> unflushed_{0};    // tags out of the ring, since the last flush
   // The recorder's thread only, until it has ended.
   std::vector<std::string> news_;  // sentences not yet said
   RotatingWriter writer_;
@@ -118,5 +131,16 @@ class Tap final : public TagTap {
   std::vector<FrameMessage> early_;   // the publisher's thread; wait for the first recording
   std::jthread thread_;
 };
+
+struct Ended {
+  bool whole = true;  // the disk took everything in time
+  std::string text;   // how many recordings there are, and what is lost
+  std::string file;   // the file begun last; empty: none
+};
+
+// Ends a recording that nobody gives tags any more. Where the disk does not take the rest within
+// the patience, what is left counts as lost; it goes on in a thread of its own, which a frozen disk
+// may hold for ever.
+Ended end_within(std::unique_ptr<Tap> tap, std::chrono::milliseconds patience);
 
 }  // namespace splid::recording

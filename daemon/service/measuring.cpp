@@ -15,6 +15,10 @@ namespace {
 
 constexpr std::chrono::milliseconds idle{50};
 
+// What systemd waits for is 5 s (systemd/splid.service), and frames on their way take half of a
+// second or the time of one estimate.
+constexpr std::chrono::milliseconds patience_with_disk{2000};
+
 constexpr const char* ending = "the daemon ends";
 
 // What an error says; empty where there is none.
@@ -27,9 +31,9 @@ std::string sentence_of(const std::exception_ptr& fault) {
   return {};
 }
 
-// Errors: those of Stream::reload(), beginning with the file.
-void hand_over(Stream& stream, const Config& next) {
-  asked_by(next.file, [&] { stream.reload(stream_options(next)); });
+// Errors: those of Stream::Make, beginning with the file.
+NewEstimators made_by(const Stream::Make& make, const Config& next, const std::stop_token& stop) {
+  return asked_by(next.file, [&] { return make(stop); });
 }
 
 }  // namespace
@@ -62,8 +66,11 @@ void Measuring::prepare(std::unique_ptr<TagSource> source) {
   const std::scoped_lock recording_lock(recording_mutex_);
   if (to_record_) record(*stream);
   const std::scoped_lock lock(mutex_);
-  if (reloaded_) hand_over(*stream, *reloaded_);
+  if (reloaded_) {
+    stream->reload(made_by(stream->maker(stream_options(*reloaded_)), *reloaded_, {}));
+  }
   stream_ = std::move(stream);
+  ++streams_;
   waits_for_.clear();
   pausing_ = !wanted_;
   if (pausing_) stream_->request_stop();
@@ -74,7 +81,7 @@ StreamSummary Measuring::measure(const std::stop_token& stop) {
   const std::int64_t begin_ns = host_clock().steady_ns();
   StreamSummary summary;
   {
-    const std::stop_callback pass_on(stop, [this] { stream_->request_stop(); });
+    const std::stop_callback pass_on(stop, [this] { hurry(); });
     summary = output_.publish(*stream_);
   }
   {
@@ -89,6 +96,12 @@ StreamSummary Measuring::measure(const std::stop_token& stop) {
   const std::scoped_lock lock(mutex_);
   stream_.reset();
   return summary;
+}
+
+void Measuring::hurry() {
+  stream_->request_stop();
+  const std::scoped_lock lock(mutex_);
+  if (recording_) recording_->hurry();
 }
 
 // Returns false where the daemon is to end before it measures again.
@@ -160,9 +173,18 @@ bool Measuring::pause(const std::string& reason, const std::stop_token& stop) {
   return !waited;
 }
 
-void Measuring::reload(std::shared_ptr<const Config> next) {
-  const std::scoped_lock lock(mutex_);
-  if (stream_) hand_over(*stream_, *next);
+// Estimators may take seconds to make, in which a stream may end and another begin.
+void Measuring::reload(std::shared_ptr<const Config> next, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  NewEstimators made;
+  for (std::uint64_t of_stream = 0; stream_ && of_stream != streams_;) {
+    of_stream = streams_;
+    const Stream::Make make = stream_->maker(stream_options(*next));
+    lock.unlock();
+    made = made_by(make, *next, stop);
+    lock.lock();
+  }
+  if (stream_) stream_->reload(std::move(made));
   output_.reload(output_options(*next));
   reloaded_ = std::move(next);
 }
@@ -229,10 +251,20 @@ void Measuring::record(Stream& stream) {
 void Measuring::finish_recording() {
   if (!recording_) return;
   output_.record(nullptr);
-  log_info(recording_->summary());
+  std::unique_ptr<recording::Tap> ending;
+  {
+    const std::scoped_lock lock(mutex_);
+    recording_file_ = recording_->file();
+    ending = std::move(recording_);
+  }
+  recording::Ended ended = recording::end_within(std::move(ending), patience_with_disk);
+  if (ended.whole) {
+    log_info(ended.text);
+  } else {
+    log_warning(ended.text);
+  }
   const std::scoped_lock lock(mutex_);
-  recording_file_ = recording_->file();
-  recording_.reset();
+  recording_file_ = std::move(ended.file);
 }
 
 }  // namespace splid

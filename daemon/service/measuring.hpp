@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -45,14 +46,14 @@ class Measuring {
   bool pause(const std::string& reason, const std::stop_token& stop);
 
   // Frames from now on are estimated as this configuration says: see Stream::reload and
-  // Output::reload.
-  void reload(std::shared_ptr<const Config> next);
+  // Output::reload. Errors: those of Stream::Make, which a stop request ends.
+  void reload(std::shared_ptr<const Config> next, const std::stop_token& stop);
 
   // Records what is measured from now on, in this stream and the next; returns false where a
   // recording runs already.
   // Errors: Error(Fault::usage) where the configuration has no folder.
   bool record();
-  // Ends the recording; returns false where there was none. Waits for the disk.
+  // Ends the recording; returns false where there was none. Waits for the disk, 2 s at most.
   bool end_recording();
   // The file that is being written, or was written last; empty: none.
   [[nodiscard]] std::string recording_file() const;
@@ -65,6 +66,7 @@ class Measuring {
   StreamSummary measure(const std::stop_token& stop);
   bool wait_until_wanted(const std::stop_token& stop);
   bool resume();
+  void hurry();
   void give_up(Fault fault, const std::string& sentence);
   void record(Stream& stream);
   void finish_recording();
@@ -89,6 +91,7 @@ class Measuring {
   std::optional<Fault> failure_;
   std::shared_ptr<const Config> reloaded_;
   std::unique_ptr<Stream> stream_;  // null: there is none
+  std::uint64_t streams_ = 0;       // that have begun
   bool pausing_ = false;            // pause() has asked the stream to end
   bool to_record_;
   std::unique_ptr<recording::Tap> recording_;

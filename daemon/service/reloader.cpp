@@ -1,5 +1,7 @@
 #include "daemon/service/reloader.hpp"
 
+#include <pthread.h>
+
 #include <exception>
 #include <new>
 #include <utility>
@@ -26,11 +28,29 @@ Reloader::Reloader(const Config& original, DeviceMonitor& device, StopSignals* s
       apply_(std::move(apply)),
       readers_(original.security.allow_list),
       controllers_(original.control.allow_list) {
-  if (signals_ != nullptr) signals_->on_hangup([this] { reload(); });
+  if (signals_ == nullptr) return;
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  signals_->on_hangup([this] {
+    const std::scoped_lock lock(mutex_);
+    asked_ = true;
+    changed_.notify_all();
+  });
 }
 
 Reloader::~Reloader() {
   if (signals_ != nullptr) signals_->on_hangup(nullptr);
+}
+
+// Several signals while a reload is under way are one.
+void Reloader::run(const std::stop_token& stop) {
+  pthread_setname_np(pthread_self(), "reload");
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return asked_; }) && !stop.stop_requested()) {
+    asked_ = false;
+    lock.unlock();
+    reload();
+    lock.lock();
+  }
 }
 
 void Reloader::reload() {

@@ -160,7 +160,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
     std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";
-    if (is_new) measuring.reload(next);
+    if (is_new) measuring.reload(next, stop);
     return allowed;
   };
   const Reloader reloader(config, device, options.signals, apply);

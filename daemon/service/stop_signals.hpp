@@ -24,8 +24,8 @@ class StopSignals {
 
   [[nodiscard]] std::stop_token token() const { return stop_.get_token(); }
   void request_stop() { stop_.request_stop(); }
-  // action: what SIGHUP calls on the signals' thread; null: nothing. A call that is running has
-  // ended when this returns.
+  // action: what SIGHUP calls on the signals' thread, where it must not wait; null: nothing. A call
+  // that is running has ended when this returns.
   void on_hangup(std::function<void()> action);
 
  private:

@@ -71,6 +71,8 @@ FrameStatus status_of(const Frame& frame, const Estimate& estimate, const FrameC
   if (estimate.status == FrameStatus::no_sync) return FrameStatus::no_sync;
   if (frame.seen_fraction < context.min_seen_fraction) return FrameStatus::incomplete;
   if (is_saturated(frame, estimate, context)) return FrameStatus::saturated;
+  // A stop left no time for it.
+  if (estimate.status == FrameStatus::not_run) return FrameStatus::incomplete;
   return estimate.status;
 }
 

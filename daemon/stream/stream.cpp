@@ -9,12 +9,19 @@
 
 #include "daemon/stream/frame_plan.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
 
 // How long an estimation thread sleeps before it looks again whether a frame has come.
 constexpr std::chrono::milliseconds idle{100};
+
+constexpr std::int64_t ns_per_ms = 1'000'000;
+
+EstimatorInUse make_estimator(const StreamOptions& options, std::size_t max_photons) {
+  return {make_frame_estimator(options, max_photons), options.estimator.tracked};
+}
 
 std::size_t ring_capacity(const PipelineOptions& options) {
   return std::bit_ceil(static_cast<std::size_t>(options.ring_capacity_tags));
@@ -69,7 +76,7 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
   max_photons_ = std::min(capacity.photons, max_estimated_photons);
   for (std::int64_t i = 0; i < options_.pipeline.estimation_threads; ++i) {
     lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth));
-    estimators_.push_back(std::make_unique<LaneEstimator>(make_estimator(options_)));
+    estimators_.push_back(std::make_unique<LaneEstimator>(make_estimator(options_, max_photons_)));
   }
 }
 
@@ -116,12 +123,37 @@ void Stream::tap_into(TagTap* tap) {
   if (tap == nullptr) framer_.wait_for_tap();
 }
 
-void Stream::reload(const StreamOptions& next) {
+Stream::Make Stream::maker(const StreamOptions& next) const {
+  StreamOptions options = options_;
+  options.pulse = next.pulse;
+  options.scene = next.scene;
+  options.estimator = next.estimator;
+  options.detector = next.detector;
+  return [options, photons = max_photons_, lanes = lanes_.size()](const std::stop_token& stop) {
+    NewEstimators made{{}, options.estimator.effort};
+    while (made.each.size() < lanes) {
+      if (stop.stop_requested()) throw Error(Fault::usage, "the program ends");
+      made.each.push_back(make_estimator(options, photons));
+    }
+    return made;
+  };
+}
+
+void Stream::reload(NewEstimators made) {
   const std::scoped_lock lock(reload_mutex_);
-  std::vector<EstimatorInUse> made;
-  for (std::size_t i = 0; i < lanes_.size(); ++i) made.push_back(make_estimator(next));
-  for (std::size_t i = 0; i < lanes_.size(); ++i) estimators_[i]->hand_in(std::move(made[i]));
-  dealer_.configure(next.estimator.effort);
+  for (std::size_t i = 0; i < lanes_.size(); ++i) estimators_[i]->hand_in(std::move(made.each[i]));
+  dealer_.configure(made.effort);
+}
+
+void Stream::request_stop() {
+  std::int64_t not_yet = 0;
+  stopped_ns_.compare_exchange_strong(not_yet, clock_.steady_ns());
+  stop_.request_stop();
+}
+
+bool Stream::out_of_patience() const {
+  const std::int64_t stopped_ns = stopped_ns_;
+  return stopped_ns != 0 && clock_.steady_ns() - stopped_ns > stop_patience_ms * ns_per_ms;
 }
 
 StreamCounters Stream::counters() const {
@@ -137,15 +169,6 @@ const SyncDiagnosis* Stream::diagnosis() const {
   return framer_.diagnosed() ? &*framer_.diagnosis() : nullptr;
 }
 
-EstimatorInUse Stream::make_estimator(const StreamOptions& from) const {
-  StreamOptions options = options_;
-  options.pulse = from.pulse;
-  options.scene = from.scene;
-  options.estimator = from.estimator;
-  options.detector = from.detector;
-  return {make_frame_estimator(options, max_photons_), from.estimator.tracked};
-}
-
 void Stream::estimate(std::size_t index) {
   pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
   Lane& lane = *lanes_[index];
@@ -158,16 +181,23 @@ void Stream::estimate(std::size_t index) {
       continue;
     }
     if (estimator.take_next()) track = {};
-    const std::int64_t begin_ns = clock_.steady_ns();
-    unit->estimate = unit->wanted ? estimator.in_use().estimator.estimate(
-                                        unit->frame.view(),
-                                        estimator.in_use().tracked ? &track : nullptr, unit->effort)
-                                  : Estimate{};
-    unit->compute_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
+    estimate(*unit, estimator.in_use(), track);
     lane.estimated();
     wake_.notify();
   }
   wake_.notify();
+}
+
+// A frame that there is no time for counts as not seen: its photons stay counted in it.
+void Stream::estimate(EstimationUnit& unit, EstimatorInUse& with, TargetTrack& track) {
+  const std::int64_t begin_ns = clock_.steady_ns();
+  const bool too_late = out_of_patience();
+  if (too_late) unit.frame.seen_fraction = 0;
+  unit.estimate =
+      unit.wanted && !too_late
+          ? with.estimator.estimate(unit.frame.view(), with.tracked ? &track : nullptr, unit.effort)
+          : Estimate{};
+  unit.compute_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
 }
 
 }  // namespace splid

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -49,6 +50,12 @@ FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t ma
 // Throws what a stream's constructor would of these options, without making its buffers.
 void check_stream(const StreamOptions& options);
 
+// What a reload hands in: an estimator for each lane.
+struct NewEstimators {
+  std::vector<EstimatorInUse> each;
+  Effort effort = Effort::balanced;  // configured
+};
+
 // Where every tag of a stream went, as its stages count it; no count ever falls.
 struct StreamCounters {
   FramerTotals framer;
@@ -70,7 +77,8 @@ StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more);
 // estimator refuses the pattern. Timeouts: only wait(), join() and tap_into(nullptr) wait.
 class Stream {
  public:
-  // Tags that the ring still holds this long after a stop request become no frames.
+  // Tags that the ring still holds this long after a stop request become no frames, and frames that
+  // no estimation has begun with are published as incomplete.
   static constexpr int stop_patience_ms = 400;
 
   // clock: outlives this.
@@ -82,7 +90,7 @@ class Stream {
   // Starts the threads. Once.
   void start();
   // Ends the source; the frames on their way still come. Any thread, at any time.
-  void request_stop() { stop_.request_stop(); }
+  void request_stop();
 
   // The next frame with its estimate; null where none is ready. Valid until release().
   [[nodiscard]] const EstimationUnit* next();
@@ -102,10 +110,14 @@ class Stream {
   // ms at most, the tap before it is not used any more. To be called before start() or while the
   // stream runs, from one thread at a time, which is not the thread that takes frames.
   void tap_into(TagTap* tap);
-  // Frames from now on are estimated by the pulse, scene, estimator and detector of these options;
-  // the other options are not looked at. Any thread, while the stream runs. Errors:
-  // Error(Fault::usage) where the estimator refuses them; nothing has changed then.
-  void reload(const StreamOptions& next);
+  // Makes estimators for the pulse, scene, estimator and detector of the options; the other options
+  // are not looked at. It may take seconds, and may outlive the stream. Errors: Error(Fault::usage)
+  // where the estimator refuses them, and after a stop request.
+  using Make = std::function<NewEstimators(const std::stop_token& stop)>;
+  [[nodiscard]] Make maker(const StreamOptions& next) const;
+  // Frames from now on are estimated by these, which a maker() of this stream has made. Any thread,
+  // while the stream runs.
+  void reload(NewEstimators made);
 
   [[nodiscard]] SourceInfo info() const { return source_->info(); }
   // Any thread.
@@ -122,8 +134,9 @@ class Stream {
   [[nodiscard]] const SyncDiagnosis* diagnosis() const;
 
  private:
-  [[nodiscard]] EstimatorInUse make_estimator(const StreamOptions& from) const;
+  [[nodiscard]] bool out_of_patience() const;
   void estimate(std::size_t index);
+  void estimate(EstimationUnit& unit, EstimatorInUse& with, TargetTrack& track);
 
   const StreamOptions options_;
   std::unique_ptr<TagSource> source_;
@@ -138,6 +151,7 @@ class Stream {
   Wake wake_;             // a frame was estimated
   std::size_t next_ = 0;  // lane of the next frame
   std::stop_source stop_;
+  std::atomic<std::int64_t> stopped_ns_{0};  // when a stop was requested; 0: not yet
   std::vector<std::jthread> threads_;
   std::optional<SourceThread> source_thread_;  // from start() on
 };

@@ -34,7 +34,7 @@ class MeasuredStream {
     stream_.tap_into(recording);
   }
   void reload(const Config& next) {
-    stream_.reload(stream_options(next));
+    stream_.reload(stream_.maker(stream_options(next))({}));
     output_.reload(output_options(next));
   }
   StreamSummary run(const std::stop_token& stop) {

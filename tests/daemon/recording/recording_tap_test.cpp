@@ -23,6 +23,7 @@
 #include "tests/support/eventually.hpp"
 #include "tests/support/held_clock.hpp"
 #include "tests/support/measured_stream.hpp"
+#include "tests/support/patience.hpp"
 #include "tests/support/read_back.hpp"
 #include "tests/support/scripted_source.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -42,6 +43,27 @@ bool on_framer() {
 }
 
 void say_nothing(const std::string&) {}
+
+// A disk that takes nothing until it is let go: the recorder looks at its clock between two writes.
+class FrozenClock final : public Clock {
+ public:
+  [[nodiscard]] double unix_s() const override { return 1.7e9; }
+  [[nodiscard]] std::int64_t steady_ns() const override {
+    frozen.wait(true);
+    return host_clock().steady_ns();
+  }
+  void thaw() {
+    frozen = false;
+    frozen.notify_all();
+  }
+  std::atomic<bool> frozen{true};
+};
+
+std::vector<Tag> photons(std::int64_t count) {
+  std::vector<Tag> tags;
+  for (std::int64_t i = 0; i < count; ++i) tags.push_back(photon_tag(1'000'000 * i, 1));
+  return tags;
+}
 
 struct Measured {
   std::vector<std::string> json;
@@ -333,6 +355,44 @@ TEST(RecordingTap, BeginsAndEndsWhileFramesFlow) {
   for (const std::string& file : recordings_in(folder.path("r"))) {
     EXPECT_FALSE(read_back(file).empty());
   }
+}
+
+TEST(RecordingTap, AFrozenDiskHoldsNoEndAndWhatItDidNotTakeIsSaidAsLost) {
+  static FrozenClock clock;  // outlives the recorder that is given up
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  const auto said = std::make_shared<int>(0);
+  auto tap = std::make_unique<Tap>(config, SourceInfo{"script", true, {}}, clock,
+                                   [said](const std::string&) { ++*said; });
+  tap->take(photons(1000));
+  const Ended ended = end_within(std::move(tap), std::chrono::milliseconds{50});
+  EXPECT_FALSE(ended.whole);
+  EXPECT_EQ(ended.text,
+            "the recording: the disk does not take what is left; up to 1,000 tags are lost");
+  EXPECT_EQ(said.use_count(), 1);  // nothing is said any more, to whoever may be gone
+  clock.thaw();
+  EXPECT_TRUE(test::eventually([&] {
+    const std::vector<std::string> files = recordings_in(folder.path("r"));
+    return files.size() == 1 && read_back(files[0]).size() == 1000;
+  }));
+}
+
+TEST(RecordingTap, AStopEndsAReplaysWaitForTheDisk) {
+  static FrozenClock clock;
+  const splid::test::TempFolder folder;
+  Config config = scene_config(0);
+  config.record.folder = folder.path("r");
+  const auto ring = static_cast<std::uint64_t>(config.pipeline.ring_capacity_tags);
+  auto tap = std::make_unique<Tap>(config, SourceInfo{"script", false, {}}, clock, say_nothing);
+  tap->hurry();
+  tap->take(photons(static_cast<std::int64_t>(ring) + 1000));
+  const Ended frozen = [&] {
+    clock.thaw();
+    return end_within(std::move(tap), test::patience);
+  }();
+  EXPECT_TRUE(frozen.whole);
+  EXPECT_THAT(frozen.text, HasSubstr("1 recordings; 1,000 tags lost"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <functional>
@@ -15,6 +16,7 @@
 #include <thread>
 
 #include "protocol/error.hpp"
+#include "tests/support/eventually.hpp"
 #include "tests/support/notify_socket.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -85,7 +87,7 @@ class ReloaderTest : public ::testing::Test {
     return last;
   }
 
-  // The apply function runs on the thread that waits for signals.
+  // The apply function runs on the reloader's thread.
   std::mutex mutex;
   Applied last;
   std::function<std::string()> answer = [] { return ""; };
@@ -160,6 +162,19 @@ TEST_F(ReloaderTest, WhatIsRefusedChangesNothingAndIsInTheStatusUntilTheNextRelo
   reload();
   EXPECT_TRUE(applied().is_new);  // what was refused is not in use
   EXPECT_EQ(device.configuration_fault(), "");
+}
+
+// A reload may take as long as the tables of its estimators take to make.
+TEST_F(ReloaderTest, AStopIsHeardWhileAReloadIsUnderWay) {
+  configure(R"(,"scene":{"max_speed_mps":15})");
+  std::atomic<bool> heard{false};
+  answer_with([&] {
+    ::kill(::getpid(), SIGTERM);
+    heard = test::eventually([&] { return signals.token().stop_requested(); });
+    return "";
+  });
+  reload();
+  EXPECT_TRUE(heard);
 }
 
 TEST_F(ReloaderTest, NothingIsReadOnceItIsGone) {

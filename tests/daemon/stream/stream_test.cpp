@@ -6,10 +6,14 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "protocol/error.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/error_text.hpp"
+#include "tests/support/held_clock.hpp"
 #include "tests/support/scripted_source.hpp"
 
 namespace splid {
@@ -93,12 +97,44 @@ TEST(Stream, ARequestToStopEndsItWithWhatCame) {
   EXPECT_LT(taken.sequences.size(), 6'000U);
 }
 
+// However long an estimate takes, a stop takes one for each thread at most.
+TEST(Stream, FramesThatAStopLeavesNoTimeForArePublishedAsNotSeen) {
+  const Config config = scene_config(600);
+  HeldClock clock;
+  Stream stream(stream_options(config), open_scene(config), clock);
+  std::vector<std::pair<double, FrameStatus>> late;
+  stream.start();
+  while (stream.next() == nullptr) stream.wait(std::chrono::milliseconds{10});
+  stream.request_stop();
+  clock.advance_ms(Stream::stop_patience_ms + 1);
+  for (stream.release(); !stream.ended();) {
+    if (const EstimationUnit* unit = stream.next()) {
+      late.emplace_back(unit->frame.seen_fraction, unit->estimate.status);
+      stream.release();
+    } else {
+      stream.wait(std::chrono::milliseconds{10});
+    }
+  }
+  EXPECT_EQ(stream.join(), nullptr);
+  ASSERT_FALSE(late.empty());
+  EXPECT_EQ(late.back(), (std::pair{0.0, FrameStatus::not_run}));
+}
+
+TEST(Stream, AMakerOfEstimatorsEndsAtAStop) {
+  const Config config = scene_config(1);
+  const Stream stream(stream_options(config), open_scene(config), host_clock());
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(test::error_text([&] { (void)stream.maker(stream_options(config))(stop.get_token()); }),
+            "the program ends");
+}
+
 TEST(Stream, AReloadHoldsForTheFramesThatComeAfterIt) {
   const Config config = scene_config(3);
   Stream stream(stream_options(config), open_scene(config), host_clock());
   StreamOptions next = stream_options(config);
   next.estimator.effort = Effort::fast;
-  const Taken taken = take_all(stream, 3, [&] { stream.reload(next); });
+  const Taken taken = take_all(stream, 3, [&] { stream.reload(stream.maker(next)({})); });
   ASSERT_GE(taken.efforts.size(), 20U);
   EXPECT_EQ(taken.efforts.front(), Effort::balanced);
   EXPECT_EQ(taken.efforts.back(), Effort::fast);
