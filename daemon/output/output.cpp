@@ -13,6 +13,9 @@ namespace {
 // How long the thread that publishes sleeps at most before it looks around.
 constexpr std::chrono::milliseconds idle{50};
 
+// Frames that are lost beyond the range come as other frames do; between two their reason holds.
+constexpr std::int64_t beyond_holds_ns = 1'000'000'000;
+
 }  // namespace
 
 OutputOptions output_options(const Config& config) {
@@ -119,7 +122,12 @@ void Output::look_around(Stream& stream) {
 
 StreamHealth Output::health(Stream& stream) {
   StreamHealth health;
-  health.tags = all_counters(stream).framer.events;
+  const FramerTotals tags = all_counters(stream).framer;
+  health.tags = tags.events;
+  const std::int64_t now_ns = clock_.steady_ns();
+  if (std::exchange(beyond_, tags.beyond) != tags.beyond)
+    beyond_until_ns_ = now_ns + beyond_holds_ns;
+  health.clock_is_at_its_end = now_ns < beyond_until_ns_;
   health.last_arrival_ns = stream.last_arrival_ns();
   health.ring_fill_ratio = stream.take_highest_fill();
   health.sync_fault = sync_fault_;

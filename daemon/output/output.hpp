@@ -112,8 +112,10 @@ class Output {
   Liveness liveness_;
   std::optional<EncoderFeed> encoder_;
   std::atomic<bool> has_encoder_{false};
-  std::string sync_fault_;  // a sentence; empty: none found
-  double last_fill_ = 0;    // of the ring, when the stream ended
+  std::string sync_fault_;    // a sentence; empty: none found
+  double last_fill_ = 0;      // of the ring, when the stream ended
+  std::uint64_t beyond_ = 0;  // FramerTotals::beyond as last seen
+  std::int64_t beyond_until_ns_ = 0;
   bool observer_done_ = false;
   std::exception_ptr observer_fault_;
 

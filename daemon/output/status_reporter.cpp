@@ -250,6 +250,11 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
 }
 
 std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) const {
+  if (health.clock_is_at_its_end) {
+    return "the tagger's clock is within 5 h of the end of 63 bits of picoseconds, and all tags "
+           "are "
+           "lost: set the clock to zero";
+  }
   if (stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()) {
     return health.sync_fault;
   }

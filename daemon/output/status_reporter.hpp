@@ -30,6 +30,7 @@ struct StreamHealth {
   // it was.
   std::string configuration_fault = {};
   std::optional<RecordingStatus> recording = {};  // absent: nothing is to be recorded
+  bool clock_is_at_its_end = false;               // tags come beyond the range of times
 };
 
 // What the status needs to know of the configuration.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "estimator/model/units.hpp"
 #include "estimator/sync/period_from_gaps.hpp"
@@ -16,6 +17,7 @@ constexpr int frames_without_tags = 20;
 constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
 constexpr std::size_t most_corrected = 4096;
+constexpr std::uint64_t most_beyond = 1 << 20;  // in a frame, where a clock stands at its end
 constexpr std::size_t least_sync_room = 256;  // with less, runs would be too short to gain by
 constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
@@ -46,6 +48,7 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       held_(most_held) {
   const double length_ps =
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
+  nominal_ps_ = to_ps(length_ps);
   max_gap_ps_ = std::max(second_ps, frames_without_tags * to_ps(length_ps));
   // In a very short frame the last per cent may be shorter than 1 us. Then tags of the next frame
   // could come before the end of this frame is placed, so the allowed disorder is less too.
@@ -144,7 +147,7 @@ void Framer::run_ended(std::size_t used, std::size_t taken, const Tag* next) {
   if (taken == 0) return;
   totals_.events += taken;
   totals_.ignored += taken - used;
-  backward_run_ = 0;
+  backward_run_ = beyond_run_ = 0;
   last_ps_ = next[-1].time_ps;
   frame_->arrival_ns = arrival_ns_;
 }
@@ -156,10 +159,10 @@ void Framer::take(const Tag& tag) {
   }
   ++totals_.events;
   if (!in_range(tag.time_ps)) {
-    ++totals_.late;
-    lose(1);
+    take_beyond(tag.time_ps);
     return;
   }
+  beyond_run_ = 0;
   if (comes_late(tag.time_ps)) {
     ++totals_.late;
     lose(1);
@@ -170,6 +173,30 @@ void Framer::take(const Tag& tag) {
   } else {
     admit(tag);
   }
+}
+
+void Framer::take_beyond(std::int64_t time_ps) {
+  ++totals_.late;
+  lose(1);
+  if (beyond_run_ < backward_tags) {
+    if (++beyond_run_ < backward_tags) return;
+    break_clock();
+    beyond_ps_ = time_ps;
+    return;
+  }
+  ++totals_.beyond;
+  const bool over = saturated_difference(time_ps, beyond_ps_) >= nominal_ps_ ||
+                    saturated_difference(beyond_ps_, time_ps) >= nominal_ps_;
+  if (!over && totals_.unplaced < most_beyond) return;
+  beyond_ps_ = time_ps;
+  close_beyond();
+}
+
+// A frame for what was lost beyond the range, so that who listens hears of it.
+void Framer::close_beyond() {
+  begin_frame(beyond_ps_ > 0 ? max_time_ps : -max_time_ps, Ends::neither);
+  frame_->add_loss(frame_->start_ps, frame_->start_ps + nominal_ps_, 0);
+  cut_short();
 }
 
 void Framer::take_control(const Tag& tag) {
@@ -483,6 +510,7 @@ std::int64_t Framer::reached_ps() const {
 
 void Framer::finish() {
   settle_last_suspect();
+  if (frame_ == nullptr && std::exchange(beyond_run_, 0) == backward_tags) close_beyond();
   if (frame_ == nullptr) return;
   if (!held_.empty()) next_frame();
   const bool used = !frame_->photons_ps.empty() || !frame_->syncs_ps.empty() ||

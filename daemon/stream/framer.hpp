@@ -37,6 +37,7 @@ struct FramerTotals {
   std::uint64_t jumps = 0;      // gaps for which no frames were made
   std::uint64_t resets = 0;     // how often the tagger's clock was set anew
   std::uint64_t uncounted = 0;  // losses of an unknown number of tags
+  std::uint64_t beyond = 0;     // of the late: in a run of times beyond the range
 };
 
 // Cuts the stream of tags into frames. It takes spans of tags in stream order, wherever the spans
@@ -57,6 +58,10 @@ struct FramerTotals {
 //  - 16 tags in a row before the open frame's start, or a clock_break, mean that the tagger's clock
 //    was set anew. The open frame is closed with its rest as a loss; the first 15 of those tags are
 //    `late`. A step back that stays within the open frame is not noticed.
+//  - Times within 5 h of the largest and smallest 64-bit number are beyond the range. A single such
+//    tag is `late`. 16 in a row are a clock at its end: the open frame is closed as where the clock
+//    was set anew, and for each length of time that such tags come there is a frame without tags,
+//    with their number as lost, at the end of the range.
 //  - A loss is clipped to the frames that it touches; its count goes to the frame in which it ends.
 //    A `missed` tag has no interval: the loss is taken to reach back to the tag before it. A
 //    loss_end without its loss_begin reaches back to the end of the loss before it, or to the
@@ -98,6 +103,8 @@ class Framer {
   void run_ended(std::size_t used, std::size_t taken, const Tag* next);
 
   void take(const Tag& tag);
+  void take_beyond(std::int64_t time_ps);
+  void close_beyond();
   void take_control(const Tag& tag);
   void take_control_of_no_time(const Tag& tag);
   void break_clock();
@@ -154,6 +161,8 @@ class Framer {
   std::optional<Tag> suspect_;  // a tag far ahead of the tag before it, not yet believed
   FixedArray<Tag> held_;        // tags of the next frame, while the open frame waits for late tags
   int backward_run_ = 0;        // tags in a row that were earlier than the frame
+  int beyond_run_ = 0;          // events in a row beyond the range; counted up to 16
+  std::int64_t beyond_ps_ = 0;  // the first such time since the last frame was closed
   std::optional<std::int64_t> loss_from_ps_;     // a loss_begin without its end
   std::int64_t loss_floor_ps_ = 0;               // how far a loss_end alone reaches back
   std::optional<std::int64_t> surplus_from_ps_;  // first photon for which there was no room

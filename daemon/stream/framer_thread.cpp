@@ -21,10 +21,11 @@ constexpr std::size_t tags_at_once = 16'384;
 constexpr milliseconds framer_idle{100};
 
 constexpr std::array counts = {
-    &FramerTotals::events,   &FramerTotals::photons,  &FramerTotals::syncs,  &FramerTotals::markers,
-    &FramerTotals::shared,   &FramerTotals::ignored,  &FramerTotals::late,   &FramerTotals::surplus,
-    &FramerTotals::reported, &FramerTotals::unplaced, &FramerTotals::frames, &FramerTotals::jumps,
-    &FramerTotals::resets,   &FramerTotals::uncounted};
+    &FramerTotals::events,   &FramerTotals::photons,   &FramerTotals::syncs,
+    &FramerTotals::markers,  &FramerTotals::shared,    &FramerTotals::ignored,
+    &FramerTotals::late,     &FramerTotals::surplus,   &FramerTotals::reported,
+    &FramerTotals::unplaced, &FramerTotals::frames,    &FramerTotals::jumps,
+    &FramerTotals::resets,   &FramerTotals::uncounted, &FramerTotals::beyond};
 static_assert(sizeof(FramerTotals) == counts.size() * sizeof(std::uint64_t), "one is missing");
 
 constexpr std::int64_t ns_per_ms = 1'000'000;

@@ -109,6 +109,18 @@ TEST_F(StatusReports, NoticeASilentInstrumentAfterFourFrames) {
                                                       HasSubstr("scripted sends nothing"))));
 }
 
+TEST_F(StatusReports, SayThatTheClockIsAtItsEnd) {
+  StreamHealth health{1, clock.steady_ns(), 0, ""};
+  health.clock_is_at_its_end = true;
+  reporter.frame_published(frame(FrameStatus::no_sync));
+  reporter.tick(health);
+  EXPECT_THAT(
+      published(),
+      testing::ElementsAre(HasSubstr("\"starting\""),
+                           AllOf(HasSubstr("\"degraded\""),
+                                 HasSubstr("\"reason\":\"the tagger's clock is within 5 h of"))));
+}
+
 TEST_F(StatusReports, SayThatNothingIsRecorded) {
   StreamHealth health{1, clock.steady_ns(), 0, ""};
   reporter.frame_published(frame(FrameStatus::ok));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <random>
 
@@ -97,6 +98,56 @@ TEST(Framer, WithoutSyncsFramesHaveTheirNominalLength) {
     EXPECT_EQ(frame->end_ps - frame->start_ps, 10 * ms);
     EXPECT_FALSE(frame->sync.locked);
   }
+}
+
+// From 2^63 - 2^54 ps on, and down from as far below zero, nothing can be measured. The frames say
+// so, and every tag is lost in one of them.
+TEST(Framer, BeyondTheRangeOfTimesFramesLoseTheirTags) {
+  constexpr std::int64_t end_ps = std::numeric_limits<std::int64_t>::max() - (1LL << 54);
+  for (const int sign : {1, -1}) {
+    TagStream stream;
+    stream.begin_ps = sign > 0 ? end_ps - 30 * ms : -end_ps - 50 * ms;
+    const std::vector<Tag> tags = stream.make();
+    const Framed r = framed(tags);
+    expect_sums_close(r, tags.size());
+    EXPECT_EQ(r.totals.unplaced, 0U);
+    EXPECT_EQ(r.totals.resets, 1U);
+    std::vector<bool> seen;
+    for (const auto& frame : r.frames.frames) {
+      seen.push_back(frame->seen_fraction > 0.99);
+      if (seen.back()) continue;
+      if (frame->seen_fraction > 0) continue;  // cut short at the end of the range
+      EXPECT_EQ(frame->start_ps, sign * end_ps);
+      EXPECT_GT(frame->lost_tags, 150U);
+      EXPECT_TRUE(frame->photons_ps.empty() && frame->syncs_ps.empty());
+    }
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), true), sign > 0 ? 3 : 5);
+    EXPECT_GE(std::count(seen.begin(), seen.end(), false), sign > 0 ? 6 : 4);
+    EXPECT_GT(r.totals.beyond, 0U);
+  }
+}
+
+TEST(Framer, AClockThatStandsAtItsEndMakesNoMoreFramesThanItsTagsNeed) {
+  std::vector<Tag> tags = TagStream{}.make();
+  const std::size_t before = framed(tags).frames.size();
+  tags.insert(tags.end(), 3 << 20, photon_tag(std::numeric_limits<std::int64_t>::max(), 1));
+  const Framed r = framed(tags);
+  expect_sums_close(r, tags.size());
+  EXPECT_EQ(r.totals.unplaced, 0U);
+  EXPECT_EQ(r.frames.size(), before + 3);
+}
+
+TEST(Framer, SingleTimesBeyondTheRangeAreLateAlone) {
+  std::vector<Tag> tags = TagStream{}.make();
+  const std::size_t before = framed(tags).frames.size();
+  for (std::size_t at = 100; at < tags.size(); at += 100) {
+    tags[at].time_ps = std::numeric_limits<std::int64_t>::min();
+  }
+  const Framed r = framed(tags);
+  expect_sums_close(r, tags.size());
+  EXPECT_EQ(r.frames.size(), before);
+  EXPECT_EQ(r.totals.late, (tags.size() - 1) / 100);
+  EXPECT_EQ(r.totals.beyond + r.totals.resets, 0U);
 }
 
 TEST(Framer, SyncsThatComeLaterPutTheFramesOnTheGrid) {
