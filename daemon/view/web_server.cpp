@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "daemon/base/log.hpp"
 #include "daemon/sockets/listening_socket.hpp"
+#include "daemon/sockets/peer.hpp"
 #include "daemon/view/page_asset.hpp"
 #include "daemon/view/request_check.hpp"
 #include "protocol/error.hpp"
@@ -70,10 +72,19 @@ int send(MHD_Connection* connection, unsigned code, MHD_Response* response) {
 
 }  // namespace
 
+// A browser's connection, for one request after the other.
+struct WebServer::Connection {
+  int socket;
+  std::string group;      // of its peer
+  std::int64_t until_ns;  // when it is closed; never: an event stream
+  static constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
+};
+
 // One page that listens. Lives until libmicrohttpd lets go of its answer.
 struct WebServer::Viewer {
   WebServer* server;
   MHD_Connection* connection;
+  std::string group;  // of its peer
   LiveView::Cursor cursor;
   std::string outgoing;  // composed, and sent up to `sent`
   std::size_t sent = 0;
@@ -85,16 +96,28 @@ struct WebServer::Viewer {
 struct WebServer::Callbacks {
   static MHD_Result may_connect(void* server, const sockaddr* /*peer*/, socklen_t /*size*/) {
     auto* self = static_cast<WebServer*>(server);
-    if (self->connections_ < most_connections) return MHD_YES;
+    if (self->connections_.size() < most_connections) return MHD_YES;
     ++self->refused_;
     return MHD_NO;
   }
 
-  static void notify(void* server, MHD_Connection* /*connection*/, void** /*socket*/,
+  static void notify(void* server, MHD_Connection* connection, void** context,
                      MHD_ConnectionNotificationCode code) {
     auto* self = static_cast<WebServer*>(server);
-    if (code == MHD_CONNECTION_NOTIFY_STARTED) ++self->connections_;
-    if (code == MHD_CONNECTION_NOTIFY_CLOSED) --self->connections_;
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) self->connected(connection, context);
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) self->disconnected(*context);
+  }
+
+  // An answer was taken, or its connection is lost.
+  static void completed(void* server, MHD_Connection* connection, void** /*request*/,
+                        MHD_RequestTerminationCode /*how*/) {
+    const auto* self = static_cast<const WebServer*>(server);
+    known(connection).until_ns = self->clock_.steady_ns() + request_ns;
+  }
+
+  static Connection& known(MHD_Connection* connection) {
+    const auto* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return *static_cast<Connection*>(info->socket_context);
   }
 
   // Called twice for a request: with its headers, and when it is whole. One that is answered at the
@@ -151,7 +174,7 @@ WebServer::WebServer(const std::string& address, const LiveView& view, const Clo
       &Callbacks::handle, this, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
       most_connections + 1, MHD_OPTION_CONNECTION_MEMORY_LIMIT, connection_bytes,
       MHD_OPTION_CONNECTION_TIMEOUT, patience_s, MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::notify,
-      this, MHD_OPTION_END);
+      this, MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, this, MHD_OPTION_END);
   if (daemon_ == nullptr) {
     throw Error(Fault::device, "--http " + address + ": libmicrohttpd cannot serve there");
   }
@@ -203,7 +226,36 @@ void WebServer::run() {
     viewer->suspended = false;
     MHD_resume_connection(viewer->connection);
   }
+  close_late();
   MHD_run(daemon_);
+}
+
+void WebServer::connected(MHD_Connection* connection, void** context) {
+  const int socket =
+      MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  std::string group = sockets::peer_of(socket).group;
+  const auto of_peer = std::count_if(connections_.begin(), connections_.end(),
+                                     [&](const auto& one) { return one->group == group; });
+  connections_.push_back(std::make_unique<Connection>(
+      Connection{socket, std::move(group), clock_.steady_ns() + request_ns}));
+  *context = connections_.back().get();
+  if (static_cast<std::size_t>(of_peer) < most_connections_a_peer) return;
+  ++refused_;
+  ::shutdown(socket, SHUT_RDWR);
+}
+
+void WebServer::disconnected(const void* context) {
+  connections_.remove_if([&](const auto& one) { return one.get() == context; });
+}
+
+// libmicrohttpd lets go of a connection that was shut down.
+void WebServer::close_late() const {
+  const std::int64_t now_ns = clock_.steady_ns();
+  for (const auto& connection : connections_) {
+    if (now_ns < connection->until_ns) continue;
+    ::shutdown(connection->socket, SHUT_RDWR);
+    connection->until_ns = Connection::never;
+  }
 }
 
 int WebServer::refuse(MHD_Connection* connection, unsigned code, const std::string& why) {
@@ -219,6 +271,7 @@ int WebServer::refuse(MHD_Connection* connection, unsigned code, const std::stri
 }
 
 int WebServer::answer(MHD_Connection* connection, std::string_view path, std::string_view method) {
+  Callbacks::known(connection).until_ns = clock_.steady_ns() + answer_ns;
   const std::string_view host = header(connection, "Host");
   if (!is_own_host(host, machine_name_)) {
     return refuse(connection, MHD_HTTP_FORBIDDEN,
@@ -244,7 +297,11 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path, std::st
 }
 
 int WebServer::serve_events(MHD_Connection* connection) {
-  if (viewers_.size() >= most_viewers) {
+  Connection& place = Callbacks::known(connection);
+  const auto of_peer = std::count_if(viewers_.begin(), viewers_.end(), [&](const auto& viewer) {
+    return viewer->group == place.group;
+  });
+  if (viewers_.size() >= most_viewers || static_cast<std::size_t>(of_peer) >= most_viewers_a_peer) {
     return refuse(connection, MHD_HTTP_SERVICE_UNAVAILABLE,
                   "there are as many viewers as there may be; close another page");
   }
@@ -253,7 +310,9 @@ int WebServer::serve_events(MHD_Connection* connection) {
   LiveView::Cursor cursor = LiveView::cursor(seconds.value_or(default_window_s));
   const char* fold = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, "fold");
   cursor.wants_fold = fold != nullptr && std::string_view(fold) == "1";
-  viewers_.push_back(std::make_unique<Viewer>(Viewer{this, connection, cursor, {}, 0, 0, false}));
+  place.until_ns = Connection::never;
+  viewers_.push_back(
+      std::make_unique<Viewer>(Viewer{this, connection, place.group, cursor, {}, 0, 0, false}));
   MHD_Response* response =
       MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, block_bytes, &Callbacks::read_events,
                                         viewers_.back().get(), &Callbacks::forget);

@@ -22,11 +22,14 @@ namespace splid::view {
 //
 // A request is refused, and counted, where its Host is not this machine (403), its Origin another
 // page's (403), its method neither GET nor HEAD (405), its path unknown (404), or where there are
-// too many viewers (503) or connections (closed at once). libmicrohttpd itself refuses what is no
-// HTTP or has headers of more than some 16 KiB.
+// too many viewers (503) or connections (closed at once), of all peers or of one: a peer is an
+// address, as to a gate (sockets::peer_of), this machine's too. libmicrohttpd itself refuses what
+// is no HTTP or has headers of more than some 16 KiB; before 1.0 it ends a header's value at a null
+// character, so that "localhost\0.evil" is answered as localhost; no browser sends one.
 //
-// A viewer that reads too slowly is sent less often, and gets the newest then (LiveView::news); one
-// that reads nothing for 15 s is let go.
+// A request has 10 s until it is whole, and an answer 20 s until it is taken; then the connection
+// is closed. A viewer that reads too slowly is sent less often, and gets the newest then
+// (LiveView::news); one that reads nothing for 15 s is let go.
 //
 // Threads: one calls everything. Errors: the constructor throws Error(Fault::usage) for an address
 // that is malformed, and Error(Fault::device) where the port cannot be had.
@@ -34,6 +37,11 @@ class WebServer {
  public:
   static constexpr unsigned most_connections = 256;
   static constexpr std::size_t most_viewers = 64;
+  // Of one peer.
+  static constexpr std::size_t most_connections_a_peer = 64;
+  static constexpr std::size_t most_viewers_a_peer = 16;
+  static constexpr std::int64_t request_ns = 10'000'000'000;
+  static constexpr std::int64_t answer_ns = 20'000'000'000;
   // Viewers get news at most so often, 25 times a second.
   static constexpr std::int64_t between_news_ns = 40'000'000;
 
@@ -58,7 +66,11 @@ class WebServer {
 
  private:
   struct Viewer;
+  struct Connection;
   struct Callbacks;  // what libmicrohttpd calls
+  void connected(MHD_Connection* connection, void** context);
+  void disconnected(const void* context);
+  void close_late() const;
   int answer(MHD_Connection* connection, std::string_view path, std::string_view method);
   int refuse(MHD_Connection* connection, unsigned code, const std::string& why);
   int serve_events(MHD_Connection* connection);
@@ -70,7 +82,7 @@ class WebServer {
   std::string machine_name_;
   std::list<std::unique_ptr<Viewer>> viewers_;
   std::uint64_t refused_ = 0;
-  unsigned connections_ = 0;
+  std::list<std::unique_ptr<Connection>> connections_;
   MHD_Daemon* daemon_ = nullptr;
   int descriptor_ = -1;
 };

@@ -284,7 +284,7 @@ TEST_F(ViewProgram, ViewersThatReadNothingCostNoMemoryAndTheOthersNothing) {
 TEST_F(ViewProgram, RefusesMoreViewersThanThereMayBe) {
   start_view();
   std::list<LocalConnection> viewers;
-  for (int i = 0; i < 64; ++i) {
+  for (int i = 0; i < 16; ++i) {
     viewers.emplace_back(port).send(request("/events"));
     EXPECT_THAT(events_until(viewers.back(), "event: page"), HasSubstr("200 OK"));
   }
