@@ -22,6 +22,7 @@
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -83,7 +84,9 @@ int calibrate(CalibrateCommand options) {
   write_file(options.output, to_json_file(calibrated.pattern));
   write_pictures(options, calibrated, config.pulse.sigma_ps);
   std::fputs(calibration::pulse_table(calibrated.pattern).c_str(), stdout);
-  std::fputs(calibration::summary(calibrated, options.output, config.frame.length_ms).c_str(),
+  std::fputs(shown_lines(calibration::summary(calibrated, shown_text(options.output, most_said),
+                                              config.frame.length_ms))
+                 .c_str(),
              stderr);
   return 0;
 }

@@ -53,7 +53,8 @@ void say_look_alike(const Pattern& pattern, const PulseOptions& pulse, double le
 
 void check_pattern(const std::string& file, const std::string& text) {
   const Pattern pattern = pattern_from_json(text, file);
-  std::printf("%s: a pattern: %s%s%s\n", file.c_str(), describe_pattern(pattern).c_str(),
+  std::printf("%s: a pattern: %s%s%s\n", shown_text(file, most_said).c_str(),
+              describe_pattern(pattern).c_str(),
               pattern.calibrated_period_ps ? ", calibrated period" : "",
               pattern.pulse ? ", measured pulse shape" : "");
   PulseOptions pulse;
@@ -64,19 +65,23 @@ void check_pattern(const std::string& file, const std::string& text) {
 void check_config(const std::string& file) {
   const Config config = load_config_aloud(file);
   check_start(config);
+  const std::string name = shown_text(file, most_said);
   std::printf(
       "%s: a configuration\n  source   %s\n  pattern  %s: %s\n  frame    %g ms\n  publish  %s\n"
       "  memory   about %.0f MiB\n",
-      file.c_str(), config.source_driver.c_str(), config.pattern_file.c_str(),
-      describe_pattern(config.pattern).c_str(), config.frame.length_ms,
-      config.publish.endpoint.c_str(), memory_needed_mib(config));
+      name.c_str(), config.source_driver.c_str(),
+      shown_text(config.pattern_file, most_said).c_str(), describe_pattern(config.pattern).c_str(),
+      config.frame.length_ms, shown_text(config.publish.endpoint, most_said).c_str(),
+      memory_needed_mib(config));
   say_look_alike(config.pattern, config.pulse, config.frame.length_ms);
   for (const std::string& note : start_notes(config)) {
-    std::fprintf(stderr, "splid: warning: %s: %s\n", file.c_str(), note.c_str());
+    std::fprintf(stderr, "splid: warning: %s: %s\n", name.c_str(),
+                 shown_text(note, most_said).c_str());
   }
   if (config.security.allow_list.empty()) return;
   const std::size_t keys = security::AllowList::read(config.security.allow_list).size();
-  std::printf("  allowed  %zu keys of %s\n", keys, config.security.allow_list.c_str());
+  std::printf("  allowed  %zu keys of %s\n", keys,
+              shown_text(config.security.allow_list, most_said).c_str());
 }
 
 // For what splid cannot read at all.

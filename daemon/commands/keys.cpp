@@ -5,6 +5,7 @@
 
 #include "daemon/commands/commands.hpp"
 #include "daemon/security/key_file.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -17,6 +18,8 @@ struct KeysCommand {
 int make_keys(const KeysCommand& options) {
   const security::CurveKeyPair keys = security::make_curve_keys();
   const security::KeyFiles files = security::write_key_files(options.folder, options.name, keys);
+  const std::string secret = shown_text(files.secret_file, most_said);
+  const std::string open = shown_text(files.public_file, most_said);
   std::printf("%s\n", keys.public_key.c_str());
   std::fprintf(stderr,
                "%s: secret, readable by you alone; it stays on this machine:\n"
@@ -26,9 +29,8 @@ int make_keys(const KeysCommand& options) {
                "    of a server: splid listen --server-key %s ...\n"
                "    of a viewer: a line in the server's security.allow_list:\n"
                "    %s %s\n",
-               files.secret_file.c_str(), files.secret_file.c_str(), files.secret_file.c_str(),
-               files.public_file.c_str(), files.public_file.c_str(), keys.public_key.c_str(),
-               options.name.c_str());
+               secret.c_str(), secret.c_str(), secret.c_str(), open.c_str(), open.c_str(),
+               keys.public_key.c_str(), shown_text(options.name, most_said).c_str());
   return 0;
 }
 

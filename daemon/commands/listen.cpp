@@ -170,7 +170,7 @@ class Listening {
     } catch (const Error& error) {
       if (++unread_ == 1) {
         std::fprintf(stderr, "splid: a frame message cannot be read and is left out: %s\n",
-                     error.what());
+                     shown_text(error.what(), most_said).c_str());
       }
       return std::nullopt;
     }

@@ -13,6 +13,7 @@
 #include "estimator/model/pattern_make.hpp"
 #include "estimator/model/pattern_side_lobes.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -40,19 +41,20 @@ std::vector<double> in_ps(std::vector<double> times_ns) {
 int write_pattern(const Pattern& pattern, const std::string& file) {
   check_is_pattern_or_new(file);
   write_file(file, to_json_file(pattern));
-  std::fprintf(stderr, "%s: %s\n", file.c_str(), describe_pattern(pattern).c_str());
+  const std::string name = shown_text(file, most_said);
+  std::fprintf(stderr, "%s: %s\n", name.c_str(), describe_pattern(pattern).c_str());
   if (const auto lobe = highest_side_lobe(pattern)) {
     std::fprintf(stderr,
                  "%s: highest side lobe of its autocorrelation: %zu of %zu pulses (%.3g %%) within "
                  "%g ps at a shift of %.10g ns\n",
-                 file.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
+                 name.c_str(), lobe->pairs, pulses_per_period(pattern), 100 * lobe->relative,
                  side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
   }
   const std::string hardest =
       calibration::describe_look_alike(pattern, *calibration::shape_of(pattern, {}), 0);
   if (!hardest.empty()) {
     std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in the default scene)\n",
-                 file.c_str(), hardest.c_str());
+                 name.c_str(), hardest.c_str());
   }
   return 0;
 }

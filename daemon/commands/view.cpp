@@ -9,6 +9,7 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/view/viewing.hpp"
 #include "protocol/error.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid {
 namespace {
@@ -35,13 +36,15 @@ std::optional<security::CurveClient> viewing_client(const ViewCommand& options) 
 int run_view(const ViewCommand& options) {
   const StopSignals signals;
   view::Viewing viewing(options.endpoint, options.http, viewing_client(options));
-  std::fprintf(stderr, "splid: the live view of %s is at %s\n", options.endpoint.c_str(),
-               viewing.url().c_str());
+  std::fprintf(stderr, "splid: the live view of %s is at %s\n",
+               shown_text(options.endpoint, most_said).c_str(), viewing.url().c_str());
   if (const std::string warning = view::who_can_read(options.http); !warning.empty()) {
     std::fprintf(stderr, "splid: %s\n", warning.c_str());
   }
   viewing.run(signals.token(), [](view::Viewing::State state, const std::string& words) {
-    if (state != view::Viewing::State::pending) std::fprintf(stderr, "splid: %s\n", words.c_str());
+    if (state != view::Viewing::State::pending) {
+      std::fprintf(stderr, "splid: %s\n", shown_text(words, most_said).c_str());
+    }
   });
   return 0;
 }

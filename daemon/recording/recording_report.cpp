@@ -21,6 +21,7 @@
 #include "estimator/sync/sync_survey.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/recording_format.hpp"
+#include "protocol/shown_text.hpp"
 
 namespace splid::recording {
 namespace {
@@ -190,9 +191,9 @@ std::string report_of(const std::string& file) {
   const bool timed = info.first_ps && info.last_ps;
   const double duration_s = timed ? static_cast<double>(*info.last_ps - *info.first_ps) / 1e12 : 0;
   const bool t3 = info.header.is_t3;
-  std::string text =
-      fmt::format("{}: {}, {}, {}{:.6g} ps a tick\n", file, in_words(info.header.format),
-                  t3 ? "T3" : "T2", records_in_words(info.header), info.header.resolution_s * 1e12);
+  std::string text = fmt::format("{}: {}, {}, {}{:.6g} ps a tick\n", shown_text(file, most_said),
+                                 in_words(info.header.format), t3 ? "T3" : "T2",
+                                 records_in_words(info.header), info.header.resolution_s * 1e12);
   text += count_line("records", info.records, 0);
   text += report_counts(info, duration_s);
   text += report_times(info, duration_s);
@@ -230,8 +231,9 @@ std::string report_photon_hdf5(const std::string& file) {
   if (header.is_t3) {
     duration_s *= header.sync_period_s * 1e12 / static_cast<double>(whole_period_ps(header));
   }
-  std::string text = fmt::format("{}: a Photon-HDF5 recording, {}, {:.6g} ps a tick\n", file,
-                                 header.is_t3 ? "T3" : "T2", header.resolution_s * 1e12);
+  std::string text = fmt::format("{}: a Photon-HDF5 recording, {}, {:.6g} ps a tick\n",
+                                 shown_text(file, most_said), header.is_t3 ? "T3" : "T2",
+                                 header.resolution_s * 1e12);
   text += count_line("photons", header.record_count, 0);
   text += report_channels(info, duration_s);
   text += fmt::format("  duration       {:>15.9g} s\n", duration_s);
@@ -240,7 +242,7 @@ std::string report_photon_hdf5(const std::string& file) {
                         header.sync_period_s * 1e12);
   }
   for (const std::string& warning : info.warnings) text += "  warning: " + warning + "\n";
-  return text + "  next           splid convert " + file +
+  return text + "  next           splid convert " + shown_text(file, most_said) +
          " NEW.ptu, which every other command takes\n";
 }
 

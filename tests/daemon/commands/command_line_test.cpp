@@ -181,6 +181,30 @@ TEST_F(CommandLine, AWrongPatternPeriodIsADataErrorThatSaysWhatFits) {
   EXPECT_THAT(result.out, Not(HasSubstr("\"status\":\"ok\"")));
 }
 
+TEST_F(CommandLine, NamesOfFilesAreShownWithoutTheirControlCharacters) {
+  const std::string name = folder.path("a\033[2J\nsplid: error: b");
+  const std::string pattern = name + "/pattern.json";
+  std::filesystem::create_directory(name);
+  write_config("a\033[2J\nsplid: error: b/config.json", R"("driver":"simulator")");
+  const std::vector<std::vector<std::string>> commands = {
+      {"pattern", "random", "--output", pattern},
+      {"check", pattern},
+      {"check", name + "/config.json"},
+      {"keys", "--output", name},
+      {"simulate", "--config", name + "/config.json", "--seconds", "0.2", "--output",
+       name + "/a.ptu"},
+      {"check", name + "/a.ptu"},
+      {"convert", name + "/a.ptu", name + "/b.ptu"},
+      {"replay", name + "/a.ptu", "--config", name + "/config.json", "--no-publish"},
+      {"upload", "--config", name + "/config.json"}};
+  for (const std::vector<std::string>& words : commands) {
+    const ProgramResult result = run_program(words);
+    EXPECT_THAT(result.err + result.out, HasSubstr("a?[2J?splid: error: b")) << words.front();
+    EXPECT_THAT(result.err + result.out,
+                AllOf(Not(HasSubstr("\033")), Not(HasSubstr("\nsplid: error: b"))));
+  }
+}
+
 // A daemon that is stopped is not at fault.
 TEST_F(CommandLine, AWrongPatternIsAWarningWhereAStopWasAskedFor) {
   const std::string recording = simulate("a.ptu", "4");
