@@ -12,8 +12,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "estimator/model/units.hpp"
 #include "tests/support/frame_maker.hpp"
 

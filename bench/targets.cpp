@@ -18,7 +18,7 @@
 
 #include "bench/thread_clock.hpp"
 #include "estimator/frame_estimator.hpp"
-#include "estimator/several/joint_bound.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid {
@@ -278,6 +278,8 @@ struct OtherPulse {
   double sigma_ns = splid::sigma_ns;
   double tail_ns = 0;
   double late_share = 1.0 / 8;
+  double light = 4 * experiment_signal;
+  std::int64_t targets = 3;
 };
 
 test::FrameMaker::Frame make_shaped(const OtherPulse& pulse, const Pattern& pattern,
@@ -287,7 +289,7 @@ test::FrameMaker::Frame make_shaped(const OtherPulse& pulse, const Pattern& patt
   maker.length_ms = length_ms;
   maker.velocity_mps = 20;
   maker.sigma_ns = pulse.sigma_ns;
-  const double light = 4 * experiment_signal;
+  const double light = pulse.light;
   maker.signal_per_pulse = pulse.tail_ns > 0 ? light * (1 - pulse.late_share) : light;
   auto frame = maker.make(2 * seed);
   if (pulse.tail_ns == 0) return frame;
@@ -306,7 +308,7 @@ test::FrameMaker::Frame make_shaped(const OtherPulse& pulse, const Pattern& patt
 void run_shape(const OtherPulse& pulse, int trials) {
   const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
   SceneOptions options;
-  options.targets = 3;
+  options.targets = pulse.targets;
   FrameEstimator estimator(pattern, {}, options, {}, length_ms, 200000);
   int found = 0, claimed = 0;
   for (int n = 0; n < trials; ++n) {
@@ -315,7 +317,7 @@ void run_shape(const OtherPulse& pulse, int trials) {
     found += e.status == FrameStatus::ok ? 1 : 0;
     claimed += e.target_count > 1 ? 1 : 0;
   }
-  std::printf("| %s | %.1f %% | %.1f %% |\n", pulse.name, 100.0 * found / trials,
+  std::printf("| %s | %.1f %% | %.2f %% |\n", pulse.name, 100.0 * found / trials,
               100.0 * claimed / trials);
   std::fflush(stdout);
 }
@@ -488,6 +490,10 @@ int main(int argc, char** argv) {
       {"a tail of 0.1 ns", 0.1, 0.1}, {"a tail of 0.15 ns", 0.1, 0.15},
       {"a tail of 0.2 ns", 0.1, 0.2}, {"a tail of 0.3 ns", 0.1, 0.3},
       {"a tail of 0.5 ns", 0.1, 0.5}, {"a sixth late by 0.13 ns", 0.1, 0.13, 1.0 / 6},
+      {"of 13.5e-4, 1.3 times as wide", 0.13, 0, 0, s, 2},
+      {"of 13.5e-4, 30 % late by 0.2 ns", 0.1, 0.2, 0.3, s, 2},
+      {"of 13.5e-4, 30 % late by 0.3 ns", 0.1, 0.3, 0.3, s, 2},
+      {"of 13.5e-4, 30 % late by 0.4 ns", 0.1, 0.4, 0.3, s, 2},
   };
   std::printf("\n| pulse | ok | several claimed |\n|---|---|---|\n");
   for (const splid::OtherPulse& pulse : pulses) {

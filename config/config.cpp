@@ -79,7 +79,7 @@ std::optional<OptionFault> frame_fault(const Config& config) {
 
 std::optional<OptionFault> pulse_fault(const Config& config) {
   if (config.pulse.shape != Shape::tabulated || config.pattern.pulse) {
-    return config.pulse.validate(config.scene, config.estimator);
+    return config.pulse.validate(config.estimator);
   }
   return OptionFault{"/shape", "\"tabulated\" takes the shape from the pattern, but " +
                                    config.pattern_file +
@@ -122,7 +122,6 @@ void check_all(const Config& config) {
   check(config.file, "/record", config.record.validate());
   check(config.file, "/awg", config.awg.validate());
   check(config.file, "/frame", frame_fault(config));
-  check(config.file, "/scene", config.scene.validate());
   check(config.file, "/drift", config.drift.validate());
   check(config.file, "/detector", config.detector.validate());
   check(config.file, "/estimator", config.estimator.validate(config.scene));

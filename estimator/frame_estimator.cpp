@@ -12,7 +12,6 @@
 #include "estimator/checks/findings.hpp"
 #include "estimator/checks/input_split.hpp"
 #include "estimator/checks/light_flicker.hpp"
-#include "estimator/checks/pattern_check.hpp"
 #include "estimator/checks/stray_light.hpp"
 #include "estimator/fit/dead_time_model.hpp"
 #include "estimator/fold/folded_frame.hpp"
@@ -22,8 +21,8 @@
 #include "estimator/model/units.hpp"
 #include "estimator/paper/paper_method.hpp"
 #include "estimator/search/frame_search.hpp"
-#include "estimator/search/several_targets.hpp"
 #include "estimator/search_memory.hpp"
+#include "estimator/selection/target_selection.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {
@@ -89,8 +88,7 @@ struct FrameEstimator::Workspace {
   FoundList recent;  // that the frames of both show
   std::optional<checks::StrayLight> stray;
   FoldedFrame cleaned;  // the frame without stray light
-  PatternCheck pattern_check;
-  std::unique_ptr<SeveralTargets> several;  // null: a frame has one target
+  std::unique_ptr<selection::TargetSelection> several;  // null: a frame has one target
   DetectorCheck detector_check;
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
@@ -109,7 +107,6 @@ struct FrameEstimator::Workspace {
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
                maximizer, blind_time_of(detector, inputs, max_photons)),
         cleaned(train, options.findings == FindingsWanted::on ? max_photons : 0, frame.reach_ns()),
-        pattern_check(train, *shape, frame.reach_ns(), 0, is_width_fitted),
         detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
@@ -121,9 +118,12 @@ struct FrameEstimator::Workspace {
       earlier = std::make_unique<checks::FindingSums>(*findings);
     }
     if (scene.targets > 1) {
-      several = std::make_unique<SeveralTargets>(
-          search.targets(), pattern_check, train, *shape, search.threshold_nats(),
-          options.false_alarm_rate, static_cast<std::size_t>(scene.targets), max_photons);
+      several = std::make_unique<selection::TargetSelection>(
+          search.targets(), search.bends(), train, *shape,
+          selection::SelectionScope{
+              search.may_bend() ? search.bent_threshold_nats() : search.threshold_nats(),
+              static_cast<std::size_t>(scene.targets), is_width_fitted, dead_time.has_value()},
+          max_photons);
     }
   }
 
@@ -140,7 +140,7 @@ struct FrameEstimator::Workspace {
                                                           std::size_t inputs,
                                                           std::size_t max_photons) const {
     if (!(detector.dead_time_ns > 0) || detector.dead_time != DeadTime::modelled ||
-        options.method != Method::search || scene.targets > 1) {
+        options.method != Method::search) {
       return std::nullopt;
     }
     return DeadTimeModel(train, detector.dead_time_ns, inputs, max_photons, frame.reach_ns());
@@ -173,7 +173,7 @@ struct FrameEstimator::Workspace {
                                                  std::size_t track_terms, bool width_too = false);
   likelihood::Maximum maximum_at_rest(const likelihood::Maximum& moving);
   [[nodiscard]] bool moves_after_all(const Found& found);
-  void select(const FrameView& view, Found& found, Effort most);
+  void select(Found& found, Effort most);
   void check(const FrameView& view, Found& found);
   [[nodiscard]] Checked checked_by(const checks::Verdict& verdict, const Found& found) const;
   void report(const FrameView& view, const Found& found, Estimate& estimate);
@@ -336,7 +336,7 @@ std::optional<Found> FrameEstimator::Workspace::find_by(Look look, const FrameVi
     fit(look, found);
   }
   if (!found.is_target) return found;
-  select(view, found, most);
+  select(found, most);
   if (findings) check(view, found);
   return found;
 }
@@ -384,22 +384,23 @@ std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, 
 }
 
 // Looks for the targets beside the first one.
-void FrameEstimator::Workspace::select(const FrameView& /*view*/, Found& found, Effort most) {
+void FrameEstimator::Workspace::select(Found& found, Effort most) {
   if (!several) return;
-  Fit first = fit_of(found.best);
-  const auto others = several->find(frame, first, search.moves(), most);
-  if (others.empty()) {
-    found.best = maximum_of(first);
-    return;
-  }
-  if (std::any_of(others.begin(), others.end(), [](const auto& t) { return t.moves; })) {
+  // Beside a target at rest another one may move.
+  const std::size_t terms = std::max<std::size_t>(found.track_terms, search.moves() ? 2 : 1);
+  const selection::Selection& selected =
+      several->select(frame, found.best.model, fit_of(found.best), terms, most);
+  if (selected.count < 2) return;
+  found.track_terms = terms;
+  if (!search.moves() &&
+      several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {
     found.is_target = false;
     return;
   }
-  found.best = maximum_of(others);
-  for (std::size_t k = 0; k < others.size(); ++k) {
-    found.gain_nats.at(k) = others[k].fit.gain_nats;
-    found.odds_nats.at(k) = others[k].range_odds_nats;
+  found.best = selected.best;
+  for (std::size_t k = 0; k < selected.count; ++k) {
+    found.gain_nats.at(k) = selected.targets.at(k).gain_nats;
+    found.odds_nats.at(k) = selected.targets.at(k).range_odds_nats;
   }
 }
 
@@ -528,9 +529,8 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
                                double frame_length_ms, std::size_t max_photons,
                                ClockReference reference, const DetectorOptions& detector,
                                std::size_t inputs) {
-  refuse_if(scene.validate(), "/scene");
   refuse_if(options.validate(scene), "/estimator");
-  refuse_if(pulse.validate(scene, options), "/pulse");
+  refuse_if(pulse.validate(options), "/pulse");
   refuse_if(too_large_a_search(pattern, pulse, scene, options, frame_length_ms), "/pattern");
   workspace_ = std::make_unique<Workspace>(pattern, pulse, scene, options, frame_length_ms,
                                            max_photons, reference, detector, inputs);

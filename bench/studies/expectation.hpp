@@ -1,7 +1,7 @@
 #pragma once
 
 #include "bench/studies/cells.hpp"
-#include "estimator/fit/bound.hpp"
+#include "estimator/likelihood/bound.hpp"
 
 namespace splid::studies {
 

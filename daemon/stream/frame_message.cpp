@@ -218,8 +218,6 @@ std::string unmodelled_by(const Config& config) {
   if (!(config.detector.dead_time_ns > 0) || config.detector.dead_time != DeadTime::modelled) {
     return "";
   }
-  if (config.scene.targets > 1) return "scene.targets above 1";
-  if (config.pulse.width == PulseWidth::fitted) return "pulse.width fitted";
   return config.estimator.method == Method::paper ? "estimator.method paper" : "";
 }
 

@@ -51,8 +51,8 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
 // a pulse of mean amplitude.
 bool is_beyond_model(double blind_fraction, double in_a_pulse);
 
-// What leaves a dead time out that is given and to be modelled: "scene.targets above 1", or another
-// key with its value; empty where nothing does.
+// What leaves a dead time out that is given and to be modelled: a key with its value; empty where
+// nothing does.
 std::string unmodelled_by(const Config& config);
 
 // With the units and the advice of checks/finding.hpp.

@@ -10,12 +10,9 @@
 // Its parts:
 //   fit.hpp              a maximum of one target, as the search and the published values need it
 //   refinement.hpp       the maximum near a line
-//   width_fit.hpp        the same with the pulse's width unknown
 //   dead_time_model.hpp  whether the dead time is part of what is fitted
 //   significance.hpp     the gain over no target that noise does not reach
 //   range_odds.hpp       how sure a range is against all others
-//   bound.hpp            the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13, with
-//                        alive_fraction.hpp
 //   frame_fold.hpp       pictures of a frame's photons
 
 namespace splid {

@@ -34,7 +34,6 @@ enum class Stop {
   rounds_spent,  // k == 40; more rounds might improve the estimate
   beaten,        // l(k), and three times what a parabola through it still gains, stay below another
                  // maximum that has been found already
-  spread,        // the photons are those of several targets, which are fitted in its place
 };
 
 // One of a frame's targets. Members: as those of Estimate, of this target. Deviations are those

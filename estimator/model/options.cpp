@@ -41,16 +41,6 @@ void SceneOptions::describe(OptionVisitor& visitor) {
                   "target; with more than 1, a frame lists all that it shows");
 }
 
-std::optional<OptionFault> SceneOptions::validate() const {
-  if (targets == 1 || motion == Motion::static_target || motion == Motion::moving) {
-    return std::nullopt;
-  }
-  return OptionFault{"/targets", "is " + std::to_string(targets) +
-                                     ", but with more than one target no acceleration is "
-                                     "estimated; take scene.motion \"moving\" or \"static\", or "
-                                     "scene.targets 1"};
-}
-
 void EstimatorOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "method", method, method_names,
          "search: over all delays and velocities; paper: as [P] does, for comparison, which knows "
@@ -99,20 +89,11 @@ void PulseOptions::describe(OptionVisitor& visitor) {
          "each frame (pulse_sigma_ps), from a quarter of the configured one to four times that");
 }
 
-std::optional<OptionFault> PulseOptions::validate(const SceneOptions& scene,
-                                                  const EstimatorOptions& estimator) const {
-  if (width == PulseWidth::fixed) return std::nullopt;
-  const auto refuse = [](const std::string& what) {
-    return OptionFault{"/width", "is \"fitted\", but " + what + ", or pulse.width \"fixed\""};
-  };
-  if (estimator.method == Method::paper) {
-    return refuse("the method of [P] fits none; take estimator.method \"search\"");
-  }
-  if (scene.targets > 1) {
-    return refuse("scene.targets is " + std::to_string(scene.targets) +
-                  ", and a wide pulse and several targets look alike; take scene.targets 1");
-  }
-  return std::nullopt;
+std::optional<OptionFault> PulseOptions::validate(const EstimatorOptions& estimator) const {
+  if (width == PulseWidth::fixed || estimator.method == Method::search) return std::nullopt;
+  return OptionFault{"/width",
+                     "is \"fitted\", but the method of [P] fits none; take estimator.method "
+                     "\"search\", or pulse.width \"fixed\""};
 }
 
 void DetectorOptions::describe(OptionVisitor& visitor) {

@@ -37,7 +37,6 @@ struct SceneOptions {
   double range_offset_m = 0;  // the instrument's own, which is subtracted from each distance
   std::int64_t targets = 1;   // that a frame may have, 1 to most_targets
   void describe(OptionVisitor& visitor);
-  [[nodiscard]] std::optional<OptionFault> validate() const;
 };
 
 // Whether each target's light is compared with richer models (checks/finding.hpp).
@@ -65,9 +64,8 @@ struct PulseOptions {
   double sigma_ps = 100;  // standard deviation of a gaussian
   PulseWidth width = PulseWidth::fixed;
   void describe(OptionVisitor& visitor);
-  // Whether a fitted width goes with the rest of the estimator's options.
-  [[nodiscard]] std::optional<OptionFault> validate(const SceneOptions& scene,
-                                                    const EstimatorOptions& estimator) const;
+  // Whether a fitted width goes with the method.
+  [[nodiscard]] std::optional<OptionFault> validate(const EstimatorOptions& estimator) const;
 };
 
 // What becomes of the detector's dead time. modelled: the likelihood knows when the detector was

@@ -49,8 +49,7 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
       threshold_nats_(threshold_of(0, options.false_alarm_rate)),
       bent_threshold_nats_(threshold_nats_),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
-      search_(train, shape, scope(options, length_ns, blind.has_value(), scene.targets > 1),
-              max_photons) {
+      search_(train, shape, scope(options, length_ns, blind.has_value()), max_photons) {
   const bool accelerates =
       moves() && scene.max_acceleration_mps2 > 0 && options.method == Method::search &&
       (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
@@ -70,13 +69,12 @@ double FrameSearch::threshold_of(double bend_ns, double false_alarm_rate) const 
                                      false_alarm_rate);
 }
 
-SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns, bool may_be_dead,
-                               bool one_of_several) const {
+SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns,
+                               bool may_be_dead) const {
   return {length_ns,        max_travel_ns_,
           threshold_nats_,  {told_apart_ns_, max_travel_ns_, shape_.width_ns()},
           least_odds_nats_, options.effort,
-          !is_periodic_,    may_be_dead,
-          one_of_several};
+          !is_periodic_,    may_be_dead};
 }
 
 void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_rate,

@@ -72,10 +72,11 @@ class FrameSearch {
   // A gain that the search takes for a target without looking any closer.
   [[nodiscard]] double settled_nats() const { return search_.settled_nats(); }
   [[nodiscard]] TargetSearch& targets() { return search_; }
+  [[nodiscard]] BendSearch* bends() { return bends_.get(); }  // null: paths are straight
 
  private:
   [[nodiscard]] SearchScope scope(const EstimatorOptions& options, double length_ns,
-                                  bool may_be_dead, bool one_of_several) const;
+                                  bool may_be_dead) const;
   void look_for_bends(const SceneOptions& scene, double false_alarm_rate, double length_ns,
                       std::size_t max_photons, std::optional<BlindTime> blind);
   [[nodiscard]] double threshold_of(double bend_ns, double false_alarm_rate) const;

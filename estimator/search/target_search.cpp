@@ -48,10 +48,6 @@ constexpr double least_where_combs_meet = 0.7;
 // A climb is given up where it surely ends so much below the best maximum.
 constexpr double left_behind_nats = 60;
 
-// Targets whose travels differ by less than so many coarse cells, 70 pulse widths or 20 m/s in 50
-// ms, are looked for together.
-constexpr std::uint32_t alike_slices = 8;
-
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
 constexpr double most_recheck_bins = 262144;
@@ -117,11 +113,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_travel_ns / scope.frame_length_ns),
       moving_(scope.max_travel_ns > 0),
-      first_until_(scope.one_of_several ? Refinement::Until::top_of_one : Refinement::Until::top),
-      one_of_several_(scope.one_of_several),
-      until_(first_until_),
       levels_(make_levels(scope)),
-      alike_(levels_.front().grid),
       recheck_(recheck_grid(train, shape.width_ns())),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
                                    : std::vector<double>()),
@@ -131,9 +123,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       refinement_(shape, train, max_photons, scope.may_be_blind),
-      odds_(scope.volume),
-      seen_(scope.volume) {
-  alike_.slices = std::min(alike_.slices, alike_slices);
+      odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
@@ -174,15 +164,13 @@ bool TargetSearch::has_shoulders() const {
   return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
 }
 
-void TargetSearch::begin(Refinement::Until until) {
+void TargetSearch::begin() {
   odds_.clear();
-  seen_.clear();
   sample_odds_nats_.reset();
-  until_ = until;
 }
 
 std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
-  begin(first_until_);
+  begin();
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
@@ -234,21 +222,15 @@ std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most
   return best;
 }
 
-std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level,
-                                               double least_nats) {
+std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
   const Exposure exposure(photons, train_);
   const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Fit> best;
   const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
   const auto climb_from = [&](const Spot& spot) {
-    const double most_nats = most_gain_nats(spot.box_gain_nats);
-    if (most_nats < least_nats) return;
     if (best && is_shoulder(spot.line, level.grid, *best)) return;
-    if (best && most_nats < least_gain_nats(*best)) {
-      see(spot.line, spot.box_gain_nats);
-      return;
-    }
-    const Fit fit = climb(photons, spot.line, least_nats);
+    if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) return;
+    const Fit fit = climb(photons, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
@@ -272,7 +254,7 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
             [](const Spot& a, const Spot& b) { return a.box_gain_nats > b.box_gain_nats; });
   for (const Spot& spot : spots_) climb_from(spot);
   if (best && has_shoulders() && best->gain_nats > threshold_nats_) {
-    recheck_delay(photons, level, *best, {});
+    recheck_delay(photons, level, *best);
   }
   return best;
 }
@@ -310,22 +292,9 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
 
 Fit TargetSearch::climb(const FoldedFrame& photons, DelayLine line, double to_beat_nats) {
   const bool roughly = &photons == &sample_;
-  Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly, until_);
-  // Elsewhere the maximum may be what makes a target significant.
-  if (fit.stop == Stop::spread && fit.gain_nats < threshold_nats_ + shoulder_margin_nats) {
-    fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly,
-                            Refinement::Until::near_top);
-  }
+  const Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly);
   odds_.add(fit);
   return fit;
-}
-
-Fit TargetSearch::climb_on(const FoldedFrame& frame, const Fit& fit) {
-  if (fit.stop != Stop::spread) return fit;
-  const Refinement::Until until = std::exchange(until_, Refinement::Until::near_top);
-  Fit top = climb(frame, fit.parameters.line);
-  until_ = until;
-  return top;
 }
 
 Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
@@ -337,67 +306,35 @@ Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, Delay
 // pulses, a nearly even comb with all of them, but not quite. Where the best cell was at such a
 // shoulder, the peak has the same travel and another delay, and a near copy may have a near copy
 // that is better again. Every delay that is no better counts against the range of the best one.
-//
-// A climb to a peak that was climbed in a frame of which `photons` are what is left would end no
-// higher. So where such a peak is below the best one, it is not climbed again.
-void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best,
-                                 const Climbed& climbed) {
-  constexpr double no_shoulder = 0.5;  // one of [P]'s pattern has 0.4 of the gain
+void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best) {
   const DelayLine found = best.parameters.line;
-  Refinement::Until until = until_;
-  // What is no better is fitted together with the best one, if at all.
-  const bool one_of_several = until == Refinement::Until::top_of_one;
-  if (one_of_several) until_ = Refinement::Until::near_top;
   tried_ns_.assign(1, found.delay_ns);
-  bool is_first = true, is_moved = false;
-  const std::span<const DelayCell> cells = best_delays(photons, found.travel_ns);
-  for (const DelayCell& cell : cells) {
+  bool is_first = true;
+  for (const DelayCell& cell : best_delays(photons, found.travel_ns)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = delay_gain_nats(photons, cell);
-    const DelayLine line = {found.delay_ns + apart, found.travel_ns};
-    const double climbed_nats =
-        climbed.peaks == nullptr
-            ? 0
-            : climbed.peaks->odds.gain_near(line, 3 * recheck_.bin_ns, climbed.gone);
     if (std::abs(apart) <= 3 * recheck_.bin_ns) {
       // This is the best peak itself.
-    } else if (climbed_nats > gain && climbed_nats <= best.gain_nats) {
-      odds_.add(line, climbed_nats);
-    } else if (((is_first && !climbed.is_rest) ||
-                most_gain_nats(gain) > best.gain_nats - rival_nats_) &&
-               !(one_of_several && is_made_by_two(photons, cell, cells, found))) {
-      is_moved |= try_delay(photons, level, apart, found, best);
+    } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
+      try_delay(photons, level, apart, found, best);
     } else {
-      odds_.add(line, gain);
-      if (gain > no_shoulder * best.gain_nats) see(line, gain);
+      odds_.add({found.delay_ns + apart, found.travel_ns}, gain);
     }
     is_first = false;
   }
-  is_moved |= try_copies(photons, level, best);
-  std::swap(until_, until);
-  if (is_moved && until != until_) best = climb(photons, best.parameters.line);
+  try_copies(photons, level, best);
 }
 
-// Notes a place that is not climbed to, where it may be looked at once more in what is left.
-void TargetSearch::see(DelayLine line, double box_gain_nats) {
-  if (one_of_several_ && box_gain_nats > settled_nats()) seen_.add(line, box_gain_nats);
-}
-
-// Tries the near copies of the best one's comb, and those of a copy that is better. Returns whether
-// there was one.
-bool TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Fit& best) {
+// Tries the near copies of the best one's comb, and those of a copy that is better.
+void TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Fit& best) {
   constexpr int most_steps = 8;
-  bool is_moved = false;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
     const DelayLine from = best.parameters.line;
-    for (const double copy : copies_ns_) {
-      is_moved |= try_delay(photons, level, copy, from, best);
-    }
-    if (best.gain_nats == before) break;
+    for (const double copy : copies_ns_) try_delay(photons, level, copy, from, best);
+    if (best.gain_nats == before) return;
   }
-  return is_moved;
 }
 
 // The best delays of a travel, which are those of a target and its highest shoulders. Where combs
@@ -412,33 +349,18 @@ std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons,
   return do_meet ? all : all.first(of_one);
 }
 
-// Whether a delay is one where the best target's comb meets that of another delay that is as high:
-// what is there is the light of these two, and compared with them by a joint fit.
-bool TargetSearch::is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
-                                  std::span<const DelayCell> cells, DelayLine found) const {
-  const double least_nats = least_where_combs_meet * delay_gain_nats(photons, cells.front());
-  const double peak_ns = shape_.peak_offset_ns();
-  return std::any_of(cells.begin(), cells.end(), [&](const DelayCell& other) {
-    return delay_gain_nats(photons, other) > least_nats &&
-           meetings_.do_meet(found.delay_ns, other.delay_ns - peak_ns, cell.delay_ns - peak_ns);
-  });
-}
-
 double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const {
   return box_gain_nats(photons, cell.with_neighbour, 2 * recheck_.bin_ns);
 }
 
-// Returns whether there is a better maximum there, which is then the best one.
-bool TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
+// Takes the maximum there where it is better.
+void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
                              DelayLine from, Fit& best) {
-  if (is_tried(from.delay_ns + shift_ns)) return false;
-  best = climb_on(photons, best);
+  if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Fit fit =
       fit_cell(photons, level, {photons_at, from.travel_ns}, best.gain_nats - left_behind_nats);
-  if (fit.gain_nats <= best.gain_nats) return false;
-  best = fit;
-  return true;
+  if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
 // Whether a delay has been tried since tried_ns_ was cleared, to within what a zoom corrects. Notes
@@ -468,8 +390,7 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 // delays at which the comb falls on itself in part, with the travel of the peak. recheck_delay()
 // looks at all of these delays at once.
 bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
-  return (has_shoulders() || !one_of_several_) &&
-         best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
+  return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
          std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;
 }
 
@@ -526,15 +447,23 @@ Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
 }
 
 Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
-  begin(first_until_);
+  begin();
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), line);
 }
 
 Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
   Fit best = fit;
-  if (has_shoulders()) recheck_delay(frame, levels_.front(), best, {});
+  if (has_shoulders()) recheck_delay(frame, levels_.front(), best);
   return best;
+}
+
+std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Fit& fit) {
+  begin();
+  odds_.add(fit);
+  const Fit best = look_beside(rest, fit);
+  if (best.gain_nats > fit.gain_nats) return std::nullopt;
+  return odds_.of(fit);
 }
 
 double TargetSearch::range_odds_nats(const Fit& fit) const {
@@ -570,7 +499,6 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
 
 void TargetSearch::keep_peaks(Peaks& kept) const {
   kept.odds = odds_;
-  kept.seen = seen_;
   kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
 }
 

@@ -19,11 +19,8 @@
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // travels. Open this file first. Its parts:
-//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike;
-//                       rest_search.cpp has that of what is left without known targets
+//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
-//   several_targets.hpp   the targets of a frame beside its best one
-//   joint_start.hpp     where the fit of several targets begins
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
 //   line_tree.hpp       the tree: sums along all straight lines of a block of delays
 //   part_lines.hpp      the same for each rate of a comb that has several
@@ -40,9 +37,8 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and travels possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;      // whether delays at which the comb nearly falls on itself are tried
-  bool may_be_blind = false;    // whether frames may come with their blind time
-  bool one_of_several = false;  // whether the target may be fitted together with others
+  bool near_copies = true;    // whether delays at which the comb nearly falls on itself are tried
+  bool may_be_blind = false;  // whether frames may come with their blind time
 };
 
 // Where a zoom over bends has ended (see BendSearch).
@@ -76,17 +72,13 @@ class TargetSearch {
                                  double max_travel_ns, Effort effort);
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
-  // are left out. With one_of_several the climb to it may be left out, as that of find_near() may
-  // (see climb_on()).
+  // are left out.
   std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
   // result is the best of them and the fit.
   Fit look_beside(const FoldedFrame& frame, const Fit& fit);
-  // Climbs to the maximum from where a climb has ended since the photons are spread as those of
-  // several targets are; a fit that is the maximum already is returned as it is.
-  Fit climb_on(const FoldedFrame& frame, const Fit& fit);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
   // The maximum near a line for a target that may move.
@@ -108,9 +100,6 @@ class TargetSearch {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
     std::optional<Fit> sample_best;
-    // Places that gain what a target does, and were not climbed since they are no rivals of the
-    // best one: those of other targets, and of shoulders. Their gains are those of boxes.
-    RangeOdds seen;
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
   };
@@ -120,40 +109,9 @@ class TargetSearch {
     Peaks peaks;
   };
   // With room for as many peaks as a search keeps.
-  [[nodiscard]] Peaks no_peaks() const {
-    return {RangeOdds(volume_), std::nullopt, RangeOdds(volume_)};
-  }
+  [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const;
-  // What follows looks for one more target in a frame from which the targets at `known` have been
-  // taken out. A target that surely gains less than least_nats may be left out.
-  //
-  // A target at one of the strongest of such peaks beside those of the known targets. Empty where
-  // none is so plainly a target in what is left that find() would be over with it: it may have
-  // been the shoulder of one that was taken out. last: the search for the last of the known
-  // targets.
-  std::optional<Fit> find_kept(const FoldedFrame& rest, const Peaks& peaks,
-                               std::span<const DelayLine> known, const Search& last);
-  // A target at one of the strongest places that the search which came by the peaks has seen, and
-  // has not climbed, beside the known targets. Empty where what is left shows no target there.
-  std::optional<Fit> find_seen(const FoldedFrame& rest, const Peaks& peaks,
-                               std::span<const DelayLine> known);
-  // A target that moves much as the known ones do, within 70 pulse widths of travel (20 m/s in 50
-  // ms), where all of these do: the one with the most photons. Empty where there is none, or
-  // nothing moves. peaks: as for find_seen().
-  std::optional<Fit> find_alike(const FoldedFrame& rest, const Peaks& peaks,
-                                std::span<const DelayLine> known);
-  // A target so close to one of the known ones that a zoom about that one reaches it.
-  std::optional<Fit> find_beside(const FoldedFrame& rest, std::span<const DelayLine> known,
-                                 double least_nats);
-  // A target anywhere. most: as in find(). known: how many targets have been taken out.
-  std::optional<Fit> find_more(const FoldedFrame& rest, Effort most, double least_nats,
-                               std::size_t known);
-  // Whether the look at all delays about a fit was one about a line of another target too: the
-  // line has much the same travel.
-  [[nodiscard]] bool has_looked_beside(const Fit& fit, DelayLine line) const {
-    return std::abs(line.travel_ns - fit.parameters.line.travel_ns) <= recheck_.bin_ns;
-  }
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // travel, in a frame from which all others have been taken out. Nothing where another delay is
   // better.
@@ -185,13 +143,6 @@ class TargetSearch {
     double reach_ns;
     std::vector<CombWindow> windows;  // one for each stretch
   };
-  // Peaks that were climbed in a frame of which what is searched now is left, and the lines of
-  // the targets that were taken out of it since.
-  struct Climbed {
-    const Peaks* peaks = nullptr;
-    std::span<const DelayLine> gone = {};
-    bool is_rest = false;  // whether this is what is left of a frame
-  };
   // Where a zoom into a cell has ended.
   struct Spot {
     DelayLine line;
@@ -202,31 +153,18 @@ class TargetSearch {
   [[nodiscard]] std::vector<SearchGrid> grids() const;
   [[nodiscard]] std::size_t widest_level_overlap() const;
   [[nodiscard]] bool has_shoulders() const;
-  void begin(Refinement::Until until);
+  void begin();
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
-  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level,
-                                   double least_nats = -std::numeric_limits<double>::infinity());
+  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
   Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
                double to_beat_nats = -std::numeric_limits<double>::infinity());
-  Fit with_rivals(const FoldedFrame& rest, const Fit& kept, const Peaks& peaks,
-                  std::span<const DelayLine> known, const Search& last);
-  std::optional<DelayLine> zoom_to(const FoldedFrame& rest, DelayLine line, double least_nats);
-  std::optional<Fit> climb_in_rest(const FoldedFrame& rest, DelayLine place, const Peaks* peaks,
-                                   std::span<const DelayLine> known);
-  [[nodiscard]] std::optional<RangeOdds::Place> weaker_rival(const Fit& fit,
-                                                             std::span<const DelayLine> known,
-                                                             const Search& last) const;
-  void recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best,
-                     const Climbed& climbed);
+  void recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best);
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double travel_ns);
-  [[nodiscard]] bool is_made_by_two(const FoldedFrame& photons, const DelayCell& cell,
-                                    std::span<const DelayCell> cells, DelayLine found) const;
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
-  void see(DelayLine line, double box_gain_nats);
   void climb_beside(const FoldedFrame& photons, Fit& best);
-  bool try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
-  bool try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayLine from,
+  void try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
+  void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayLine from,
                  Fit& best);
   Fit climb(const FoldedFrame& photons, DelayLine line,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
@@ -248,11 +186,7 @@ class TargetSearch {
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
   bool moving_;
-  Refinement::Until first_until_;  // of climbs in a frame as it is
-  bool one_of_several_;            // whether what is seen and no rival is kept
-  Refinement::Until until_;        // of climbs in what is searched now
   std::vector<Level> levels_;
-  SearchGrid alike_;               // of the coarsest cells, for travels that are close to one
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
   CombMeetings meetings_;
@@ -263,7 +197,6 @@ class TargetSearch {
   Refinement refinement_;
   std::vector<Spot> spots_;
   RangeOdds odds_;
-  RangeOdds seen_;                          // see Peaks
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
   std::optional<Fit> sample_best_;          // what the sample found then
   std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at

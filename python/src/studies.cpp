@@ -7,7 +7,7 @@
 #include "daemon/study/calibration/look_alike_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
 #include "estimator/calibration/shape_stack.hpp"
-#include "estimator/fit/bound.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
 #include "python/src/bindings.hpp"

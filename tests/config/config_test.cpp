@@ -169,18 +169,12 @@ TEST_F(ConfigTest, CrossChecksNameTheirPlace) {
   EXPECT_THAT(error_of_text(R"({"schema": "splid.config", "pattern": {"file": "patterns/p.json"},
                   "source": {"driver": "simulator", "target": {"motion": "points"}}})"),
               HasSubstr("c.json: /source/target/points"));
-  EXPECT_THAT(error_of(R"(, "scene": {"targets": 2, "motion": "accelerating"})"),
-              HasSubstr("c.json: /scene/targets: is 2, but with more than one target no"));
   EXPECT_EQ(load(R"(, "scene": {"targets": 4})").scene.targets, 4);
   EXPECT_THAT(error_of(R"(, "scene": {"targets": 5})"), HasSubstr("c.json: /scene/targets"));
 }
 
-TEST_F(ConfigTest, AFittedWidthTakesAGaussianAndOneTargetOnAStraightPath) {
+TEST_F(ConfigTest, AFittedWidthTakesTheMethodOfSearch) {
   EXPECT_EQ(load(R"(, "pulse": {"width": "fitted"})").pulse.width, PulseWidth::fitted);
-  EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "scene": {"targets": 2})"),
-              HasSubstr("c.json: /pulse/width: is \"fitted\", but scene.targets is 2"));
-  EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "scene": {"motion": "auto"})"),
-              HasSubstr("c.json: /pulse/width: is \"fitted\", but an acceleration"));
   EXPECT_THAT(error_of(R"(, "pulse": {"width": "fitted"}, "estimator": {"method": "paper"})"),
               HasSubstr("c.json: /pulse/width: is \"fitted\", but the method of [P]"));
 }
@@ -190,14 +184,6 @@ TEST_F(ConfigTest, AFrameHoldsAtLeastThreePatternPeriods) {
   EXPECT_EQ(error_of(R"(, "frame": {"length_ms": 3})"), "");
   EXPECT_THAT(error_of(R"(, "frame": {"length_ms": 2.5})"),
               HasSubstr("/frame/length_ms: 2.5 is below 3"));
-}
-
-TEST_F(ConfigTest, ATabulatedPulseHasNoWidthToFit) {
-  Pattern pattern = make_interleaved(std::array{180e3, 189e3});
-  pattern.pulse = TabulatedPulse{.first_ps = -100, .step_ps = 100, .density = {0, 1, 0}};
-  write_pattern(pattern);
-  EXPECT_THAT(error_of(R"(, "pulse": {"shape": "tabulated", "width": "fitted"})"),
-              HasSubstr("c.json: /pulse/width: is \"fitted\", but only a gaussian"));
 }
 
 TEST_F(ConfigTest, ATabulatedPulseNeedsACalibratedPattern) {

@@ -7,7 +7,7 @@
 
 #include "config/config.hpp"
 #include "daemon/study/tradeoff/tradeoff_frames.hpp"
-#include "estimator/fit/bound.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "estimator/model/estimate.hpp"
 #include "protocol/truth.hpp"
 

@@ -360,11 +360,11 @@ TEST_F(StatusReports, SayWhatLeavesTheDeadTimeOut) {
   };
   EXPECT_THAT(reason(), HasSubstr("detector.dead_time modelled"));
   config.detector.dead_time_ns = 50;
-  config.scene.targets = 3;
+  config.estimator.method = Method::paper;
   reporter.configure(status_options(config));
-  EXPECT_THAT(reason(), AllOf(HasSubstr("not modelled with scene.targets above 1: do without"),
+  EXPECT_THAT(reason(), AllOf(HasSubstr("not modelled with estimator.method paper: do without"),
                               Not(HasSubstr("detector.dead_time modelled"))));
-  config.scene.targets = 1;
+  config.estimator.method = Method::search;
   reporter.configure(status_options(config));
   EXPECT_THAT(reason(), HasSubstr("contradict detector.dead_time_ns"));
   saturated.blind_fraction = 0.95;

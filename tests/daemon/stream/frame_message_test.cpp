@@ -201,13 +201,14 @@ TEST_F(FrameMessages, AreSaturatedWhereTheDeadTimeBiasesTheSignalByHalfOfItsDevi
 TEST(UnmodelledBy, NamesWhatLeavesTheDeadTimeOut) {
   Config config;
   config.scene.targets = 2;
+  config.estimator.method = Method::paper;
   EXPECT_EQ(unmodelled_by(config), "");
   config.detector.dead_time_ns = 50;
-  EXPECT_EQ(unmodelled_by(config), "scene.targets above 1");
-  config.scene.targets = 1;
-  EXPECT_EQ(unmodelled_by(config), "");
+  EXPECT_EQ(unmodelled_by(config), "estimator.method paper");
+  config.estimator.method = Method::search;
   config.pulse.width = PulseWidth::fitted;
-  EXPECT_EQ(unmodelled_by(config), "pulse.width fitted");
+  EXPECT_EQ(unmodelled_by(config), "");
+  config.estimator.method = Method::paper;
   config.detector.dead_time = DeadTime::flagged;
   EXPECT_EQ(unmodelled_by(config), "");
 }

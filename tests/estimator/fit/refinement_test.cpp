@@ -62,44 +62,6 @@ TEST(Refinement, BrightClimbsEndWithEachPhotonByItself) {
   EXPECT_NEAR(a.travel_ns, b.travel_ns, 0.05 * std::sqrt(fit.covariance(1, 1)));
 }
 
-// Light of two pulses 4 widths apart is not climbed to the top of one, wherever the climb begins.
-// That of one pulse is, with the same bits. The covariance is that of the light's mean line, which
-// follows from what the two pulses are.
-TEST(Refinement, LightOfSeveralIsNotClimbedToTheTopOfOne) {
-  constexpr auto no_rival = -std::numeric_limits<double>::infinity();
-  for (const double off_ns : {0.0, 0.4}) {
-    const RefinementScene one(40);
-    test::FrameMaker other = one.made;
-    other.distance_m += off_ns * 0.299792458 / 2;
-    const auto photons = one.made.make_with({other}, 7);
-    FoldedFrame folded(one.train, photons.photons_ps.size());
-    folded.fold(photons.view(), one.train);
-    const Exposure exposure(folded, one.train);
-    Refinement refinement(*one.shape, one.train, folded.size());
-    for (const double start_ns : {-0.1, 0.0, 0.2}) {
-      const DelayLine start = {one.truth.delay_ns + start_ns, one.truth.travel_ns + 0.05};
-      const Fit top = refinement.climb(folded, start, true);
-      const Fit fit =
-          refinement.climb(folded, start, true, no_rival, false, Refinement::Until::top_of_one);
-      ASSERT_TRUE(fit.has_covariance);
-      if (off_ns == 0) {
-        EXPECT_EQ(fit.parameters.line.delay_ns, top.parameters.line.delay_ns);
-        EXPECT_EQ(fit.gain_nats, top.gain_nats);
-        continue;
-      }
-      EXPECT_EQ(fit.stop, Stop::spread);
-      EXPECT_EQ(fit.parameters.line.delay_ns, start.delay_ns);
-      EXPECT_LT(fit.gain_nats, top.gain_nats);
-      // Two pulses of the width 0.1 ns at +-0.2 ns have a mean square of 0.05 ns^2.
-      const double light = 2 * 4e-3 * exposure.amplitude;
-      EXPECT_NEAR(fit.covariance(0, 0), 0.05 / light, 0.2 * 0.05 / light);
-      EXPECT_NEAR(fit.covariance(1, 1), 12 * fit.covariance(0, 0), 1e-12);
-      EXPECT_NEAR(std::sqrt(fit.covariance(2, 2)), std::sqrt(light) / exposure.amplitude,
-                  0.1 * std::sqrt(light) / exposure.amplitude);
-    }
-  }
-}
-
 TEST(Refinement, ATargetAtRestKeepsItsTravel) {
   RefinementScene scene(0);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
@@ -119,40 +81,6 @@ TEST(Refinement, FarFromAnyTargetItStaysFinite) {
     EXPECT_TRUE(std::isfinite(fit.gain_nats));
     EXPECT_GE(fit.gain_nats, -likelihood::Maximizer::exact_nats);
     EXPECT_TRUE(std::isfinite(fit.parameters.line.delay_ns));
-  }
-}
-
-TEST(Refinement, RatesOfAMaximumsLineAreTheMaximums) {
-  const RefinementScene scene(40);
-  Refinement refinement(*scene.shape, scene.train, scene.folded.size());
-  const Fit fit = refinement.climb(scene.folded, scene.truth, true);
-  const DelayLine line = fit.parameters.line;
-  const Fit rates = refinement.fit_rates(scene.folded, line, true);
-  EXPECT_EQ(rates.parameters.line.delay_ns, line.delay_ns);
-  EXPECT_NEAR(rates.gain_nats, fit.gain_nats, 1e-9);
-  EXPECT_NEAR(rates.parameters.signal_per_pulse, fit.parameters.signal_per_pulse, 1e-10);
-  EXPECT_TRUE(rates.covariance.isApprox(fit.covariance, 1e-6));
-}
-
-// A line that crosses the target's path at mid-frame has its light in the frame's middle.
-TEST(Refinement, KnowsLightThatComesFromAPartOfTheFrame) {
-  for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const RefinementScene scene(30, seed);
-    Refinement refinement(*scene.shape, scene.train, scene.folded.size());
-    Fit fit = refinement.climb(scene.folded, scene.truth, true);
-    EXPECT_TRUE(refinement.is_all_along(fit, {})) << seed;
-    DelayLine crossing = scene.truth;
-    crossing.travel_ns += 2;
-    fit = refinement.fit_rates(scene.folded, crossing, true);
-    EXPECT_FALSE(refinement.is_all_along(fit, {})) << seed;
-    // In the first half another one is close to it.
-    const DelayLine close = {crossing.delay_ns + 0.5, crossing.travel_ns + 2};
-    EXPECT_TRUE(refinement.is_all_along(fit, {&close, 1})) << seed;
-    // A frame of which a half was not seen would have light in a part too.
-    FoldedFrame half = scene.folded;
-    half.seen_ns /= 2;
-    fit = refinement.fit_rates(half, crossing, true);
-    EXPECT_TRUE(refinement.is_all_along(fit, {})) << seed;
   }
 }
 

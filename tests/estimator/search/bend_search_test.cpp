@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "estimator/fit/bound.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "protocol/error.hpp"
 #include "tests/support/frame_maker.hpp"

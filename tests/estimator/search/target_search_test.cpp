@@ -247,36 +247,6 @@ TEST(TargetSearch, AVeryBrightFrameIsRefinedOnAllPhotons) {
   EXPECT_NEAR(fit->parameters.signal_per_pulse, 1, 0.02);
 }
 
-// What is left of a frame is searched for what may be worth it: anywhere, or within the reach of a
-// zoom about a known target.
-TEST(TargetSearch, OneMoreIsFoundWhereItMayGainEnough) {
-  const test::FrameMaker made = small_scene(test::random_pattern(1260000, 13, 9000, 2), 40);
-  Searched s(made, 1, travel_of(150, 1e7));
-  const std::optional<Fit> fit = s.search.find(s.frame);
-  ASSERT_TRUE(fit);
-  const auto is_it = [&](const std::optional<Fit>& found) {
-    return found && s.apart_ns(found->parameters.line, fit->parameters.line) < 0.05;
-  };
-  const double gain = fit->gain_nats;
-  for (const std::size_t known : {1, 2}) {
-    EXPECT_TRUE(is_it(s.search.find_more(s.frame, Effort::balanced, 0.9 * gain, known))) << known;
-    EXPECT_FALSE(s.search.find_more(s.frame, Effort::balanced, 3 * gain, known)) << known;
-  }
-  DelayLine beside = fit->parameters.line;
-  beside.delay_ns += 0.5;
-  EXPECT_TRUE(is_it(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain)));
-  EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 3 * gain));
-  // Far from the target, what noise has beside a line is less than the target is elsewhere.
-  beside.delay_ns += 20;
-  EXPECT_FALSE(s.search.find_beside(s.frame, {&beside, 1}, 0.5 * gain));
-  for (int place = 0; place < 40; ++place) {
-    beside.delay_ns += 11;
-    const std::optional<Fit> found = s.search.find_beside(s.frame, {&beside, 1}, 0.1);
-    if (!found) continue;
-    EXPECT_LT(s.apart_ns(found->parameters.line, beside), 3) << place;
-  }
-}
-
 TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
   test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 0);
   made.signal_per_pulse = made.background_per_ns = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "estimator/model/comb.hpp"
@@ -14,6 +15,13 @@ struct BlindDetector {
   double inputs = 1;
 };
 
+// The light of a target: its comb comes so much later than the phase that is asked for.
+struct CombLight {
+  double shift_ns = 0;
+  double signal_per_pulse = 0;
+  double dilation = 1;  // of the detected pulses, over phases by emission
+};
+
 // The chance that such a detector is alive, as a function of the phase in a comb, once it has
 // forgotten its first state: alive(t) = 1 - integral over the last dead time of alive lambda. The
 // integral equation is stepped through the comb's period in cells of an eighth of the pulse's
@@ -23,9 +31,10 @@ struct BlindDetector {
 // light were steady. Threads: any. Errors: none. For studies: a period of 4 us takes milliseconds.
 class AliveFraction {
  public:
-  // dilation: see Likelihood. S, b: the light, as everywhere; b in the tagger's ns.
-  AliveFraction(const PulseShape& shape, const Comb& comb, double dilation, double S, double b,
-                const BlindDetector& detector);
+  // lights: of one target or more. b: in the tagger's ns, of which the first one's dilation tells
+  // how many a ns of the comb has.
+  AliveFraction(const PulseShape& shape, const Comb& comb, std::span<const CombLight> lights,
+                double b, const BlindDetector& detector);
 
   // phase_ns: in [0, period), by emission.
   [[nodiscard]] double at(double phase_ns) const;
@@ -33,7 +42,8 @@ class AliveFraction {
 
  private:
   [[nodiscard]] std::vector<double> chances(const PulseShape& shape, const Comb& comb,
-                                            double dilation, double S, double b) const;
+                                            std::span<const CombLight> lights, double b,
+                                            double inputs) const;
   void settle(const std::vector<double>& chances, double cells_dead);
 
   double cells_per_ns_;

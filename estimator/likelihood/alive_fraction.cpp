@@ -1,4 +1,4 @@
-#include "estimator/fit/alive_fraction.hpp"
+#include "estimator/likelihood/alive_fraction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,10 @@ constexpr double alive_settled = 1e-7;
 
 }  // namespace
 
-AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb, double dilation, double S,
-                             double b, const BlindDetector& detector) {
+AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb,
+                             std::span<const CombLight> lights, double b,
+                             const BlindDetector& detector) {
+  const double dilation = lights.front().dilation;
   const double cells =
       std::ceil(comb.period_ns * dilation * shape_cells_a_width / shape.width_ns());
   cells_per_ns_ = cells / comb.period_ns;
@@ -23,34 +25,41 @@ AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb, double d
   const double cells_dead = detector.dead_time_ns / dilation * cells_per_ns_;
   if (cells_dead < 1) return;
   if (cells_dead > most_cells_dead) {
-    const double light = (S * comb.total_amplitude / (comb.period_ns * dilation) + b);
+    double light = b;
+    for (const CombLight& of : lights) {
+      light += of.signal_per_pulse * comb.total_amplitude / (comb.period_ns * dilation);
+    }
     mean_ = 1 / (1 + light / detector.inputs * detector.dead_time_ns);
     std::fill(alive_.begin(), alive_.end(), mean_);
     return;
   }
-  settle(chances(shape, comb, dilation, S / detector.inputs, b / detector.inputs), cells_dead);
+  settle(chances(shape, comb, lights, b * dilation, detector.inputs), cells_dead);
 }
 
-// The chance of a detection in each cell, for a detector that is alive at its begin.
+// The chance of a detection in each cell, for a detector that is alive at its begin. b: by the
+// comb's clock.
 std::vector<double> AliveFraction::chances(const PulseShape& shape, const Comb& comb,
-                                           double dilation, double S, double b) const {
-  const std::size_t cells = alive_.size();
-  std::vector<double> light(cells, b * dilation / cells_per_ns_);
-  const auto width_cells =
-      static_cast<std::size_t>((shape.last_ns() - shape.first_ns()) / dilation * cells_per_ns_ + 3);
-  for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
-    const double first =
-        std::floor((comb.times_ns[p] + shape.first_ns() / dilation) * cells_per_ns_);
-    double before = 0;
-    for (std::size_t step = 0; step < width_cells; ++step) {
-      const double k = first + static_cast<double>(step);
-      double offset = ((k + 1) / cells_per_ns_ - comb.times_ns[p]) * dilation;
-      double up_to = 0;
-      shape.integrate({&offset, 1}, {&up_to, 1});
-      const double turned =
-          k - static_cast<double>(cells) * std::floor(k / static_cast<double>(cells));
-      light[static_cast<std::size_t>(turned) % cells] += S * comb.amplitudes[p] * (up_to - before);
-      before = up_to;
+                                           std::span<const CombLight> lights, double b,
+                                           double inputs) const {
+  const auto cells = static_cast<double>(alive_.size());
+  std::vector<double> light(alive_.size(), b / inputs / cells_per_ns_);
+  for (const CombLight& of : lights) {
+    const auto width_cells = static_cast<std::size_t>(
+        (shape.last_ns() - shape.first_ns()) / of.dilation * cells_per_ns_ + 3);
+    for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+      const double time_ns = comb.times_ns[p] + of.shift_ns;
+      const double first = std::floor((time_ns + shape.first_ns() / of.dilation) * cells_per_ns_);
+      double before = 0;
+      for (std::size_t step = 0; step < width_cells; ++step) {
+        const double k = first + static_cast<double>(step);
+        double offset = ((k + 1) / cells_per_ns_ - time_ns) * of.dilation;
+        double up_to = 0;
+        shape.integrate({&offset, 1}, {&up_to, 1});
+        const double turned = k - cells * std::floor(k / cells);
+        light[static_cast<std::size_t>(turned) % alive_.size()] +=
+            of.signal_per_pulse / inputs * comb.amplitudes[p] * (up_to - before);
+        before = up_to;
+      }
     }
   }
   for (double& cell : light) cell = -std::expm1(-cell);

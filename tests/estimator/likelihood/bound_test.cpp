@@ -1,8 +1,9 @@
-#include "estimator/fit/bound.hpp"
+#include "estimator/likelihood/bound.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 #include "tests/support/frame_maker.hpp"
@@ -18,6 +19,26 @@ Exposure exposure_of(const test::FrameMaker& made) {
   return {folded, train};
 }
 
+// Of a target at rest, about its delay, walk, signal and the background.
+Eigen::Matrix4d information(const PulseShape& shape, const PulseTrain& train,
+                            const Exposure& exposure, double delay_ns, double S, double b,
+                            const BlindDetector& detector = {}) {
+  likelihood::Model at;
+  at.add({{delay_ns, 0}, S});
+  at.background_per_ns = b;
+  const SmallMatrix all = expected_information(shape, train, exposure, at, detector);
+  constexpr std::array<Eigen::Index, 4> places = {
+      likelihood::delay, likelihood::walk, likelihood::signal, likelihood::background_place(1)};
+  Eigen::Matrix4d J;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      J(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          all(places.at(i), places.at(j));
+    }
+  }
+  return J;
+}
+
 TEST(Bound, WithoutBackgroundEverySignalPhotonCounts) {
   test::FrameMaker made;
   made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
@@ -25,7 +46,7 @@ TEST(Bound, WithoutBackgroundEverySignalPhotonCounts) {
   const Exposure exposure = exposure_of(made);
   const double S = 13.5e-4;
   const auto shape = make_gaussian(0.1);
-  const Eigen::Matrix4d J = fisher_information(*shape, train, exposure, {{1898, 0}, S, 1e-15});
+  const Eigen::Matrix4d J = information(*shape, train, exposure, 1898, S, 1e-15);
   const double photons = S * exposure.amplitude;
   EXPECT_NEAR(J(0, 0) / (photons / 0.01), 1, 1e-6);
   EXPECT_NEAR(J(1, 1) / (photons / 0.12), 1, 1e-6);
@@ -40,7 +61,7 @@ TEST(Bound, OfTheExperimentIsAsPublished) {
   const Exposure exposure = exposure_of(made);
   const auto shape = make_gaussian(0.1);
   const Eigen::Matrix4d bound =
-      fisher_information(*shape, train, exposure, {{1898, 0}, 13.5e-4, 1.75e-4}).inverse();
+      information(*shape, train, exposure, 1898, 13.5e-4, 1.75e-4).inverse();
   const double mm = 1e3 * std::sqrt(bound(0, 0)) * 0.299792458 / 2;
   const double cm_per_s = 100 * std::sqrt(bound(1, 1)) / 5e7 * 299792458.0 / 2;
   EXPECT_NEAR(mm, 0.62, 0.02);
@@ -72,8 +93,7 @@ TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
   const PulseTrain train(made.pattern);
   const Exposure exposure = exposure_of(made);
   const double sigma = 5, S = 0.1, b = 1e-3;
-  const Eigen::Matrix4d J =
-      fisher_information(*make_gaussian(sigma), train, exposure, {{50, 0}, S, b});
+  const Eigen::Matrix4d J = information(*make_gaussian(sigma), train, exposure, 50, S, b);
   const int steps = 200000;
   long double dd = 0, ss = 0, bb = 0, ds = 0;
   for (int n = 0; n < steps; ++n) {
@@ -109,13 +129,12 @@ TEST(Bound, OfABlindDetectorCountsTheTimeThatItIsAlive) {
   made.length_ms = 1;
   const PulseTrain train(made.pattern);
   const double b = 0.06;
-  const Eigen::Matrix4d J = fisher_information(*make_gaussian(0.1), train, exposure_of(made),
-                                               {{50, 0}, 1e-9, b}, {.dead_time_ns = 50});
+  const Eigen::Matrix4d J =
+      information(*make_gaussian(0.1), train, exposure_of(made), 50, 1e-9, b, {.dead_time_ns = 50});
   EXPECT_NEAR(J(3, 3), 1e6 / (1 + b * 50) / b, 1e-3 * J(3, 3));
   // Of three detectors each sees a third of the light.
-  const Eigen::Matrix4d split =
-      fisher_information(*make_gaussian(0.1), train, exposure_of(made), {{50, 0}, 1e-9, b},
-                         {.dead_time_ns = 50, .inputs = 3});
+  const Eigen::Matrix4d split = information(*make_gaussian(0.1), train, exposure_of(made), 50, 1e-9,
+                                            b, {.dead_time_ns = 50, .inputs = 3});
   EXPECT_NEAR(split(3, 3), 1e6 / (1 + b * 50 / 3) / b, 1e-3 * split(3, 3));
 }
 
@@ -125,11 +144,58 @@ TEST(Bound, ADeadTimeOfSeveralPeriodsHidesPulses) {
   const Pattern pattern = test::periodic_pattern(100000);
   for (const double S : {0.1, 1.0, 3.0}) {
     const Comb comb(pattern.segments.front());
-    const AliveFraction alive(*make_gaussian(0.1), comb, 1, S, 0, {.dead_time_ns = 250});
+    const CombLight light = {0, S};
+    const AliveFraction alive(*make_gaussian(0.1), comb, {&light, 1}, 0, {.dead_time_ns = 250});
     const double q = 1 - std::exp(-S);
     EXPECT_NEAR(alive.at(90), 1 / (1 + 2 * q), 2e-3) << S;
     EXPECT_NEAR(alive.at(10), (1 - q) / (1 + 2 * q), 2e-3) << S;
   }
+}
+
+BoundScene bound_scene(double delay_ns, double velocity_mps, double signal) {
+  return {5e6, 5e6, delay_ns, velocity_mps, signal, 1.75e-4};
+}
+
+void expect_same_bound(const Bound& a, const Bound& b, double within) {
+  EXPECT_NEAR(a.delay_ns / b.delay_ns, 1, within);
+  EXPECT_NEAR(a.delay_start_ns / b.delay_start_ns, 1, within);
+  EXPECT_NEAR(a.velocity_mps / b.velocity_mps, 1, within);
+  EXPECT_NEAR(a.signal_per_pulse / b.signal_per_pulse, 1, within);
+  EXPECT_NEAR(a.background_per_ns / b.background_per_ns, 1, within);
+}
+
+// Far apart, each target is as certain as alone, but for what the other takes of the dark time.
+// Half a width apart, each hides the other.
+TEST(JointBound, TargetsThatOverlapAreTheLessCertain) {
+  const Pattern pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  const auto shape = make_gaussian(0.1);
+  const BoundScene alone = bound_scene(1898, 31, 0.01);
+  const Bound bound = cramer_rao_bound(pattern, *shape, alone);
+  const BoundScene apart[] = {alone, bound_scene(1960.3, -20, 0.002)};
+  expect_same_bound(joint_bound(pattern, *shape, apart).front(), bound, 0.02);
+  const BoundScene close[] = {alone, bound_scene(1898.05, 31, 0.01)};
+  const double worse = joint_bound(pattern, *shape, close).front().delay_ns / bound.delay_ns;
+  EXPECT_GT(worse, 5);
+  EXPECT_LT(worse, 100);
+}
+
+// Of two that overlap, a dead time that hides a fifth of the light hides a fifth of what it tells.
+TEST(JointBound, KnowsDeadTimeAndTheWidthOfThePulse) {
+  const Pattern pattern = test::periodic_pattern(100000);
+  const auto shape = make_gaussian(0.1);
+  BoundScene one = {5e6, 5e6, 50, 31, 0.05, 5e-3}, other = {5e6, 5e6, 50.3, 31, 0.05, 5e-3};
+  const auto bound = [&] {
+    const BoundScene both[] = {one, other};
+    return joint_bound(pattern, *shape, both).front();
+  };
+  const Bound ideal = bound();
+  one.detector.dead_time_ns = 50;
+  const Bound dead = bound();
+  EXPECT_NEAR(dead.delay_ns / ideal.delay_ns, std::sqrt(1 + 50 * 5e-3), 0.03);
+  EXPECT_EQ(dead.pulse_sigma_ns, 0);
+  one.width_unknown = true;
+  EXPECT_GT(bound().pulse_sigma_ns, 0);
+  EXPECT_GT(bound().delay_ns, dead.delay_ns);
 }
 
 }  // namespace
