@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/likelihood/bound.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/likelihood/bound.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "tests/support/frame_maker.hpp"
 

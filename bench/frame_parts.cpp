@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/checks/pattern_check.hpp"
+#include "estimator/checks/findings.hpp"
 #include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/kernel_choice.hpp"
@@ -260,7 +260,7 @@ class Parts {
         [&] { near.collect(frame_, windows, train_, line_); });
     if (scene_.made.signal_per_pulse == 0) return;
     Refinement refinement(*shape_, train_, frame_.size());
-    const FrameParameters at = refinement.fit_rates(frame_, line_, true).parameters;
+    const FrameParameters at = refinement.climb(frame_, line_, true).parameters;
     likelihood::LogLikelihood likelihood(*shape_, train_, frame_.size(), {});
     likelihood.begin(frame_);
     likelihood::Model model = model_of(at);
@@ -275,8 +275,9 @@ class Parts {
     const DelayLine beside = {line_.delay_ns + 0.1, line_.travel_ns - 0.1};
     row("a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
         [&] { refinement.climb(frame_, beside, true); });
-    PatternCheck check(train_, *shape_, 30, 0);
-    row("the light at each pulse", photons, limits_.increment, [&] { check.judge(frame_, at); });
+    checks::Findings findings(train_, *shape_, frame_.size());
+    row("findings", photons, limits_.increment,
+        [&] { findings.judge(frame_, model_of(at), 0, {}); });
   }
 
   const Scene& scene_;

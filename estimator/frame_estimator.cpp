@@ -87,7 +87,7 @@ struct FrameEstimator::Workspace {
   std::unique_ptr<checks::FindingSums> sums, earlier;
   FoundList recent;  // that the frames of both show
   std::optional<checks::StrayLight> stray;
-  FoldedFrame cleaned;  // the frame without stray light
+  FoldedFrame cleaned;                                  // the frame without stray light
   std::unique_ptr<selection::TargetSelection> several;  // null: a frame has one target
   DetectorCheck detector_check;
 
@@ -392,8 +392,7 @@ void FrameEstimator::Workspace::select(Found& found, Effort most) {
       several->select(frame, found.best.model, fit_of(found.best), terms, most);
   if (selected.count < 2) return;
   found.track_terms = terms;
-  if (!search.moves() &&
-      several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {
+  if (!search.moves() && several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {
     found.is_target = false;
     return;
   }

@@ -47,11 +47,6 @@ struct TargetEstimate {
   double significance_nats = 0;
   double range_odds_nats = 0;
   FoundList findings;
-  std::optional<double> amplitude_misfit;
-  std::optional<double> pulse_misfit, acceleration_misfit_mps2, jerk_misfit_mps3, signal_gap;
-  // How sure it is that this weak target is not the flank of a brighter one's pulse, close to which
-  // it is; see FlankCheck.
-  std::optional<double> shape_odds_nats;
 };
 
 // What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
@@ -75,44 +70,11 @@ struct Estimate {
   double std_background_per_ns = 0;
   double pulse_sigma_ns = 0;      // of the detected pulse, tagger's clock; holds where its
   double std_pulse_sigma_ns = 0;  // deviation is above 0, which it is where the width was fitted
-  // Where the width was fitted: how far the light is from a gaussian, relative root mean square,
-  // absent unless it surely is none; the deviations above then hold what that leaves uncertain. And
-  // its skewness, sure or not, to be averaged over frames; see ShapeVerdict. The skewness holds
-  // where its deviation is above 0.
-  std::optional<double> shape_misfit;
-  double pulse_skew = 0, std_pulse_skew = 0;
-  double significance_nats = 0;  // log-likelihood gained over no target
-  double threshold_nats = 0;     // the significance that false_alarm_rate asks for
-  double range_odds_nats = 0;    // how sure this range is against all others; see RangeOdds
-  FoundList findings;            // the surest first; with wrong_pattern the status is no_target
-  FoundList recent_findings;     // by some hundred frames together, the last of which this may be
-  // Relative rms deviation of the pulses' light from the pattern's amplitudes; absent unless it is
-  // surely there. See PatternCheck.
-  std::optional<double> amplitude_misfit;
-  // How much wider the detected pulse is than the configured pulse, relative to the configured
-  // width; negative where it is narrower. Absent unless it surely is wider or narrower. The
-  // deviations above then hold what that leaves uncertain. See PulseCheck.
-  std::optional<double> pulse_misfit;
-  // How much wider the pulse appears, sure or not, to be averaged over frames; see PulseVerdict.
-  // The value holds where its deviation is above 0.
-  double pulse_excess = 0;
-  double std_pulse_excess = 0;
-  // About how much the target accelerates although its path is taken as straight, towards larger
-  // distances above 0. Absent unless it surely accelerates. The deviation of the delay then holds
-  // what that leaves uncertain. See PathCheck.
-  std::optional<double> acceleration_misfit_mps2;
-  // About how much the target's acceleration changes, in m/s^3, although it is taken as constant,
-  // or the path as straight. Absent unless it surely changes. The deviation of the velocity then
-  // holds what that leaves uncertain. See PathCheck.
-  std::optional<double> jerk_misfit_mps3;
-  // By how many of chance's deviations the path appears to be another than the fitted one, sure or
-  // not: a root mean square, over frames, that is 1 where the path is right. Absent where photons
-  // are few, and in frames of several targets.
-  std::optional<double> path_excess;
-  // The share of the frame's time in which the target's light is surely missing; absent where no
-  // light is missing. With a gap, the deviations of delay and velocity are those of a path that may
-  // bend.
-  std::optional<double> signal_gap;
+  double significance_nats = 0;   // log-likelihood gained over no target
+  double threshold_nats = 0;      // the significance that false_alarm_rate asks for
+  double range_odds_nats = 0;     // how sure this range is against all others; see RangeOdds
+  FoundList findings;             // the surest first; with wrong_pattern the status is no_target
+  FoundList recent_findings;      // of the last 50 to 100 frames together
   // Why the photons cannot come from this pattern at all; with any value but none, the status is
   // no_target.
   PatternFault pattern_fault = PatternFault::none;
@@ -159,13 +121,7 @@ struct Estimate {
             std_signal_per_pulse,
             significance_nats,
             range_odds_nats,
-            findings,
-            amplitude_misfit,
-            pulse_misfit,
-            acceleration_misfit_mps2,
-            jerk_misfit_mps3,
-            signal_gap,
-            std::nullopt};
+            findings};
   }
 };
 

@@ -23,10 +23,4 @@ constexpr double acceleration_of_bend(double bend_ns, double length_ns) {
   return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
 }
 
-// The change of the acceleration, in m/s^3, of a path that turns by j t_a^3 / (3 c): by turn_ns s^3
-// at the share s of the frame.
-constexpr double jerk_of_turn(double turn_ns, double length_ns) {
-  return 3 * turn_ns * speed_of_light_mps * 1e18 / (length_ns * length_ns * length_ns);
-}
-
 }  // namespace splid

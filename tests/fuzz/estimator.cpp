@@ -84,13 +84,7 @@ auto values_of(const TargetEstimate& target) {
                     target.signal_per_pulse,
                     target.std_signal_per_pulse,
                     target.significance_nats,
-                    target.range_odds_nats,
-                    target.amplitude_misfit.value_or(0),
-                    target.pulse_misfit.value_or(0),
-                    target.acceleration_misfit_mps2.value_or(0),
-                    target.jerk_misfit_mps3.value_or(0),
-                    target.signal_gap.value_or(0),
-                    target.shape_odds_nats.value_or(0)};
+                    target.range_odds_nats};
 }
 
 // The same of a frame, without its list of targets.
@@ -108,20 +102,9 @@ auto values_of(const Estimate& e) {
                     e.std_background_per_ns,
                     e.pulse_sigma_ns,
                     e.std_pulse_sigma_ns,
-                    e.shape_misfit.value_or(0),
-                    e.pulse_skew,
-                    e.std_pulse_skew,
                     e.significance_nats,
                     e.threshold_nats,
                     e.range_odds_nats,
-                    e.amplitude_misfit.value_or(0),
-                    e.pulse_misfit.value_or(0),
-                    e.pulse_excess,
-                    e.std_pulse_excess,
-                    e.acceleration_misfit_mps2.value_or(0),
-                    e.jerk_misfit_mps3.value_or(0),
-                    e.path_excess.value_or(0),
-                    e.signal_gap.value_or(0),
                     e.blind_fraction,
                     e.dead_time_misfit_ns.value_or(0),
                     e.afterpulse_misfit.value_or(0),
@@ -138,12 +121,6 @@ bool are_same(const Estimate& a, const Estimate& b) {
          std::equal(a.targets.begin(), a.targets.end(), b.targets.begin(), is_same);
 }
 
-void check_misfits(const std::optional<double>& pulse_misfit,
-                   const std::optional<double>& signal_gap) {
-  must(pulse_misfit.value_or(0) > -1, "a pulse has a width");
-  must(signal_gap.value_or(0) >= 0 && signal_gap.value_or(0) <= 1, "a gap is a share of the frame");
-}
-
 void check_targets(const Estimate& e) {
   must(e.target_count <= most_targets, "a frame has four targets at most");
   for (std::size_t k = 0; k < e.target_count; ++k) {
@@ -157,8 +134,6 @@ void check_targets(const Estimate& e) {
     must(target.std_delay_ns >= 0 && target.std_velocity_mps >= 0 &&
              target.std_signal_per_pulse >= 0,
          "a target's deviations are not negative");
-    check_misfits(target.pulse_misfit, target.signal_gap);
-    must(target.shape_odds_nats.value_or(1) > 0, "a target is likelier than a pulse's flank");
     must(k == 0 || target.signal_per_pulse <= e.targets.at(k - 1).signal_per_pulse,
          "the brightest target is first");
   }
@@ -167,7 +142,6 @@ void check_targets(const Estimate& e) {
 void check_values(const Estimate& e, const Pattern& pattern) {
   check_targets(e);
   for (const double value : values_of(e)) must(std::isfinite(value), "values are finite");
-  check_misfits(e.pulse_misfit, e.signal_gap);
   must(e.status == FrameStatus::ok || e.status == FrameStatus::no_target ||
            e.status == FrameStatus::ambiguous || e.status == FrameStatus::no_sync,
        "an estimate has a status");
@@ -185,10 +159,8 @@ void check_values(const Estimate& e, const Pattern& pattern) {
   must(e.delay_ns >= 0 && e.delay_ns <= circle_ns, "a delay is within the unambiguous one");
   must(e.signal_per_pulse >= 0, "a flux is not negative");
   must(e.std_delay_ns >= 0 && e.std_velocity_mps >= 0 && e.std_acceleration_mps2 >= 0 &&
-           e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0 &&
-           e.std_pulse_sigma_ns >= 0 && e.std_pulse_excess >= 0 && e.std_pulse_skew >= 0,
+           e.std_signal_per_pulse >= 0 && e.std_background_per_ns >= 0 && e.std_pulse_sigma_ns >= 0,
        "deviations are not negative");
-  must(e.path_excess.value_or(0) >= 0, "a root mean square is not negative");
   must(e.std_pulse_sigma_ns == 0 || e.pulse_sigma_ns > 0, "a fitted pulse has a width");
 }
 
