@@ -154,7 +154,7 @@ class FrameReader {
   }
   template <class Part, class Members>
   void part(const Member& member, std::optional<Part>& part, Members members) const {
-    if (find(member.name) != nullptr) group(member, part.emplace(), members);
+    if (find(member.name) != nullptr) group(member, part.emplace(Part{}), members);
   }
   template <class Item, class Members>
   void list(const Member& member, std::optional<std::vector<Item>>& items, Members members) const {

@@ -7,6 +7,7 @@
 
 #include "daemon/output/publisher.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/status_json.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -40,6 +41,30 @@ TEST(ListenProgram, GoesOnAfterMessagesThatCannotBeRead) {
     EXPECT_THAT(result.err, HasSubstr("3 frame messages could not be read"));
     EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), more.empty() ? 3 : 2);
   }
+}
+
+// On standard error, since data go to standard output; each once, as long as it stands.
+TEST(ListenProgram, TellsEachFindingOfTheStatusOnceWithWhatToDo) {
+  const test::TempFolder folder;
+  Publisher publisher("ipc://" + folder.path("frames"), 100);
+  test::Program listening(
+      {"listen", "--endpoint", publisher.endpoint(), "--count", "1", "--timeout", "60"});
+  ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
+  StatusMessage status;
+  const FrameMessage::Finding wide = {"pulse_width", 0.37, 0.01, "", 30, "Calibrate."};
+  const FrameMessage::Finding jerk = {"jerk", -3, 0.5, "m/s3", 20, "Shorten."};
+  for (const auto& findings : {std::vector{wide}, {wide, jerk}, {jerk}, {wide}}) {
+    status.findings = findings;
+    publisher.publish_status(to_json(status));
+  }
+  FrameMessage frame;
+  frame.findings = {jerk};
+  publisher.publish_frame(to_json(frame));
+  const test::ProgramResult result = listening.wait();
+  EXPECT_EQ(result.exit_code, 0);
+  const std::string wide_told = "splid: pulse width 0.37 +- 0.01: Calibrate.\n";
+  EXPECT_EQ(result.err, wide_told + "splid: jerk -3 +- 0.5 m/s3: Shorten.\n" + wide_told);
+  EXPECT_THAT(result.out, HasSubstr("not_run  jerk -3 +- 0.5 m/s3\n"));
 }
 
 }  // namespace
