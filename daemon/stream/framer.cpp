@@ -18,7 +18,7 @@ constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
 constexpr std::size_t most_corrected = 4096;
 constexpr std::uint64_t most_beyond = 1 << 20;  // in a frame, where a clock stands at its end
-constexpr std::size_t least_sync_room = 256;  // with less, runs would be too short to gain by
+constexpr std::size_t least_sync_room = 256;    // with less, runs would be too short to gain by
 constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
 // Design note: the frame's end is placed when 99 % of the frame has passed, by a line through its
