@@ -511,9 +511,6 @@ Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack*
   estimate.threshold_nats = found->threshold_nats;
   estimate.significance_nats = found->gain_nats[0];
   estimate.findings = found->checked[0].findings;
-  if (estimate.findings.has(FindingName::wrong_pattern)) {
-    estimate.pattern_fault = PatternFault::dark_pulses;
-  }
   if (found->best.model.count == 1 && found->checked[0].is_no_target) return estimate;
   if (!found->is_target) return estimate;
   if (findings) sum_up();

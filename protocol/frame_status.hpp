@@ -24,11 +24,4 @@ inline const char* to_string(FrameStatus status) {
   return frame_status_names.at(static_cast<std::size_t>(status));
 }
 
-// In what way a frame's photons contradict the pattern in use, so that no delay can be a target's.
-enum class PatternFault {
-  none,
-  dark_pulses,   // most pulses of the pattern get no light where the others get some
-  stray_pulses,  // most light comes in pulses that the pattern does not have
-};
-
 }  // namespace splid

@@ -146,14 +146,6 @@ void add_background(FrameMessage& message, const Frame& frame, const Estimate& e
   if (estimate.status != FrameStatus::no_sync) message.significance = estimate.significance_nats;
 }
 
-FoundList all_findings(const Estimate& estimate) {
-  FoundList found = estimate.findings;
-  if (estimate.pattern_fault != PatternFault::none) {
-    found.add({FindingName::wrong_pattern, 1, 0, estimate.significance_nats});
-  }
-  return found;
-}
-
 FrameMessage::Sync sync_message(const SyncFit& fit) {
   FrameMessage::Sync sync{fit.count, fit.missing, fit.spurious, {}, {}, {}};
   if (fit.locked) {
@@ -206,7 +198,7 @@ FrameMessage make_frame_message(const Frame& frame, const Estimate& estimate,
   if (estimate.status != FrameStatus::not_run) {
     add_background(message, frame, estimate, context);
   }
-  message.findings = to_message(all_findings(estimate));
+  message.findings = to_message(estimate.findings);
   const bool has_target =
       estimate.status == FrameStatus::ok || estimate.status == FrameStatus::ambiguous;
   if (has_target && estimate.has_values) add_target(message, estimate, context);

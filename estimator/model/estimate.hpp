@@ -73,11 +73,8 @@ struct Estimate {
   double significance_nats = 0;   // log-likelihood gained over no target
   double threshold_nats = 0;      // the significance that false_alarm_rate asks for
   double range_odds_nats = 0;     // how sure this range is against all others; see RangeOdds
-  FoundList findings;             // the surest first; with wrong_pattern the status is no_target
+  FoundList findings;             // the surest first
   FoundList recent_findings;      // of the last 50 to 100 frames together
-  // Why the photons cannot come from this pattern at all; with any value but none, the status is
-  // no_target.
-  PatternFault pattern_fault = PatternFault::none;
   // Whether the dead time does not bias the values: it is modelled, or too short to matter. False
   // where it is not known, not to be modelled, or contradicted by detections that follow each other
   // sooner.

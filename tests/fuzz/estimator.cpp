@@ -115,9 +115,8 @@ bool are_same(const Estimate& a, const Estimate& b) {
   const auto is_same = [](const TargetEstimate& of_a, const TargetEstimate& of_b) {
     return of_a.status == of_b.status && values_of(of_a) == values_of(of_b);
   };
-  return a.status == b.status && a.has_values == b.has_values &&
-         a.pattern_fault == b.pattern_fault && a.stop == b.stop && values_of(a) == values_of(b) &&
-         a.target_count == b.target_count &&
+  return a.status == b.status && a.has_values == b.has_values && a.stop == b.stop &&
+         values_of(a) == values_of(b) && a.target_count == b.target_count &&
          std::equal(a.targets.begin(), a.targets.end(), b.targets.begin(), is_same);
 }
 
