@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "estimator/checks/detector_check.hpp"
 #include "estimator/checks/finding_sums.hpp"
 #include "estimator/checks/findings.hpp"
 #include "estimator/checks/input_split.hpp"
@@ -89,7 +88,6 @@ struct FrameEstimator::Workspace {
   std::optional<checks::StrayLight> stray;
   FoldedFrame cleaned;                                  // the frame without stray light
   std::unique_ptr<selection::TargetSelection> several;  // null: a frame has one target
-  DetectorCheck detector_check;
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
@@ -106,8 +104,7 @@ struct FrameEstimator::Workspace {
                   {1, is_width_fitted ? most_width : 1, dead_time.has_value()}),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
                maximizer, blind_time_of(detector, inputs, max_photons)),
-        cleaned(train, options.findings == FindingsWanted::on ? max_photons : 0, frame.reach_ns()),
-        detector_check(train, *shape, detector.dead_time_ns, inputs, max_photons) {
+        cleaned(train, options.findings == FindingsWanted::on ? max_photons : 0, frame.reach_ns()) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
@@ -474,7 +471,7 @@ void FrameEstimator::Workspace::report(const FrameView& view, const Found& found
   }
   if (frame.blind != nullptr) {
     estimate.low_by_split = low_by_split(view, estimate, train);
-    estimate.flicker_misfit = flicker_misfit(view, estimate, train, frame.blind->share);
+    widen_by_flicker(view, train, frame.blind->share, estimate);
   }
 }
 
@@ -536,9 +533,7 @@ FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 
 Estimate FrameEstimator::estimate(const FrameView& view, TargetTrack* track, Effort most) {
-  Estimate estimate = workspace_->estimate(view, track, most);
-  workspace_->detector_check.look(view, workspace_->frame, workspace_->to_reference(), estimate);
-  return estimate;
+  return workspace_->estimate(view, track, most);
 }
 
 }  // namespace splid

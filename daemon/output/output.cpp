@@ -1,5 +1,7 @@
 #include "daemon/output/output.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -16,11 +18,25 @@ constexpr std::chrono::milliseconds idle{50};
 // Frames that are lost beyond the range come as other frames do; between two their reason holds.
 constexpr std::int64_t beyond_holds_ns = 1'000'000'000;
 
+std::string walk_text(const std::vector<NumberPair>& walk) {
+  std::string rows;
+  for (const auto& [wait_ns, delay_ps] : walk) {
+    rows += fmt::format("{}[{:g}, {:g}]", rows.empty() ? "" : ", ", wait_ns, delay_ps);
+  }
+  return "detector.walk: [" + rows + "]";
+}
+
+checks::DetectorWatch watch_of(const OutputOptions& options) {
+  return {options.fold.pattern, options.fold.pulse, options.detector, options.fold.reference,
+          options.inputs};
+}
+
 }  // namespace
 
 OutputOptions output_options(const Config& config) {
-  return {frame_context(config), status_options(config), config.encoder, config.source.get(),
-          fold_options(config)};
+  return {frame_context(config),        status_options(config), config.encoder,
+          config.source.get(),          fold_options(config),   config.detector,
+          config.channels.photon.size()};
 }
 
 Output::Output(OutputOptions options, Ends ends, const Clock& clock)
@@ -31,6 +47,7 @@ Output::Output(OutputOptions options, Ends ends, const Clock& clock)
       notifier_(clock),
       context_(options_.context),
       fold_(options_.fold, ends_.publisher, clock),
+      detector_(watch_of(options_)),
       liveness_(options_.status.frame_length_ms) {}
 
 Output::~Output() = default;
@@ -50,6 +67,8 @@ StreamSummary Output::publish(Stream& stream) {
   if (ends_.device != nullptr) ends_.device->set_wake(&stream.wake());
   context_.syncs_are_counted = stream.info().syncs_are_counted;
   reporter_.begin(stream.info());
+  detector_.clear();
+  walk_said_ = false;
   stream.start();
   StreamSummary summary;
   while (!stream.ended()) {
@@ -82,7 +101,13 @@ void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
   ends_.publisher.publish_frame(json);
   summary.add(message, unit.compute_ms, frame.sync.locked);
   summary.lost_tags += frame.lost_tags;
-  reporter_.frame_published(message, to_message(unit.estimate.recent_findings));
+  detector_.add(frame.view(), unit.estimate);
+  FoundList recent = detector_.found();
+  if (recent.has(FindingName::timing_walk) && !std::exchange(walk_said_, true)) {
+    log_warning("the detector walks; as the last second shows it: {}", walk_text(detector_.walk()));
+  }
+  for (const Finding& finding : unit.estimate.recent_findings.all()) recent.add(finding);
+  reporter_.frame_published(message, to_message(recent));
   summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
   if (ends_.metrics != nullptr) {
     ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
@@ -211,6 +236,7 @@ void Output::reload(const OutputOptions& next) {
   const std::scoped_lock lock(reload_mutex_);
   reloaded_context_ = next.context;
   reloaded_status_ = next.status;
+  reloaded_detector_.emplace(watch_of(next));
 }
 
 void Output::take_reloaded() {
@@ -219,6 +245,7 @@ void Output::take_reloaded() {
   reloaded_context_->syncs_are_counted = context_.syncs_are_counted;
   context_ = *reloaded_context_;
   reporter_.configure(reloaded_status_);
+  detector_ = std::move(*reloaded_detector_);
   reloaded_context_.reset();
 }
 

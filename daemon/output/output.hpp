@@ -23,6 +23,7 @@
 #include "daemon/stream/encoder_feed.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/stream.hpp"
+#include "estimator/checks/detector_watch.hpp"
 
 // This room tells the world what comes of the streams. Who never saw it reads this header first,
 // then frame_message.hpp (what is said of a frame) and status_reporter.hpp (how the daemon does).
@@ -40,6 +41,8 @@ struct OutputOptions {
   EncoderOptions encoder;
   const SourceOptions* source = nullptr;  // whose scene may have the encoder; outlives the output
   FoldOptions fold;
+  DetectorOptions detector;
+  std::size_t inputs = 1;  // of the detector
 };
 
 OutputOptions output_options(const Config& config);
@@ -108,6 +111,8 @@ class Output {
   StreamCounters before_;  // of the streams that have ended
   FrameContext context_;
   FoldFeed fold_;
+  checks::DetectorWatch detector_;
+  bool walk_said_ = false;  // of this stream, in the log
   // The rest concerns the stream that is published.
   Liveness liveness_;
   std::optional<EncoderFeed> encoder_;
@@ -122,8 +127,9 @@ class Output {
   std::mutex recording_mutex_;           // the framer never takes it
   recording::Tap* recording_ = nullptr;  // under recording_mutex_
   std::mutex reload_mutex_;
-  std::optional<FrameContext> reloaded_context_;  // under reload_mutex_
-  StatusOptions reloaded_status_;                 // under reload_mutex_
+  std::optional<FrameContext> reloaded_context_;            // under reload_mutex_
+  StatusOptions reloaded_status_;                           // under reload_mutex_
+  std::optional<checks::DetectorWatch> reloaded_detector_;  // under reload_mutex_
 };
 
 }  // namespace splid

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -17,6 +18,8 @@
 #include "daemon/recording/photon_hdf5_reader.hpp"
 #include "drivers/replay/recording_info.hpp"
 #include "drivers/replay/recording_reader.hpp"
+#include "estimator/checks/detector_waits.hpp"
+#include "estimator/checks/finding.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/sync/sync_survey.hpp"
 #include "protocol/json_value.hpp"
@@ -43,6 +46,16 @@ SyncChannel sync_channel(const RecordingHeader& header) {
   if (!channel || channel->kind == TagKind::sync) return {};
   const std::string what = channel->kind == TagKind::photon ? "input " : "";
   return {*channel, ", of " + what + text + ", which its configuration names"};
+}
+
+// The first detections of each input, as many as tell what there is to tell.
+using DetectionTimes = std::map<std::int32_t, std::vector<std::int64_t>>;
+constexpr std::size_t most_times = 1 << 20;
+
+void keep_time(DetectionTimes& inputs, const Tag& tag) {
+  if (tag.kind != TagKind::photon) return;
+  std::vector<std::int64_t>& times_ps = inputs[tag.value];
+  if (times_ps.size() < most_times) times_ps.push_back(tag.time_ps);
 }
 
 std::string count_line(const std::string& name, std::uint64_t count, double duration_s) {
@@ -123,6 +136,31 @@ std::string records_in_words(const RecordingHeader& header) {
   return fmt::format("record type 0x{:08x}, ", static_cast<std::uint32_t>(header.record_type));
 }
 
+// What the waits between the detections of each input show. period_ps: of the syncs.
+std::string report_detectors(const RecordingInfo& info, DetectionTimes& inputs, double period_ps) {
+  constexpr double frame_s = 0.05;
+  const auto config = json_value_if_any(info.header.config_json);
+  const nlohmann::json::json_pointer place("/detector/dead_time_ns");
+  const bool is_known =
+      !config.is_discarded() && config.contains(place) && config[place].is_number();
+  std::string text;
+  for (auto& [input, times_ps] : inputs) {
+    if (times_ps.size() < 2) continue;
+    std::sort(times_ps.begin(), times_ps.end());
+    checks::DetectorWaits waits(is_known ? config[place].get<double>() : 0);
+    waits.add(times_ps, period_ps);
+    const double seconds = static_cast<double>(times_ps.back() - times_ps.front()) * 1e-12;
+    const double in_a_frame = static_cast<double>(times_ps.size()) / seconds * frame_s;
+    for (const Finding& finding : waits.found(in_a_frame, 0).all()) {
+      const checks::FindingRow& row = checks::row_of(finding.name);
+      text += fmt::format("  {:14} {} {:.4g} +- {:.2g}{}{}: {}\n", "input " + std::to_string(input),
+                          checks::to_string(finding.name), finding.value, finding.std,
+                          row.unit[0] != 0 ? " " : "", row.unit, row.advice);
+    }
+  }
+  return text;
+}
+
 std::string report_own_facts(const RecordingHeader& header) {
   std::string text;
   if (!header.pattern_json.empty()) text += "  holds the pattern it was recorded with\n";
@@ -181,9 +219,13 @@ std::string report_of(const std::string& file) {
   const SyncChannel sync = sync_channel(RecordingReader(file, [](const std::string&) {}).header());
   SyncSurvey survey;
   std::uint64_t syncs = 0;
+  DetectionTimes detections;
   const RecordingInfo info = scan_recording(file, 0, [&](std::span<const Tag> tags) {
     for (const Tag& tag : tags) {
-      if (!sync.channel.matches(tag)) continue;
+      if (!sync.channel.matches(tag)) {
+        keep_time(detections, tag);
+        continue;
+      }
       survey.take(tag.time_ps);
       ++syncs;
     }
@@ -202,6 +244,7 @@ std::string report_of(const std::string& file) {
   } else {
     const auto period = survey.finish();
     if (syncs > 0) text += report_sync_period(period, sync.of);
+    if (period) text += report_detectors(info, detections, period->period_ps);
     // A PicoHarp's sync input is its input 0.
     const bool by_sync_input = syncs > 0 || info.header.record_type == RecordType::pico_harp;
     if (sync.of.empty() && by_sync_input) text += report_divided_syncs(info.header, period);

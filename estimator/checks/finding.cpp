@@ -69,6 +69,20 @@ constexpr std::array table = {
                itself,
                true,
                "Set pattern.file to the pattern that the generator plays."},
+    FindingRow{
+        FindingName::dead_time, "ns", {}, itself, true, "Set detector.dead_time_ns to this time."},
+    FindingRow{FindingName::afterpulsing,
+               "",
+               {},
+               itself,
+               true,
+               "Lengthen the detector's hold-off, and set detector.dead_time_ns to it."},
+    FindingRow{FindingName::timing_walk,
+               "ps",
+               {},
+               itself,
+               true,
+               "Set detector.walk to the waits and delays of the detector."},
 };
 
 }  // namespace
@@ -81,8 +95,9 @@ const FindingRow& row_of(FindingName name) {
 
 const char* to_string(FindingName name) {
   static constexpr std::array names = {
-      "pulse_width", "pulse_tail", "unmodelled_light", "acceleration", "jerk",
-      "vibration",   "fading",     "pulse_amplitudes", "wrong_pattern"};
+      "pulse_width",   "pulse_tail", "unmodelled_light", "acceleration",
+      "jerk",          "vibration",  "fading",           "pulse_amplitudes",
+      "wrong_pattern", "dead_time",  "afterpulsing",     "timing_walk"};
   static_assert(names.size() == finding_names);
   return names.at(static_cast<std::size_t>(name));
 }

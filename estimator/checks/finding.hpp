@@ -33,7 +33,7 @@ struct FindingScale {
 };
 
 // All that there is to say about a finding. A row without directions is found in counts by pulse or
-// by phase. Several rows may share a name.
+// by phase, or in the waits between detections. Several rows may share a name.
 struct FindingRow {
   FindingName name;
   const char* unit;  // of the value; empty: a ratio

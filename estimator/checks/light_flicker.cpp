@@ -24,10 +24,10 @@ struct SwingingLight {
 
   // What all detections rise by, where this light rises by its own amount.
   [[nodiscard]] double rise() const { return share * seen; }
-  // Whether the value is too low where the light has such a relative variance.
+  // By how much the value is too low where the light has such a relative variance.
+  [[nodiscard]] double low(double variance) const { return variance * (1 - seen) * value; }
   [[nodiscard]] bool is_low(double variance) const {
-    return variance <= most_swing * most_swing &&
-           variance * (1 - seen) * value > most_deviations * deviation;
+    return variance <= most_swing * most_swing && low(variance) > most_deviations * deviation;
   }
   [[nodiscard]] bool may_be_low() const { return is_low(most_swing * most_swing); }
 };
@@ -71,15 +71,15 @@ PartCounts count(const FrameView& frame) {
 
 }  // namespace
 
-std::optional<double> flicker_misfit(const FrameView& frame, const Estimate& estimate,
-                                     const PulseTrain& train, double share) {
+void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double share,
+                      Estimate& estimate) {
   const double blind = estimate.blind_fraction;
   const double pulses = train.pulses_per_ns * frame.seen_ns();
   const auto photons = static_cast<double>(estimate.photons);
   const double in_a_pulse = estimate.signal_per_pulse * train.mean_amplitude();
   const double dark = estimate.background_per_ns * frame.seen_ns() * (1 - blind);
   const double of_signal = std::clamp(1 - dark / photons, 0.0, 1.0);
-  if (!(photons > 0) || !(in_a_pulse > 0)) return std::nullopt;
+  if (!(photons > 0) || !(in_a_pulse > 0)) return;
 
   // How much of what the light rises by is seen. Half of a pulse's light is `half`, and a pulse
   // with the light h shows (1 - exp(-h)) / h of it.
@@ -94,17 +94,17 @@ std::optional<double> flicker_misfit(const FrameView& frame, const Estimate& est
                                 estimate.std_signal_per_pulse};
   const SwingingLight background = {1 - of_signal, background_seen, estimate.background_per_ns,
                                     estimate.std_background_per_ns};
-  if (!signal.may_be_low() && !background.may_be_low()) return std::nullopt;
+  if (!signal.may_be_low() && !background.may_be_low()) return;
   const PartCounts counts = count(frame);
   const double by_chance = counts.mean * (signal.rise() + background.rise());
-  if (!(counts.variance > by_chance * million_of_chi_squared(counts.parts - 1)))
-    return std::nullopt;
+  if (!(counts.variance > by_chance * million_of_chi_squared(counts.parts - 1))) return;
   const double excess = (counts.variance - by_chance) / (counts.mean * counts.mean);
-  for (const SwingingLight& light : {signal, background}) {
+  const auto widen = [&](const SwingingLight& light, double& deviation) {
     const double variance = excess / (light.rise() * light.rise());
-    if (light.is_low(variance)) return std::sqrt(variance);
-  }
-  return std::nullopt;
+    if (light.is_low(variance)) deviation = std::hypot(deviation, light.low(variance));
+  };
+  widen(signal, estimate.std_signal_per_pulse);
+  widen(background, estimate.std_background_per_ns);
 }
 
 }  // namespace splid

@@ -1,14 +1,12 @@
 #pragma once
 
-#include <optional>
-
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_train.hpp"
 
 namespace splid {
 
-// By how much the light of a frame varies, where that makes values too low.
+// Widens the deviations of values that are too low because the light of a frame varies.
 //
 // The light that comes while the detector is blind is taken to be the frame's mean. Where the light
 // varies, blind times are where it was strong, and what is taken for their light is too little. The
@@ -25,12 +23,11 @@ namespace splid {
 // Design note: a likelihood that knows each part's light would mend it, but in 0.4 ms [P]'s target
 // has six photons. Light that varies faster than in 0.4 ms of a frame of 50 ms is not seen.
 //
-// Returns the relative root mean square by which that light varies which is low by more than half
-// of its deviation; the target's where both would be. Empty where neither would be, or the light
-// does not surely vary. frame: locked to its syncs, with its dead time modelled. estimate: of that
-// frame, with values. share: of the light that a detection blinds (see BlindTime).
+// What the signal or the background may then be low by goes into its deviation, where it is more
+// than half of that. frame: locked to its syncs, with its dead time modelled. share: of the light
+// that a detection blinds (see BlindTime). estimate: of that frame, with values.
 // Threads: any. Errors: none. No allocation.
-std::optional<double> flicker_misfit(const FrameView& frame, const Estimate& estimate,
-                                     const PulseTrain& train, double share);
+void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double share,
+                      Estimate& estimate);
 
 }  // namespace splid

@@ -86,19 +86,6 @@ struct Estimate {
   // By how much of itself the signal is too low, as inputs share the light unevenly and pulses are
   // bright; 0 where the dead time does not matter. See low_by_split().
   double low_by_split = 0;
-  // By how much the light varies within the frame (relative, root mean square), where the dead time
-  // then makes the signal or the background low by more than half of its deviation; the deviations
-  // do not hold that. See flicker_misfit().
-  std::optional<double> flicker_misfit;
-  // How long the detector is blind after each detection, as the photons show it, where that is
-  // longer than the configured dead time and biases the values; the deviations do not hold that.
-  // See DeadTimeCheck. It may be there without a target.
-  std::optional<double> dead_time_misfit_ns;
-  // The share of detections that are followed by an afterpulse, which counts as background, where
-  // that surely is so and raises the background by more than three deviations. The deviation of the
-  // background then holds it. See AfterpulseCheck. It may be there without a target, and is not
-  // where dead_time_misfit_ns is.
-  std::optional<double> afterpulse_misfit;
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
   // The targets, in descending order of their signal, where the frame shows more than one target;

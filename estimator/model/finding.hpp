@@ -19,8 +19,11 @@ enum class FindingName {
   fading,
   pulse_amplitudes,
   wrong_pattern,
+  dead_time,  // this and those below are of the detector: DetectorWaits
+  afterpulsing,
+  timing_walk,
 };
-inline constexpr std::size_t finding_names = 9;
+inline constexpr std::size_t finding_names = 12;
 
 // value, std: in the unit of its row.
 struct Finding {

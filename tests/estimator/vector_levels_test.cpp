@@ -117,7 +117,7 @@ const std::vector<LevelKind> level_kinds = {
        s.made.signal_per_pulse = 1;
        s.made.background_per_ns = 0.02;
      }},
-    {"dead time unknown", [](const Estimate& e) { return e.dead_time_misfit_ns.has_value(); },
+    {"dead time unknown", has_place,
      [](LevelScene& s) {
        s.made.dead_time_ns = 50;
        s.made.signal_per_pulse = 0.1;
@@ -136,10 +136,6 @@ const std::vector<LevelKind> level_kinds = {
 class Bits {
  public:
   void add(double value) { all_.push_back(std::bit_cast<std::uint64_t>(value)); }
-  void add(std::optional<double> value) {
-    all_.push_back(value ? 1 : 0);
-    add(value.value_or(0));
-  }
   void add(const FoundList& findings) {
     all_.push_back(findings.all().size());
     for (const Finding& finding : findings.all()) {
@@ -170,7 +166,6 @@ class Bits {
           e.significance_nats, e.threshold_nats, e.range_odds_nats, e.blind_fraction}) {
       add(value);
     }
-    add(e.dead_time_misfit_ns);
     add(e.findings);
     add(e.recent_findings);
     for (std::size_t k = 0; k < e.target_count; ++k) add(e.targets.at(k));

@@ -105,10 +105,7 @@ auto values_of(const Estimate& e) {
                     e.significance_nats,
                     e.threshold_nats,
                     e.range_odds_nats,
-                    e.blind_fraction,
-                    e.dead_time_misfit_ns.value_or(0),
-                    e.afterpulse_misfit.value_or(0),
-                    e.flicker_misfit.value_or(0)};
+                    e.blind_fraction};
 }
 
 bool are_same(const Estimate& a, const Estimate& b) {
@@ -146,10 +143,6 @@ void check_values(const Estimate& e, const Pattern& pattern) {
        "an estimate has a status");
   must(e.background_per_ns >= 0, "a flux is not negative");
   must(e.blind_fraction >= 0 && e.blind_fraction < 1, "a share is below 1");
-  must(e.afterpulse_misfit.value_or(0.5) > 0 && e.afterpulse_misfit.value_or(0) <= 0.5,
-       "up to half of the detections have an afterpulse");
-  must(e.flicker_misfit.value_or(1) > 0 && e.flicker_misfit.value_or(1) <= 2,
-       "light varies by up to twice its mean");
   if (e.status == FrameStatus::no_target || e.status == FrameStatus::no_sync) return;
   must(e.has_values, "a target has values");
   // Times of the tagger, in which the period may be 500 ppm longer.

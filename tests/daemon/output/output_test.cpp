@@ -128,6 +128,28 @@ TEST(Output, SubscribersGetTheObserversBytes) {
   EXPECT_THAT(last_status, HasSubstr("\"stopping\""));
 }
 
+// What a second of detections shows of the detector, with the key of the configuration.
+TEST(Output, TheStatusHasTheDeadTimeThatIsNotGiven) {
+  const auto findings = [](double source_ns, double configured_ns) {
+    Config config = scene_config(1.2);
+    auto& scene = dynamic_cast<simulator::Options&>(*config.source);
+    scene.ambient_per_s = 2e6;
+    scene.detector.dead_time_ns = source_ns;
+    config.detector.dead_time_ns = configured_ns;
+    Publisher publisher(config.publish.endpoint, 1000);
+    (void)MeasuredStream(config, open_scene(config), publisher, host_clock()).run({});
+    return findings_from_json(publisher.last_status());
+  };
+  const auto found = findings(50, 0);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].name, "dead_time");
+  EXPECT_NEAR(found[0].value, 50, 0.5);
+  EXPECT_EQ(found[0].unit, "ns");
+  EXPECT_THAT(found[0].advice, HasSubstr("detector.dead_time_ns"));
+  EXPECT_TRUE(findings(50, 50).empty());
+  EXPECT_TRUE(findings(0, 0).empty());
+}
+
 TEST(Output, PublishesWhatCameBeforeTheSourceFailed) {
   const Config config = scene_config(0);
   const Outcome outcome = run(

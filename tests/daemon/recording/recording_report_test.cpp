@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "protocol/ptu_encode.hpp"
 #include "tests/support/made_recording.hpp"
@@ -70,6 +74,35 @@ TEST_F(RecordingReport, ThePeriodOfDoubledSyncsIsRightToItsDeviation) {
     EXPECT_LT(std_ps, 1e-3);
     EXPECT_NEAR(period_ps, stream.period_ps, 5 * std_ps) << doubled;
   }
+}
+
+// Half a million detections a second on two inputs, of which one is blind for 60 ns.
+TEST_F(RecordingReport, TheDeadTimeOfEachInputIsSaid) {
+  std::mt19937_64 random(1);
+  std::vector<Tag> tags;
+  for (std::int64_t at = 0; at < 100'000'000'000; at += 3'780'000) tags.push_back(sync_tag(at));
+  for (const int input : {1, 2}) {
+    std::exponential_distribution<double> wait_ps(1 / 2e6);
+    for (double at = 0; at < 1e11; at += wait_ps(random) + (input == 2 ? 60'000 : 0)) {
+      tags.push_back(photon_tag(std::llround(at), input));
+    }
+  }
+  std::sort(tags.begin(), tags.end(),
+            [](const Tag& a, const Tag& b) { return a.time_ps < b.time_ps; });
+  PtuFacts facts;
+  PtuEncoder encoder(0);
+  std::vector<std::byte> records;
+  encoder.encode(tags, records);
+  encoder.flush(records);
+  facts.record_count = encoder.records();
+  std::vector<std::byte> bytes = make_ptu_header(facts);
+  bytes.insert(bytes.end(), records.begin(), records.end());
+  const std::string report =
+      report_of(folder.write("a.ptu", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+  EXPECT_THAT(report, HasSubstr("input 2        dead_time 6"));
+  EXPECT_THAT(report, HasSubstr(" ns: Set detector.dead_time_ns to this time."));
+  EXPECT_THAT(report, Not(HasSubstr("input 1        dead_time")));
+  EXPECT_THAT(report, Not(HasSubstr("afterpulsing")));
 }
 
 TEST_F(RecordingReport, SyncsOnAnInputAreFoundWhereItsConfigurationNamesIt) {
