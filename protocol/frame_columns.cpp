@@ -11,7 +11,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t name_bytes = 16;
-constexpr std::size_t list_bytes = 128;  // room for all names of findings
+constexpr std::size_t list_bytes = 160;  // room for all names of findings
 
 // Lays a message out as a row: shows its members as columns, in the order of the columns.
 class FrameRow {

@@ -14,8 +14,9 @@ namespace {
 constexpr int large_bytes = 128 * 1024;
 
 constexpr double bytes_a_mib = 1 << 20;
-constexpr double program_mib = 17;   // with its libraries
-constexpr double estimator_mib = 2;  // without the tables of its search
+constexpr double program_mib = 19;   // with its libraries
+constexpr double estimator_mib = 1.5;         // without the tables of its search
+constexpr double estimator_bytes_a_tag = 4;  // that the ring holds
 
 double frame_mib(const FrameCapacity& capacity) {
   return static_cast<double>(
@@ -33,7 +34,8 @@ double memory_needed_mib(const Config& config) {
       config.pattern, config.pulse, config.scene, config.estimator, config.frame.length_ms));
   const double lane_mib =
       lane_depth * frame_mib(frame_capacity(config.frame.length_ms, config.pattern, ring, true)) +
-      estimator_mib + tables / bytes_a_mib;
+      estimator_mib + estimator_bytes_a_tag * static_cast<double>(ring) / bytes_a_mib +
+      tables / bytes_a_mib;
   return program_mib + ring_mib * (config.record.folder.empty() ? 1 : 2) +
          static_cast<double>(config.pipeline.estimation_threads) * lane_mib;
 }

@@ -163,7 +163,7 @@ TEST_F(Watch, AFrameThatIsOkSaysWhatItsLightHasAgainstThePulse) {
   const test::ProgramResult heard =
       test::run_program({"listen", "--endpoint", endpoint, "--count", "3", "--timeout", "60"});
   EXPECT_EQ(heard.exit_code, 0) << heard.err;
-  EXPECT_THAT(heard.out, ContainsRegex("  ok  pulse [0-9]+ % wider\n"));
+  EXPECT_THAT(heard.out, ContainsRegex("  ok  pulse width 0[.][0-9]+ [+]- 0[.][0-9]+\n"));
 }
 
 TEST_F(Watch, DoesNotGoWithJson) {
