@@ -14,8 +14,8 @@ namespace {
 constexpr int large_bytes = 128 * 1024;
 
 constexpr double bytes_a_mib = 1 << 20;
-constexpr double program_mib = 19;   // with its libraries
-constexpr double estimator_mib = 1.5;         // without the tables of its search
+constexpr double program_mib = 19;           // with its libraries
+constexpr double estimator_mib = 1.5;        // without the tables of its search
 constexpr double estimator_bytes_a_tag = 4;  // that the ring holds
 
 double frame_mib(const FrameCapacity& capacity) {

@@ -131,39 +131,57 @@ void MapFit::see_background(const FoldedFrame& frame) {
 }
 
 // The light of other targets, some of whose pulses meet others of this target's.
+//
+// Design note: where they move alike, their light is alike in all parts, and one part is made for
+// all. Light of less than half a photon is left out.
 void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model,
                         std::size_t target) {
+  constexpr double alike_widths = 0.5, least_photons = 0.5;
   std::fill(others_.begin(), others_.end(), 0.0);
+  const DelayTrack& own = model.targets.at(target).track;
+  const double alike_ns = alike_widths * pulse_.width_ns();
+  are_others_alike_ = true;
+  for (std::size_t l = 0; l < model.count; ++l) {
+    const DelayTrack& other = model.targets.at(l).track;
+    are_others_alike_ &= std::abs(other.walk_ns - own.walk_ns) < alike_ns &&
+                         std::abs(other.quadratic_ns - own.quadratic_ns) < alike_ns;
+  }
+  const std::size_t parts = are_others_alike_ ? 1 : map_parts;
   const double seen_ns = frame.seen_ns / frame.scale;
-  const double period_ns = train_.stretches.front().comb.period_ns;
-  const double reach_ns = map_.reach_ns() + 10 * pulse_.width_ns() * std::exp(log_width_);
   for (std::size_t l = 0; l < model.count; ++l) {
     if (l == target) continue;
     const likelihood::Target& other = model.targets.at(l);
     const double light = other.signal_per_pulse * train_.amplitude_per_ns * seen_ns / map_parts;
-    for (std::size_t j = 0; j < map_parts; ++j) {
-      const double share = (static_cast<double>(j) + 0.5) / map_parts - 0.5;
-      const double apart_ns = other.track.at(share) - model.targets.at(target).track.at(share);
-      if (differences_ns_.empty()) {
-        const double flat = light * train_.pulses_per_ns;
-        for (std::size_t i = 0; i < map_.cells(); ++i) {
-          others_[j * most_cells + i] += flat * map_.cell_ns(i);
-        }
-        add_pulse(j, light, std::remainder(apart_ns, train_.circle_ns));
-        continue;
-      }
-      double first_ns = -reach_ns - apart_ns;
-      first_ns -= period_ns * std::floor(first_ns / period_ns);
-      auto k = std::lower_bound(differences_ns_.begin(), differences_ns_.end(), first_ns);
-      for (std::size_t n = 0; n < differences_ns_.size(); ++n, ++k) {
-        if (k == differences_ns_.end()) k = differences_ns_.begin();
-        const double on_ns = *k < first_ns ? *k + period_ns : *k;
-        if (on_ns > first_ns + 2 * reach_ns) break;
-        add_pulse(j,
-                  light * difference_light_[static_cast<std::size_t>(k - differences_ns_.begin())],
-                  on_ns - first_ns - reach_ns);
-      }
+    for (std::size_t j = 0; j < parts; ++j) {
+      const double share = are_others_alike_ ? 0 : (static_cast<double>(j) + 0.5) / map_parts - 0.5;
+      add_other(light, other.track.at(share) - own.at(share), j);
     }
+  }
+  double photons = 0;
+  for (const double light : others_) photons += light;
+  if (are_others_alike_) photons *= map_parts;
+  has_others_ = photons > least_photons;
+}
+
+void MapFit::add_other(double light, double apart_ns, std::size_t part) {
+  if (differences_ns_.empty()) {
+    const double flat = light * train_.pulses_per_ns;
+    for (std::size_t i = 0; i < map_.cells(); ++i) {
+      others_[part * most_cells + i] += flat * map_.cell_ns(i);
+    }
+    return add_pulse(part, light, std::remainder(apart_ns, train_.circle_ns));
+  }
+  const double period_ns = train_.stretches.front().comb.period_ns;
+  const double reach_ns = map_.reach_ns() + 10 * pulse_.width_ns() * std::exp(log_width_);
+  double first_ns = -reach_ns - apart_ns;
+  first_ns -= period_ns * std::floor(first_ns / period_ns);
+  auto k = std::lower_bound(differences_ns_.begin(), differences_ns_.end(), first_ns);
+  for (std::size_t n = 0; n < differences_ns_.size(); ++n, ++k) {
+    if (k == differences_ns_.end()) k = differences_ns_.begin();
+    const double on_ns = *k < first_ns ? *k + period_ns : *k;
+    if (on_ns > first_ns + 2 * reach_ns) break;
+    const auto pair = static_cast<std::size_t>(k - differences_ns_.begin());
+    add_pulse(part, light * difference_light_[pair], on_ns - first_ns - reach_ns);
   }
 }
 
@@ -192,7 +210,8 @@ void MapFit::shape_part(const Member& member, std::size_t part) {
                      sum(member, Shape::tail, part),  sum(member, Shape::light, part),
                      sum(member, Shape::early, part), sum(member, Shape::late, part),
                      sum(member, Shape::dark, part),  dark_parts_[part]};
-  if (is_placed_ && now == placed_ && !has_others_) return;
+  const bool is_alike = !has_others_ || are_others_alike_;
+  if (is_placed_ && now == placed_ && is_alike) return;
   placed_ = now, is_placed_ = true;
   const double per_width = std::exp(-log_width_ - now.log_width);
   const double light = signal_ / map_parts * std::exp(now.log_light);
@@ -218,7 +237,7 @@ void MapFit::shape_part(const Member& member, std::size_t part) {
     slope_[i][index(Shape::late)] = late_[i] * see;
     narrowing_[i] = -light * see * per_width * per_width * (after.slope - before.slope) / 2;
     expected_[i] = came + see * (dark + early_[i] * now.early + late_[i] * now.late) +
-                   (has_others_ ? others_[part * most_cells + i] * see : 0);
+                   (has_others_ ? others_at(part, i) * see : 0);
     before = after, density_before = density, wide_before = wide;
   }
   find_gram();
@@ -297,7 +316,7 @@ void MapFit::scores(std::span<const Term> terms, std::span<const double> narrowe
   into.gradient.setZero(size);
   into.information.setZero(size, size);
   const Member none;
-  const bool is_alike = is_even_ && !has_others_;
+  const bool is_alike = is_even_ && (!has_others_ || are_others_alike_);
   for (std::size_t j = 0; j < map_parts; ++j) {
     shape_part(none, j);
     add_gradient(terms, j, narrowed_ns2[j], into);

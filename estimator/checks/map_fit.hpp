@@ -108,6 +108,10 @@ class MapFit {
   void shape_part(const Member& member, std::size_t part);
   void find_gram();
   void add_others(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target);
+  void add_other(double light, double apart_ns, std::size_t part);
+  [[nodiscard]] double others_at(std::size_t part, std::size_t cell) const {
+    return others_[(are_others_alike_ ? 0 : part) * most_cells + cell];
+  }
   void add_pulse(std::size_t part, double light, double at_ns);
   void add_gradient(std::span<const Term> terms, std::size_t part, double narrowed_ns2,
                     Slopes& into) const;
@@ -125,7 +129,7 @@ class MapFit {
   std::array<double, most_cells> seen_cells_{};
   SeenParts dark_parts_{};  // the background of each part over its mean
   double signal_ = 0, dark_ = 0, dark_elsewhere_ = 0, log_width_ = 0;
-  bool has_others_ = false, is_even_ = true;
+  bool has_others_ = false, are_others_alike_ = true, is_even_ = true;
   std::vector<double> others_;  // photons of other targets, by part and cell
   std::vector<double> differences_ns_, difference_light_;  // between pulses of the train
   // Of the part that was looked at last: slopes of the expected photons in each shape, and of their
