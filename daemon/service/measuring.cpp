@@ -251,13 +251,13 @@ void Measuring::record(Stream& stream) {
 void Measuring::finish_recording() {
   if (!recording_) return;
   output_.record(nullptr);
-  std::unique_ptr<recording::Tap> ending;
+  std::unique_ptr<recording::Tap> tap;
   {
     const std::scoped_lock lock(mutex_);
     recording_file_ = recording_->file();
-    ending = std::move(recording_);
+    tap = std::move(recording_);
   }
-  recording::Ended ended = recording::end_within(std::move(ending), patience_with_disk);
+  recording::Ended ended = recording::end_within(std::move(tap), patience_with_disk);
   if (ended.whole) {
     log_info(ended.text);
   } else {

@@ -292,7 +292,7 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
 
 Fit TargetSearch::climb(const FoldedFrame& photons, DelayLine line, double to_beat_nats) {
   const bool roughly = &photons == &sample_;
-  const Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly);
+  Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly);
   odds_.add(fit);
   return fit;
 }

@@ -507,7 +507,8 @@ void TargetSelection::try_other_places() {
 
 void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_t m) {
   const Target &a = found.model.targets[k], &b = found.model.targets[m];
-  const auto [less, more] = std::minmax(a.signal_per_pulse, b.signal_per_pulse);
+  const double less = std::min(a.signal_per_pulse, b.signal_per_pulse);
+  const double more = std::max(a.signal_per_pulse, b.signal_per_pulse);
   if (parting_widths(a.track, b.track) > same_walk_widths || less < least_alike * more) return;
   const CombMeetings::Places places = search_.meetings().find(a.track.delay_ns, b.track.delay_ns);
   const auto delays_ns = places.delays_ns();
