@@ -174,7 +174,6 @@ struct FrameEstimator::Workspace {
   void check(const FrameView& view, Found& found);
   [[nodiscard]] Checked checked_by(const checks::Verdict& verdict, const Found& found) const;
   void report(const FrameView& view, const Found& found, Estimate& estimate);
-  [[nodiscard]] double hidden_by_spread_ns(const Checked& checked) const;
   void report_target(const FrameView& view, const Found& found, std::size_t k, Estimate& estimate);
   void say_blind_time(Estimate& estimate) const;
   void sum_up();
@@ -431,22 +430,10 @@ Checked FrameEstimator::Workspace::checked_by(const checks::Verdict& verdict,
   return checked;
 }
 
-// What light that is wider than the pulse hides, where many frames show it and this one does not.
-double FrameEstimator::Workspace::hidden_by_spread_ns(const Checked& checked) const {
-  if (checked.findings.has(FindingName::pulse_width)) return 0;
-  for (const Finding& finding : recent.all()) {
-    if (finding.name != FindingName::pulse_width || !(finding.value > 0)) continue;
-    return shape->width_ns() * std::sqrt(std::pow(1 + finding.value, 2) - 1);
-  }
-  return 0;
-}
-
 void FrameEstimator::Workspace::report_target(const FrameView& view, const Found& found,
                                               std::size_t k, Estimate& estimate) {
   const Checked& checked = found.checked.at(k);
-  Widening wider = checked.wider;
-  if (k == 0) wider.off_delay_ns = std::hypot(wider.off_delay_ns, hidden_by_spread_ns(checked));
-  fill_values(estimate, found.best, k, wider,
+  fill_values(estimate, found.best, k, checked.wider,
               {frame.length_ns, search.told_apart_ns(), to_reference()}, view.sync);
   estimate.significance_nats = found.gain_nats.at(k);
   estimate.range_odds_nats = found.odds_nats.at(k);

@@ -39,7 +39,8 @@ namespace splid {
 // Estimates a target's delay, velocity, signal and background from one frame of photons, by a
 // global search over delay and velocity and refinement by maximum likelihood. The estimate is a
 // function of its input: the same frame (and the same track) gives the same bits, whatever frames
-// came before, and whichever vector width the machine has.
+// came before, and whichever vector width the machine has; only recent_findings tell of those
+// frames.
 //
 // Threads: one thread for each object; objects share nothing. Errors: none after construction; a
 // frame that cannot be estimated has a status that says why. No allocation in estimate() with

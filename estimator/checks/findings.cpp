@@ -216,7 +216,14 @@ void Findings::decide(const FoldedFrame& frame) {
     Candidate candidate = {candidates_[c].row, 0, 0, {}};
     candidate.gain_nats = fit_with(std::array{candidate.row}, candidate.member);
     candidate.squares = 2 * (candidate.gain_nats - about) / bartlett(candidate.row);
-    if (is_sure(candidate)) candidates_[kept++] = candidate;
+    if (is_sure(candidate)) {
+      candidates_[kept++] = candidate;
+    } else {
+      // Light that is not surely wider may be wider, and hide as much.
+      const double hidden = hidden_by_spread_ns(candidate.member);
+      verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, hidden);
+      verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, walk_of_spread * hidden);
+    }
   }
   candidate_count_ = kept;
   if (kept == 0) return;
@@ -294,10 +301,7 @@ void Findings::follow(const Member& richer, std::size_t row) {
     }
     delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
   }
-  // Two surfaces look like a pulse that is wider by half of their distance. Where the beam moves
-  // from one to the other, their mean walks by a part of it.
-  const double wider = std::exp(2 * richer.of({Shape::width, 0})) - 1;
-  const double hidden = pulse_.width_ns() * std::sqrt(std::max(0.0, wider));
+  const double hidden = hidden_by_spread_ns(richer);
   verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, std::hypot(delay, hidden));
   verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::hypot(walk, walk_of_spread * hidden));
   const auto grown = [&](Shape shape) {
@@ -305,6 +309,14 @@ void Findings::follow(const Member& richer, std::size_t row) {
   };
   verdict_.off_signal = std::max(verdict_.off_signal, grown(Shape::light));
   verdict_.off_background = std::max(verdict_.off_background, grown(Shape::dark));
+}
+
+// Light that is wider than the pulse hides a shift: two surfaces look like a pulse that is wider by
+// half of their distance. Where the beam moves from one to the other, their mean walks by a part of
+// that.
+double Findings::hidden_by_spread_ns(const Member& richer) const {
+  const double wider = std::exp(2 * richer.of({Shape::width, 0})) - 1;
+  return pulse_.width_ns() * std::sqrt(std::max(0.0, wider));
 }
 
 // The inverse information on both sides of the squared scores that the photons have.
