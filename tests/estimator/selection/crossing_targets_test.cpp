@@ -45,6 +45,7 @@ TEST(CrossingTargets, ThatCrossAreToldApart) {
         const TargetEstimate& own = e.targets[in_order ? 0 : 1];
         expect_is(own, first);
         expect_is(e.targets[in_order ? 1 : 0], second);
+        EXPECT_LT(own.std_velocity_mps, 0.5);  // they part by 6 m/s
         squares += std::pow((own.velocity_mps - 20) / own.std_velocity_mps, 2);
       }
       EXPECT_GE(resolved, 29);
