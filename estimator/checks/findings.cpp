@@ -11,6 +11,7 @@ namespace {
 // Rows that chance screens out in all but two frames of a hundred are not fitted.
 constexpr double screen_squares = 5.41, screen_deviations = 2.05;
 constexpr double sure_deviations = 4.75;
+constexpr double likely_squares = 9;
 constexpr std::size_t most_fitted = 3;
 // With fewer photons of signal richer fits have more false alarms than they say.
 constexpr double fewest_photons = 50;
@@ -218,8 +219,8 @@ void Findings::decide(const FoldedFrame& frame) {
     candidate.squares = 2 * (candidate.gain_nats - about) / bartlett(candidate.row);
     if (is_sure(candidate)) {
       candidates_[kept++] = candidate;
-    } else {
-      // Light that is not surely wider may be wider, and hide as much.
+    } else if (candidate.squares > likely_squares) {
+      // Light that is likely to be wider hides as much. Chance makes it so in one frame of 700.
       const double hidden = hidden_by_spread_ns(candidate.member);
       verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, hidden);
       verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, walk_of_spread * hidden);
