@@ -17,7 +17,7 @@ namespace {
 // How long an estimation thread sleeps before it looks again whether a frame has come.
 constexpr std::chrono::milliseconds idle{100};
 
-constexpr std::int64_t ns_per_ms = 1'000'000;
+constexpr std::int64_t ns_in_ms = 1'000'000;
 
 EstimatorInUse make_estimator(const StreamOptions& options, std::size_t max_photons) {
   return {make_frame_estimator(options, max_photons), options.estimator.tracked};
@@ -153,7 +153,7 @@ void Stream::request_stop() {
 
 bool Stream::out_of_patience() const {
   const std::int64_t stopped_ns = stopped_ns_;
-  return stopped_ns != 0 && clock_.steady_ns() - stopped_ns > stop_patience_ms * ns_per_ms;
+  return stopped_ns != 0 && clock_.steady_ns() - stopped_ns > stop_patience_ms * ns_in_ms;
 }
 
 StreamCounters Stream::counters() const {
