@@ -151,7 +151,8 @@ std::string report_detectors(const RecordingInfo& info, DetectionTimes& inputs, 
     waits.add(times_ps, period_ps);
     const double seconds = static_cast<double>(times_ps.back() - times_ps.front()) * 1e-12;
     const double in_a_frame = static_cast<double>(times_ps.size()) / seconds * frame_s;
-    for (const Finding& finding : waits.found(in_a_frame, 0).all()) {
+    const FoundList found = waits.found(in_a_frame, 0);
+    for (const Finding& finding : found.all()) {
       const checks::FindingRow& row = checks::row_of(finding.name);
       text += fmt::format("  {:14} {} {:.4g} +- {:.2g}{}{}: {}\n", "input " + std::to_string(input),
                           checks::to_string(finding.name), finding.value, finding.std,

@@ -44,8 +44,9 @@ DetectorWatch watched(double most_late, std::size_t inputs = 1, int frames = 21)
 
 TEST(DetectorWatch, TimingWalkIsFoundWithItsTable) {
   const DetectorWatch watch = watched(1);
-  ASSERT_EQ(watch.found().all().size(), 1U);
-  const Finding& walk = watch.found().all().front();
+  const FoundList found = watch.found();
+  ASSERT_EQ(found.all().size(), 1U);
+  const Finding& walk = found.all().front();
   EXPECT_EQ(walk.name, FindingName::timing_walk);
   EXPECT_GT(walk.value, 80);
   EXPECT_LT(walk.value, 155);
