@@ -132,93 +132,100 @@ void print_statistics(const Said& said) {
   std::printf("\n");
 }
 
-}  // namespace
+// Scenes that differ from [P]'s by one change each.
+struct Scenes {
+  FoldedMaker plain;
+  int frames;
 
-int main(int argc, char** argv) {
-  const int frames = argc > 1 ? std::atoi(argv[1]) : 1000;
-  const std::string what = argc > 2 ? argv[2] : "all";
-  const FoldedMaker plain(interleaved());
-  if (what == "time") {
-    for (int k = 0; k < 5; ++k) print("plain", run(plain, frames, 7), frames);
-    return 0;
-  }
-  if (what != "power") {
-    for (const double photons : {20.0, 50.0, 100.0, 300.0, 713.0, 5000.0}) {
-      for (const double background : {1e-5, 1.75e-4, 1e-3}) {
-        if (background > 5e-4 && photons < 100) continue;
-        FoldedMaker made = plain;
-        made.photons = photons, made.background_per_ns = background;
-        const Said said = run(made, frames, 7);
-        char name[64];
-        std::snprintf(name, sizeof name, "plain %g, %g", photons, background);
-        print(name, said, frames);
-        print_statistics(said);
-      }
-    }
-    FoldedMaker made(random_pattern(1000, 100e6));
-    made.track.delay_ns = 30000;
-    print("plain, random 1000", run(made, frames, 8), frames);
-  }
-  if (what == "plain") return 0;
-  const auto power = [&](const char* name, const auto& change) {
+  void power(const char* name, const std::function<void(FoldedMaker&)>& change) const {
     FoldedMaker made = plain;
     change(made);
-    const int some = std::min(frames, 400);
-    print(name, run(made, some, 9), some);
-  };
-  const auto of_light = [&](const char* name,
-                            std::function<void(Photon&, std::mt19937_64&)> scene) {
+    print(name, run(made, frames, 9), frames);
+  }
+  void of_light(const char* name, std::function<void(Photon&, std::mt19937_64&)> scene) const {
     power(name, [&](FoldedMaker& made) { made.scene = scene; });
-  };
-  power("width 1.3", [](auto& m) { m.sigma_ns = 1.3 * sigma; });
-  of_light("tail 30 %, 2 widths", [](Photon& p, auto& r) {
+  }
+};
+
+// Of the model: whatever is named is a false alarm.
+void print_plain(const FoldedMaker& plain, int frames) {
+  for (const double photons : {20.0, 50.0, 100.0, 300.0, 713.0, 5000.0}) {
+    for (const double background : {1e-5, 1.75e-4, 1e-3}) {
+      if (background > 5e-4 && photons < 100) continue;
+      FoldedMaker made = plain;
+      made.photons = photons, made.background_per_ns = background;
+      const Said said = run(made, frames, 7);
+      char name[64];
+      std::snprintf(name, sizeof name, "plain %g, %g", photons, background);
+      print(name, said, frames);
+      print_statistics(said);
+    }
+  }
+  FoldedMaker made(random_pattern(1000, 100e6));
+  made.track.delay_ns = 30000;
+  print("plain, random 1000", run(made, frames, 8), frames);
+}
+
+void print_pulses(const Scenes& scenes) {
+  scenes.power("width 1.3", [](auto& m) { m.sigma_ns = 1.3 * sigma; });
+  scenes.of_light("tail 30 %, 2 widths", [](Photon& p, auto& r) {
     if (r() % 10 < 3) p.offset_ns += std::exponential_distribution<double>(1 / (2 * sigma))(r);
   });
   for (const double share : {0.1, 0.2}) {
     for (const double widths : {3.0, 5.0}) {
       char name[64];
       std::snprintf(name, sizeof name, "%g %% at %g widths", 100 * share, widths);
-      of_light(name, [=](Photon& p, auto& r) {
+      scenes.of_light(name, [=](Photon& p, auto& r) {
         if (std::uniform_real_distribution<double>(0, 1)(r) < share) p.offset_ns += widths * sigma;
       });
     }
   }
-  of_light("half at 2 widths",
-           [](Photon& p, auto& r) { p.offset_ns += r() % 3 == 0 ? 2 * sigma : 0; });
-  of_light("P2 of 1 width",
-           [](Photon& p, auto&) { p.offset_ns += sigma * (3 * p.u() * p.u() - 1) / 2; });
-  of_light("P3 of 1 width",
-           [](Photon& p, auto&) { p.offset_ns += sigma * (5 * p.u() * p.u() - 3) * p.u() / 2; });
-  of_light("P2 of 4 widths",
-           [](Photon& p, auto&) { p.offset_ns += 4 * sigma * (3 * p.u() * p.u() - 1) / 2; });
+  scenes.of_light("half at 2 widths",
+                  [](Photon& p, auto& r) { p.offset_ns += r() % 3 == 0 ? 2 * sigma : 0; });
+}
+
+void print_paths(const Scenes& scenes) {
+  scenes.of_light("P2 of 1 width",
+                  [](Photon& p, auto&) { p.offset_ns += sigma * (3 * p.u() * p.u() - 1) / 2; });
+  scenes.of_light("P3 of 1 width", [](Photon& p, auto&) {
+    p.offset_ns += sigma * (5 * p.u() * p.u() - 3) * p.u() / 2;
+  });
+  scenes.of_light("P2 of 4 widths",
+                  [](Photon& p, auto&) { p.offset_ns += 4 * sigma * (3 * p.u() * p.u() - 1) / 2; });
   for (const double turns : {3.2, 6.3}) {
     char name[64];
     std::snprintf(name, sizeof name, "vibration 0.5 widths, %g turns", turns);
-    of_light(name, [=](Photon& p, auto&) {
+    scenes.of_light(name, [=](Photon& p, auto&) {
       p.offset_ns += 0.5 * std::sqrt(2.0) * sigma * std::sin(6.2832 * turns * p.share + 1);
     });
   }
-  of_light("a third dark", [](Photon& p, auto&) { p.is_seen = p.share > -1.0 / 6; });
-  power("amplitudes 32 % off", [](auto& m) {
+}
+
+void print_light(const Scenes& scenes) {
+  scenes.of_light("a third dark", [](Photon& p, auto&) { p.is_seen = p.share > -1.0 / 6; });
+  scenes.power("amplitudes 32 % off", [](auto& m) {
     for (int k = 0; k < 40; ++k) m.amplitudes.push_back(1 + 0.32 * 1.414 * std::sin(2.4 * k));
   });
-  power("half of the pulses dark", [](auto& m) {
+  scenes.power("half of the pulses dark", [](auto& m) {
     for (int k = 0; k < 40; ++k) m.amplitudes.push_back(k % 2);
   });
-  of_light("slab 0.4 m", [](Photon& p, auto& r) {
+  scenes.of_light("slab 0.4 m", [](Photon& p, auto& r) {
     p.offset_ns += std::uniform_real_distribution<double>(-1.33, 1.33)(r);
   });
-  of_light("slab 1 m", [](Photon& p, auto& r) {
+  scenes.of_light("slab 1 m", [](Photon& p, auto& r) {
     p.offset_ns += std::uniform_real_distribution<double>(-3.3, 3.3)(r);
   });
-  of_light("edge of 5 cm, crossing", [](Photon& p, auto& r) {
+  scenes.of_light("edge of 5 cm, crossing", [](Photon& p, auto& r) {
     if (std::uniform_real_distribution<double>(-0.5, 0.5)(r) < p.share) p.offset_ns += 0.333;
   });
-  // A smooth return of every pulse, and no target: what is called a target moves with nothing.
+}
+
+// A smooth return of every pulse, and no target: what is called a target moves with nothing.
+void print_fog(const Scenes& scenes) {
   for (const double counts : {0.1, 0.02}) {
     char name[64];
     std::snprintf(name, sizeof name, "fog alone, %g a pulse", counts);
-    power(name, [=](auto& m) {
+    scenes.power(name, [=](auto& m) {
       m.photons = 0.02 * counts * 529000, m.track.walk_ns = 0;
       const std::vector<double> times = m.train.stretches.front().comb.times_ns;
       m.foreign = [=](auto& others, auto& r) {
@@ -230,23 +237,40 @@ int main(int argc, char** argv) {
       };
     });
   }
-  // Teeth every 2.5 ns of the pattern, which drift against it; what is called a target drifts too.
+}
+
+// Teeth every 2.5 ns of the pattern, which drift against it; what is called a target drifts too.
+void print_lasers(const Scenes& scenes) {
   for (const double photons : {0.0, 200.0}) {
-    power(photons > 0 ? "laser at 80 MHz, and target" : "laser at 80 MHz alone", [=](auto& m) {
-      m.photons = photons > 0 ? photons : 1;
-      m.track.delay_ns = 1900;
-      m.foreign = [](auto& others, auto& r) {
-        for (int n = 0; n < 8000; ++n) {
-          const double share = std::uniform_real_distribution<double>(-0.5, 0.5)(r);
-          others.emplace_back(12.5 * static_cast<double>(r() % 4000000) + 3.3 * share +
-                                  sigma * std::normal_distribution<double>()(r),
-                              share);
-        }
-      };
-    });
+    scenes.power(photons > 0 ? "laser at 80 MHz, and target" : "laser at 80 MHz alone",
+                 [=](auto& m) {
+                   m.photons = photons > 0 ? photons : 1;
+                   m.track.delay_ns = 1900;
+                   m.foreign = [](auto& others, auto& r) {
+                     for (int n = 0; n < 8000; ++n) {
+                       const double share = std::uniform_real_distribution<double>(-0.5, 0.5)(r);
+                       others.emplace_back(12.5 * static_cast<double>(r() % 4000000) + 3.3 * share +
+                                               sigma * std::normal_distribution<double>()(r),
+                                           share);
+                     }
+                   };
+                 });
   }
-  FoldedMaker random_made(random_pattern(1000, 100e6));
-  random_made.track.delay_ns = 30000, random_made.sigma_ns = 1.3 * sigma;
-  print("random, width 1.3", run(random_made, 200, 9), 200);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int frames = argc > 1 ? std::atoi(argv[1]) : 1000;
+  const Scenes scenes = {FoldedMaker(interleaved()), std::min(frames, 400)};
+  print_plain(scenes.plain, frames);
+  print_pulses(scenes);
+  print_paths(scenes);
+  print_light(scenes);
+  print_fog(scenes);
+  print_lasers(scenes);
+  FoldedMaker made(random_pattern(1000, 100e6));
+  made.track.delay_ns = 30000, made.sigma_ns = 1.3 * sigma;
+  print("random, width 1.3", run(made, scenes.frames, 9), scenes.frames);
   return 0;
 }

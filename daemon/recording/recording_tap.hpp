@@ -95,7 +95,8 @@ class Tap final : public TagTap {
   // Waits until every tag is written; says in a sentence how many recordings there are and what is
   // lost.
   [[nodiscard]] std::string summary();
-  // The disk does not take the rest: nothing is said any more. Says in a sentence what is lost.
+  // The disk does not take the rest, and no report goes out any more. Returns a sentence about what
+  // is lost.
   [[nodiscard]] std::string give_up();
 
  private:

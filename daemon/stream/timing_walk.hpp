@@ -12,9 +12,9 @@
 namespace splid {
 
 // Takes the timing walk of a detector off its photons: a detection soon after another on the same
-// input comes late, by what `detector.walk` says of the wait between the two. The delay is linear
-// in the wait between two rows, that of the first row for shorter waits, and none for waits beyond
-// the last row.
+// input comes late, by the delay that `detector.walk` has for the wait between the two. The delay
+// is linear in the wait between two rows, that of the first row for shorter waits, and none for
+// waits beyond the last row.
 //
 // Threads: one. Errors: none. No allocation after construction. Cost: a comparison a photon, and a
 // search in at most 16 rows where the wait is in the table.

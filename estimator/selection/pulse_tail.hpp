@@ -33,8 +33,8 @@ class PulseTail {
   // The log-likelihood of the counts under a model.
   double nats(const likelihood::Model& model);
   // The most of it with another place and width of the first target's pulse, and with a tail too;
-  // the signals of the others are refitted. enough_nats: more need not be looked for, nor what
-  // surely ends below.
+  // the signals of the others are refitted. enough_nats: the look ends where it
+  // reaches so much, or cannot.
   double other_width_nats(const likelihood::Model& model, double enough_nats);
   double with_tail_nats(double enough_nats);
 

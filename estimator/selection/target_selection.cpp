@@ -439,7 +439,7 @@ void TargetSelection::keep_claimed() {
   }
 }
 
-// The last fit, and what it says of each target. Those that do not gain enough in it are left out.
+// The last fit, and the gain of each target in it. Targets that do not gain enough are left out.
 void TargetSelection::finish() {
   while (true) {
     all_ = maximize(all_.model, likelihood::Maximizer::exact_nats);
