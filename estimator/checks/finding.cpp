@@ -16,7 +16,7 @@ constexpr Direction bent[] = {{Shape::path, 2, 2}};
 constexpr Direction turning[] = {{Shape::path, 3, 3}};
 constexpr Direction swinging[] = {{Shape::path, 4, 31}};
 constexpr Direction uneven[] = {{Shape::light, 1, 7}};
-constexpr Direction parting[] = {{Shape::width, 2, 2}};
+constexpr Direction parting[] = {{Shape::width, 1, 2}};
 
 double itself(double amount, const FindingScale& /*scale*/) { return amount; }
 double grown(double amount, const FindingScale& /*scale*/) { return std::expm1(amount); }

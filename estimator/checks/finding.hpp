@@ -48,6 +48,8 @@ struct FindingRow {
 // The rows: those with directions come first.
 std::span<const FindingRow> finding_table();
 inline constexpr std::size_t rows_with_directions = 8;
+// Where the pulse is wider all along the frame, and at its ends.
+inline constexpr std::size_t width_row = 0, parting_row = 7;
 const FindingRow& row_of(FindingName name);  // the first of that name
 const char* to_string(FindingName name);
 

@@ -253,6 +253,8 @@ void Findings::name_best(const FoldedFrame& frame) {
   find_sandwich();
   say(best->row, best->gain_nats, best->member, frame);
   follow(best->member, best->row);
+  const Shape shape = terms_[first_term_[best->row]].shape;
+  if (shape == Shape::width || shape == Shape::tail) widen_by_parting(*best);
   for (std::size_t c = 0; c < candidate_count_; ++c) {
     Candidate other = candidates_[c];
     if (&candidates_[c] == best || !is_sure(other)) continue;
@@ -310,6 +312,23 @@ void Findings::follow(const Member& richer, std::size_t row) {
   };
   verdict_.off_signal = std::max(verdict_.off_signal, grown(Shape::light));
   verdict_.off_background = std::max(verdict_.off_background, grown(Shape::dark));
+}
+
+// Light whose width changes over the frame is that of two targets that part: at half of their
+// distance, a + b u, from their mean, its variance is that of the pulse and (a + b u)^2. Then the
+// walk of each is off by 2 b.
+void Findings::widen_by_parting(const Candidate& best) {
+  Member both = best.member;
+  const double gain = fit_with(std::array{width_row, parting_row}, both) - base_value_;
+  const bool is_likely = 2 * (gain - best.gain_nats) > likely_squares;
+  if (best.row != parting_row && !is_likely) return;
+  const auto variance = [&](double p1, double p2) {
+    return std::exp(2 * (both.of({Shape::width, 0}) + p1 * both.of({Shape::width, 1}) +
+                         p2 * both.of({Shape::width, 2})));
+  };
+  const double b =
+      std::sqrt(std::max(0.0, (variance(1, 1) + variance(-1, 1)) / 2 - variance(0, -0.5)));
+  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, 2 * b * pulse_.width_ns());
 }
 
 // Light that is wider than the pulse hides a shift: two surfaces look like a pulse that is wider by

@@ -97,6 +97,7 @@ class Findings {
   void name_best(const FoldedFrame& frame);
   void say(std::size_t row, double gain_nats, const Member& member, const FoldedFrame& frame);
   void follow(const Member& richer, std::size_t row);
+  void widen_by_parting(const Candidate& best);
   [[nodiscard]] double hidden_by_spread_ns(const Member& richer) const;
   void find_sandwich();
   void judge_pulses();

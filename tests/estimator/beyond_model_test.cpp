@@ -115,6 +115,21 @@ TEST(BeyondModel, ATargetThatIsLitForHalfOfTheFrameKeepsItsVelocity) {
   }
 }
 
+// A width apart at mid-frame, and 1 m/s: one target between them has the velocity of neither.
+TEST(BeyondModel, TwoThatPartAreNotOneWithASureVelocity) {
+  const test::FrameMaker first = beyond_scene();
+  const test::FrameMaker second = first.beside(0.015, 1, 1);
+  FrameEstimator estimator = beyond_estimator(first);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Estimate e = estimator.estimate(first.make_with({second}, seed).view());
+    EXPECT_TRUE(e.findings.has(FindingName::pulse_width)) << seed;
+    const double off_mps = std::min(std::abs(e.velocity_mps - first.velocity_mps),
+                                    std::abs(e.velocity_mps - second.velocity_mps));
+    EXPECT_LT(off_mps, far_deviations * e.std_velocity_mps) << seed;
+    EXPECT_LT(e.std_velocity_mps, 2) << seed;
+  }
+}
+
 // A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
 // place.
 TEST(BeyondModel, AFollowedTargetIsLeftWhereTheBeamStepsByAPeriodOfTheComb) {
