@@ -95,12 +95,12 @@ Said run(const FoldedMaker& made, int frames, std::uint64_t seed, std::size_t te
         maximum.model.targets[0].track.at_mid_frame_ns() - made.track.at_mid_frame_ns();
     const double sd = std::sqrt(c(0, 0));
     said.far += std::abs(off) > 5 * sd ? 1 : 0;
-    said.far_after += std::abs(off) > 5 * std::hypot(std::max(sd, verdict.sandwich_delay_ns),
-                                                     verdict.off_delay_ns)
+    said.far_after += std::abs(off) > 5 * std::hypot(std::max(sd, verdict.wider.least_delay_ns),
+                                                     verdict.wider.off_delay_ns)
                           ? 1
                           : 0;
     for (std::size_t r = 0; r < checks::rows_with_directions; ++r) {
-      const auto& s = verdict.scores[r];
+      const auto& s = findings.scores().rows[r];
       if (s.degrees == 0) continue;
       said.squares[r] += s.squares / s.degrees;
       if (s.information[0] > 0) said.mean_score[r] += s.score[0] / std::sqrt(s.information[0]);

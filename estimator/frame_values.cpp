@@ -21,7 +21,7 @@ struct MidFrame {
   double delay = 0, both = 0, walk = 0;
 };
 
-MidFrame at_mid_frame(const SmallMatrix& C, Eigen::Index d, const Widening& wider) {
+MidFrame at_mid_frame(const SmallMatrix& C, Eigen::Index d, const checks::Widening& wider) {
   const Eigen::Index w = d + likelihood::walk, q = d + likelihood::quadratic;
   MidFrame mid = {C(d, d) - C(d, q) + C(q, q) / 4, C(d, w) - C(q, w) / 2, C(w, w)};
   const auto square = [](double x) { return x * x; };
@@ -35,8 +35,8 @@ MidFrame at_mid_frame(const SmallMatrix& C, Eigen::Index d, const Widening& wide
 // g: how far the delay travels in a ns. delay_ns: D of the photons' line, at mid-frame and in the
 // pattern's clock; the delay itself is tau = D (1 + beta).
 void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
-                     const Widening& wider, const FrameUnits& units, const SyncFit& sync, double g,
-                     double delay_ns) {
+                     const checks::Widening& wider, const FrameUnits& units, const SyncFit& sync,
+                     double g, double delay_ns) {
   // d beta / d walk = 2 / ((2 - g)^2 t_a).
   const double per_walk = 2 / ((2 - g) * (2 - g) * units.length_ns);
   const auto& C = at.covariance;
@@ -67,8 +67,8 @@ void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
 
 }  // namespace
 
-void fill_values(Estimate& estimate, const Maximum& at, std::size_t target, const Widening& wider,
-                 const FrameUnits& units, const SyncFit& sync) {
+void fill_values(Estimate& estimate, const Maximum& at, std::size_t target,
+                 const checks::Widening& wider, const FrameUnits& units, const SyncFit& sync) {
   const likelihood::Target& own = at.model.targets.at(target);
   const double g = own.track.walk_ns / units.length_ns;
   const double beta = g / (2 - g);
@@ -94,6 +94,13 @@ void fill_values(Estimate& estimate, const Maximum& at, std::size_t target, cons
   if (at.has_covariance) {
     fill_deviations(estimate, at, target, wider, units, sync, g, delay_ns);
   }
+}
+
+void fill_width(Estimate& estimate, const Maximum& at, double width_ns) {
+  if (at.model.log_width == 0) return;
+  const auto w = static_cast<Eigen::Index>(likelihood::width_place(at.model.count));
+  estimate.pulse_sigma_ns = width_ns * std::exp(at.model.log_width);
+  estimate.std_pulse_sigma_ns = std::sqrt(at.covariance(w, w)) * estimate.pulse_sigma_ns;
 }
 
 }  // namespace splid

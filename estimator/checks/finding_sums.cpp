@@ -20,8 +20,9 @@ void FindingSums::clear() {
   frames_ = length_ns_ = seen_ns_ = 0;
 }
 
-void FindingSums::add(const Verdict& verdict, const FoldedFrame& frame) {
-  for (std::size_t row = 0; row < rows_with_directions; ++row) rows_[row].add(verdict.scores[row]);
+void FindingSums::add(const FoldedFrame& frame) {
+  for (std::size_t row = 0; row < rows_with_directions; ++row)
+    rows_[row].add(findings_.scores().rows[row]);
   const ResidualMap& map = findings_.map();
   for (std::size_t p = 0; p < by_pulse_.size(); ++p) {
     const PulseLight expected = findings_.expected_at(p);

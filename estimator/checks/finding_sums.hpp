@@ -19,8 +19,8 @@ class FindingSums {
   explicit FindingSums(const Findings& findings);
   void clear();
   [[nodiscard]] double frames() const { return frames_; }
-  // The verdict of the last frame that was judged, with that frame.
-  void add(const Verdict& verdict, const FoldedFrame& frame);
+  // The frame that was judged last.
+  void add(const FoldedFrame& frame);
   // What is sure by all frames since clear(), in the order of the table.
   [[nodiscard]] FoundList found() const;
 

@@ -83,6 +83,7 @@ Findings::Findings(const PulseTrain& train, const PulseShape& shape, std::size_t
 const Verdict& Findings::judge(const FoldedFrame& frame, const likelihood::Model& model,
                                std::size_t target, const FitFacts& facts, const SeenParts& parts) {
   verdict_ = {};
+  scores_ = {};
   if (!map_.looks() || frame.seen_ns <= 0) return verdict_;
   map_.fill(frame, model.targets.at(target).track);
   seen_ = &seen_finder_.look(frame, map_, parts);
@@ -154,7 +155,7 @@ void Findings::score_row(std::size_t row) {
   const TermVector score = slopes_.gradient.segment(first, k);
   const Eigen::LLT<TermMatrix> cholesky(information);
   if (cholesky.info() != Eigen::Success || !(information.diagonal().minCoeff() > 1e-9)) return;
-  RowScore& said = verdict_.scores[row];
+  RowScore& said = scores_.rows[row];
   const double factor = bartlett(row);
   said.degrees = static_cast<double>(k);
   said.squares = score.dot(TermVector(cholesky.solve(score))) / factor;
@@ -195,7 +196,7 @@ double Findings::fit_with(std::span<const std::size_t> rows, Member& member) {
 void Findings::keep_highest() {
   const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(candidate_count_);
   const auto over = [&](const Candidate& c) {
-    return verdict_.scores[c.row].squares - sure_squares_of(static_cast<double>(row_terms_[c.row]));
+    return scores_.rows[c.row].squares - sure_squares_of(static_cast<double>(row_terms_[c.row]));
   };
   std::sort(candidates_.begin(), end,
             [&](const Candidate& a, const Candidate& b) { return over(a) > over(b); });
@@ -222,8 +223,8 @@ void Findings::decide(const FoldedFrame& frame) {
     } else if (candidate.squares > likely_squares) {
       // Light that is likely to be wider hides as much. Chance makes it so in one frame of 700.
       const double hidden = hidden_by_spread_ns(candidate.member);
-      verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, hidden);
-      verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, walk_of_spread * hidden);
+      verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, hidden);
+      verdict_.wider.off_walk_ns = std::max(verdict_.wider.off_walk_ns, walk_of_spread * hidden);
     }
   }
   candidate_count_ = kept;
@@ -234,7 +235,7 @@ void Findings::decide(const FoldedFrame& frame) {
     Candidate& candidate = candidates_[c];
     candidate.gain_nats -= base_value_;
     candidate.squares = 2 * candidate.gain_nats / bartlett(candidate.row);
-    verdict_.scores[candidate.row].squares = candidate.squares;
+    scores_.rows[candidate.row].squares = candidate.squares;
   }
 }
 
@@ -305,13 +306,14 @@ void Findings::follow(const Member& richer, std::size_t row) {
     delay = std::sqrt(squares), walk = to_walk * std::sqrt(steps);
   }
   const double hidden = hidden_by_spread_ns(richer);
-  verdict_.off_delay_ns = std::max(verdict_.off_delay_ns, std::hypot(delay, hidden));
-  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, std::hypot(walk, walk_of_spread * hidden));
+  verdict_.wider.off_delay_ns = std::max(verdict_.wider.off_delay_ns, std::hypot(delay, hidden));
+  verdict_.wider.off_walk_ns =
+      std::max(verdict_.wider.off_walk_ns, std::hypot(walk, walk_of_spread * hidden));
   const auto grown = [&](Shape shape) {
     return std::abs(std::expm1(richer.of({shape, 0}) - base_.of({shape, 0})));
   };
-  verdict_.off_signal = std::max(verdict_.off_signal, grown(Shape::light));
-  verdict_.off_background = std::max(verdict_.off_background, grown(Shape::dark));
+  verdict_.wider.off_signal = std::max(verdict_.wider.off_signal, grown(Shape::light));
+  verdict_.wider.off_background = std::max(verdict_.wider.off_background, grown(Shape::dark));
 }
 
 // Light whose width changes over the frame is that of two targets that part: at half of their
@@ -328,7 +330,7 @@ void Findings::widen_by_parting(const Candidate& best) {
   };
   const double b =
       std::sqrt(std::max(0.0, (variance(1, 1) + variance(-1, 1)) / 2 - variance(0, -0.5)));
-  verdict_.off_walk_ns = std::max(verdict_.off_walk_ns, 2 * b * pulse_.width_ns());
+  verdict_.wider.off_walk_ns = std::max(verdict_.wider.off_walk_ns, 2 * b * pulse_.width_ns());
 }
 
 // Light that is wider than the pulse hides a shift: two surfaces look like a pulse that is wider by
@@ -351,8 +353,8 @@ void Findings::find_sandwich() {
   const Eigen::Matrix2d inverse = information.inverse();
   const Eigen::Matrix2d covariance = inverse * squares * inverse;
   if (!covariance.allFinite()) return;
-  verdict_.sandwich_delay_ns = std::sqrt(std::max(0.0, covariance(0, 0)));
-  verdict_.sandwich_walk_ns = 2 * std::sqrt(std::max(0.0, covariance(1, 1)));
+  verdict_.wider.least_delay_ns = std::sqrt(std::max(0.0, covariance(0, 0)));
+  verdict_.wider.least_walk_ns = 2 * std::sqrt(std::max(0.0, covariance(1, 1)));
 }
 
 PulseLight Findings::expected_at(std::size_t p) const {
@@ -381,10 +383,10 @@ void Findings::judge_pulses() {
   double of_uneven = 0;
   for (std::size_t p = 0; p < counts.size(); ++p) {
     const PulseLight own = expected_at(p);
-    verdict_.by_pulse.add(counts[p], own.light + own.dark, own.light);
+    scores_.by_pulse.add(counts[p], own.light + own.dark, own.light);
     of_uneven += 4 * own.light * own.light * (own.light + own.dark);
   }
-  const SquareSum& sum = verdict_.by_pulse;
+  const SquareSum& sum = scores_.by_pulse;
   const double chance = std::sqrt(sum.variance + most_uneven * of_uneven);
   const double gain = sum.gain_nats(), misfit = sum.relative();
   if (sum.excess > least_dark * sum.scale &&
@@ -416,17 +418,17 @@ Findings::PhaseGroup Findings::phases(std::size_t group) const {
 void Findings::sum_phases(double mean, std::size_t group, std::span<const double> seen) {
   const PhaseGroup all = phases(group);
   if (seen.empty()) {
-    verdict_.by_phase.add_alike(all.bins, mean, all.sum, all.squares);
-    return verdict_.by_phase_coarse.add(all.sum, mean * all.bins);
+    scores_.by_phase.add_alike(all.bins, mean, all.sum, all.squares);
+    return scores_.by_phase_coarse.add(all.sum, mean * all.bins);
   }
   double expected = 0;
   for (std::size_t k = group * coarse_phases;
        k < std::min((group + 1) * coarse_phases, seen.size()); ++k) {
     if (map_.is_free()[k] == 0) continue;
-    verdict_.by_phase.add(map_.by_phase()[k], mean * seen[k]);
+    scores_.by_phase.add(map_.by_phase()[k], mean * seen[k]);
     expected += mean * seen[k];
   }
-  verdict_.by_phase_coarse.add(all.sum, expected);
+  scores_.by_phase_coarse.add(all.sum, expected);
 }
 
 // Whether light comes between the pulses that is not spread evenly.
@@ -442,11 +444,11 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   for (std::size_t k = 0; k < seen_phases.size(); ++k) seen += seen_phases[k] * map_.is_free()[k];
   if (seen_phases.empty()) seen = bins;
   if (!(photons > 0) || !(seen > 0)) return;
-  const SquareSum &fine = verdict_.by_phase, &coarse = verdict_.by_phase_coarse;
+  const SquareSum &fine = scores_.by_phase, &coarse = scores_.by_phase_coarse;
   for (std::size_t g = 0; g < groups; ++g) sum_phases(photons / seen, g, seen_phases);
   const SquareSum& surer = coarse.gain_nats() > fine.gain_nats() ? coarse : fine;
   const double gain = surer.gain_nats();
-  const bool has_strangers = fine.excess > most_elsewhere * verdict_.by_pulse.scale +
+  const bool has_strangers = fine.excess > most_elsewhere * scores_.by_pulse.scale +
                                                deviations_of_stray * std::sqrt(fine.variance);
   if (has_strangers && map_.by_pulse().size() < fewest_for_strangers) {
     verdict_.is_wrong_pattern = true;
@@ -456,7 +458,7 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   const double cells = &surer == &coarse ? bins / coarse_phases : bins;
   const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
   verdict_.found.add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
-  const SquareSum& own = verdict_.by_pulse;
+  const SquareSum& own = scores_.by_pulse;
   const bool is_even =
       map_.by_pulse().size() >= fewest_for_strangers &&
       own.excess + deviations_of_even * std::sqrt(own.variance) < most_uneven_of_target * own.scale;

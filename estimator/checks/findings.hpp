@@ -41,24 +41,35 @@ struct RowScore {
   void add(const RowScore& more);
 };
 
+// What the findings of a target add to its deviations, pattern's clock.
+struct Widening {
+  // By how much the delay at mid-frame and the range walk may be off: adds to their variances.
+  double off_delay_ns = 0, off_walk_ns = 0;
+  // The deviations that the photons themselves show, with a sure finding; else 0. The larger of
+  // these and the fit's is to be published.
+  double least_delay_ns = 0, least_walk_ns = 0;
+  double off_signal = 0, off_background = 0;  // parts of themselves
+};
+
 // What the photons say against the fitted model of a target, and what follows from it.
 struct Verdict {
   // The most likely finding first, then those that stay sure beside it, in the order of the table.
   FoundList found;
-  // By how much the findings imply that the delay at mid-frame and the range walk are off
-  // (pattern's clock): to be added to their deviations in quadrature.
-  double off_delay_ns = 0, off_walk_ns = 0;
-  // And the signal and the background, as parts of themselves.
-  double off_signal = 0, off_background = 0;
-  // The deviations that the photons themselves show, with a sure finding; else 0. The larger of
-  // these and the fit's is to be published.
-  double sandwich_delay_ns = 0, sandwich_walk_ns = 0;
+  Widening wider;
   // The target's gain over the background beside its own pulses, where more light is there than
   // chance has in one frame of a hundred; to be judged by the frame's threshold.
   std::optional<double> gain_beside_nats;
   bool is_doubtful = false;  // other light takes part in what was taken for the target: ambiguous
   bool is_wrong_pattern = false;  // no target: the light is not that of the pattern's pulses
-  std::array<RowScore, rows_with_directions> scores;
+
+  [[nodiscard]] bool is_no_target(double threshold_nats) const {
+    return is_wrong_pattern || (gain_beside_nats && *gain_beside_nats < threshold_nats);
+  }
+};
+
+// The statistics of a frame, sure or not; for many frames together.
+struct FrameScores {
+  std::array<RowScore, rows_with_directions> rows;
   SquareSum by_phase, by_phase_coarse, by_pulse;
 };
 
@@ -76,7 +87,7 @@ class Findings {
   const Verdict& judge(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,
                        const FitFacts& facts, const SeenParts& parts = seen_parts({}));
   // Of the target that was judged last.
-  [[nodiscard]] const Verdict& verdict() const { return verdict_; }
+  [[nodiscard]] const FrameScores& scores() const { return scores_; }
   [[nodiscard]] const ResidualMap& map() const { return map_; }
   [[nodiscard]] MapFit& fit() { return fit_; }
   // Of pulse p of a train of a single stretch, in the frame that was judged last.
@@ -122,6 +133,7 @@ class Findings {
   };
   std::array<Kernel, rows_with_directions> kernels_;  // of each row's functions of the time
   Verdict verdict_;
+  FrameScores scores_;
   std::array<Term, most_terms> terms_;  // those fitted, then the rows'
   std::size_t fitted_ = 0, size_ = 0;
   std::array<std::size_t, rows_with_directions> first_term_, row_terms_;

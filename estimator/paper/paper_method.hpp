@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
@@ -9,6 +10,7 @@
 #include "estimator/paper/emission_times.hpp"
 #include "estimator/paper/paper_likelihood.hpp"
 #include "estimator/paper/paper_start.hpp"
+#include "estimator/search/frame_search.hpp"
 #include "protocol/pattern.hpp"
 
 // The room paper/ is the method of [P] as [P] has it, to compare splid's own with: its
@@ -80,6 +82,10 @@ class PaperMethod {
   PaperMethod& operator=(const PaperMethod&) = delete;
 
   PaperResult estimate(const FrameView& view);
+  // The same as a start that is judged as a result of the search is: by the same likelihood, with
+  // the same deviations and the same threshold. frame: the folded view. The search runs too, for
+  // the odds of the range.
+  std::optional<Start> start(const FrameView& view, const FoldedFrame& frame, FrameSearch& search);
 
  private:
   const PulseShape& shape_;

@@ -18,6 +18,8 @@ namespace {
 constexpr double least_followed_gain = 0.5;
 constexpr double followed_margin_nats = 6;
 constexpr int most_followed = 20;
+// A followed target whose signal has changed by so many deviations is looked for anew.
+constexpr double changed_deviations = 4;
 
 // Design note: a look at all delays costs as much as everything else in a followed frame. The odds
 // of the frame's range grow as its gain does, at the odds for each nat of gain that the last
@@ -43,6 +45,7 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
     : train_(train),
       shape_(shape),
       maximizer_(maximizer),
+      must_bend_(scene.motion == Motion::accelerating),
       is_periodic_(pattern.mode == Mode::ambiguous),
       told_apart_ns_(is_periodic_ ? pattern.unambiguous_delay_ps * ns_per_ps : train.circle_ns),
       max_travel_ns_(max_travel_ns(scene, length_ns)),
@@ -84,11 +87,10 @@ void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_r
                                         scene.max_acceleration_mps2, max_photons, std::move(blind));
   const double bend_ns = bends_->max_bend_ns(length_ns);
   const bool too_many = bends_->looks(length_ns) > BendSearch::most_looks;
-  const bool must_bend = scene.motion == Motion::accelerating;
-  if (too_many && must_bend) {
+  if (too_many && must_bend_) {
     throw Error(Fault::usage, bends_->too_many_looks_text(length_ns));
   }
-  if (too_many || (!must_bend && bend_ns < least_bend_widths * shape_.width_ns())) {
+  if (too_many || (!must_bend_ && bend_ns < least_bend_widths * shape_.width_ns())) {
     bends_.reset();
     return;
   }
@@ -143,6 +145,13 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   start.model.targets[0].track.quadratic_ns = bends_ ? bend_ns / bend_per_quadratic : 0;
   if (!bends_) start.exact = fit;
   return start;
+}
+
+bool FrameSearch::has_changed(const TargetTrack& track, const likelihood::Maximum& now) {
+  constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
+  const double changed = now.model.targets[0].signal_per_pulse - track.signal_per_pulse;
+  const double deviation = std::hypot(std::sqrt(now.covariance(S, S)), track.std_signal_per_pulse);
+  return std::abs(changed) > changed_deviations * deviation;
 }
 
 void FrameSearch::remember(const FoldedFrame& frame, std::int64_t mid_ps, const Estimate& estimate,

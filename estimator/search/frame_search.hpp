@@ -51,6 +51,8 @@ class FrameSearch {
                 TargetTrack& track) const;
   // What a fit by other means is, beside the peaks of straight().
   Start judged(const FoldedFrame& frame, const FrameParameters& at);
+  // Whether a followed target's signal is not what it was.
+  static bool has_changed(const TargetTrack& track, const likelihood::Maximum& now);
 
   // The largest travel over a frame of nominal length.
   static double max_travel_ns(const SceneOptions& scene, double length_ns);
@@ -59,11 +61,16 @@ class FrameSearch {
   // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then
   // leads to the path too.
   [[nodiscard]] bool bends_little(double length_ns) const { return bends_->looks(length_ns) == 1; }
+  // Whether bent paths are what is looked for, and straight lines do not lead to them.
+  [[nodiscard]] bool must_bend(double length_ns) const {
+    return must_bend_ && may_bend() && !bends_little(length_ns);
+  }
   // The largest quadratic term of a path that is searched.
   [[nodiscard]] double most_quadratic_ns(double length_ns) const {
     return bends_->max_bend_ns(length_ns) / bend_per_quadratic;
   }
   [[nodiscard]] bool is_possible(const DelayTrack& track, double length_ns) const;
+  [[nodiscard]] bool is_periodic() const { return is_periodic_; }
   // The circle that delays are told apart on: equal delays modulo this are the same.
   [[nodiscard]] double told_apart_ns() const { return told_apart_ns_; }
   [[nodiscard]] double threshold_nats() const { return threshold_nats_; }
@@ -84,6 +91,7 @@ class FrameSearch {
   const PulseTrain& train_;
   const PulseShape& shape_;
   likelihood::Maximizer& maximizer_;
+  bool must_bend_;    // motion `accelerating`
   bool is_periodic_;  // mode `ambiguous`: delays are told apart within the unambiguous delay
   double told_apart_ns_;
   double max_travel_ns_;  // over a frame of nominal length

@@ -21,7 +21,8 @@ Fit fit_at(double delay_ns, double travel_ns) {
 }
 
 Estimate values_of(const Fit& fit, const FrameUnits& units = {length_ns, circle_ns, 1},
-                   const SyncFit& sync = {}, double bend_ns = 0, const Widening& wider = {}) {
+                   const SyncFit& sync = {}, double bend_ns = 0,
+                   const checks::Widening& wider = {}) {
   likelihood::Maximum at = maximum_of(fit);
   DelayTrack& track = at.model.targets[0].track;
   track.quadratic_ns = bend_ns / bend_per_quadratic;

@@ -52,7 +52,7 @@ TEST(Findings, AreNotSaidOfWhatTheModelHas) {
     judged.visit(frames, 7, [&](const Verdict& verdict) {
       said += !verdict.found.all().empty() ? 1 : 0;
       for (std::size_t row = 0; row < rows_with_directions; ++row) {
-        const RowScore& of_row = verdict.scores[row];
+        const RowScore& of_row = judged.findings.scores().rows[row];
         squares[row] += of_row.squares, degrees[row] += of_row.degrees;
         lean[row] += of_row.score[0] / std::sqrt(of_row.information[0] * frames);
       }
@@ -131,9 +131,9 @@ TEST(Findings, TellByHowMuchTheValuesAreOff) {
   judged.visit(test::times(40), 3, [&](const Verdict& verdict) {
     const double off = std::abs(judged.maximum.model.targets[0].track.delay_ns - 1898);
     const double std = std::sqrt(judged.maximum.covariance(0, 0));
-    EXPECT_GT(verdict.sandwich_delay_ns, 0.8 * std);
+    EXPECT_GT(verdict.wider.least_delay_ns, 0.8 * std);
     far += off > 5 * std ? 1 : 0;
-    far_after += off > 4 * std::hypot(std, verdict.off_delay_ns) ? 1 : 0;
+    far_after += off > 4 * std::hypot(std, verdict.wider.off_delay_ns) ? 1 : 0;
   });
   EXPECT_GT(far, test::times(20));
   EXPECT_EQ(far_after, 0);
@@ -196,7 +196,7 @@ TEST(FindingSums, SayWhatNoSingleFrameShows) {
     FindingSums sums(judged.findings);
     judged.visit(60, 11, [&](const Verdict& verdict) {
       EXPECT_TRUE(verdict.found.all().empty());
-      sums.add(verdict, judged.frame);
+      sums.add(judged.frame);
     });
     const FoundList all = sums.found();
     ASSERT_EQ(!all.all().empty(), is_wide);
@@ -219,7 +219,7 @@ TEST(FindingSums, AddTheGainsOfWhatChangesItsSign) {
   FindingSums sums(judged.findings);
   for (int n = 0; n < 60; ++n, phase += 1) {
     judged.visit(1, 100 + static_cast<std::uint64_t>(n),
-                 [&](const Verdict& verdict) { sums.add(verdict, judged.frame); });
+                 [&](const Verdict&) { sums.add(judged.frame); });
   }
   const FoundList all = sums.found();
   ASSERT_EQ(all.all().size(), 1U);

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+#include "estimator/checks/finding_sums.hpp"
+#include "estimator/checks/findings.hpp"
+#include "estimator/checks/stray_light.hpp"
+#include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/frame_view.hpp"
+
+namespace splid::checks {
+
+// What is looked for beyond the fitted model, in each frame and over the last ones.
+//
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
+class FrameChecks {
+ public:
+  // train, shape: outlive this. dead_time_ns: where it is modelled; else 0. reach_ns: of the
+  // frames.
+  FrameChecks(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
+              double dead_time_ns, double reach_ns);
+
+  // Judges each target of a fitted model. track_terms: that were free in the fit.
+  std::array<Verdict, most_targets> judge(const FrameView& view, const FoldedFrame& frame,
+                                          const likelihood::Maximum& fitted,
+                                          std::size_t track_terms);
+  // Takes the light at single places of the period out of a frame whose best target is none: a
+  // target may be beside it. target: of the frame that was judged last. Empty, and the frame is
+  // unchanged, where there is no such light.
+  std::optional<Finding> take_stray_light(FoldedFrame& frame, const DelayTrack& target);
+  // Gives a frame the light back that was taken out of it.
+  void put_back(FoldedFrame& frame);
+
+  // Adds the frame that was judged last to what the last 50 to 100 frames show together.
+  void sum_up(const FoldedFrame& frame);
+  [[nodiscard]] const FoundList& recent() const { return recent_; }
+
+ private:
+  Findings findings_;
+  std::array<FindingSums, 2> sums_;  // begun 50 frames apart
+  std::size_t older_ = 0;
+  FoundList recent_;
+  StrayLight stray_;
+  FoldedFrame cleaned_;
+};
+
+}  // namespace splid::checks

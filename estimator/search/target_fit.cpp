@@ -1,0 +1,124 @@
+#include "estimator/search/target_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace splid {
+namespace {
+
+// A travel of so many pulse widths needs no test whether there is any.
+constexpr double surely_moves_widths = 20;
+
+// A fitted width is known to better than a half.
+constexpr double most_uncertain_width = 0.5;
+
+}  // namespace
+
+TargetFit::TargetFit(FrameSearch& search, likelihood::Maximizer& maximizer, Motion motion,
+                     bool is_width_fitted, double width_ns)
+    : search_(search),
+      maximizer_(maximizer),
+      motion_(motion),
+      is_width_fitted_(is_width_fitted),
+      width_ns_(width_ns) {}
+
+likelihood::Maximum TargetFit::maximum_with(const likelihood::Model& model, std::size_t track_terms,
+                                            bool width_too) {
+  maximizer_.begin(*frame_);
+  likelihood::Maximum best =
+      maximizer_.maximize(model, {likelihood::free_set(model.count, track_terms, width_too)});
+  if (!search_.is_possible(best.model.targets[0].track, frame_->length_ns)) {
+    best.has_covariance = false;
+  }
+  return best;
+}
+
+FittedTarget TargetFit::fit(Look look, const Start& start, const FoldedFrame& frame) {
+  frame_ = &frame;
+  FittedTarget target;
+  target.start = start;
+  fit_path(look, target);
+  target.threshold_nats =
+      target.track_terms == 3 ? search_.bent_threshold_nats() : search_.threshold_nats();
+  target.odds_nats = start.odds_nats;
+  target.is_target = target.best.gain_nats >= target.threshold_nats && target.best.has_covariance;
+  if (!target.is_target) return target;
+  if (target.track_terms == 3) {
+    // The prior of a path that may bend is spread over all bends.
+    const double variance = target.best.covariance(likelihood::quadratic, likelihood::quadratic);
+    const double share =
+        std::sqrt(2 * std::numbers::pi * variance) / search_.most_quadratic_ns(frame.length_ns) / 2;
+    target.odds_nats += std::min(0.0, std::log(share));
+  }
+  if (!search_.moves() && moves_after_all(target)) target.is_target = false;
+  if (is_width_fitted_ && target.is_target) fit_width(target);
+  return target;
+}
+
+FittedTarget TargetFit::fit_anew(Look look, const FittedTarget& before, const FoldedFrame& frame) {
+  Start start = before.start;
+  start.model = before.best.model;
+  const DelayTrack& at = start.model.targets[0].track;
+  const DelayLine line = {at.delay_ns, at.walk_ns};
+  start.exact = search_.moves() ? search_.targets().fit_moving(frame, line)
+                                : search_.targets().fit_at_rest(frame, line.delay_ns);
+  return fit(look, start, frame);
+}
+
+void TargetFit::fit_path(Look look, FittedTarget& target) {
+  const bool is_bent = motion_ == Motion::accelerating && search_.may_bend();
+  target.track_terms = is_bent ? 3 : search_.moves() ? 2 : 1;
+  const Start& start = target.start;
+  if (is_bent) {
+    target.best = maximum_with(start.model, target.track_terms);
+  } else if (look != Look::bent) {
+    target.best = start.exact ? maximum_of(*start.exact) : maximum_with(start.model, 2);
+  }
+  if (motion_ == Motion::automatic && search_.moves()) fit_richer_path(look, target);
+}
+
+// Motion `auto`: the path bends, or the target moves, where the photons say so at three deviations.
+void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
+  const double straight_nats = look == Look::bent ? 0 : target.best.gain_nats;
+  if (search_.may_bend()) {
+    const likelihood::Maximum bent = maximum_with(target.start.model, 3);
+    const double least_nats =
+        std::max(search_.bent_threshold_nats(), straight_nats + nats_for_richer_path);
+    if (look == Look::bent || (bent.has_covariance && bent.gain_nats >= least_nats)) {
+      target.best = bent;
+      target.track_terms = 3;
+      return;
+    }
+  }
+  const DelayTrack& track = target.best.model.targets[0].track;
+  if (std::abs(track.walk_ns) > surely_moves_widths * width_ns_) return;
+  const likelihood::Maximum rest =
+      maximum_of(search_.targets().fit_at_rest(*frame_, track.delay_ns));
+  if (target.best.gain_nats - rest.gain_nats >= nats_for_richer_path) return;
+  target.best = rest;
+  target.track_terms = 1;
+}
+
+// Where photons are too few to tell the width, it stays as configured.
+void TargetFit::fit_width(FittedTarget& target) {
+  const likelihood::Maximum fitted = maximum_with(target.best.model, target.track_terms, true);
+  constexpr auto w = static_cast<Eigen::Index>(likelihood::width_place(1));
+  if (!fitted.has_covariance || std::abs(fitted.model.log_width) > std::log(most_width) - 1e-3 ||
+      !(std::sqrt(fitted.covariance(w, w)) < most_uncertain_width)) {
+    return;
+  }
+  const double gain_nats = target.best.gain_nats;
+  target.best = fitted;
+  target.best.gain_nats = gain_nats;  // the threshold is that of a pulse as configured
+}
+
+// Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
+// then be far too small.
+bool TargetFit::moves_after_all(const FittedTarget& target) {
+  const DelayTrack& track = target.best.model.targets[0].track;
+  return search_.targets().fit_moving(*frame_, {track.delay_ns, track.walk_ns}).gain_nats >
+         target.best.gain_nats + TargetSearch::nats_for_motion_at_rest;
+}
+
+}  // namespace splid

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/options.hpp"
+#include "estimator/search/frame_search.hpp"
+
+namespace splid {
+
+// A target that a look has found, fitted with what the scene asks for.
+struct FittedTarget {
+  Start start;
+  likelihood::Maximum best;
+  std::size_t track_terms = 2;  // free: delay, range walk, quadratic term
+  double threshold_nats = 0;
+  double odds_nats = 0;  // of the range
+  bool is_target = false;
+};
+
+// Fits what a look has found: the path at rest, straight or bent as the scene says (motion `auto`:
+// as the photons say), and the pulse's width where it is asked for.
+//
+// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
+// max_photons.
+class TargetFit {
+ public:
+  static constexpr double most_width = 4;  // widths are fitted up to 4 times the configured width
+  // So much must a richer path gain. 4.5 nats are three standard deviations of the velocity, or of
+  // the acceleration.
+  static constexpr double nats_for_richer_path = 4.5;
+
+  // search, maximizer: outlive this. width_ns: of the configured pulse.
+  TargetFit(FrameSearch& search, likelihood::Maximizer& maximizer, Motion motion,
+            bool is_width_fitted, double width_ns);
+
+  [[nodiscard]] FittedTarget fit(Look look, const Start& start, const FoldedFrame& frame);
+  // The same, where the frame has got its blind time since.
+  [[nodiscard]] FittedTarget fit_anew(Look look, const FittedTarget& before,
+                                      const FoldedFrame& frame);
+
+ private:
+  void fit_path(Look look, FittedTarget& target);
+  void fit_richer_path(Look look, FittedTarget& target);
+  void fit_width(FittedTarget& target);
+  [[nodiscard]] likelihood::Maximum maximum_with(const likelihood::Model& model,
+                                                 std::size_t track_terms, bool width_too = false);
+  [[nodiscard]] bool moves_after_all(const FittedTarget& target);
+
+  FrameSearch& search_;
+  likelihood::Maximizer& maximizer_;
+  Motion motion_;
+  bool is_width_fitted_;
+  double width_ns_;
+  const FoldedFrame* frame_ = nullptr;
+};
+
+}  // namespace splid
