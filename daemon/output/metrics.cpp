@@ -60,6 +60,24 @@ std::array<Gauge*, N> states(Registry& registry, const char* name, const char* h
   return all;
 }
 
+constexpr std::array<const char*, 9> measurements = {
+    "ok",        "no_target",     "ambiguous", "incomplete", "no_sync",
+    "saturated", "wrong_pattern", "no_signal", "none"};
+
+std::array<Gauge*, measurements.size()> gauges_of_measurement(Registry& registry) {
+  std::array<Gauge*, measurements.size()> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = &gauge(registry, "splid_measurement", "1 for what comes of the last second's frames",
+                    {{"state", measurements[i]}});
+  }
+  return all;
+}
+
+void show_measurement(const std::array<Gauge*, measurements.size()>& all,
+                      const std::string& measurement) {
+  for (std::size_t i = 0; i < all.size(); ++i) all[i]->Set(measurement == measurements[i] ? 1 : 0);
+}
+
 template <class State, std::size_t N>
 void show(const std::array<Gauge*, N>& all, State state) {
   for (std::size_t i = 0; i < N; ++i) all[i]->Set(static_cast<std::size_t>(state) == i ? 1 : 0);
@@ -110,10 +128,45 @@ struct Metrics::Series {
       drivers.push_back(&counter(*registry, source.name, source.help, source.labels));
     }
     show(state, DaemonState::starting);
+    show_measurement(measurement, "none");
+    show_values({});
+    age.Set(unknown);
     show(device, DeviceState::connected);
   }
 
+  void show_values(const FrameMessage& valid) const {
+    const auto set = [](Gauge& shown, const std::optional<double>& value) {
+      shown.Set(value.value_or(unknown));
+    };
+    set(distance, valid.distance_m);
+    set(distance_std, valid.std_distance_m);
+    set(velocity, valid.velocity_mps);
+    set(velocity_std, valid.std_velocity_mps);
+    set(signal, valid.signal_per_pulse);
+    set(signal_std, valid.std_signal_per_pulse);
+    set(background, valid.background_per_s);
+    set(background_std, valid.std_background_per_s);
+  }
+
   std::shared_ptr<Registry> registry = std::make_shared<Registry>();
+
+  Gauge& distance = gauge(*registry, "splid_distance_meters", "Distance of the last valid frame");
+  Gauge& distance_std =
+      gauge(*registry, "splid_distance_std_meters", "Standard deviation of that distance");
+  Gauge& velocity = gauge(*registry, "splid_velocity_meters_per_second",
+                          "Radial velocity of the last valid frame, positive away");
+  Gauge& velocity_std = gauge(*registry, "splid_velocity_std_meters_per_second",
+                              "Standard deviation of that velocity");
+  Gauge& signal = gauge(*registry, "splid_signal_counts_per_pulse",
+                        "Signal of the last valid frame, for a pulse of amplitude 1");
+  Gauge& signal_std =
+      gauge(*registry, "splid_signal_std_counts_per_pulse", "Standard deviation of that signal");
+  Gauge& background =
+      gauge(*registry, "splid_background_counts_per_second", "Background of the last valid frame");
+  Gauge& background_std = gauge(*registry, "splid_background_std_counts_per_second",
+                                "Standard deviation of that background");
+  Gauge& age = gauge(*registry, "splid_valid_frame_age_seconds",
+                     "Time since the last valid frame was published");
 
   std::array<Counter*, 7> frames = frames_by_status(*registry);
   Counter& lowered = counter(*registry, "splid_frames_effort_lowered_total",
@@ -156,6 +209,7 @@ struct Metrics::Series {
 
   std::array<Gauge*, 5> state =
       states<DaemonState, 5>(*registry, "splid_state", "1 for the state that the daemon is in");
+  std::array<Gauge*, measurements.size()> measurement = gauges_of_measurement(*registry);
   std::array<Gauge*, 3> device = states<DeviceState, 3>(
       *registry, "splid_device_state", "1 for the state that the instrument is in");
   Counter& refused = counter(*registry, "splid_connections_refused_total",
@@ -200,6 +254,10 @@ void Metrics::frame_published(const FrameMessage& message, bool effort_is_lowere
   Series& series = *series_;
   series.frames.at(static_cast<std::size_t>(message.status))->Increment();
   if (effort_is_lowered) series.lowered.Increment();
+  if (message.valid()) {
+    series.show_values(message);
+    valid_ns_ = clock_.steady_ns();
+  }
   if (message.latency_ms) series.latency.Observe(*message.latency_ms * 1e-3);
   if (message.compute_ms) series.compute.Observe(*message.compute_ms * 1e-3);
   const FrameMessage::Sync sync = message.sync.value_or(FrameMessage::Sync{});
@@ -240,6 +298,8 @@ void Metrics::refresh(const StatusMessage& status, const StreamCounters& counter
   }
   series.ring_fill.Set(std::exchange(highest_fill_, 0));
   show(series.state, status.state);
+  show_measurement(series.measurement, status.measurement);
+  if (valid_ns_) series.age.Set(static_cast<double>(clock_.steady_ns() - *valid_ns_) * 1e-9);
   show(series.device, status.device);
   for (std::size_t i = 0; i < std::min(series.drivers.size(), counters.source.size()); ++i) {
     raise(*series.drivers[i], counters.source[i].value);

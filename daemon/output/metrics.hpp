@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,7 @@ class Metrics {
   const security::Refusals* refusals_;
   std::function<std::uint64_t()> dropped_ = [] { return 0; };
   double highest_fill_ = 0;
+  std::optional<std::int64_t> valid_ns_;  // of the last valid frame
   std::int64_t next_ns_ = 0;
 };
 

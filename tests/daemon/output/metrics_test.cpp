@@ -65,11 +65,52 @@ TEST_F(MetricsTest, BeginAtZeroWithEverySeriesThere) {
   }
   EXPECT_EQ(text("splid_usb_transfers_total{status=\"stall\"}"), 0);
   EXPECT_EQ(text("splid_state{state=\"starting\"}"), 1);
+  EXPECT_EQ(text("splid_measurement{state=\"none\"}"), 1);
   EXPECT_EQ(text("splid_device_state{state=\"connected\"}"), 1);
   EXPECT_TRUE(std::isnan(text("splid_sync_drift_ratio")));
   EXPECT_EQ(text.types.at("splid_frame_latency_seconds"), "histogram");
   EXPECT_EQ(text.types.at("splid_tags_total"), "counter");
   EXPECT_EQ(text.types.at("splid_ring_fill_ratio"), "gauge");
+}
+
+// The values stand while frames are not valid, and their age says so.
+TEST_F(MetricsTest, HaveTheLastValidValuesAndTheirAge) {
+  Metrics metrics = make();
+  const auto values = [&] {
+    const MetricsText text(metrics.text());
+    std::vector<double> found;
+    for (const char* name :
+         {"splid_distance_meters", "splid_distance_std_meters", "splid_velocity_meters_per_second",
+          "splid_velocity_std_meters_per_second", "splid_signal_counts_per_pulse",
+          "splid_signal_std_counts_per_pulse", "splid_background_counts_per_second",
+          "splid_background_std_counts_per_second", "splid_valid_frame_age_seconds"}) {
+      found.push_back(text(name));
+    }
+    return found;
+  };
+  EXPECT_THAT(values(), testing::Each(testing::IsNan()));
+  FrameMessage frame;
+  frame.status = FrameStatus::ok;
+  frame.distance_m = 284.5;
+  frame.std_distance_m = 5e-4;
+  frame.velocity_mps = -3;
+  frame.std_velocity_mps = 0.02;
+  frame.signal_per_pulse = 1.5e-3;
+  frame.std_signal_per_pulse = 2e-5;
+  frame.background_per_s = 2e5;
+  frame.std_background_per_s = 1e3;
+  metrics.frame_published(frame, false);
+  frame.status = FrameStatus::saturated;
+  frame.distance_m = 1;
+  metrics.frame_published(frame, false);
+  clock.advance_ms(2500);
+  StatusMessage status;
+  status.measurement = "saturated";
+  metrics.refresh(status, {});
+  EXPECT_THAT(values(), ElementsAre(284.5, 5e-4, -3, 0.02, 1.5e-3, 2e-5, 2e5, 1e3, 2.5));
+  const MetricsText text(metrics.text());
+  EXPECT_EQ(text("splid_measurement{state=\"saturated\"}"), 1);
+  EXPECT_EQ(text.sum("splid_measurement"), 1);
 }
 
 TEST_F(MetricsTest, CountFramesInBaseUnits) {
