@@ -1,5 +1,6 @@
 #include "protocol/status_json.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -33,6 +34,14 @@ const char* to_string(RecordingState state) {
 
 const char* to_string(DaemonState state) {
   return daemon_state_names.at(static_cast<std::size_t>(state));
+}
+
+std::string headline(const std::string& state, const std::string& measurement) {
+  const bool is_degraded = state == to_string(DaemonState::degraded);
+  std::string words = state;
+  if (is_degraded || state == to_string(DaemonState::streaming)) words = measurement;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return is_degraded && measurement == "ok" ? words + ", degraded" : words;
 }
 
 std::string to_json(const StatusMessage& message) {

@@ -66,6 +66,11 @@ struct VersionMessage {
   Mode mode = Mode::baseline;
 };
 
+// What people see first, of a status's two members: the measurement while frames come out, with
+// "degraded" beside it where nothing else says that something is wrong, and otherwise the state.
+// "ok", "no target", "ok, degraded", "waiting for device".
+std::string headline(const std::string& state, const std::string& measurement);
+
 inline constexpr const char* topic_status = "status";
 inline constexpr const char* topic_version = "version";
 

@@ -95,22 +95,25 @@ void print_status(const control::Reply& reply) {
   const auto text = [&status](const char* key) {
     return shown_text(status.value(key, ""), most_said);
   };
-  const std::string reason = text("reason");
-  std::printf("state      %s%s%s\n", text("state").c_str(), reason.empty() ? "" : ": ",
-              reason.c_str());
-  std::printf("source     %s, %s\n", text("source").c_str(), text("device").c_str());
-  if (const std::string name = text("device_name"); !name.empty()) {
-    std::printf("instrument %s\n", name.c_str());
+  const auto line = [](const char* name, const std::string& words) {
+    if (!words.empty()) std::printf("%-11s %s\n", name, words.c_str());
+  };
+  line("state", text("state"));
+  line("measurement", text("measurement"));
+  line("reason", text("reason"));
+  for (const auto& finding : findings_from_json(reply.find("status"))) {
+    line("finding", shown_text(with_advice(finding), most_said));
   }
-  std::printf("frames     %s, %s with a target\n", count_of(status, "frames").c_str(),
-              count_of(status, "valid_frames").c_str());
-  std::printf("tags       %s, %s lost\n", count_of(status, "tags").c_str(),
-              count_of(status, "lost_tags").c_str());
+  line("source", text("source") + ", " + text("device"));
+  line("instrument", text("device_name"));
+  line("frames",
+       count_of(status, "frames") + ", " + count_of(status, "valid_frames") + " with a target");
+  line("tags", count_of(status, "tags") + ", " + count_of(status, "lost_tags") + " lost");
   const std::string file = text_of(reply, "file");
-  std::printf("recording  %s%s%s\n", reply.find("recording") == "true" ? "yes" : "no",
-              file.empty() ? "" : ": ", file.c_str());
+  line("recording",
+       (reply.find("recording") == "true" ? "yes" : "no") + (file.empty() ? "" : ": " + file));
   if (const std::string doing = text_of(reply, "doing"); !doing.empty()) {
-    std::printf("doing      %s %s\n", doing.c_str(), text_of(reply, "progress").c_str());
+    line("doing", doing + " " + text_of(reply, "progress"));
   }
 }
 

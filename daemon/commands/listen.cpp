@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/read_file.hpp"
@@ -137,9 +138,33 @@ class Listening {
     } else if (is_among(options_.topics, message.topic)) {
       print(options_.json ? message.json : message.topic + " " + message.json);
     }
-    if (message.topic != topic_status) return;
-    tell_findings(findings_from_json(message.json));
-    if (is_stopping(message.json)) done_ = true;
+    if (message.topic == topic_status) take_status(message.json);
+  }
+
+  void take_status(const std::string& json) {
+    const auto status = json_value_if_any(json);
+    if (!status.is_object()) return;
+    const auto text = [&](const char* name) {
+      const auto at = status.find(name);
+      return at != status.end() && at->is_string() ? at->get<std::string>() : std::string{};
+    };
+    tell_measurement(text("state"), text("measurement"), text("reason"));
+    tell_findings(findings_from_json(json));
+    if (text("state") == to_string(DaemonState::stopping)) done_ = true;
+  }
+
+  // Each turn once; that all is well is news only after something else, and that it starts or
+  // stops is not news by itself.
+  void tell_measurement(const std::string& state, const std::string& measurement,
+                        const std::string& reason) {
+    const bool is_end = state == to_string(DaemonState::stopping);
+    if (state == to_string(DaemonState::starting) || (is_end && reason.empty())) return;
+    const std::string words = headline(state, measurement);
+    const bool is_first = headline_.empty();
+    if (words == std::exchange(headline_, words)) return;
+    if (is_first && words == "ok") return;
+    std::fprintf(stderr, "splid: %s\n",
+                 shown_text(words + (reason.empty() ? "" : ": " + reason), most_said).c_str());
   }
 
   // Each once, until the status no longer has it.
@@ -174,12 +199,6 @@ class Listening {
       }
       return std::nullopt;
     }
-  }
-
-  static bool is_stopping(const std::string& json) {
-    const auto status = json_value_if_any(json);
-    return status.is_object() && status.contains("state") &&
-           status["state"] == to_string(DaemonState::stopping);
   }
 
   void print(const std::string& line) {
@@ -228,7 +247,8 @@ class Listening {
   LineWriter out_{stdout, "standard output"};
   std::optional<TruthScore> score_;
   std::int64_t heard_ns_ = 0;
-  std::vector<std::string> told_;  // names of the last status's findings
+  std::string headline_;           // of the last status
+  std::vector<std::string> told_;  // names of its findings
   std::uint64_t shown_ = 0;        // messages printed
   std::uint64_t unread_ = 0;       // messages that cannot be read
   bool done_ = false;

@@ -43,16 +43,23 @@ void LastSecond::end() {
   judge_measurement();
   judge_findings();
   explain();
+  was_empty_ = now_.frames == 0;
   now_ = {};
 }
 
+void LastSecond::look() {
+  if (!was_empty_ || now_.frames == 0) return;
+  judge_measurement();
+  explain();
+}
+
 void LastSecond::judge_measurement() {
-  auto& frames_of = now_.measurements;
+  auto frames_of = now_.measurements;
   const std::string ok = to_string(FrameStatus::ok);
   if (2 * frames_of[ok] <= now_.frames && frames_of.size() > 1) frames_of.erase(ok);
   const auto most = std::max_element(frames_of.begin(), frames_of.end(),
                                      [](auto& a, auto& b) { return a.second < b.second; });
-  measurement_ = now_.frames == 0 ? "none" : most->first;
+  measurement_ = now_.frames == 0 ? none : most->first;
   contradicts_pattern_ = now_.frames > 0 && measurement_ == now_.pattern_name;
 }
 
@@ -74,18 +81,27 @@ void LastSecond::judge_findings() {
                    [](const auto& a, const auto& b) { return a.gain_nats > b.gain_nats; });
 }
 
+std::string LastSecond::why_ambiguous() const {
+  if (2 * now_.unsure < now_.measurements.at(measurement_)) {
+    return "the pattern's mode is ambiguous: distances repeat with its period; a pattern of mode "
+           "interleaved, random or mrr tells the range";
+  }
+  return fmt::format(
+      "{} of the last {} frames are ambiguous: their photons fit another range nearly as well "
+      "(range_odds_nats); more light, longer frames or a pattern with lower side lobes tell them "
+      "apart (splid check says how many signal photons this pattern takes)",
+      now_.unsure, now_.valid);
+}
+
 void LastSecond::explain() {
   why_.clear();
   of_cost_.clear();
   if (contradicts_pattern_) {
     why_ = "the photons contradict the pattern: " + now_.findings[now_.pattern_name].last.advice;
-  } else if (now_.unsure > 0 && 2 * now_.unsure >= now_.valid) {
-    why_ = fmt::format(
-        "{} of the last {} frames are ambiguous: their photons fit another range "
-        "nearly as well (range_odds_nats); more light, longer frames or a pattern "
-        "with lower side lobes tell them apart (splid check says how many signal "
-        "photons this pattern takes)",
-        now_.unsure, now_.valid);
+  } else if (measurement_ == none) {
+    why_ = no_frame;
+  } else if (measurement_ == to_string(FrameStatus::ambiguous)) {
+    why_ = why_ambiguous();
   } else if (measurement_ == no_signal) {
     why_ = "the last frames have no photon: look at channels.photon and at the detector";
   } else if (measurement_ == to_string(FrameStatus::no_target)) {

@@ -24,14 +24,16 @@ class LastSecond {
   void add(const FrameMessage& message, const Findings& recent);
   // What is below is that of the frames since the last call from here on.
   void end();
+  // The same at once after seconds without a frame, for all but the findings.
+  void look();
   [[nodiscard]] bool has_frames() const { return now_.frames > 0; }
 
   // `ok` where most frames are; else what most of the others are: the status of a frame, the name
   // of the finding that its photons contradict the pattern, or `no_signal` where it has no photon.
   // `none` without a frame.
   [[nodiscard]] const std::string& measurement() const { return measurement_; }
-  // A sentence that says why it is not ok, and one that says why frames cost more than they last;
-  // empty where there is nothing to say.
+  // A sentence that says why it is not ok, empty where the status of frames says it (incomplete,
+  // no_sync, saturated); and one that says why frames cost more than they last.
   [[nodiscard]] const std::string& why() const { return why_; }
   [[nodiscard]] const std::string& of_cost() const { return of_cost_; }
   // Those that half of the frames with a target have, or half of all where none with a target has
@@ -57,12 +59,16 @@ class LastSecond {
   void judge_measurement();
   void judge_findings();
   void explain();
+  [[nodiscard]] std::string why_ambiguous() const;
 
   double threads_;
   Second now_;
-  std::string measurement_ = "none", why_, of_cost_;
+  static constexpr const char* none = "none";
+  static constexpr const char* no_frame = "no frame has come";
+  std::string measurement_ = none, why_ = no_frame, of_cost_;
   Findings findings_;
   bool contradicts_pattern_ = false;
+  bool was_empty_ = true;  // the last second
 };
 
 }  // namespace splid

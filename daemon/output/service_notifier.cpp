@@ -10,6 +10,10 @@ namespace {
 constexpr std::int64_t notice_interval_ns = 1'000'000'000;
 constexpr std::int64_t ns_per_us = 1000;
 
+std::string headline_of(const StatusMessage& status) {
+  return headline(to_string(status.state), status.measurement);
+}
+
 }  // namespace
 
 ServiceNotifier::ServiceNotifier(const Clock& clock) : clock_(clock) {
@@ -48,7 +52,7 @@ void ServiceNotifier::reloaded() { sd_notify(0, "READY=1"); }
 // At most once a second, since the count of frames changes with every frame.
 void ServiceNotifier::send_status(const StatusMessage& status) {
   const std::int64_t now_ns = clock_.steady_ns();
-  const std::string said = std::string(to_string(status.state)) + status.reason;
+  const std::string said = headline_of(status) + status.reason;
   if (said == told_ && now_ns - told_ns_ < notice_interval_ns) return;
   told_ = said;
   told_ns_ = now_ns;
@@ -56,9 +60,9 @@ void ServiceNotifier::send_status(const StatusMessage& status) {
 }
 
 std::string in_words(const StatusMessage& status) {
-  std::string text = std::string(to_string(status.state)) + ": " + grouped(status.frames) +
-                     " frames, " + grouped(status.valid_frames) + " with a target, " +
-                     grouped(status.lost_tags) + " tags lost";
+  std::string text = headline_of(status) + ": " + grouped(status.frames) + " frames, " +
+                     grouped(status.valid_frames) + " with a target, " + grouped(status.lost_tags) +
+                     " tags lost";
   if (!status.reason.empty()) text += "; " + status.reason;
   return text;
 }

@@ -39,7 +39,7 @@ class ServiceNotifier {
   std::string told_;
 };
 
-// "streaming: 1,200 frames, 1,190 with a target; last words of the reason".
+// "ok: 1,200 frames, 1,190 with a target, 0 tags lost; the reason".
 std::string in_words(const StatusMessage& status);
 
 }  // namespace splid

@@ -73,7 +73,7 @@ void StatusReporter::begin(const SourceInfo& source) {
   stream_.started_ns = clock_.steady_ns();
   second_ends_ns_ = stream_.started_ns + ns_per_s;
   status_.state = DaemonState::starting;
-  status_.reason.clear();
+  status_.reason = second_.why();
   status_.device = DeviceState::connected;
   status_.device_name.clear();
   version_.timestamp_s = timestamp_s();
@@ -93,10 +93,13 @@ void StatusReporter::frame_published(const FrameMessage& message,
   stream_.ring_needed =
       splid::ring_needed(message.photons.value_or(0), message.lost_tags.value_or(0),
                          most_photons(ring_capacity_, stream_.source.live));
-  stream_.knew_blind_time = message.blind_fraction.has_value();
-  stream_.is_beyond_model = message.blind_fraction &&
-                            is_beyond_model(*message.blind_fraction,
-                                            message.signal_per_pulse.value_or(0) * mean_amplitude_);
+  if (message.status == FrameStatus::saturated) {
+    stream_.knew_blind_time = message.blind_fraction.has_value();
+    stream_.is_beyond_model =
+        message.blind_fraction &&
+        is_beyond_model(*message.blind_fraction,
+                        message.signal_per_pulse.value_or(0) * mean_amplitude_);
+  }
   if (!is_disturbed_frame()) stream_.disturbed_until_ns = 0;
   second_.add(message, recent);
   stream_.last_effort = message.effort.value_or(configured_effort_);
@@ -104,6 +107,7 @@ void StatusReporter::frame_published(const FrameMessage& message,
 }
 
 void StatusReporter::tick(const StreamHealth& health) {
+  second_.look();
   highest_fill_ = std::max(highest_fill_, health.ring_fill_ratio);
   for (const DeviceReport& report : health.device_reports) {
     stream_.device = report;
@@ -223,6 +227,7 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
     disturb();
   } else if (stream_.last_frame == FrameStatus::not_run) {
     status_.state = DaemonState::starting;
+    status_.reason = second_.why();
   } else if (is_disturbed_frame()) {
     // The driver's own words, where it has said any, go before this sentence.
     status_.state = DaemonState::degraded;
@@ -230,39 +235,54 @@ void StatusReporter::judge_stream(const StreamHealth& health) {
       status_.reason =
           "the last frame spans a time in which " + stream_.source.name + " sent nothing";
     }
-  } else if (reason_of(stream_.last_frame) != nullptr) {
-    status_.state = DaemonState::degraded;
-    status_.reason = reason_of_last_frame(health);
-  } else if (second_.contradicts_pattern()) {
-    status_.state = DaemonState::degraded;
-    status_.reason = second_.why();
-  } else if (effort_is_lowered()) {
-    status_.state = DaemonState::degraded;
-    status_.reason = "estimation is slower than the frames come: its effort is lowered to " +
-                     stream_.last_effort + " until it keeps up";
   } else {
-    const bool falls_behind = stream_.source.live && !second_.of_cost().empty();
-    status_.state = falls_behind ? DaemonState::degraded : DaemonState::streaming;
-    status_.reason = second_.of_cost();
-    add_reason(second_.why());
-    if (!second_.findings().empty()) add_reason(with_advice(second_.findings().front()));
+    judge_frames(health);
   }
 }
 
-std::string StatusReporter::reason_of_last_frame(const StreamHealth& health) const {
+// What keeps the measurement from being ok first, then what it costs, then the surest finding.
+void StatusReporter::judge_frames(const StreamHealth& health) {
+  const bool last_is_bad = reason_of(stream_.last_frame) != nullptr;
+  const bool falls_behind = stream_.source.live && !second_.of_cost().empty();
+  const bool is_well =
+      !last_is_bad && !second_.contradicts_pattern() && !effort_is_lowered() && !falls_behind;
+  status_.state = is_well ? DaemonState::streaming : DaemonState::degraded;
+  const std::string& measurement = second_.measurement();
+  if (last_is_bad) status_.reason = reason_of_frame(stream_.last_frame, health);
+  if (!last_is_bad || measurement != to_string(stream_.last_frame)) {
+    add_reason(reason_of_measurement(health));
+  }
+  if (effort_is_lowered()) {
+    add_reason("estimation is slower than the frames come: its effort is lowered to " +
+               stream_.last_effort + " until it keeps up");
+  } else {
+    add_reason(second_.of_cost());
+  }
+  if (!last_is_bad && !second_.contradicts_pattern() && !second_.findings().empty()) {
+    add_reason(with_advice(second_.findings().front()));
+  }
+}
+
+std::string StatusReporter::reason_of_measurement(const StreamHealth& health) const {
+  for (const FrameStatus status :
+       {FrameStatus::no_sync, FrameStatus::incomplete, FrameStatus::saturated}) {
+    if (second_.measurement() == to_string(status)) return reason_of_frame(status, health);
+  }
+  return second_.why();
+}
+
+std::string StatusReporter::reason_of_frame(FrameStatus status, const StreamHealth& health) const {
   if (health.clock_is_at_its_end) {
     return "the tagger's clock is within 5 h of the end of 63 bits of picoseconds, and all tags "
            "are "
            "lost: set the clock to zero";
   }
-  if (stream_.last_frame == FrameStatus::no_sync && !health.sync_fault.empty()) {
-    return health.sync_fault;
-  }
-  if (stream_.last_frame == FrameStatus::incomplete && stream_.ring_needed > 0) {
+  if (status == FrameStatus::no_sync && !health.sync_fault.empty()) return health.sync_fault;
+  if (status == FrameStatus::incomplete && stream_.ring_needed > 0) {
     return advice_on_room(stream_.ring_needed);
   }
-  std::string reason = reason_of(stream_.last_frame);
-  if (stream_.last_frame != FrameStatus::saturated) return reason;
+  std::string reason = reason_of(status);
+  if (status != FrameStatus::saturated) return reason;
   if (!dead_time_left_out_by_.empty()) {
     reason =
         "so much light that the detector's dead time biases the values, and it is not modelled "

@@ -110,8 +110,10 @@ class StatusReporter {
   void judge_device(const StreamHealth& health);
   void disturb();
   [[nodiscard]] bool is_disturbed_frame() const;
-  [[nodiscard]] std::string reason_of_last_frame(const StreamHealth& health) const;
+  [[nodiscard]] std::string reason_of_frame(FrameStatus status, const StreamHealth& health) const;
+  [[nodiscard]] std::string reason_of_measurement(const StreamHealth& health) const;
   void judge_stream(const StreamHealth& health);
+  void judge_frames(const StreamHealth& health);
   [[nodiscard]] bool is_turned(const StreamHealth& health) const;
   void publish(const StreamHealth& health);
   [[nodiscard]] double timestamp_s() const;
@@ -125,8 +127,9 @@ class StatusReporter {
     std::int64_t notice_ends_ns = 0;
     FrameStatus last_frame = FrameStatus::not_run;
     std::uint64_t ring_needed = 0;  // that frame: see ring_needed()
-    bool knew_blind_time = false;   // that frame: the dead time was modelled
-    bool is_beyond_model = false;   // that frame: there was more light than that is for
+    // Of the last frame that was saturated.
+    bool knew_blind_time = false;  // the dead time was modelled
+    bool is_beyond_model = false;  // there was more light than that is for
     // Until then the instrument was away, or has only just come back, and no frame has been whole
     // since: what frames lack is due to its absence.
     std::int64_t disturbed_until_ns = 0;

@@ -63,9 +63,13 @@ std::string painted_and_cut(const std::string& word, const char* colour, const s
   return with_colour ? colour + shown + plain + after : shown + after;
 }
 
-const char* colour_of(const std::string& state) {
-  if (state == to_string(DaemonState::streaming)) return green;
-  return state == to_string(DaemonState::degraded) ? red : yellow;
+// Of a status: green only where frames are ok and nothing else is wrong.
+const char* colour_of(const std::string& state, const std::string& measurement) {
+  if (state == to_string(DaemonState::streaming) && measurement == "ok") return green;
+  const bool frames_come =
+      state == to_string(DaemonState::streaming) || state == to_string(DaemonState::degraded);
+  const bool hold = measurement == "ok" || measurement == to_string(FrameStatus::ambiguous);
+  return frames_come && !hold ? red : yellow;
 }
 
 const char* colour_of(FrameStatus status) {
@@ -152,9 +156,16 @@ void WatchPicture::take_frame(const std::string& json) {
 }
 
 void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, bool colour) const {
-  const std::string state = !trouble_.empty() ? "no connection" : status_ ? status_->state : "-";
-  const char* paint = trouble_.empty() ? colour_of(state) : red;
-  to.push_back(painted_and_cut(state, paint,
+  std::string head = "-";
+  const char* paint = yellow;
+  if (!trouble_.empty()) {
+    head = "no connection";
+    paint = red;
+  } else if (status_) {
+    head = headline(status_->state, status_->measurement);
+    paint = colour_of(status_->state, status_->measurement);
+  }
+  to.push_back(painted_and_cut(head, paint,
                                fmt::format("  {}{}{}  Ctrl-C ends", endpoint_,
                                            pattern_.empty() ? "" : "  pattern " + pattern_,
                                            release_.empty() ? "" : "  splid " + release_),
@@ -164,8 +175,9 @@ void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, b
   for (const FrameMessage::Finding& finding : status_->findings) {
     to.push_back(with_advice(finding));
   }
-  to.push_back(fmt::format("measurement {}   device {}{}{}", status_->measurement, status_->device,
-                           status_->device_name.empty() ? "" : ": ", status_->device_name));
+  to.push_back(fmt::format(
+      "{} {}   device {}{}{}", trouble_.empty() ? "state" : "last heard:", status_->state,
+      status_->device, status_->device_name.empty() ? "" : ": ", status_->device_name));
   to.push_back(counts());
   to.push_back(recording());
 }

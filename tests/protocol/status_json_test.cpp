@@ -83,6 +83,14 @@ TEST(StatusMessage, States) {
   for (int i = 0; i < 5; ++i) EXPECT_STREQ(to_string(static_cast<DaemonState>(i)), names[i]);
 }
 
+TEST(StatusMessage, HeadlinesAreTheMeasurementWhileFramesCome) {
+  EXPECT_EQ(headline("streaming", "ok"), "ok");
+  EXPECT_EQ(headline("degraded", "ok"), "ok, degraded");
+  EXPECT_EQ(headline("degraded", "no_sync"), "no sync");
+  EXPECT_EQ(headline("streaming", "no_target"), "no target");
+  EXPECT_EQ(headline("waiting_for_device", "no_target"), "waiting for device");
+}
+
 TEST(StatusMessage, DeviceStates) {
   const char* names[] = {"connected", "no_device", "failing"};
   for (int i = 0; i < 3; ++i) EXPECT_STREQ(to_string(static_cast<DeviceState>(i)), names[i]);

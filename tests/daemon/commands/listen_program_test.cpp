@@ -67,5 +67,26 @@ TEST(ListenProgram, TellsEachFindingOfTheStatusOnceWithWhatToDo) {
   EXPECT_THAT(result.out, HasSubstr("not_run  jerk -3 +- 0.5 m/s3\n"));
 }
 
+// What comes of the measurement, where that turns; that all is well is no news at first.
+TEST(ListenProgram, TellsWhereTheMeasurementTurnsAndWhy) {
+  const test::TempFolder folder;
+  Publisher publisher("ipc://" + folder.path("frames"), 100);
+  test::Program listening({"listen", "--endpoint", publisher.endpoint(), "--timeout", "60"});
+  ASSERT_TRUE(publisher.wait_for_subscriber(test::patience));
+  StatusMessage status;
+  for (const DaemonState state :
+       {DaemonState::starting, DaemonState::streaming, DaemonState::degraded, DaemonState::degraded,
+        DaemonState::streaming, DaemonState::stopping}) {
+    const bool degraded = state == DaemonState::degraded;
+    status.state = state;
+    status.measurement = degraded ? "no_sync" : "ok";
+    status.reason = degraded ? "look at the cable" : "";
+    publisher.publish_status(to_json(status));
+  }
+  const test::ProgramResult result = listening.wait();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err, "splid: no sync: look at the cable\nsplid: ok\n");
+}
+
 }  // namespace
 }  // namespace splid

@@ -39,6 +39,7 @@ class LastSeconds : public testing::Test {
 
 TEST_F(LastSeconds, AreOkWhereMostFramesAre) {
   EXPECT_EQ(measurement(), "none");
+  EXPECT_EQ(second.why(), "no frame has come");
   add(counted_frame(FrameStatus::ok), 11);
   add(counted_frame(FrameStatus::no_target), 9);
   EXPECT_EQ(measurement(), "ok");
@@ -63,6 +64,40 @@ TEST_F(LastSeconds, NameWhatKeepsMostFramesFromIt) {
   add(counted_frame(FrameStatus::no_target));
   EXPECT_EQ(measurement(), "no_target");
   EXPECT_THAT(second.why(), HasSubstr("scene.max_speed_mps"));
+}
+
+// Where most frames are neither ok nor ambiguous, the reason is not that of a few ambiguous ones.
+TEST_F(LastSeconds, GiveTheReasonOfTheMeasurement) {
+  add(counted_frame(FrameStatus::ok), 3);
+  add(counted_frame(FrameStatus::ambiguous), 3);
+  add(counted_frame(FrameStatus::no_target), 4);
+  EXPECT_EQ(measurement(), "no_target");
+  EXPECT_THAT(second.why(), HasSubstr("show no target"));
+  add(counted_frame(FrameStatus::ambiguous), 3);
+  EXPECT_EQ(measurement(), "ambiguous");
+  EXPECT_THAT(second.why(), HasSubstr("3 of the last 3 frames are ambiguous"));
+  FrameMessage by_mode = counted_frame(FrameStatus::ambiguous);
+  by_mode.mode = Mode::ambiguous;
+  add(by_mode, 3);
+  EXPECT_EQ(measurement(), "ambiguous");
+  EXPECT_THAT(second.why(), HasSubstr("the pattern's mode is ambiguous"));
+}
+
+TEST_F(LastSeconds, AreLookedAtBeforeTheyEndAfterOnesWithoutAFrame) {
+  const auto looked_at = [this] {
+    second.look();
+    return second.measurement();
+  };
+  EXPECT_EQ(looked_at(), "none");
+  add(counted_frame(FrameStatus::ok), 2);
+  EXPECT_EQ(looked_at(), "ok");
+  add(counted_frame(FrameStatus::no_target), 2);
+  EXPECT_EQ(looked_at(), "no_target");
+  add(counted_frame(FrameStatus::ok));
+  EXPECT_EQ(measurement(), "ok");
+  EXPECT_EQ(second.why(), "");
+  add(counted_frame(FrameStatus::no_target));
+  EXPECT_EQ(looked_at(), "ok");
 }
 
 TEST_F(LastSeconds, SayThatThePhotonsContradictThePattern) {

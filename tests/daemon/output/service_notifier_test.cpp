@@ -80,6 +80,26 @@ TEST(ServiceNotifier, SaysStopAndReasonOnce) {
   EXPECT_THAT(manager.next(milliseconds{50}), IsEmpty());
 }
 
+// What comes of the stream and not that there is one, and at once where that turns.
+TEST(ServiceNotifier, SaysHowTheMeasurementIs) {
+  test::NotifySocket manager("0");
+  HeldClock clock;
+  ServiceNotifier notifier(clock);
+  StatusMessage now = status(DaemonState::streaming, 1200);
+  now.valid_frames = 1190;
+  now.measurement = "ok";
+  notifier.tick(now, true);
+  EXPECT_EQ(manager.next(test::patience), "READY=1");
+  EXPECT_EQ(manager.next(test::patience),
+            "STATUS=ok: 1,200 frames, 1,190 with a target, 0 tags lost");
+  now.measurement = "no_target";
+  now.reason = "the last frames show no target";
+  notifier.tick(now, true);
+  EXPECT_THAT(manager.next(test::patience),
+              testing::AllOf(HasSubstr("STATUS=no target: 1,200 frames"),
+                             HasSubstr("; the last frames show no target")));
+}
+
 // A source that neither sends nor says that it is at work.
 TEST(ServiceNotifier, AHangingSourceStarvesTheWatchdog) {
   test::NotifySocket manager("400000");
@@ -93,7 +113,7 @@ TEST(ServiceNotifier, AHangingSourceStarvesTheWatchdog) {
       publisher, host_clock());
   std::jthread running([&] { (void)measured.run(stop.get_token()); });
   EXPECT_TRUE(manager.hears("WATCHDOG=1"));
-  EXPECT_TRUE(manager.hears("STATUS=waiting_for_device"));
+  EXPECT_TRUE(manager.hears("STATUS=waiting for device"));
   const auto deadline = std::chrono::steady_clock::now() + test::patience;
   bool was_starved = false;
   while (!was_starved && std::chrono::steady_clock::now() < deadline) {
@@ -209,7 +229,7 @@ TEST_F(Service, IsReadyWhileItWaitsForItsInstrument) {
       configure(R"("driver":"bridge","address":"unix:)" + folder.path("nobody") + '"');
   test::Program daemon({"run", "--config", config});
   EXPECT_TRUE(manager.hears("READY=1"));
-  EXPECT_TRUE(manager.hears("waiting_for_device"));
+  EXPECT_TRUE(manager.hears("STATUS=waiting for device"));
   // Longer than a stream without frames may be without a sign of work.
   const auto until = std::chrono::steady_clock::now() + milliseconds{3500};
   while (std::chrono::steady_clock::now() < until) (void)manager.next(milliseconds{50});

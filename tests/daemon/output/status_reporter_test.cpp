@@ -320,6 +320,33 @@ TEST_F(StatusReports, HaveTheFindingsOfASecond) {
                            AllOf(HasSubstr("\"reason\":\"\""), Not(HasSubstr("findings")))));
 }
 
+// A second that is not ok is never without a reason, whatever its last frame is.
+TEST_F(StatusReports, SayWhyTheMeasurementIsNotOk) {
+  EXPECT_EQ(reporter.status().measurement, "none");
+  for (const FrameStatus status :
+       {FrameStatus::no_target, FrameStatus::ambiguous, FrameStatus::incomplete,
+        FrameStatus::no_sync, FrameStatus::saturated}) {
+    for (int n = 0; n < 20; ++n) {
+      reporter.frame_published(frame(n < 12 ? status : FrameStatus::ok));
+    }
+    clock.advance_ms(1000);
+    reporter.tick({1000, clock.steady_ns(), 0, ""});
+    const StatusMessage& said = reporter.status();
+    EXPECT_EQ(said.state, DaemonState::streaming);
+    EXPECT_EQ(said.measurement, to_string(status));
+    EXPECT_THAT(said.reason, Not(IsEmpty())) << said.measurement;
+  }
+}
+
+TEST_F(StatusReports, HaveAMeasurementFromTheFirstFrameOn) {
+  EXPECT_THAT(published(), testing::ElementsAre(HasSubstr(R"("reason":"no frame has come")")));
+  reporter.frame_published(frame(FrameStatus::ok));
+  reporter.tick({1000, clock.steady_ns(), 0, ""});
+  EXPECT_THAT(published(),
+              testing::ElementsAre(AllOf(HasSubstr("streaming"), HasSubstr(R"("measurement":"ok")"),
+                                         HasSubstr(R"("reason":"")"))));
+}
+
 // The last list of any frame counts, since each lane has frames of its own.
 TEST_F(StatusReports, HaveWhatManyFramesShowTogether) {
   const std::vector<FrameMessage::Finding> recent = {{"jerk", 3, 0.5, "m/s3", 20, "Shorten."}};
@@ -392,7 +419,7 @@ TEST_F(StatusReports, SayWhenThePhotonsCannotTellTheRange) {
               testing::ElementsAre(HasSubstr("\"starting\""), HasSubstr("\"reason\":\"\""),
                                    AllOf(HasSubstr("\"streaming\""), HasSubstr("13 of the last 20"),
                                          HasSubstr("more light")),
-                                   HasSubstr("\"reason\":\"\"")));
+                                   HasSubstr("the pattern's mode is ambiguous")));
 }
 
 TEST_F(StatusReports, SayWhenThePhotonsContradictThePattern) {

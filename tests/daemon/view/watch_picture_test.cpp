@@ -40,6 +40,7 @@ TEST(WatchPicture, ShowsValuesStateAndLosses) {
   EXPECT_THAT(all_of(picture), HasSubstr("no frame yet"));
   StatusMessage status;
   status.state = DaemonState::degraded;
+  status.measurement = "no_target";
   status.reason = "the ring is full";
   status.lost_tags = 1'234'567;
   status.uncounted_losses = 2;
@@ -47,12 +48,33 @@ TEST(WatchPicture, ShowsValuesStateAndLosses) {
   picture.take("status", to_json(status));
   picture.take("frame", to_json(frame_at(100, FrameStatus::ok)));
   EXPECT_THAT(all_of(picture),
-              AllOf(StartsWith("degraded"), HasSubstr("the ring is full"),
+              AllOf(StartsWith("no target  "), HasSubstr("the ring is full"),
                     HasSubstr("lost tags 1,234,567 and 2 losses"), HasSubstr("284.50000 m"),
                     HasSubstr("+- 0.55 mm"), HasSubstr("-1.2500 m/s"), HasSubstr("12,345 photons"),
                     HasSubstr(" 50 % full")));
   picture.set_connection("nobody answers");
-  EXPECT_THAT(all_of(picture), AllOf(StartsWith("no connection"), HasSubstr("nobody answers")));
+  EXPECT_THAT(all_of(picture), AllOf(StartsWith("no connection"), HasSubstr("nobody answers"),
+                                     HasSubstr("last heard: degraded   device connected\n")));
+}
+
+// Green is for a measurement that is ok alone.
+TEST(WatchPicture, PaintsWhatComesOfTheMeasurement) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  const auto head = [&](DaemonState state, const std::string& measurement) {
+    StatusMessage status;
+    status.state = state;
+    status.measurement = measurement;
+    picture.take("status", to_json(status));
+    const std::string line = picture.lines({}, true).front();
+    return line.substr(0, line.find("  "));
+  };
+  EXPECT_EQ(head(DaemonState::streaming, "ok"), "\033[1;32mok\033[0m");
+  EXPECT_EQ(head(DaemonState::degraded, "ok"), "\033[1;33mok, degraded\033[0m");
+  EXPECT_EQ(head(DaemonState::streaming, "ambiguous"), "\033[1;33mambiguous\033[0m");
+  EXPECT_EQ(head(DaemonState::streaming, "no_target"), "\033[1;31mno target\033[0m");
+  EXPECT_EQ(head(DaemonState::degraded, "wrong_pattern"), "\033[1;31mwrong pattern\033[0m");
+  EXPECT_EQ(head(DaemonState::starting, "none"), "\033[1;33mstarting\033[0m");
+  EXPECT_EQ(head(DaemonState::waiting_for_device, "none"), "\033[1;33mwaiting for device\033[0m");
 }
 
 TEST(WatchPicture, CountsFramesThatCannotBeRead) {
@@ -108,7 +130,7 @@ TEST(WatchPicture, ShowsTheFindings) {
   picture.take("status", to_json(status));
   FrameMessage frame = frame_at(100, FrameStatus::ok);
   picture.take("frame", to_json(frame));
-  EXPECT_THAT(all_of(picture), AllOf(HasSubstr("measurement none   device connected\n"),
+  EXPECT_THAT(all_of(picture), AllOf(HasSubstr("state starting   device connected\n"),
                                      HasSubstr("frame ok   effort -   12,345 photons\n")));
   frame.findings = {{"pulse_width", 0.3841, 0.0123, "", 30, ""},
                     {"jerk", -37.5, 4, "m/s3", 20, ""}};
@@ -116,13 +138,11 @@ TEST(WatchPicture, ShowsTheFindings) {
   frame.targets->back().status = FrameStatus::ok;
   frame.targets->back().findings = {{"fading", 0.25, 0.05, "", 15, ""}};
   picture.take("frame", to_json(frame));
-  status.measurement = "ok";
   status.findings = {{"pulse_width", 0.3841, 0.0123, "", 30, "Calibrate the pulse."}};
   picture.take("status", to_json(status));
   EXPECT_THAT(
       all_of(picture, {140, 40}),
       AllOf(HasSubstr("\npulse width 0.384 +- 0.012: Calibrate the pulse.\n"),
-            HasSubstr("measurement ok   device "),
             HasSubstr("frame ok   pulse width 0.384 +- 0.012, jerk -37.5 +- 4 m/s3   effort -"),
             HasSubstr(" ok   fading 0.25 +- 0.05\n")));
 }

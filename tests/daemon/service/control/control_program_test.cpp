@@ -48,11 +48,12 @@ TEST_F(Control, SaysHowItDoesInWordsAndInJson) {
   // On a machine that is slow the effort is lowered, or a block comes late.
   EXPECT_TRUE(eventually([&] {
     words = ctl({"status"});
-    return words.out.starts_with("state      streaming") ||
-           words.out.starts_with("state      degraded");
+    return words.out.starts_with("state       streaming") ||
+           words.out.starts_with("state       degraded");
   }));
   EXPECT_EQ(words.exit_code, 0) << words.err;
-  EXPECT_THAT(words.out, AllOf(HasSubstr("with a target"), HasSubstr("recording  no")));
+  EXPECT_THAT(words.out, AllOf(HasSubstr("measurement "), HasSubstr("with a target"),
+                               HasSubstr("recording   no")));
   EXPECT_THAT(words.err, IsEmpty());
   const ProgramResult json = ctl({"status", "--json"});
   EXPECT_THAT(json.out,
@@ -261,7 +262,7 @@ TEST_F(Control, TheServiceManagerHearsThatItWaits) {
   test::NotifySocket manager("400000");
   run(configure());
   EXPECT_EQ(ctl({"stop"}).exit_code, 0);
-  EXPECT_TRUE(manager.hears("STATUS=waiting_for_device"));
+  EXPECT_TRUE(manager.hears("STATUS=waiting for device"));
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(manager.hears("WATCHDOG=1"));
   end();
   EXPECT_TRUE(manager.hears("STOPPING=1"));
