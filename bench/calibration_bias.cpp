@@ -14,8 +14,8 @@
 #include "daemon/study/tradeoff/tradeoff_frames.hpp"
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/frame_estimator.hpp"
-#include "estimator/model/pattern_make.hpp"
 #include "estimator/model/units.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "bench/thread_clock.hpp"
 #include "estimator/likelihood/maximizer.hpp"
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/folded_maker.hpp"
 
 namespace {

@@ -18,12 +18,12 @@
 
 #include "bench/thread_clock.hpp"
 #include "estimator/checks/findings.hpp"
-#include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/search/line_search.hpp"
+#include "estimator/search/refinement.hpp"
 #include "estimator/search/target_search.hpp"
 #include "estimator/search/zoom.hpp"
 #include "tests/support/frame_maker.hpp"

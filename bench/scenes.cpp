@@ -23,8 +23,8 @@
 #include "drivers/simulator/simulator.hpp"
 #include "estimator/checks/finding.hpp"
 #include "estimator/frame_estimator.hpp"
-#include "estimator/model/pattern_make.hpp"
 #include "estimator/model/units.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 namespace {

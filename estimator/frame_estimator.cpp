@@ -8,7 +8,7 @@
 #include "estimator/checks/frame_checks.hpp"
 #include "estimator/checks/input_split.hpp"
 #include "estimator/checks/light_flicker.hpp"
-#include "estimator/fit/dead_time_model.hpp"
+#include "estimator/fold/dead_time_model.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/frame_values.hpp"
 #include "estimator/model/pulse_shape.hpp"

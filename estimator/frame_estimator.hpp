@@ -21,14 +21,14 @@
 //                 straight line, a DelayLine: a delay at mid-frame, and how far the delay travels
 //                 over the frame.
 //   search/       FrameSearch looks for the target: where the last frame had it, along all straight
-//                 lines, along all paths that bend.
+//                 lines, along all paths that bend. The significance says whether there is a target
+//                 at all, RangeOdds whether its range is the right one.
+//   selection/    TargetSelection looks for the targets beside the first one.
 //   likelihood/   One model of the light; its Maximizer fits all free parameters ([P] Eq. 4 and 7).
 //                 The curvature at the maximum gives the standard deviations.
-//   fit/          The significance says whether there is a target at all, RangeOdds whether its
-//                 range is the right one.
 //   checks/       Findings compares the photons with what the fitted model expects, and says which
 //                 richer model explains them better.
-//   paper/        PaperMethod does what search/ and fit/ do as [P] does it, for comparison.
+//   paper/        PaperMethod does what search/ does as [P] does it, for comparison.
 //   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
 //
 // [P] is TR2026-050, "Unambiguous Range Extension for Doppler Single-Photon Lidar" (Optics Express

@@ -9,7 +9,7 @@
 #include "protocol/frame_status.hpp"
 
 // The `fold` message: what the photons of one frame look like, for people to look at, and its JSON
-// (docs/reference/messages.md). estimator/fit/frame_fold.hpp makes the pictures.
+// (docs/reference/messages.md). daemon/output/frame_fold.hpp makes the pictures.
 
 namespace splid {
 

@@ -7,9 +7,9 @@
 #include <numeric>
 #include <span>
 
-#include "estimator/model/pattern_make.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/json_writer.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid::studies {
 namespace {

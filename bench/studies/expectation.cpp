@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "estimator/fit/significance.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/search/significance.hpp"
 
 namespace splid::studies {
 namespace {

@@ -7,10 +7,10 @@
 #include <string_view>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/fit/range_odds.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/units.hpp"
 #include "estimator/paper/paper_method.hpp"
+#include "estimator/search/range_odds.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::studies {

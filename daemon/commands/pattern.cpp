@@ -10,9 +10,9 @@
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
 #include "daemon/study/calibration/look_alike_report.hpp"
-#include "estimator/model/pattern_make.hpp"
-#include "estimator/model/pattern_side_lobes.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/pattern_make.hpp"
+#include "protocol/pattern_side_lobes.hpp"
 #include "protocol/shown_text.hpp"
 
 namespace splid {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "daemon/base/log.hpp"
-#include "estimator/fit/frame_fold.hpp"
+#include "daemon/output/frame_fold.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

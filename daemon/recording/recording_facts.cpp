@@ -9,9 +9,9 @@
 #include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "drivers/replay/recording_info.hpp"
-#include "estimator/model/pattern_match.hpp"
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/pattern_match.hpp"
 
 namespace splid::recording {
 namespace {

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "daemon/base/clock.hpp"
+#include "daemon/stream/encoder_join.hpp"
 #include "daemon/stream/frame.hpp"
 #include "drivers/encoder/encoder_source.hpp"
-#include "estimator/reference/encoder_join.hpp"
 #include "protocol/frame_json.hpp"
 
 namespace splid {

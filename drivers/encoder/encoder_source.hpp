@@ -14,7 +14,7 @@ class SourceOptions;
 // drivers/encoder/ gets the counts of an encoder on the target. Read this header first.
 
 // Where the counts of an encoder on the target come from: a file, a bridge, or the simulated scene
-// that also makes the tags. estimator/reference/encoder_join.hpp finds the tag of each count.
+// that also makes the tags. daemon/stream/encoder_join.hpp finds the tag of each count.
 //
 // Threads: one, which may wait.
 class EncoderSource {

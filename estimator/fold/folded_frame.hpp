@@ -9,7 +9,7 @@
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_train.hpp"
 
-// The room fold/ turns the photons' times into what search/ and fit/ work on. Open this file first.
+// The room fold/ turns the photons' times into what search/ works on. Open this file first.
 // Its parts:
 //   drift_correction.hpp   [P] Eq. 20: from the tagger's clock to the pattern's
 //   folded_frame.hpp       those times, and their phases in the pattern period

@@ -20,8 +20,6 @@
 //   comb_meetings.hpp  where the combs of two targets meet
 //   pulse_shape.hpp    the detected pulse, and the one that the configuration asks for
 //   pulse_kernels.hpp  its inner loop, and vector_level.hpp, for which vectors that is compiled
-//   pattern_make.hpp   patterns from a few numbers; pattern_side_lobes.hpp: how they fit themselves
-//   pattern_match.hpp  how far two patterns have the same pulses
 //   units.hpp          constants
 
 namespace splid {

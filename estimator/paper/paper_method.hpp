@@ -15,7 +15,7 @@
 
 // The room paper/ is the method of [P] as [P] has it, to compare splid's own with: its
 // initialisers, then L-BFGS on two pairs of parameters in turn. It allocates and is slower than
-// search/ and fit/. Open this file first. Its parts, in the order in which a frame passes them:
+// search/. Open this file first. Its parts, in the order in which a frame passes them:
 //   corrected_times.hpp    the photons' times in the pattern's clock: [P] Eq. 20
 //   emission_times.hpp     the times at which pulses leave: [P] Eq. 1
 //   paper_start.hpp        where the refinement starts, by mode

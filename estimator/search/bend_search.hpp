@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fit/fit.hpp"
 #include "estimator/fold/blind_time.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/options.hpp"
+#include "estimator/search/fit.hpp"
 #include "estimator/search/target_search.hpp"
 
 namespace splid {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <utility>
 
-#include "estimator/fit/significance.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/search/significance.hpp"
 #include "protocol/error.hpp"
 
 namespace splid {

@@ -7,18 +7,23 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fit/range_odds.hpp"
-#include "estimator/fit/refinement.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/comb_meetings.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/search/line_search.hpp"
+#include "estimator/search/range_odds.hpp"
+#include "estimator/search/refinement.hpp"
 #include "estimator/search/zoom.hpp"
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // travels. Open this file first. Its parts:
+//   frame_search.hpp    the looks at a frame: where the last target was, straight, bent
+//   target_fit.hpp      the fit of what a look has found
+//   fit.hpp             a maximum of one target; refinement.hpp: the maximum near a line
+//   significance.hpp    the gain over no target that noise does not reach
+//   range_odds.hpp      how sure a range is against all others
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
 //   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame

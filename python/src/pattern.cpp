@@ -5,8 +5,8 @@
 #include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/base/write_file.hpp"
-#include "estimator/model/pattern_make.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/pattern_make.hpp"
 #include "python/src/bindings.hpp"
 
 namespace splid::python {

@@ -6,8 +6,8 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "estimator/model/pattern_make.hpp"
 #include "protocol/pattern_json.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/error_text.hpp"
 #include "tests/support/temp_folder.hpp"
 

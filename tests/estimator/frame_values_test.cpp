@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "estimator/fit/fit.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/search/fit.hpp"
 
 namespace splid {
 namespace {

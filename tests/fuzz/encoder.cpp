@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "estimator/reference/encoder_join.hpp"
+#include "daemon/stream/encoder_join.hpp"
 #include "protocol/encoder_batch.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/model/pattern_make.hpp"
 #include "protocol/error.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "config/config.hpp"
 #include "drivers/simulator/simulator_options.hpp"
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <memory>
 
-#include "estimator/fit/range_odds.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/units.hpp"
+#include "estimator/search/range_odds.hpp"
 #include "protocol/pattern.hpp"
 
 namespace splid::tradeoff {

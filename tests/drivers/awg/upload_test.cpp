@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/model/pattern_make.hpp"
 #include "protocol/error.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/awg_double.hpp"
 
 namespace splid::awg {

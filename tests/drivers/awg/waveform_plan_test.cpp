@@ -7,8 +7,8 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/model/pattern_make.hpp"
 #include "protocol/error.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/error_text.hpp"
 
 namespace splid::awg {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "estimator/frame_estimator.hpp"
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::calibration {

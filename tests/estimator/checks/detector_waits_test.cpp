@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/support/frame_maker.hpp"
 
 namespace splid::checks {

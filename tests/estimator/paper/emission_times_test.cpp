@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid::paper {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
 namespace splid::paper {

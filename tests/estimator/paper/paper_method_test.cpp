@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "estimator/frame_estimator.hpp"
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 #include "tests/estimator/paper/paper_scene.hpp"
 
 namespace splid::paper {

@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_match.hpp"
+#include "protocol/pattern_match.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 namespace {

@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_side_lobes.hpp"
+#include "protocol/pattern_side_lobes.hpp"
 
 #include <algorithm>
 #include <vector>

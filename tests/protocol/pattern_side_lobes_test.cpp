@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_side_lobes.hpp"
+#include "protocol/pattern_side_lobes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 namespace splid {
 namespace {

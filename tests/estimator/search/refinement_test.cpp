@@ -1,4 +1,4 @@
-#include "estimator/fit/refinement.hpp"
+#include "estimator/search/refinement.hpp"
 
 #include <gtest/gtest.h>
 

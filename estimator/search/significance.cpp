@@ -1,4 +1,4 @@
-#include "estimator/fit/significance.hpp"
+#include "estimator/search/significance.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "estimator/fit/range_odds.hpp"
+#include "estimator/search/range_odds.hpp"
 
 #include <gtest/gtest.h>
 

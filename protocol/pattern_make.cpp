@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,19 +16,19 @@ namespace {
 // Design note: a pattern of more than a million pulses, or longer than a second, is a slip of the
 // pen (180.001 and 189 ns have a least common multiple of 34 ms). No waveform generator holds it,
 // and a frame would see less than one period of it.
-constexpr std::size_t max_pulses = 1'000'000;
-constexpr std::int64_t max_period_ps = 1'000'000'000'000;
+constexpr std::size_t most_made_pulses = 1'000'000;
+constexpr std::int64_t longest_made_ps = 1'000'000'000'000;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(Fault::usage, "pattern: " + what); }
 
 void check_period(double period_ps) {
-  if (period_ps > 0 && period_ps <= static_cast<double>(max_period_ps)) return;
+  if (period_ps > 0 && period_ps <= static_cast<double>(longest_made_ps)) return;
   refuse("a period of " + number_text(period_ps) +
          " ps; it must be above 0 and at most 1e12 ps (1 s)");
 }
 
 void check_pulses(std::size_t pulses) {
-  if (pulses >= 1 && pulses <= max_pulses) return;
+  if (pulses >= 1 && pulses <= most_made_pulses) return;
   refuse(std::to_string(pulses) + " pulses; there must be from 1 to 1000000");
 }
 
@@ -57,7 +57,7 @@ std::int64_t common_multiple_ps(const std::vector<std::int64_t>& periods_ps) {
   std::int64_t multiple_ps = 1;
   for (const std::int64_t period_ps : periods_ps) {
     const std::int64_t factor = period_ps / std::gcd(multiple_ps, period_ps);
-    if (factor > max_period_ps / multiple_ps) {
+    if (factor > longest_made_ps / multiple_ps) {
       refuse(
           "the least common multiple of the periods is above 1e12 ps (1 s); choose periods with "
           "a large common divisor, such as 180000 and 189000 ps");
@@ -184,7 +184,7 @@ Pattern make_mrr(std::span<const double> periods_ps, std::span<const std::int64_
   pattern.unambiguous_delay_ps = static_cast<double>(common_multiple_ps(whole));
   pattern.subperiods_ps.assign(periods_ps.begin(), periods_ps.end());
   for (std::size_t k = 0; k < periods_ps.size(); ++k) {
-    if (repeats[k] < 1 || repeats[k] > max_period_ps / whole[k]) {
+    if (repeats[k] < 1 || repeats[k] > longest_made_ps / whole[k]) {
       refuse(std::to_string(repeats[k]) + " repeats of " + std::to_string(whole[k]) +
              " ps; there must be at least 1, and together at most 1e12 ps (1 s)");
     }

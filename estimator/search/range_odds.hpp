@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "estimator/fit/refinement.hpp"
-#include "estimator/fit/significance.hpp"
+#include "estimator/search/refinement.hpp"
+#include "estimator/search/significance.hpp"
 
 namespace splid {
 

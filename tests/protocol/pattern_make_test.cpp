@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_make.hpp"
+#include "protocol/pattern_make.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,10 +2,10 @@
 
 #include <limits>
 
-#include "estimator/fit/fit.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/pulse_train.hpp"
+#include "estimator/search/fit.hpp"
 
 namespace splid {
 

@@ -1,4 +1,4 @@
-#include "estimator/model/pattern_match.hpp"
+#include "protocol/pattern_match.hpp"
 
 #include <algorithm>
 #include <cmath>

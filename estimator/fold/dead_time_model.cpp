@@ -1,4 +1,4 @@
-#include "estimator/fit/dead_time_model.hpp"
+#include "estimator/fold/dead_time_model.hpp"
 
 #include <cmath>
 

@@ -4,12 +4,12 @@
 #include <memory>
 #include <vector>
 
-#include "estimator/fit/fit.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/options.hpp"
+#include "estimator/search/fit.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/pattern.hpp"
 

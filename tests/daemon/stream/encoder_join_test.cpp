@@ -1,4 +1,4 @@
-#include "estimator/reference/encoder_join.hpp"
+#include "daemon/stream/encoder_join.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,20 +11,20 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::int64_t ms = 1'000'000'000;
-constexpr std::int64_t frame_ps = 50 * ms;
+constexpr std::int64_t a_ms_ps = 1'000'000'000;
+constexpr std::int64_t frame_ps = 50 * a_ms_ps;
 
 constexpr EncoderScale scale{.m_per_count = -0.001, .offset_m = 10};
 
 // A sample clock of 1 kHz and a target that goes away at 2 m/s from 7 m: counts 3000, 2998, ...
-struct Bench {
-  explicit Bench(bool live = true, std::int64_t origin_ps = 0)
+struct JoinBench {
+  explicit JoinBench(bool live = true, std::int64_t origin_ps = 0)
       : join(scale, live), now_ps(origin_ps) {}
 
   // The next frame; first_tick_ps: from where on there are ticks in it.
   void frame(std::int64_t first_tick_ps, std::vector<Loss> losses = {}) {
     std::vector<std::int64_t> markers_ps;
-    for (std::int64_t tick_ps = first_tick_ps; tick_ps < now_ps + frame_ps; tick_ps += ms) {
+    for (std::int64_t tick_ps = first_tick_ps; tick_ps < now_ps + frame_ps; tick_ps += a_ms_ps) {
       if (tick_ps >= now_ps && tick_ps != hidden_ps) markers_ps.push_back(tick_ps);
     }
     std::reverse(markers_ps.begin(), markers_ps.end());
@@ -65,7 +65,7 @@ struct Bench {
 
 TEST(EncoderJoin, PositionAtMidFrameAndItsSlope) {
   for (const std::int64_t origin_ps : {std::int64_t{0}, std::int64_t{340'000'000'000'000'000}}) {
-    Bench bench(true, origin_ps);
+    JoinBench bench(true, origin_ps);
     bench.begin();
     bench.expect_position();
     bench.frame(bench.start_ps);
@@ -77,7 +77,7 @@ TEST(EncoderJoin, PositionAtMidFrameAndItsSlope) {
 // must be those of counts from `counted_from` on.
 void expect_unwrapped(std::int64_t first, std::int64_t step, std::int64_t counted_from,
                       bool is_signed = false) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
   const std::int64_t start_ps = bench.now_ps;
   EncoderBatch batch;
@@ -113,7 +113,7 @@ TEST(EncoderJoin, ACounterOf32BitsMayPassItsEnd) {
 TEST(EncoderJoin, ALargeCountIsNoEnd) {
   constexpr std::int64_t half_turn = std::int64_t{1} << 31;
   for (const std::int64_t step : {half_turn, -half_turn, 3 * half_turn, -3 * half_turn}) {
-    Bench bench;
+    JoinBench bench;
     bench.quiet_frames(2);
     constexpr std::int64_t first = std::int64_t{1} << 40;
     EncoderBatch batch;
@@ -127,7 +127,7 @@ TEST(EncoderJoin, ALargeCountIsNoEnd) {
 }
 
 TEST(EncoderJoin, CountsMayComeLate) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
   EXPECT_FALSE(bench.join.waits());
   bench.start_ps = bench.now_ps;
@@ -142,7 +142,7 @@ TEST(EncoderJoin, CountsMayComeLate) {
 }
 
 TEST(EncoderJoin, CountsMayComeBeforeTheirMarkers) {
-  Bench bench;
+  JoinBench bench;
   bench.counts(0, 120);
   bench.quiet_frames(2);
   bench.start_ps = bench.now_ps;
@@ -155,9 +155,9 @@ TEST(EncoderJoin, CountsMayComeBeforeTheirMarkers) {
 }
 
 TEST(EncoderJoin, AFrameNeedsSamplesOverHalfOfIt) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
-  bench.start_ps = bench.now_ps + 26 * ms;
+  bench.start_ps = bench.now_ps + 26 * a_ms_ps;
   bench.frame(bench.start_ps);
   bench.counts(0, 200);
   EXPECT_FALSE(bench.join.position());
@@ -167,9 +167,9 @@ TEST(EncoderJoin, AFrameNeedsSamplesOverHalfOfIt) {
 }
 
 TEST(EncoderJoin, AMissingMarkerBreaksItUntilTheClockStartsAnew) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
-  bench.hidden_ps = bench.now_ps + 20 * ms;
+  bench.hidden_ps = bench.now_ps + 20 * a_ms_ps;
   bench.frame(bench.start_ps);
   EXPECT_FALSE(bench.join.position());
   EXPECT_THAT(bench.join.fault(), HasSubstr("markers have a gap"));
@@ -180,7 +180,7 @@ TEST(EncoderJoin, AMissingMarkerBreaksItUntilTheClockStartsAnew) {
 }
 
 TEST(EncoderJoin, ALostFirstMarkerOfAFrameIsNoticed) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
   bench.hidden_ps = bench.now_ps;
   bench.frame(bench.start_ps);
@@ -188,25 +188,25 @@ TEST(EncoderJoin, ALostFirstMarkerOfAFrameIsNoticed) {
 }
 
 TEST(EncoderJoin, AMarkerTooManyBreaksIt) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
   std::vector<std::int64_t> markers_ps;
-  for (std::int64_t i = 0; i < 50; ++i) markers_ps.push_back(bench.now_ps + i * ms);
-  markers_ps.push_back(bench.now_ps + 20 * ms + ms / 2);
+  for (std::int64_t i = 0; i < 50; ++i) markers_ps.push_back(bench.now_ps + i * a_ms_ps);
+  markers_ps.push_back(bench.now_ps + 20 * a_ms_ps + a_ms_ps / 2);
   bench.join.take_frame(bench.now_ps, bench.now_ps + frame_ps, markers_ps, {});
   EXPECT_FALSE(bench.join.position());
 }
 
 TEST(EncoderJoin, ALossThatHidNoMarkerBreaksNothing) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
-  bench.frame(bench.start_ps, {{bench.now_ps + ms / 4, bench.now_ps + ms / 2, 17}});
+  bench.frame(bench.start_ps, {{bench.now_ps + a_ms_ps / 4, bench.now_ps + a_ms_ps / 2, 17}});
   bench.expect_position();
 }
 
 TEST(EncoderJoin, AnOverrunOrAJumpOfTheIndexBreaksIt) {
   for (const bool overrun : {true, false}) {
-    Bench bench;
+    JoinBench bench;
     bench.begin();
     bench.counts(overrun ? 200 : 201, 100, overrun);
     bench.frame(bench.start_ps);
@@ -219,7 +219,7 @@ TEST(EncoderJoin, AnOverrunOrAJumpOfTheIndexBreaksIt) {
 }
 
 TEST(EncoderJoin, AClockThatRanBeforeIsNotJoined) {
-  Bench bench;
+  JoinBench bench;
   bench.frame(bench.now_ps);
   bench.counts(0, 200);
   EXPECT_FALSE(bench.join.position());
@@ -230,7 +230,7 @@ TEST(EncoderJoin, AClockThatRanBeforeIsNotJoined) {
 }
 
 TEST(EncoderJoin, CountsThatBeginInMidRunAreNotJoined) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
   bench.frame(bench.now_ps);
   bench.counts(1, 200);
@@ -241,7 +241,7 @@ TEST(EncoderJoin, CountsThatBeginInMidRunAreNotJoined) {
 }
 
 TEST(EncoderJoin, AnIndexThatStepsBackIsAStartThatWasMissed) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
   bench.counts(50, 100);
   bench.quiet_frames(2);
@@ -254,7 +254,7 @@ TEST(EncoderJoin, AnIndexThatStepsBackIsAStartThatWasMissed) {
 }
 
 TEST(EncoderJoin, CountsOfARunThatIsOverAreNotWaitedFor) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
   bench.frame(bench.now_ps);
   bench.counts(0, 40);
@@ -264,7 +264,7 @@ TEST(EncoderJoin, CountsOfARunThatIsOverAreNotWaitedFor) {
 }
 
 TEST(EncoderJoin, CountsWithoutMarkersAreForgottenSomeDay) {
-  Bench bench(false);
+  JoinBench bench(false);
   bench.counts(0, (1 << 22) + 1);
   bench.quiet_frames(2);
   bench.frame(bench.now_ps);
@@ -273,20 +273,21 @@ TEST(EncoderJoin, CountsWithoutMarkersAreForgottenSomeDay) {
 }
 
 TEST(EncoderJoin, ALossShortBeforeTheFirstMarkerIsNoPause) {
-  Bench bench;
+  JoinBench bench;
   bench.quiet_frames(2);
-  bench.frame(bench.now_ps + 20 * ms, {{bench.now_ps, bench.now_ps + ms, -1}});
+  bench.frame(bench.now_ps + 20 * a_ms_ps, {{bench.now_ps, bench.now_ps + a_ms_ps, -1}});
   bench.counts(0, 200);
   EXPECT_FALSE(bench.join.position());
   EXPECT_THAT(bench.join.fault(), HasSubstr("began before they were watched"));
 }
 
 TEST(EncoderJoin, APauseInWhichTagsWereLostIsNoStart) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
-  bench.frame(bench.now_ps + frame_ps, {{bench.now_ps + 10 * ms, bench.now_ps + 20 * ms, -1}});
+  bench.frame(bench.now_ps + frame_ps,
+              {{bench.now_ps + 10 * a_ms_ps, bench.now_ps + 20 * a_ms_ps, -1}});
   bench.frame(bench.now_ps + frame_ps);
-  bench.frame(bench.now_ps + 19 * ms);
+  bench.frame(bench.now_ps + 19 * a_ms_ps);
   EXPECT_FALSE(bench.join.position());
   EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
   bench.begin();
@@ -294,7 +295,7 @@ TEST(EncoderJoin, APauseInWhichTagsWereLostIsNoStart) {
 }
 
 TEST(EncoderJoin, AFrameThatDoesNotFollowIsNoPause) {
-  Bench bench;
+  JoinBench bench;
   bench.begin();
   bench.now_ps += 4 * frame_ps;
   bench.frame(bench.now_ps);
@@ -305,7 +306,7 @@ TEST(EncoderJoin, AFrameThatDoesNotFollowIsNoPause) {
 // The counts of a run whose markers were not there, and then the markers of another.
 TEST(EncoderJoin, CountsFarAheadOfTheirMarkersAreOfAnotherRun) {
   for (const bool live : {true, false}) {
-    Bench bench(live);
+    JoinBench bench(live);
     bench.counts(0, 2'200);
     bench.quiet_frames(2);
     bench.start_ps = bench.now_ps;
@@ -316,7 +317,7 @@ TEST(EncoderJoin, CountsFarAheadOfTheirMarkersAreOfAnotherRun) {
 }
 
 TEST(EncoderJoin, LongRunsKeepOnlyWhatIsNeeded) {
-  Bench bench(false);
+  JoinBench bench(false);
   bench.begin();
   for (int i = 0; i < 2'000; ++i) {
     bench.counts(200 + 50 * i, 50);
@@ -327,7 +328,7 @@ TEST(EncoderJoin, LongRunsKeepOnlyWhatIsNeeded) {
 
 // A bridge may begin again and again without the sample clock: nothing of that is kept.
 TEST(EncoderJoin, CountsThatBeginTooOftenAreOutOfStep) {
-  Bench bench;
+  JoinBench bench;
   for (int i = 0; i < 16; ++i) bench.counts(0, 10);
   EXPECT_EQ(bench.join.waiting(), 160U);
   EXPECT_THAT(bench.join.fault(), IsEmpty());
@@ -337,7 +338,7 @@ TEST(EncoderJoin, CountsThatBeginTooOftenAreOutOfStep) {
 }
 
 TEST(EncoderJoin, SoManyCountsWaitInAllAndNoMore) {
-  Bench bench;
+  JoinBench bench;
   for (int i = 0; i < 9; ++i) bench.counts(0, 500'000);
   EXPECT_EQ(bench.join.waiting(), 4'000'000U);
   bench.counts(0, 10);

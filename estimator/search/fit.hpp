@@ -6,15 +6,6 @@
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/estimate.hpp"
 
-// The room fit/ has what one target's fit is made of beside the likelihood. Open this file first.
-// Its parts:
-//   fit.hpp              a maximum of one target, as the search and the published values need it
-//   refinement.hpp       the maximum near a line
-//   dead_time_model.hpp  whether the dead time is part of what is fitted
-//   significance.hpp     the gain over no target that noise does not reach
-//   range_odds.hpp       how sure a range is against all others
-//   frame_fold.hpp       pictures of a frame's photons
-
 namespace splid {
 
 // What the intensity of one target depends on. The line is in the pattern's clock (see

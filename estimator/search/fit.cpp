@@ -1,4 +1,4 @@
-#include "estimator/fit/fit.hpp"
+#include "estimator/search/fit.hpp"
 
 #include <array>
 

@@ -1,4 +1,4 @@
-#include "estimator/fit/frame_fold.hpp"
+#include "daemon/output/frame_fold.hpp"
 
 #include <gtest/gtest.h>
 

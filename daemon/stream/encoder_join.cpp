@@ -1,4 +1,4 @@
-#include "estimator/reference/encoder_join.hpp"
+#include "daemon/stream/encoder_join.hpp"
 
 #include <algorithm>
 #include <cmath>
