@@ -11,6 +11,8 @@ namespace {
 // Rows that chance screens out in all but two frames of a hundred are not fitted.
 constexpr double screen_squares = 5.41, screen_deviations = 2.05;
 constexpr double sure_deviations = 4.75;
+// A SquareSum has one side only.
+constexpr double sure_squares_of_sums = sure_deviations * sure_deviations;
 constexpr double likely_squares = 9;
 constexpr std::size_t most_fitted = 3;
 // With fewer photons of signal richer fits have more false alarms than they say.
@@ -389,14 +391,14 @@ void Findings::judge_pulses() {
   const SquareSum& sum = scores_.by_pulse;
   const double chance = std::sqrt(sum.variance + most_uneven * of_uneven);
   const double gain = sum.gain_nats(), misfit = sum.relative();
-  if (sum.excess > least_dark * sum.scale &&
+  if (2 * gain > sure_squares_of_sums && sum.excess > least_dark * sum.scale &&
       sum.excess > most_uneven * sum.scale + deviations_of_dark * chance) {
     verdict_.is_wrong_pattern = true;
     // The share of the pulses' amplitude without light, if the others are lit alike.
     const double dark_share = misfit * misfit / (1 + misfit * misfit);
     verdict_.found.add(
         {FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
-  } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares) {
+  } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares_of_sums) {
     verdict_.found.add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
   }
 }
@@ -454,7 +456,7 @@ void Findings::judge_phases(const FoldedFrame& frame) {
     verdict_.is_wrong_pattern = true;
     verdict_.found.add({FindingName::wrong_pattern, 1, 1 / std::sqrt(2 * gain), gain});
   }
-  if (2 * gain < sure_squares) return;
+  if (2 * gain < sure_squares_of_sums) return;
   const double cells = &surer == &coarse ? bins / coarse_phases : bins;
   const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
   verdict_.found.add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
@@ -462,7 +464,7 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   const bool is_even =
       map_.by_pulse().size() >= fewest_for_strangers &&
       own.excess + deviations_of_even * std::sqrt(own.variance) < most_uneven_of_target * own.scale;
-  verdict_.is_doubtful = !is_even && (has_strangers || 2 * own.gain_nats() > sure_squares);
+  verdict_.is_doubtful = !is_even && (has_strangers || 2 * own.gain_nats() > sure_squares_of_sums);
 }
 
 // The gain of a gaussian's signal over the light from 4 widths on.
