@@ -164,7 +164,6 @@ class Judge final : public FrameSink {
   explicit Judge(const Set& set, const Pattern& pattern)
       : set_(set),
         truth_(simulator::scene_truth(set.scene)),
-        range_ns_(pattern.unambiguous_delay_ps * ns_per_ps),
         frame_(std::make_unique<Frame>(FrameCapacity{})),
         estimator_(pattern, set.pulse, set.asked, {}, length_ms, 1 << 20, ClockReference::tagger,
                    set.detector) {}
@@ -190,12 +189,13 @@ class Judge final : public FrameSink {
     if (!set_.has_target) return true;
     const auto truth = truth_.at(frame_->view().mid_ps());
     if (!truth) return false;
+    // The unambiguous delay is the pattern's period, as the tagger counts it.
+    const double range_ns = frame_->view().sync.period_ps * ns_per_ps;
     const double depth_ns = 2e9 * set_.scene.target.depth_m / speed_of_light_mps;
     const double front_ns = 2e9 * truth->distance_m / speed_of_light_mps;
     // From the middle of the depth, less half of it.
     const double off_ns =
-        std::abs(std::remainder(found.delay_ns - front_ns - depth_ns / 2, range_ns_)) -
-        depth_ns / 2;
+        std::abs(std::remainder(found.delay_ns - front_ns - depth_ns / 2, range_ns)) - depth_ns / 2;
     return off_ns > far_deviations * found.std_delay_ns ||
            std::abs(found.velocity_mps - truth->velocity_mps) >
                far_deviations * found.std_velocity_mps;
@@ -203,7 +203,6 @@ class Judge final : public FrameSink {
 
   const Set& set_;
   SceneTruth truth_;
-  double range_ns_;
   std::unique_ptr<Frame> frame_;
   FrameEstimator estimator_;
 };
