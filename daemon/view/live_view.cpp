@@ -32,13 +32,19 @@ std::string number_or_null(const std::optional<double>& value) {
 
 }  // namespace
 
-LiveView::LiveView(std::string endpoint) : endpoint_(std::move(endpoint)) {
+LiveView::LiveView(std::string endpoint, const Clock& clock)
+    : endpoint_(std::move(endpoint)), clock_(clock) {
   for (const double window_s : windows_s) histories_.emplace_back(window_s);
 }
 
-void LiveView::put(Last& last, std::string json) {
+void LiveView::put(Last& last, std::string json) const {
   last.json = std::move(json);
   ++last.number;
+  last.came_ns = clock_.steady_ns();
+}
+
+double LiveView::age_s(const Last& last) const {
+  return static_cast<double>(clock_.steady_ns() - last.came_ns) * 1e-9;
 }
 
 void LiveView::take(const std::string& topic, const std::string& json) {
@@ -62,7 +68,9 @@ void LiveView::take_frame(const std::string& json) {
   try {
     const FrameMessage frame = frame_from_json(json);
     for (History& history : histories_) history.add(frame, ring_fill_ratio_);
+    frames_.add(frame);
     put(frame_, json);
+    if (frame.valid()) put(valid_, json);
   } catch (const Error&) {
     ++unread_;
   }
@@ -105,6 +113,15 @@ std::string LiveView::page_json() const {
   return json_text(page);
 }
 
+// How old the last frame is, and the last valid one with it.
+std::string LiveView::past_json() const {
+  std::string json = fmt::format(R"({{"frame_age_s":{:.3f})", age_s(frame_));
+  if (valid_.number > 0) {
+    json += fmt::format(R"(,"valid_age_s":{:.3f},"valid":{})", age_s(valid_), valid_.json);
+  }
+  return json + "}";
+}
+
 std::string LiveView::bins_json(const History& history, const Cursor& cursor) const {
   const bool anew = !cursor.has_bins || cursor.epoch != history.epoch();
   const History& last_minute = histories_.at(minute);
@@ -124,6 +141,7 @@ std::string LiveView::news(Cursor& cursor) const {
   };
   if (cursor.page != page_) out += event("page", page_json());
   cursor.page = page_;
+  if (cursor.frame == 0 && frame_.number > 0) out += event("past", past_json());
   add("version", version_, cursor.version);
   add("status", status_, cursor.status);
   const History& history = histories_.at(cursor.window);

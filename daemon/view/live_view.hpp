@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/base/clock.hpp"
+#include "daemon/view/frame_table.hpp"
 #include "daemon/view/view_history.hpp"
 
 // The room daemon/view shows people what a daemon publishes. Read this header first. For the page
@@ -21,8 +23,8 @@ namespace splid::view {
 // Threads: one. Errors: none.
 class LiveView {
  public:
-  // endpoint: which daemon is shown.
-  explicit LiveView(std::string endpoint);
+  // endpoint: which daemon is shown. clock: outlives this.
+  LiveView(std::string endpoint, const Clock& clock);
 
   // Takes one message of the topics frame, fold, status and version. A message that cannot be read,
   // or is larger than any that a daemon sends, is counted and passed over.
@@ -51,6 +53,10 @@ class LiveView {
   // it is taken, or the longest.
   [[nodiscard]] static Cursor cursor(std::int64_t seconds);
   [[nodiscard]] bool has_news(const Cursor& cursor) const;
+  // The frames that came last, as a table: see FrameTable::csv().
+  [[nodiscard]] std::optional<std::string> frames_csv(double from_s, double to_s) const {
+    return frames_.csv(from_s, to_s);
+  }
   // What the viewer has not got, as server-sent events; afterwards it has got all. A viewer that
   // fell behind gets the last of each message and the bins that changed: what is older is dropped.
   std::string news(Cursor& cursor) const;
@@ -58,24 +64,30 @@ class LiveView {
   [[nodiscard]] std::uint64_t unread() const { return unread_; }
 
  private:
-  // A message as it came, and the number of its arrival; 0: none came.
+  // A message as it came, the number of its arrival, 0: none came, and when it came.
   struct Last {
     std::string json;
     std::uint64_t number = 0;
+    std::int64_t came_ns = 0;
   };
-  static void put(Last& last, std::string json);
+  void put(Last& last, std::string json) const;
+  [[nodiscard]] double age_s(const Last& last) const;
   void take_frame(const std::string& json);
   [[nodiscard]] std::string page_json() const;
+  [[nodiscard]] std::string past_json() const;
   [[nodiscard]] std::string bins_json(const History& history, const Cursor& cursor) const;
 
   std::string endpoint_;
+  const Clock& clock_;
   std::string trouble_;
   Web web_;
   std::uint64_t unread_ = 0;
   double ring_fill_ratio_ = 0;
   Last frame_, fold_, status_, version_;
+  Last valid_;  // the last frame that is valid
   std::uint64_t page_ = 1;
   std::vector<History> histories_;  // shortest first
+  FrameTable frames_;
 };
 
 }  // namespace splid::view

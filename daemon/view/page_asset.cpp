@@ -12,10 +12,10 @@ extern const unsigned char splid_page_photons_js[];
 extern const std::size_t splid_page_photons_js_size;
 extern const unsigned char splid_page_view_css[];
 extern const std::size_t splid_page_view_css_size;
-extern const unsigned char splid_page_dygraph_js[];
-extern const std::size_t splid_page_dygraph_js_size;
-extern const unsigned char splid_page_dygraph_css[];
-extern const std::size_t splid_page_dygraph_css_size;
+extern const unsigned char splid_page_numbers_js[];
+extern const std::size_t splid_page_numbers_js_size;
+extern const unsigned char splid_page_charts_js[];
+extern const std::size_t splid_page_charts_js_size;
 extern const unsigned char splid_page_icon[];
 extern const std::size_t splid_page_icon_size;
 
@@ -33,8 +33,8 @@ const PageAsset* find_asset(std::string_view path) {
       {"view.js", script, splid_page_view_js, splid_page_view_js_size},
       {"photons.js", script, splid_page_photons_js, splid_page_photons_js_size},
       {"view.css", style, splid_page_view_css, splid_page_view_css_size},
-      {"dygraph.js", script, splid_page_dygraph_js, splid_page_dygraph_js_size},
-      {"dygraph.css", style, splid_page_dygraph_css, splid_page_dygraph_css_size},
+      {"numbers.js", script, splid_page_numbers_js, splid_page_numbers_js_size},
+      {"charts.js", script, splid_page_charts_js, splid_page_charts_js_size},
       {"icon.svg", "image/svg+xml", splid_page_icon, splid_page_icon_size},
   }};
   const auto* found = std::find_if(assets.begin(), assets.end(),

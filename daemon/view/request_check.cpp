@@ -6,6 +6,8 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <system_error>
 
 namespace splid::view {
 namespace {
@@ -74,6 +76,17 @@ bool is_own_origin(std::string_view origin, std::string_view host_header) {
       return lower(origin.substr(scheme.size())) == lower(host_header);
   }
   return false;  // "null" too: a page without an origin of its own
+}
+
+std::optional<double> time_from(std::string_view text) {
+  constexpr std::size_t most_characters = 20;
+  if (text.empty() || text.size() > most_characters) return std::nullopt;
+  double value = 0;
+  const auto end =
+      std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed);
+  if (end.ec != std::errc{} || end.ptr != text.data() + text.size()) return std::nullopt;
+  if (!std::isfinite(value)) return std::nullopt;
+  return value;
 }
 
 std::optional<std::int64_t> seconds_from(std::string_view text) {

@@ -25,6 +25,10 @@ bool is_own_host(std::string_view host_header, std::string_view machine_name);
 // page: http:// or https:// and the same host and port as in Host.
 bool is_own_origin(std::string_view origin, std::string_view host_header);
 
+// A time in seconds since 1970 that a query gives; absent for everything but a decimal number,
+// with or without decimals, of at most 20 characters.
+std::optional<double> time_from(std::string_view text);
+
 // The seconds that a query asks for; absent for everything but a decimal number without a sign, of
 // at most 5 digits.
 std::optional<std::int64_t> seconds_from(std::string_view text);

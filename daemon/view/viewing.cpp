@@ -30,7 +30,7 @@ Viewing::Viewing(std::string endpoint, const std::string& http,
     : endpoint_(std::move(endpoint)),
       client_(std::move(client)),
       subscriber_(endpoint_, {topic_frame, topic_status, topic_version}, client_, most_waiting),
-      view_(endpoint_),
+      view_(endpoint_, host_clock()),
       server_(http, view_, host_clock()) {}
 
 void Viewing::run(const std::stop_token& stop, const HearState& hear) {

@@ -285,6 +285,7 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path, std::st
     return refuse(connection, MHD_HTTP_METHOD_NOT_ALLOWED, "the page is for reading: GET or HEAD");
   }
   if (path == "/events") return serve_events(connection);
+  if (path == "/frames.csv") return serve_frames(connection);
   const PageAsset* asset = path.starts_with('/') ? find_asset(path.substr(1)) : nullptr;
   if (asset == nullptr) {
     return refuse(connection, MHD_HTTP_NOT_FOUND, "there is no such file; the page is at /");
@@ -294,6 +295,26 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path, std::st
   add_headers(response, asset->type);
   MHD_add_response_header(response, "Content-Encoding", "gzip");
   return send(connection, MHD_HTTP_OK, response);
+}
+
+// The page makes a table of what it draws where frames of that time are no longer kept (204).
+int WebServer::serve_frames(MHD_Connection* connection) {
+  const auto time = [&](const char* name) {
+    const char* text = MHD_lookup_connection_value(connection, MHD_GET_ARGUMENT_KIND, name);
+    return time_from(text == nullptr ? "" : text);
+  };
+  const auto from_s = time("from");
+  const auto to_s = time("to");
+  if (!from_s || !to_s) {
+    return refuse(connection, MHD_HTTP_BAD_REQUEST,
+                  "frames.csv?from=SECONDS&to=SECONDS, both since 1970");
+  }
+  const auto csv = view_.frames_csv(*from_s, *to_s);
+  std::string text = csv.value_or("");
+  MHD_Response* response =
+      MHD_create_response_from_buffer(text.size(), text.data(), MHD_RESPMEM_MUST_COPY);
+  add_headers(response, "text/csv; charset=utf-8");
+  return send(connection, csv ? MHD_HTTP_OK : MHD_HTTP_NO_CONTENT, response);
 }
 
 int WebServer::serve_events(MHD_Connection* connection) {

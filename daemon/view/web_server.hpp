@@ -42,8 +42,8 @@ class WebServer {
   static constexpr std::size_t most_viewers_a_peer = 16;
   static constexpr std::int64_t request_ns = 10'000'000'000;
   static constexpr std::int64_t answer_ns = 20'000'000'000;
-  // Viewers get news at most so often, 25 times a second.
-  static constexpr std::int64_t between_news_ns = 40'000'000;
+  // Viewers get news at most so often, ten times a second: the page draws no more.
+  static constexpr std::int64_t between_news_ns = 100'000'000;
 
   // address: HOST:PORT as ListeningSocket takes it. view and clock outlive this.
   WebServer(const std::string& address, const LiveView& view, const Clock& clock);
@@ -74,6 +74,7 @@ class WebServer {
   int answer(MHD_Connection* connection, std::string_view path, std::string_view method);
   int refuse(MHD_Connection* connection, unsigned code, const std::string& why);
   int serve_events(MHD_Connection* connection);
+  int serve_frames(MHD_Connection* connection);
   [[nodiscard]] bool is_due(const Viewer& viewer) const;
 
   const LiveView& view_;

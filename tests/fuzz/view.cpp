@@ -1,3 +1,4 @@
+#include "daemon/base/clock.hpp"
 #include "daemon/view/live_view.hpp"
 #include "daemon/view/request_check.hpp"
 #include "tests/fuzz/fuzz.hpp"
@@ -24,7 +25,7 @@ void check_header(const std::string& text) {
 }
 
 void check_message(const std::string& text) {
-  view::LiveView view(text);
+  view::LiveView view(text, host_clock());
   view::LiveView::Cursor cursor = view::LiveView::cursor(10);
   cursor.wants_fold = text.size() % 2 == 0;
   for (const char* topic : {"frame", "fold", "status", "version", "other"}) view.take(topic, text);

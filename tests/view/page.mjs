@@ -71,17 +71,16 @@ await check('dragging zooms all charts, and escape leads back', async () => {
   await page.mouse.move(box.x + box.width * 0.8, box.y + 45, {steps: 5});
   await page.mouse.up();
   await shows(page, 'a zoom', () => shown.zoom !== null && !document.getElementById('whole').disabled);
-  await shows(page, 'the same time in all charts', () =>
-    charts.every((chart) => chart.graph.xAxisRange().join() === shown.zoom.join()));
+  await shows(page, 'the same time in all charts', () => charts.every((chart) => chart.window.join() === shown.zoom.join()));
   await page.keyboard.press('Escape');
   await shows(page, 'the whole time', () => shown.zoom === null);
 });
 
 await check('shift and dragging moves all charts', async () => {
   const box = await (await page.$('.chart.main .plot')).boundingBox();
-  await page.evaluate(() => { const [from, to] = charts[0].graph.xAxisRange(); set_zoom([from + (to - from) * 0.4, from + (to - from) * 0.6]); });
+  await page.evaluate(() => { const [from, to] = charts[0].window; set_zoom([from + (to - from) * 0.4, from + (to - from) * 0.6]); });
   const before = await page.evaluate(() => shown.zoom);
-  await shows(page, 'the zoom', () => charts.every((chart) => chart.graph.xAxisRange().join() === shown.zoom.join()));
+  await shows(page, 'the zoom', () => charts.every((chart) => chart.window.join() === shown.zoom.join()));
   await page.keyboard.down('Shift');
   await page.mouse.move(box.x + box.width * 0.7, box.y + 40);
   await page.mouse.down();
@@ -90,7 +89,7 @@ await check('shift and dragging moves all charts', async () => {
   await page.keyboard.up('Shift');
   const width = before[1] - before[0];
   await shows(page, 'later times of the same length in all charts', (from, span) => charts.every((chart) => {
-    const [left, right] = chart.graph.xAxisRange();
+    const [left, right] = chart.window;
     return left > from + span * 0.05 && Math.abs(right - left - span) < span * 0.01;
   }), before[0], width);
   await page.keyboard.press('Escape');
@@ -103,15 +102,82 @@ await check('every chart says what is under the cursor, with its unit', async ()
   const box = await (await page.$('.chart.main .plot')).boundingBox();
   await page.mouse.move(box.x + box.width * 0.97, box.y + 60);
   // The clock stands before the values only where the cursor is.
-  const units = ['m', 'm/s', 'counts/pulse', 'counts/s', '', 'ppm', 'ps', 'ms', '%'];
+  const units = ['m', 'm/s', 'mcounts/pulse', 'kcounts/s', '', 'ppm', 'ps', 'ms', '%'];
   const readouts = await until('nine values', async () => {
     const lines = await page.evaluate(() => charts.map((chart) => chart.readout.textContent.trim()));
     return lines.every((line) => /^\d\d:\d\d:\d\d\.\d{3} .*\d/.test(line)) && lines;
   });
   readouts.forEach((line, i) => expect(line.endsWith(units[i]), `${line} instead of ${units[i]}`));
-  const [row, expected] = await page.evaluate(() => [charts[0].graph.getSelection(), charts[0].points[charts[0].graph.getSelection()][1][1]]);
-  expect(readouts[0].includes(expected.toFixed(5)), `${readouts[0]} instead of ${expected} in row ${row}`);
+  const value = await page.evaluate(() => value_in(charts[0], 'distance', selected_row()));
+  const expected = `${value[1].toFixed(5)} ± ${((value[2] - value[0]) / 2).toFixed(5)} m`;
+  expect(readouts[0].endsWith(expected), `${readouts[0]} instead of ${expected}`);
   await page.keyboard.press(' ');
+});
+
+await check('axes have their units, and a chart without a value has no numbers', async () => {
+  await shows(page, 'pictures', () => charts.every((chart) => chart.range));
+  const units = await page.evaluate(() => charts.map((chart) => chart.axis_unit).join());
+  expect(units === 'm,m/s,mcounts/pulse,kcounts/s,,ppm,ps,ms,%', units);
+  const texts = await page.evaluate(() => {
+    const said = [];
+    const original = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...more) { said.push(text); return original.call(this, text, ...more); };
+    const kept = shown.rows;
+    shown.rows = [];
+    draw(charts[0]);
+    shown.rows = kept;
+    CanvasRenderingContext2D.prototype.fillText = original;
+    return said.filter((text) => !text.includes(':'));
+  });
+  expect(texts.join() === 'no value', texts.join());
+});
+
+await check('at most ten pictures a second, and none where nothing comes', async () => {
+  const drawn = () => page.evaluate(() => [shown.drawn, performance.now()]);
+  const [before, began] = await drawn();
+  await pause(2000);
+  const [after, ended] = await drawn();
+  const a_second = (after - before) / (ended - began) * 1e3 / 9;
+  expect(a_second > 0.5 && a_second <= 10.5, `${a_second} pictures of each chart a second`);
+  await page.keyboard.press(' ');
+  await shows(page, 'a standing picture', () => charts.every((chart) => !chart.stale));
+  const [held] = await drawn();
+  await pause(500);
+  expect((await drawn())[0] === held, 'pictures of nothing new');
+  await page.keyboard.press(' ');
+});
+
+await check('numbers have one format', async () => {
+  const said = await page.evaluate(() => [in_one(0.00135, 0.0000123, 'counts/pulse'), in_one(173180, undefined, 'counts/s'),
+    in_one(284.500123, 0.00057, 'm'), in_one(-3.2, 0.021, 'm/s'), in_one(0.0123, undefined, ''), in_one(12345678, 1e4, 'counts/s'),
+    in_one(0, 20, 'counts/s'), in_one(undefined, 1, 'm'), in_one(999.96, undefined, 'counts/s')]);
+  expect(said.join('|') === '1.350 ± 0.012 mcounts/pulse|173.2 kcounts/s|284.50012 ± 0.00057 m|-3.200 ± 0.021 m/s|' +
+    '0.01230|12.346 ± 0.010 Mcounts/s|0 ± 20 counts/s|–|1000.0 counts/s', said.join('|'));
+});
+
+await check('the title has the state and the distance', async () => {
+  await shows(page, 'a title', () => /^ok · \d+\.\d+ ± \d+\.\d+ m · splid$/.test(document.title));
+});
+
+await check('the length of time, the pictures and the alignment survive a reload', async () => {
+  const one = await open_page(browser, url, {width: 1440, height: 900});
+  await one.click('[data-seconds="300"]');
+  await one.click('#photons');
+  await one.keyboard.press('a');
+  await one.reload({waitUntil: 'domcontentloaded'});
+  await shows(one, 'what was open', () => shown.seconds === 300 && photons.on && !document.getElementById('pictures').hidden &&
+    document.body.classList.contains('aligning'));
+  await shows(one, 'frames', () => Number(document.body.dataset.sequence) > 0);
+  for (const [width, height] of [[1440, 900], [390, 844]]) {
+    await one.setViewport({width, height});
+    await one.evaluate(() => scrollTo(0, 0));
+    if (screenshots) await one.screenshot({path: join(screenshots, `align-${width}.png`)});
+    const box = await (await one.$('#bigger')).boundingBox();
+    expect(box && box.y >= 0 && box.y + box.height <= height && box.x + box.width <= width, `the button lies at ${JSON.stringify(box)}`);
+  }
+  await one.click('#bigger');
+  expect(await one.evaluate(() => !document.body.classList.contains('aligning') && !location.hash.includes('align')), 'it stays large');
+  await one.close();
 });
 
 await check('the tone is off until it is asked for, and rises an octave for ten times the signal', async () => {
@@ -125,11 +191,12 @@ await check('the tone is off until it is asked for, and rises an octave for ten 
   expect(await page.evaluate(() => tone === null), 'the tone stays');
 });
 
-await check('the table has what the charts show', async () => {
+await check('the table of means has what the charts show, with units', async () => {
   const lines = (await page.evaluate(() => table())).trim().split('\n');
   const head = lines[0].split(',');
-  expect(head[0] === 'time_utc' && head.includes('distance_low'), lines[0]);
-  const distance = Number(lines.at(-1).split(',')[head.indexOf('distance')]);
+  expect(lines[0].startsWith('time_utc,frames,valid_frames,status,distance_m,distance_low_m,distance_high_m,velocity_mps,velocity_low_mps,') &&
+    head.includes('sbr_high') && head.includes('signal_low_per_pulse') && head.includes('signal_rate_per_s'), lines[0]);
+  const distance = Number(lines.at(-1).split(',')[head.indexOf('distance_m')]);
   expect(distance > 280 && distance < 290, `the last distance is ${distance} m`);
   // Zoomed at the middle half of the rows that are there, however long the demonstration has run.
   const [rows, within, inside] = await page.evaluate(() => {
@@ -144,13 +211,27 @@ await check('the table has what the charts show', async () => {
     return [all.length, zoomed.length, zoomed.every((time) => expected.includes(time)) && expected.length - zoomed.length <= 2];
   });
   expect(within > 1 && within < rows - 1 && inside, `${within} of ${rows} rows are zoomed at`);
-  // What the button saves.
-  const saved = await page.evaluate(() => new Promise((done) => {
+});
+
+// What the button saves: the frames of the time shown, as they were published.
+await check('the button saves the frames, and the means where the server has no frames any more', async () => {
+  const save = () => page.evaluate(() => new Promise((done) => {
     const made = URL.createObjectURL;
     URL.createObjectURL = (blob) => { URL.createObjectURL = made; blob.text().then(done); return made.call(URL, blob); };
     document.getElementById('csv').click();
   }));
-  expect(saved.startsWith(lines[0]), 'the button saves something else');
+  const lines = (await save()).trim().split('\n').map((line) => line.split(','));
+  const [head, ...rows] = lines;
+  const column = (name) => head.indexOf(name);
+  const heard = frames_heard();
+  const known = rows.filter((row) => heard.has(Number(row[column('sequence')])));
+  expect(known.length > 20 && known.every((row) => {
+    const frame = heard.get(Number(row[column('sequence')]));
+    return row[column('distance_m')] === String(frame.distance_m) && row[column('std_distance_m')] === String(frame.std.distance_m);
+  }), `${known.length} of ${rows.length} frames compared`);
+  const means = await page.evaluate(() => { window.fetch = () => Promise.resolve({status: 204}); return table().split('\n')[0]; });
+  expect((await save()).startsWith(means), 'no means');
+  await page.evaluate(() => { delete window.fetch; });
 });
 
 await check('no picture of photons is made until somebody looks, and then all three', async () => {
@@ -270,13 +351,59 @@ await check('a daemon that is not there yet, stops and comes back', async () => 
   await shows(follower, 'trouble', () => document.getElementById('state').textContent === 'no connection');
   for (let turn = 0; turn < 2; ++turn) {
     const daemon = new Program('run', '--config', live);
-    await shows(follower, 'streaming', () => document.getElementById('state').textContent === 'streaming' &&
-      !document.body.classList.contains('old') && Number(document.body.dataset.sequence) > 3);
+    await shows(follower, 'ok', () => document.getElementById('state').textContent.startsWith('ok') &&
+      document.getElementById('device').className === 'good' && !document.body.classList.contains('old') && Number(document.body.dataset.sequence) > 3);
     expect(await daemon.end() === 0, daemon.err);
     await shows(follower, 'trouble', () => document.getElementById('state').textContent === 'no connection' &&
       document.body.classList.contains('old'));
+    await shows(follower, 'nothing that looks well', () => document.getElementById('device').className === '' &&
+      document.getElementById('device').textContent.startsWith('last heard: ') &&
+      /^no connection/.test(document.getElementById('distance-std').textContent) &&
+      document.getElementById('distance-tile').className.includes('doubtful') &&
+      /\d+ s ago/.test(document.getElementById('age').textContent) && document.title === 'no connection · splid');
     await follower.evaluate(() => { delete document.body.dataset.sequence; });
   }
+});
+
+// The headline in words and colour, its reason beside nothing else, and the values where they do not hold.
+await check('each state of the measurement is said in words and colour', async () => {
+  const seen = await follower.evaluate(() => {
+    const text = (id) => document.getElementById(id).textContent;
+    const background = (id) => getComputedStyle(document.getElementById(id)).backgroundColor;
+    const [status, frame, trouble] = [state_message, shown.frame, shown.trouble];
+    const valid = {...frame, status: 'ok', valid: true, distance_m: 284.5, velocity_mps: -3, std: {distance_m: 0.0006, velocity_mps: 0.02}};
+    take_frame(valid);
+    shown.trouble = '';
+    const said = ['ok', 'no_target', 'ambiguous', 'saturated', 'wrong_pattern', 'no_signal', 'no_sync', 'incomplete', 'none'].map((measurement) => {
+      const has_values = ['ok', 'ambiguous', 'saturated'].includes(measurement);
+      const {distance_m, velocity_mps, std, ...bare} = valid;
+      take_frame({...(has_values ? valid : bare), status: measurement === 'none' || measurement.startsWith('wrong') || measurement === 'no_signal' ? 'no_target' : measurement,
+        valid: measurement === 'ok' || measurement === 'ambiguous'});
+      take_status({...status, state: 'streaming', measurement, reason: measurement === 'ok' ? '' : `why ${measurement}`});
+      show_title();
+      return [text('state'), background('state'), text('reason'), text('distance-std').replace(/\d+ s old/, 'N s old'),
+        getComputedStyle(document.querySelector('#distance-tile .value')).color, document.title.split(' · ')[0]];
+    });
+    const reason = document.getElementById('reason');
+    reason.textContent = 'publish.endpoint '.repeat(12);
+    const [header, box] = [reason.closest('header').getBoundingClientRect(), reason.getBoundingClientRect()];
+    const shape = [box.width / header.width, box.height / parseFloat(getComputedStyle(reason).lineHeight)];
+    Object.assign(shown, {trouble});
+    take_status(status);
+    take_frame(frame);
+    return {said, shape};
+  });
+  const words = ['ok', 'no target', 'ambiguous', 'saturated', 'wrong pattern', 'no signal', 'no sync', 'incomplete', 'none'];
+  const notes = ['', 'no target, N s old, ', 'ambiguous, ', 'saturated, ', 'no target, N s old, ', 'no target, N s old, ', 'no sync, N s old, ', 'incomplete, N s old, ',
+    'no target, N s old, '].map((note) => note + '± 0.00060 m');
+  const [green, black] = [seen.said[0][1], seen.said[0][4]];
+  seen.said.forEach(([state, colour, reason, note, ink, title], i) => {
+    expect(state === words[i] && title === words[i], `${state} and the title ${title} instead of ${words[i]}`);
+    expect((colour === green) === (i === 0), `${state} is ${colour}`);
+    expect(reason === (i === 0 ? '' : `why ${words[i].replaceAll(' ', '_')}`), `${state} because of ${reason}`);
+    expect(note === notes[i] && (ink === black) === (i === 0), `${state}: ${note} in ${ink}`);
+  });
+  expect(seen.shape[0] > 0.9 && seen.shape[1] < 2.1, `the reason takes ${seen.shape}`);
 });
 
 await check('a lowered effort has the colour of an alarm', async () => {
@@ -298,8 +425,16 @@ await check('a target that is lost and found again', async () => {
     }));
     await shows(follower, status, (text) => document.getElementById('frame-status').textContent === text, status);
     const [distance, signal] = [await text_of(follower, 'distance'), await text_of(follower, 'signal-rate')];
-    expect(bright ? /\d/.test(distance) && /\d/.test(signal) : distance === '–' && signal === '–',
-      `${status} with the distance ${distance} and the signal ${signal}`);
+    expect(bright ? /\d/.test(distance) && /\d/.test(signal) : signal === '–', `${status} with the distance ${distance} and the signal ${signal}`);
+    // The last valid distance stands, grey, with the word and its age.
+    if (!bright) {
+      await shows(follower, 'an old distance that says so', () => /\d/.test(document.getElementById('distance').textContent) &&
+        document.getElementById('distance').dataset.value === undefined &&
+        /^no target, \d+ s old/.test(document.getElementById('distance-std').textContent) &&
+        document.getElementById('distance-tile').className.includes('doubtful'));
+      await shows(follower, 'the state and why', () => document.getElementById('state').textContent === 'no target' &&
+        document.getElementById('reason').textContent.includes('show no target'));
+    }
     expect(Number(await value_of(follower, 'signal-rate-best')) > 0, 'the best signal of the last minute is gone');
     // The daemon's last frame is cut short, and says so. It may share a bin with the frame before it,
     // and the bin then has its status. So the dark needs a bin that is not the last.
@@ -309,11 +444,38 @@ await check('a target that is lost and found again', async () => {
   // The charts: no value while it was lost, and no line across that time.
   const [lost, bridged] = await follower.evaluate(`(() => {
     const dark = (${dark_bins})();
-    const times = new Set(dark.map(time_of));
-    return [dark.length, points_of(charts[0]).filter((point) => times.has(point[0]) && point[1][1] !== null).length];
+    const [from, to] = [time_of(dark[0]), time_of(dark[dark.length - 1])];
+    const lines = lines_of(charts[0], 'distance', shown.rows, 1);
+    return [dark.length, lines.filter((line) => line[0][0] < from && line[line.length - 1][0] > to).length];
   })()`);
-  expect(lost > 0 && bridged === 0, `${lost} bins without a target, ${bridged} of them with a distance`);
+  expect(lost > 0 && bridged === 0, `${lost} bins without a target, ${bridged} lines across them`);
 });
+
+// Real scenes that are not ok, each from the daemon to the eye.
+for (const [words, scene, more] of [
+  ['no signal', {signal_per_pulse: 0, ambient_per_s: 0, dark_per_s: 0}, {}],
+  ['no target', {signal_per_pulse: 0, ambient_per_s: 20000}, {}],
+  ['saturated', {signal_per_pulse: 0.5, ambient_per_s: 20000}, {detector: {dead_time_ns: 50, dead_time: 'flagged'}}],
+  ['ambiguous', {signal_per_pulse: 0.01, ambient_per_s: 2000}, {pattern: {file: join(source, 'config/patterns/ambiguous-94.5.json')}}],
+]) {
+  await check(`a scene that is ${words}`, async () => {
+    await follower.setViewport({width: 1440, height: 900});
+    const daemon = new Program('run', '--config', configuration('scene.json', later, {driver: 'simulator', ...scene}, more));
+    await shows(follower, words, (text) => document.getElementById('state').textContent === text &&
+      document.getElementById('state').className !== 'pill good' && document.getElementById('reason').textContent.length > 20 &&
+      document.getElementById('frame-status').textContent === (text === 'no signal' ? 'no target' : text) &&
+      document.getElementById('distance-std').textContent.startsWith(text === 'no signal' ? 'no target' : text), words);
+    if (screenshots) {
+      await pause(2500);
+      await follower.screenshot({path: join(screenshots, `state-${words.replace(' ', '-')}.png`)});
+      await follower.setViewport({width: 390, height: 844});
+      await pause(500);
+      await follower.screenshot({path: join(screenshots, `state-${words.replace(' ', '-')}-phone.png`)});
+    }
+    expect(await daemon.end() === 0, daemon.err);
+  });
+}
+await follower.setViewport({width: 1280, height: 800});
 
 await check('recording, encoder and several targets are shown as the messages have them', async () => {
   expect(await text_of(follower, 'recording') === 'off', await text_of(follower, 'recording'));
@@ -344,33 +506,37 @@ await check('recording, encoder and several targets are shown as the messages ha
     const [, status, distance, velocity, signal] = seen[1][i];
     const near = (text, value, deviation) => Math.abs(parseFloat(text) - value) <= deviation / 10 && text.includes('±');
     expect(status === target.status && near(distance, target.distance_m, target.std.distance_m) &&
-      near(velocity, target.velocity_mps, target.std.velocity_mps) && Math.abs(parseFloat(signal) / target.signal_per_pulse - 1) < 0.01,
+      near(velocity, target.velocity_mps, target.std.velocity_mps) && signal.endsWith(' mcounts/pulse') &&
+      Math.abs(parseFloat(signal) / 1e3 / target.signal_per_pulse - 1) < 0.01,
     `${seen[1][i]} for ${JSON.stringify(target)}`);
   });
   await shows(follower, 'the line of the encoder', () => charts.filter((chart) => chart.main).every((chart) =>
-    /\d.* encoder -?\d/.test(chart.readout.textContent) && chart.points.some((point) => point[2] && point[2][1] !== null)));
+    /\d.* encoder -?\d/.test(chart.readout.textContent) && lines_of(chart, chart.series[1], shown.rows, 1).length > 0));
   await heard.end();
   expect(await rich.end() === 0, rich.err);
 });
 
 await check('findings are shown: of the status with what to do, of a frame and of its targets', async () => {
-  const [status, measurement, note, cells, hidden] = await follower.evaluate(() => {
+  const [status, state, note, cells, hidden] = await follower.evaluate(() => {
     const findings = [{name: 'pulse_width', value: 0.3841, std: 0.0123, gain_nats: 30, advice: 'Calibrate the pulse.'},
       {name: 'jerk', value: -37.5, std: 4, unit: 'm/s3', gain_nats: 20, advice: 'Shorten frames.'}];
     const text = (id) => document.getElementById(id).textContent;
     const status_before = state_message;
     const frame_before = shown.frame;
-    take_status({...status_before, measurement: 'wrong_pattern', findings});
+    const trouble = shown.trouble;
+    shown.trouble = '';
+    take_status({...status_before, state: 'degraded', measurement: 'wrong_pattern', findings});
     show_frame({...frame_before, photons: 1234, findings, targets: [{status: 'ok'}, {status: 'ok', findings: [findings[1]]}]});
-    const seen = [[...document.querySelectorAll('#findings li')].map((item) => item.textContent), text('measurement'),
+    const seen = [[...document.querySelectorAll('#findings li')].map((item) => item.textContent), text('state'),
       text('frame-note'), [...document.querySelectorAll('#targets tr')].map((row) => row.lastElementChild.textContent)];
+    shown.trouble = trouble;
     take_status({...status_before, findings: undefined});
     show_frame(frame_before);
     return [...seen, document.getElementById('findings-panel').hidden];
   });
-  const jerk = 'jerk -37.5 ± 4 m/s³';
+  const jerk = 'jerk -37.5 ± 4.0 m/s³';
   expect(status.join('|') === `pulse width 0.384 ± 0.012 Calibrate the pulse.|${jerk} Shorten frames.`, status.join('|'));
-  expect(measurement === 'wrong pattern' && note === `pulse width 0.384 ± 0.012, ${jerk}, 1,234 photons`, `${measurement}, ${note}`);
+  expect(state === 'wrong pattern' && note === `pulse width 0.384 ± 0.012, ${jerk}, 1,234 photons`, `${state}, ${note}`);
   expect(cells.join('|') === `–|${jerk}`, cells.join('|'));
   expect(hidden, 'the panel stays without findings');
 });
@@ -385,7 +551,7 @@ await check('a fault of the instrument is shown with its reason, and its recover
     await waits(address.slice(5));
     await follower.evaluate(() => { delete document.body.dataset.sequence; });
     const instrument = Program.of('/usr/bin/python3', join(source, 'tests/view/instrument.py'), address);
-    await shows(follower, 'frames', () => document.getElementById('state').textContent === 'streaming' &&
+    await shows(follower, 'frames', () => document.getElementById('stream').textContent === 'streaming' &&
       document.body.dataset.sequence !== undefined);
     await instrument.end('SIGKILL');
   }

@@ -7,29 +7,11 @@ const MM_PER_NS = 149.896229;  // half the speed of light
 
 const photons = {on: false, fold: null, pictures: {}};
 
-// A figure with an area for data inside of margins, in the pixels of the style sheet.
+// A figure whose axes are x and y: {from, to, title}.
 function open_picture(id, x, y) {
-  const canvas = at(id);
-  const ratio = window.devicePixelRatio || 1;
-  const width = canvas.clientWidth, height = canvas.clientHeight;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const pen = canvas.getContext('2d');
-  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-  pen.font = '11px system-ui, sans-serif';
-  const area = {x: 48, y: 6, w: Math.max(width - 58, 1), h: Math.max(height - 38, 1)};
-  const picture = {pen, area, x, y};
-  picture.at_x = (value) => area.x + (value - x.from) / (x.to - x.from) * area.w;
-  picture.at_y = (value) => area.y + area.h - (value - y.from) / (y.to - y.from) * area.h;
-  photons.pictures[id] = picture;
-  return picture;
-}
-
-// 1, 2 or 5 times a power of ten: some five ticks.
-function tick_step(span) {
-  const rough = span / 5;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return power * [1, 2, 5, 10].find((factor) => factor * power >= rough);
+  const {pen, area} = open_canvas(at(id), {left: 56, top: 18, right: 10, bottom: 34});
+  const scale = scales(area, [x.from, x.to], [y.from, y.to]);
+  return photons.pictures[id] = {pen, area, x, y, ...scale};
 }
 
 function draw_axes({pen, area, x, y, at_x, at_y}) {
@@ -37,20 +19,15 @@ function draw_axes({pen, area, x, y, at_x, at_y}) {
   pen.fillStyle = palette.muted;
   pen.lineWidth = 1;
   pen.strokeRect(area.x, area.y, area.w, area.h);
-  const ticks = (axis) => {
-    const step = tick_step(axis.to - axis.from);
-    const digits = Math.max(0, -Math.floor(Math.log10(step)));
-    const list = [];
-    for (let k = Math.ceil(axis.from / step); k * step <= axis.to; ++k) list.push([k * step, (k * step).toFixed(digits)]);
-    return list;
-  };
   pen.textAlign = 'center';
   pen.textBaseline = 'top';
-  for (const [value, text] of ticks(x)) pen.fillText(text, at_x(value), area.y + area.h + 4);
+  for (const [value, text] of ticks_of(x.from, x.to, 5)) pen.fillText(text, at_x(value), area.y + area.h + 4);
   pen.fillText(x.title, area.x + area.w / 2, area.y + area.h + 18);
   pen.textAlign = 'right';
   pen.textBaseline = 'middle';
-  for (const [value, text] of ticks(y)) pen.fillText(text, area.x - 5, at_y(value));
+  for (const [value, text] of ticks_of(y.from, y.to, 5)) pen.fillText(text, area.x - 5, at_y(value));
+  pen.textAlign = 'left';
+  pen.fillText(y.title, 2, 8);
 }
 
 function draw_bars(picture, counts, from, width, colour) {
@@ -67,7 +44,7 @@ function draw_stack(stack) {
   const end = stack.first_ns + stack.bin_ns * stack.counts.length;
   const most = Math.max(...stack.counts, ...stack.expected, 1);
   const picture = open_picture('stack', {from: stack.first_ns, to: end, title: 'ns from the pulse'},
-    {from: 0, to: most * 1.05});
+    {from: 0, to: most * 1.05, title: 'counts'});
   draw_bars(picture, stack.counts, stack.first_ns, stack.bin_ns, palette.signal);
   const {pen, at_x, at_y} = picture;
   pen.strokeStyle = palette.reference;
@@ -80,7 +57,7 @@ function draw_stack(stack) {
 
 function draw_period(period) {
   const picture = open_picture('period', {from: 0, to: period.bin_ns * period.counts.length, title: 'ns from the start of the pattern'},
-    {from: 0, to: Math.max(...period.counts, 1) * 1.05});
+    {from: 0, to: Math.max(...period.counts, 1) * 1.05, title: 'counts'});
   draw_bars(picture, period.counts, 0, period.bin_ns, palette.distance);
   draw_axes(picture);
 }
@@ -96,7 +73,7 @@ function ramp(share) {
 function draw_plane(plane) {
   const cells = Math.round(Math.sqrt(plane.gain_nats.length));
   const mm = plane.delay_step_ns * MM_PER_NS * cells / 2, mps = plane.velocity_step_mps * cells / 2;
-  const picture = open_picture('plane', {from: -mm, to: mm, title: 'mm of distance from the estimate'}, {from: -mps, to: mps});
+  const picture = open_picture('plane', {from: -mm, to: mm, title: 'mm of distance from the estimate'}, {from: -mps, to: mps, title: 'm/s'});
   const {pen, area, at_x, at_y} = picture;
   const best = Math.max(...plane.gain_nats, 1);
   const pixels = new ImageData(cells, cells);
@@ -139,14 +116,14 @@ function draw_photons() {
   }
   if (!photons.fold) return;
   const {sequence, status, photons: all, folded} = photons.fold;
-  const share = folded < all ? `, ${rate(folded)} of them drawn` : '';
-  put('fold-note', `Frame ${sequence}: ${String(status).replaceAll('_', ' ')}, ${rate(all)} photons${share}`, sequence);
+  const share = folded < all ? `, ${whole(folded)} of them drawn` : '';
+  put('fold-note', `Frame ${sequence}: ${in_words(status)}, ${whole(all)} photons${share}`, sequence);
 }
 
 function sum_of(list) { return list.reduce((sum, value) => sum + value, 0); }
 
 function summary_of(name, data) {
-  if (name === 'stack') return `${rate(sum_of(data.counts))} counts, ${rate(sum_of(data.expected))} expected`;
+  if (name === 'stack') return `${whole(sum_of(data.counts))} counts, ${whole(Math.round(sum_of(data.expected)))} expected`;
   if (name === 'period') return data.moved_back ? 'as the photons left' : 'as the photons came';
   return `best ${Math.max(...data.gain_nats).toFixed(1)} nats over no target`;
 }
@@ -184,12 +161,17 @@ function take_fold(fold) {
   draw_photons();
 }
 
-function toggle_photons() {
+function open_photons() {
   photons.on = !photons.on;
   photons.fold = null;
   at('photons').setAttribute('aria-pressed', String(photons.on));
   at('pictures').hidden = !photons.on;
   put('fold-note', 'Waiting for a frame');
+}
+
+function toggle_photons() {
+  open_photons();
+  keep_in_address();
   listen();
   draw_photons();
 }

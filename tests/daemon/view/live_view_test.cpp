@@ -3,12 +3,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "protocol/frame_columns.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/status_json.hpp"
+#include "tests/support/held_clock.hpp"
 #include "tests/support/sanitized.hpp"
 
 namespace splid::view {
@@ -97,7 +101,8 @@ TEST(ViewHistory, BeginsAnewWithAnotherReplayButNotWithAClockSetBackALittle) {
 }
 
 TEST(LiveView, AViewerGetsMessagesAsTheyCameAndEachOnce) {
-  LiveView view("tcp://127.0.0.1:9872");
+  const HeldClock clock;
+  LiveView view("tcp://127.0.0.1:9872", clock);
   StatusMessage status;
   status.ring_fill_ratio = 0.5;
   const std::string frame = to_json(frame_at(100, 10));
@@ -125,8 +130,48 @@ TEST(LiveView, AViewerGetsMessagesAsTheyCameAndEachOnce) {
   EXPECT_EQ(data_of(view.news(cursor), "page")["trouble"], "nobody answers");
 }
 
+// However long the daemon has been silent, or its frames without a target, when the page is opened.
+TEST(LiveView, ANewViewerGetsTheLastValidFrameAndItsAge) {
+  HeldClock clock;
+  LiveView view("ipc:///tmp/x", clock);
+  LiveView::Cursor early = LiveView::cursor(10);
+  EXPECT_THAT(view.news(early), Not(HasSubstr("event: past")));
+  view.take("frame", to_json(frame_at(1000, 10)));
+  clock.advance_ms(9000);
+  view.take("frame", to_json(frame_at(1009, 11, FrameStatus::no_target)));
+  clock.advance_ms(2500);
+  LiveView::Cursor late = LiveView::cursor(10);
+  const json past = data_of(view.news(late), "past");
+  EXPECT_EQ(past["frame_age_s"], 2.5);
+  EXPECT_EQ(past["valid_age_s"], 11.5);
+  EXPECT_EQ(past["valid"]["distance_m"], 10);
+  view.take("frame", to_json(frame_at(1010, 12)));
+  EXPECT_THAT(view.news(late), Not(HasSubstr("event: past")));
+}
+
+TEST(FrameTable, HasEachFrameOfATimeUntilItIsNoLongerKept) {
+  FrameTable table;
+  const auto lines = [&](double from_s, double to_s) {
+    const std::string csv = table.csv(from_s, to_s).value_or("");
+    return std::count(csv.begin(), csv.end(), '\n');
+  };
+  EXPECT_EQ(table.csv(0, 10), frame_csv_head());
+  for (int i = 0; i < 4; ++i) table.add(frame_at(100 + i, i));
+  EXPECT_EQ(table.csv(102, 103),
+            frame_csv_head() + frame_csv_row(frame_at(102, 2)) + frame_csv_row(frame_at(103, 3)));
+  EXPECT_EQ(lines(0, 1e9), 5);
+  table.add(frame_at(50, 0));  // another replay
+  EXPECT_EQ(lines(0, 1e9), 2);
+  for (std::size_t i = 0; i < FrameTable::most_frames; ++i) {
+    table.add(frame_at(51 + static_cast<double>(i), 0));
+  }
+  EXPECT_EQ(table.csv(50, 60), std::nullopt);
+  EXPECT_EQ(lines(51, 60), 11);
+}
+
 TEST(LiveView, AViewerThatFellBehindGetsTheNewestAndNoMore) {
-  LiveView view("ipc:///tmp/x");
+  const HeldClock clock;
+  LiveView view("ipc:///tmp/x", clock);
   LiveView::Cursor slow = LiveView::cursor(10);
   view.take("frame", to_json(frame_at(1000, 1)));
   view.news(slow);
@@ -142,7 +187,8 @@ TEST(LiveView, AViewerThatFellBehindGetsTheNewestAndNoMore) {
 }
 
 TEST(LiveView, TakesTheShortestHistoryThatHasTheSeconds) {
-  LiveView view("ipc:///tmp/x");
+  const HeldClock clock;
+  LiveView view("ipc:///tmp/x", clock);
   for (const auto& [seconds, window_s] : std::vector<std::pair<std::int64_t, int>>{
            {0, 10}, {10, 10}, {11, 30}, {3600, 3600}, {99'999, 3600}}) {
     LiveView::Cursor cursor = LiveView::cursor(seconds);
@@ -151,7 +197,8 @@ TEST(LiveView, TakesTheShortestHistoryThatHasTheSeconds) {
 }
 
 TEST(LiveView, CountsWhatItCannotReadAndLetsNoLineFeedThrough) {
-  LiveView view("ipc:///tmp/x");
+  const HeldClock clock;
+  LiveView view("ipc:///tmp/x", clock);
   view.take("frame", "{");
   view.take("status", "[]");
   view.take("version", "");
@@ -165,7 +212,8 @@ TEST(LiveView, CountsWhatItCannotReadAndLetsNoLineFeedThrough) {
 }
 
 TEST(LiveView, PicturesOfThePhotonsGoToThoseWhoWantThemAndAreForgotten) {
-  LiveView view("ipc://x");
+  const HeldClock clock;
+  LiveView view("ipc://x", clock);
   LiveView::Cursor plain = LiveView::cursor(10);
   LiveView::Cursor looker = LiveView::cursor(10);
   looker.wants_fold = true;

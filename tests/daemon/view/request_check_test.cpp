@@ -45,6 +45,11 @@ TEST(RequestCheck, OriginIsTheServersOwn) {
 }
 
 TEST(RequestCheck, ReadsSeconds) {
+  EXPECT_EQ(time_from("1764294000.25"), 1764294000.25);
+  EXPECT_EQ(time_from("-1"), -1);
+  for (const char* bad : {"", " 1", "1 ", "1e5", "nan", "inf", "0x10", "123456789012345678901"}) {
+    EXPECT_FALSE(time_from(bad)) << bad;
+  }
   EXPECT_EQ(seconds_from("60"), 60);
   EXPECT_EQ(seconds_from("0"), 0);
   EXPECT_EQ(seconds_from("99999"), 99'999);

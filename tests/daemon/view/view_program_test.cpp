@@ -111,7 +111,7 @@ TEST_F(ViewProgram, ServesThePageItsFilesAndNothingElse) {
                     HasSubstr("frame-ancestors 'none'"), HasSubstr("nosniff"),
                     HasSubstr("Content-Type: text/html")));
   for (const char* file :
-       {"/view.js", "/photons.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
+       {"/view.js", "/numbers.js", "/charts.js", "/photons.js", "/view.css", "/icon.svg"}) {
     EXPECT_THAT(answer(request(file)), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("gzip")))
         << file;
   }
@@ -122,15 +122,16 @@ TEST_F(ViewProgram, ServesThePageItsFilesAndNothingElse) {
   end_view();
 }
 
-TEST_F(ViewProgram, TheWholePageIsSmallerThan150KilobytesAndLoadsNothingFromElsewhere) {
+TEST_F(ViewProgram, TheWholePageIsSmallerThan50KilobytesAndLoadsNothingFromElsewhere) {
   start_view();
   std::size_t bytes = 0;
   for (const char* file :
-       {"/", "/view.js", "/photons.js", "/view.css", "/dygraph.js", "/dygraph.css", "/icon.svg"}) {
+       {"/", "/view.js", "/numbers.js", "/charts.js", "/photons.js", "/view.css", "/icon.svg"}) {
     bytes += answer(request(file)).size();
   }
-  EXPECT_LT(bytes, 150'000u);
-  for (const char* file : {"index.html", "view.js", "photons.js", "view.css"}) {
+  EXPECT_LT(bytes, 50'000u);
+  for (const char* file :
+       {"index.html", "view.js", "numbers.js", "charts.js", "photons.js", "view.css"}) {
     const std::string text =
         test::file_text(SPLID_SOURCE_DIR "/daemon/view/page/" + std::string(file));
     ASSERT_FALSE(text.empty());

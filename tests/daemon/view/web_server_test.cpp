@@ -67,7 +67,7 @@ class WebServerTest : public ::testing::Test {
   }
 
   HeldClock clock;
-  LiveView view{"ipc://nowhere"};
+  LiveView view{"ipc://nowhere", clock};
   WebServer server{"127.0.0.1:*", view, clock};
   const std::string get = "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
   const std::string events = "GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n";
@@ -104,6 +104,21 @@ TEST_F(WebServerTest, AnAnswerBeginsTheTimeAnew) {
   EXPECT_TRUE(answers(stream, ":\n\n"));
   clock.advance_ms(20'000);  // also if the end of the answer was noticed only now
   EXPECT_TRUE(closes(page));
+}
+
+TEST_F(WebServerTest, GivesTheFramesOfATimeAsATable) {
+  FrameMessage frame;
+  frame.timestamp_s = 1000;
+  view.take("frame", to_json(frame));
+  const LocalConnection page(port());
+  const auto ask = [](const std::string& query) {
+    return "GET /frames.csv" + query + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  };
+  page.send(ask("?from=999.5&to=1000.5"));
+  EXPECT_TRUE(answers(page, "\n1000,"));
+  const LocalConnection wrong(port());
+  wrong.send(ask("?from=nan&to=1000"));
+  EXPECT_TRUE(answers(wrong, "HTTP/1.1 400"));
 }
 
 TEST_F(WebServerTest, OnePeerHasAShareOfThePlaces) {
