@@ -2,7 +2,7 @@
 //
 //   scripts/test-view --figures
 //
-// Takes some four minutes. Times of processors are those that the kernel counts for a process or a thread.
+// Takes some seven minutes. Times of processors are those that the kernel counts for a process or a thread.
 import {readdirSync, readFileSync} from 'node:fs';
 import http from 'node:http';
 import {Program, configuration, end_all, new_browser, new_endpoint, open_page, pause, shows, until} from './harness.mjs';
@@ -97,7 +97,7 @@ async function lateness(browser, url, endpoint) {
 }
 
 async function latency_and_pictures() {
-  console.log('\n| frames a second | message to page, median | 95th of 100 | frames compared | pictures drawn a second |\n|---|---|---|---|---|');
+  console.log('\n| frames a second | message to page, median | 95th of 100 | frames compared | charts drawn a second |\n|---|---|---|---|---|');
   const browser = await new_browser();
   for (const length_ms of [50, 5]) {
     const endpoint = new_endpoint();
@@ -112,11 +112,59 @@ async function latency_and_pictures() {
   await browser.close();
 }
 
+// A process and all that it started, by the parents that /proc names.
+function family(pid) {
+  const parents = readdirSync('/proc').filter((id) => /^\d+$/.test(id)).flatMap((id) => {
+    try {
+      return [[Number(id), Number(readFileSync(`/proc/${id}/stat`, 'utf8').replace(/^.*\) /s, '').split(' ')[1])]];
+    } catch (error) { return []; }  // it has just ended
+  });
+  const all = new Set([pid]);
+  for (let before = 0; before !== all.size;) {
+    before = all.size;
+    for (const [id, parent] of parents) if (all.has(parent)) all.add(id);
+  }
+  return [...all];
+}
+
+// All processes of a browser without a graphics processor, with the page and no other in sight.
+async function cost_of_page() {
+  console.log('\n| the page shows | frames a second | processor time of the browser | charts drawn a second |\n|---|---|---|---|');
+  for (const [words, length_ms, prepare] of [
+    ['the last minute', 50, () => {}],
+    ['the last minute', 5, () => {}],
+    ['the last ten seconds', 50, () => set_seconds(10)],
+    ['the last hour', 50, () => set_seconds(3600)],
+    ['the last minute and the photons', 50, () => document.getElementById('photons').click()],
+  ]) {
+    const endpoint = new_endpoint();
+    const daemon = measurement(endpoint, length_ms);
+    const view = new Program('view', '--endpoint', endpoint, '--http', '127.0.0.1:*');
+    const browser = await new_browser();
+    const page = await open_page(browser, await view.url(), {width: 1440, height: 900});
+    for (const other of await browser.pages()) if (other !== page) await other.close();
+    await page.evaluate(prepare);
+    await shows(page, 'frames', () => Number(document.body.dataset.sequence) > 0);
+    await pause(15_000);  // charts have their points then
+    const used = () => family(browser.process().pid).reduce((sum, id) => {
+      try { return sum + processor_s(`/proc/${id}`); } catch (error) { return sum; }
+    }, 0);
+    const drawn = () => page.evaluate(() => Number(document.body.dataset.drawn));
+    const before = await drawn(), began = performance.now();
+    const share = await growth(used);
+    const pictures = (await drawn() - before) / ((performance.now() - began) / 1e3);
+    console.log(`| ${words} | ${1000 / length_ms} | ${percent(share)} of a core | ${pictures.toFixed(1)} |`);
+    await browser.close();
+    await view.end();
+    await daemon.end();
+  }
+}
+
 async function size_of_page() {
   const view = new Program('view', '--endpoint', new_endpoint(), '--http', '127.0.0.1:*');
   const url = await view.url();
   let bytes = 0;
-  for (const file of ['', 'view.js', 'photons.js', 'view.css', 'dygraph.js', 'dygraph.css', 'icon.svg']) {
+  for (const file of ['', 'view.js', 'numbers.js', 'charts.js', 'photons.js', 'view.css', 'icon.svg']) {
     bytes += await new Promise((done) => http.get(url + file, {headers: {'accept-encoding': 'gzip'}}, (answer) => {
       answer.resume();
       done(Number(answer.headers['content-length']));
@@ -160,8 +208,5 @@ async function cost_of_fold() {
   }
 }
 
-await size_of_page();
-await cost_of_view();
-await latency_and_pictures();
-await cost_of_fold();
+for (const part of [size_of_page, cost_of_view, cost_of_page, latency_and_pictures, cost_of_fold]) await part();
 await end_all();
