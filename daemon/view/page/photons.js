@@ -125,7 +125,7 @@ function sum_of(list) { return list.reduce((sum, value) => sum + value, 0); }
 function summary_of(name, data) {
   if (name === 'stack') return `${whole(sum_of(data.counts))} counts, ${whole(Math.round(sum_of(data.expected)))} expected`;
   if (name === 'period') return data.moved_back ? 'as the photons left' : 'as the photons came';
-  return `best ${Math.max(...data.gain_nats).toFixed(1)} nats over no target`;
+  return `best ${nats(Math.max(...data.gain_nats))} nats over no target`;
 }
 
 // What is under the cursor, with its units.
