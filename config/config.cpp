@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "config/endpoint.hpp"
+#include "config/former_values.hpp"
 #include "config/json_text.hpp"
 #include "config/option_reader.hpp"
 #include "config/option_writer.hpp"
@@ -138,9 +139,10 @@ Config load_config(const std::string& file) {
 Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,
                         const std::string& shipped_patterns) {
   check_kind(text, file);
-  const json document = parse_json_text(text, file);
+  json document = parse_json_text(text, file);
   Config config;
   config.file = file;
+  config.notes = replace_former_values(document, file);
   OptionReader reader(document, file, "");
   read_header(reader, file);
   describe_sections(config, reader);
@@ -153,7 +155,7 @@ Config config_from_json(const std::string& text, const std::string& file, const 
   PatternFile found =
       find_pattern_file(config.pattern_file, written, shipped_patterns, file + ": /pattern/file: ");
   config.pattern_file = std::move(found.path);
-  config.pattern_note = std::move(found.note);
+  if (!found.note.empty()) config.notes.push_back(std::move(found.note));
   config.pattern = read_pattern(config, read);
   check_all(config);
   return config;

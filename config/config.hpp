@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/daemon_options.hpp"
 #include "config/security_options.hpp"
@@ -24,11 +25,11 @@ namespace splid {
 
 // Everything that a configuration file says, with defaults where it is silent, valid as a whole.
 struct Config {
-  std::string file;           // as given
-  std::string source_driver;  // name of the driver
+  std::string file;                // as given
+  std::vector<std::string> notes;  // a sentence for people on each value that is not as it says
+  std::string source_driver;       // name of the driver
   std::unique_ptr<SourceOptions> source;
   std::string pattern_file;  // where it was found: see find_pattern_file()
-  std::string pattern_note;  // a sentence for people where that is elsewhere than the file says
   Pattern pattern;           // read from pattern_file and valid
   ChannelOptions channels;
   EncoderOptions encoder;

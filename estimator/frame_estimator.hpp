@@ -66,7 +66,7 @@ class FrameEstimator {
   // most: the search leaves out its levels beyond this effort, for when there is no time. It is of
   // no effect with method paper.
   Estimate estimate(const FrameView& view, TargetTrack* track = nullptr,
-                    Effort most = Effort::exhaustive);
+                    Effort most = Effort::balanced);
 
  private:
   struct Workspace;

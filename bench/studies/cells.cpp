@@ -186,7 +186,6 @@ std::vector<Cell> experiment() {
     cell.signal_per_pulse = 2e-4;
     cells.push_back(cell);
     cell.signal_per_pulse = 1.5e-4;
-    cell.effort = Effort::exhaustive;
     cells.push_back(cell);
   }
   return cells;

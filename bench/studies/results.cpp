@@ -94,7 +94,7 @@ bool read_number(const std::string& text, Number& number) {
 }
 
 std::optional<Effort> effort_from_name(const std::string& name) {
-  for (const Effort effort : {Effort::fast, Effort::balanced, Effort::exhaustive}) {
+  for (const Effort effort : {Effort::fast, Effort::balanced}) {
     if (splid::to_string(effort) == name) return effort;
   }
   return std::nullopt;

@@ -20,7 +20,7 @@ void add_log_options(CLI::App& command) {
 
 Config load_config_aloud(const std::string& file) {
   Config config = load_config(file);
-  if (!config.pattern_note.empty()) log_warning(config.pattern_note);
+  for (const std::string& note : config.notes) log_warning(note);
   return config;
 }
 

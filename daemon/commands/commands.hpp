@@ -50,8 +50,7 @@ void add_ctl(CLI::App& app, Action& action);
 // Adds --log-level and -v to a subcommand: how much it logs on standard error.
 void add_log_options(CLI::App& command);
 
-// Reads the configuration as load_config() does, and logs where its pattern was found if people
-// should know that.
+// Reads the configuration as load_config() does, and logs its notes.
 Config load_config_aloud(const std::string& file);
 
 }  // namespace splid

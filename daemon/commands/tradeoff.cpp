@@ -49,7 +49,7 @@ struct TradeoffCommand {
   std::string plot = "tradeoff.svg";
 };
 
-// "exhaustive, frames of 50 ms: 17 of 201; 43 %, 12 s left".
+// "balanced, frames of 50 ms: 17 of 201; 43 %, 12 s left".
 std::string progress_text(const std::string& doing, double done_s, std::optional<double> left_s) {
   if (!left_s) return doing;
   const double share = done_s / std::max(1e-9, done_s + *left_s);

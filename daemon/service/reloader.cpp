@@ -57,6 +57,7 @@ void Reloader::reload() {
   notifier_.reloading();
   try {
     auto next = std::make_shared<const Config>(load_config(original_.file));
+    for (const std::string& note : next->notes) log_warning(note);
     const ConfigChanges since_start = changes_between(original_, *next, original_);
     ConfigChanges now = changes_between(in_use_ ? *in_use_ : original_, *next, original_);
     const std::string& readers = next->security.allow_list;

@@ -9,7 +9,7 @@ namespace {
 constexpr std::array<const char*, 2> findings_names = {"on", "off"};
 constexpr std::array<const char*, 4> motion_names = {"static", "moving", "auto", "accelerating"};
 constexpr std::array<const char*, 2> method_names = {"search", "paper"};
-constexpr std::array<const char*, 3> effort_names = {"fast", "balanced", "exhaustive"};
+constexpr std::array<const char*, 2> effort_names = {"fast", "balanced"};
 constexpr std::array<const char*, 3> drift_names = {"regression", "endpoints", "off"};
 constexpr std::array<const char*, 2> reference_names = {"tagger", "pattern"};
 constexpr std::array<const char*, 2> dead_time_names = {"modelled", "flagged"};
@@ -45,7 +45,10 @@ void EstimatorOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "method", method, method_names,
          "search: over all delays and velocities; paper: as [P] does, for comparison, which knows "
          "neither several targets nor an acceleration");
-  choose(visitor, "effort", effort, effort_names, "how fine the search may get before it gives up");
+  choose(visitor, "effort", effort, effort_names,
+         "balanced: where nothing significant shows, the search looks again with finer cells; "
+         "fast: it "
+         "does not");
   visitor.flag("tracked", tracked,
                "a frame first looks where the one before found its target, and searches where "
                "it is not there, and every 20th frame");

@@ -19,8 +19,8 @@ namespace splid {
 enum class Motion { static_target, moving, automatic, accelerating };
 // search: this project's own method. paper: that of [P], for comparison.
 enum class Method { search, paper };
-// How often the search halves its steps while nothing significant shows: not, once, twice.
-enum class Effort { fast, balanced, exhaustive };
+// Whether the search halves its steps where nothing significant shows: balanced does.
+enum class Effort { fast, balanced };
 // The detected pulse: a gaussian, or the table of a calibrated pattern.
 enum class Shape { gaussian, tabulated };
 

@@ -53,7 +53,7 @@ PaperResult PaperMethod::estimate(const FrameView& view) {
 
 std::optional<Start> PaperMethod::start(const FrameView& view, const FoldedFrame& frame,
                                         FrameSearch& search) {
-  search.straight(frame, Effort::exhaustive);
+  search.straight(frame, Effort::balanced);
   const PaperResult found = estimate(view);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;

@@ -12,11 +12,14 @@ namespace splid {
 namespace {
 
 // Design note: in [P]'s background, bins of 10 pulse widths find a target of 1/7 of [P]'s signal
-// without a wrong peak, bins of 5 widths one of 1/9, and bins of 2.5 widths one that is weaker
-// still. A level is only looked at where the level before it found nothing significant.
-constexpr double level_widths[] = {10, 5, 2.5};
-constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20,
-                                       std::size_t{1} << 22};
+// without a wrong peak, and bins of 5 widths one of 1/9. A level is only looked at where the level
+// before it found nothing significant. A third level with bins of 2.5 widths doubled the time to
+// find less than one target in a hundred more (docs/evidence/tradeoff.md).
+constexpr double level_widths[] = {10, 5};
+constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20};
+
+// The bins of a search that costs little: of a short frame, or of a target at rest.
+constexpr double finest_widths = 2.5;
 
 constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a millisecond
 
@@ -56,18 +59,19 @@ std::uint32_t fitting_bins(const PulseTrain& train) {
   return CombRows(train, 0, best_search_kernels()).fitting_bins();
 }
 
-SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t level,
-                      double max_travel_ns) {
+// most_cells: with bins of `widths`; finer ones are taken where they are cheap.
+SearchGrid level_grid(const PulseTrain& train, double width_ns, double widths,
+                      std::size_t most_cells, double max_travel_ns) {
   // A cell that is wider than half the pulses' spacing takes a pulse's neighbour for the pulse.
   // Only where pulses overlap are they one to the search.
-  const double widest_ns = std::max(train.closest_ns / 2, level_widths[2] * width_ns);
-  const double wanted_ns = std::min(widest_ns, level_widths[level] * width_ns);
+  const double widest_ns = std::max(train.closest_ns / 2, finest_widths * width_ns);
+  const double wanted_ns = std::min(widest_ns, widths * width_ns);
   const std::uint32_t fitting = fitting_bins(train);
   // A short frame has few cells, however fine they are, so that the finest cells cost nothing.
-  double bin_ns = std::min(wanted_ns, level_widths[2] * width_ns);
+  double bin_ns = std::min(wanted_ns, finest_widths * width_ns);
   while (true) {
     const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_travel_ns, fitting);
-    const std::size_t most = bin_ns < wanted_ns ? cheap_cells : level_cells[level];
+    const std::size_t most = bin_ns < wanted_ns ? cheap_cells : most_cells;
     if (grid.cells() <= most || bin_ns >= widest_ns) return grid;
     bin_ns = std::min(bin_ns < wanted_ns ? wanted_ns : widest_ns, bin_ns * 1.25);
   }
@@ -76,14 +80,14 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, std::size_t leve
 // The grids of all levels, the coarsest first.
 std::vector<SearchGrid> level_grids(const PulseTrain& train, double width_ns, double max_travel_ns,
                                     Effort effort) {
+  // For a target at rest the finest cells are a single row, so that a coarser level saves nothing.
+  if (!(max_travel_ns > 0)) {
+    return {level_grid(train, width_ns, finest_widths, level_cells[1], max_travel_ns)};
+  }
   std::vector<SearchGrid> grids;
-  // For a target at rest the finest level is a single row of bins, so that a coarser level saves
-  // nothing.
-  const bool moving = max_travel_ns > 0;
-  const std::size_t first = moving ? 0 : std::size(level_widths) - 1;
-  const std::size_t end = moving ? levels_of(effort) : std::size(level_widths);
-  for (std::size_t level = first; level < end; ++level) {
-    const SearchGrid grid = level_grid(train, width_ns, level, max_travel_ns);
+  for (std::size_t level = 0; level < levels_of(effort); ++level) {
+    const SearchGrid grid =
+        level_grid(train, width_ns, level_widths[level], level_cells[level], max_travel_ns);
     if (grids.empty() || grid.cells() != grids.back().cells()) grids.push_back(grid);
   }
   return grids;

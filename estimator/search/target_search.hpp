@@ -78,7 +78,7 @@ class TargetSearch {
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
   // are left out.
-  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::exhaustive);
+  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::balanced);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The

@@ -77,7 +77,7 @@ void bind_config(py::module_& module) {
 
 Config ConfigText::read() const {
   Config config = config_from_json(text, file, read_file, shipped_patterns);
-  if (!config.pattern_note.empty()) log_warning(config.pattern_note);
+  for (const std::string& note : config.notes) log_warning(note);
   return config;
 }
 

@@ -62,7 +62,7 @@ TEST_F(PatternFiles, ACopiedExampleFindsItsPatternInTheRepository) {
   EXPECT_TRUE(std::filesystem::equivalent(shipped_patterns_folder(), shipped));
   const Config config = load_config(folder.path("my.json"));
   EXPECT_EQ(std::filesystem::path(config.pattern_file).filename(), "interleaved-180-189.json");
-  EXPECT_THAT(config.pattern_note, HasSubstr("comes with splid"));
+  EXPECT_THAT(config.notes, testing::ElementsAre(HasSubstr("comes with splid")));
 }
 
 }  // namespace

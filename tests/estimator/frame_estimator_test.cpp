@@ -489,7 +489,7 @@ TEST(FrameEstimator, AllocatesNothingForManyLosses) {
 TEST(FrameEstimator, AllocatesNothingAfterConstruction) {
   test::FrameMaker made = paper_scene();
   expect_no_allocation(made);
-  expect_no_allocation(made, {.effort = Effort::exhaustive});
+  expect_no_allocation(made, {.effort = Effort::fast});
   made.pattern = test::random_pattern(3780000, 40, 9000, 5);
   expect_no_allocation(made);
   made.pattern = test::mrr_pattern({180000, 189000}, 3780000, 2 * 3780000);

@@ -36,6 +36,12 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
 }
 
+std::optional<Interval> times(const std::optional<Interval>& factors,
+                              const std::optional<double>& value) {
+  if (!factors || !value) return std::nullopt;
+  return Interval{factors->low * *value, factors->high * *value};
+}
+
 // Rounds away the last digits of a difference of clock readings, which mean nothing.
 double to_microseconds(double time_ms) { return std::round(time_ms * 1e3) / 1e3; }
 
@@ -310,6 +316,8 @@ class LengthMeasurement {
     if (accuracy.velocity_rmse_mps.value_or(0) > 0) {
       row.velocity_rmse_mps = accuracy.velocity_rmse_mps;
     }
+    row.distance_interval_m = times(accuracy.delay_interval, row.distance_rmse_m);
+    row.velocity_interval_mps = times(accuracy.velocity_interval, row.velocity_rmse_mps);
     if (unit.bound.delay_ns > 0) row.distance_bound_m = m_per_ns_of_delay * unit.bound.delay_ns;
     if (unit.bound.velocity_mps > 0) row.velocity_bound_mps = unit.bound.velocity_mps;
     return row;
@@ -336,7 +344,8 @@ std::optional<double> Row::velocity_ratio() const {
 
 std::string setting_name(const EstimatorOptions& options) {
   if (options.method == Method::paper) return "paper";
-  return to_string(options.effort) + std::string(options.tracked ? ", tracked" : "");
+  return to_string(options.effort) + std::string(options.tracked ? ", tracked" : "") +
+         (options.findings == FindingsWanted::off ? ", no findings" : "");
 }
 
 double thread_cpu_ms() {
@@ -351,11 +360,16 @@ std::vector<Setting> settings_of_length(const EstimatorOptions& configured, doub
   EstimatorOptions options = configured;
   options.method = Method::search;
   for (const bool tracked : {false, true}) {
-    for (const Effort effort : {Effort::exhaustive, Effort::balanced, Effort::fast}) {
+    for (const Effort effort : {Effort::balanced, Effort::fast}) {
       options.effort = effort;
       options.tracked = tracked;
       settings.push_back({options, length_ms});
     }
+  }
+  if (configured.findings == FindingsWanted::on) {
+    options = settings.front().estimator;
+    options.findings = FindingsWanted::off;
+    settings.push_back({options, length_ms});
   }
   if (!paper) return settings;
   options = configured;

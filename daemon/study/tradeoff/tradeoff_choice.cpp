@@ -15,9 +15,12 @@ namespace {
 // RMSEs within this factor count as equal: settings that find the same peaks have the same RMSE,
 // and two percent more RMSE are only two percent more error of range.
 constexpr double alike_rmse = 1.02;
-// Times within this factor count as equal: a median of 200 times repeats only to 10 % on a machine
+// Losses that differ by less than this share of the frames count as equal: of 200 frames, two are
+// chance.
+constexpr double alike_lost = 0.01;
+// Times within this factor count as equal: a median of 200 times repeats only to 15 % on a machine
 // that does other work too.
-constexpr double alike_time = 1.1;
+constexpr double alike_time = 1.25;
 
 constexpr double none = std::numeric_limits<double>::infinity();
 
@@ -47,18 +50,23 @@ void keep_least(std::span<const Row> rows, std::vector<std::size_t>& among, doub
   std::erase_if(among, [&](std::size_t i) { return value(rows[i]) > limit; });
 }
 
-bool can_be_chosen(const Row& row) {
+bool can_be_chosen(const Row& row, const EstimatorOptions& configured) {
   return row.setting.estimator.method != Method::paper &&
+         row.setting.estimator.findings == configured.findings &&
          frames_of_rmse(row) >= fewest_frames_to_choose && row.distance_rmse_m.value_or(0) > 0 &&
          (row.velocity_rmse_mps || !row.velocity_bound_mps);
 }
 
+// The rows that pass the test and lose as few frames as any other of them.
 template <class Test>
-std::vector<std::size_t> those(std::span<const Row> rows, const Test& test) {
+std::vector<std::size_t> those(std::span<const Row> rows, const EstimatorOptions& configured,
+                               const Test& test) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (can_be_chosen(rows[i]) && test(rows[i])) found.push_back(i);
+    if (can_be_chosen(rows[i], configured) && test(rows[i])) found.push_back(i);
   }
+  const double most_lost = least(rows, found, lost_share) + alike_lost;
+  std::erase_if(found, [&](std::size_t i) { return lost_share(rows[i]) > most_lost; });
   return found;
 }
 
@@ -74,12 +82,11 @@ nlohmann::ordered_json json_of(EstimatorOptions options) {
 std::size_t frames_of_rmse(const Row& row) { return row.compared - row.wrong_peaks; }
 
 std::optional<std::size_t> find_knee(std::span<const Row> rows, double length_ms,
-                                     const EstimatorOptions& configured) {
-  std::vector<std::size_t> left = those(rows, [&](const Row& row) {
+                                     const EstimatorOptions& configured, KneeOf of) {
+  std::vector<std::size_t> left = those(rows, configured, [&](const Row& row) {
     return row.setting.length_ms == length_ms &&
-           (configured.tracked || !row.setting.estimator.tracked);
+           (of == KneeOf::all || !row.setting.estimator.tracked);
   });
-  keep_least(rows, left, 1, lost_share);
   const double best_distance = least(rows, left, distance) * alike_rmse;
   const double best_velocity = least(rows, left, velocity) * alike_rmse;
   std::erase_if(left, [&](std::size_t i) {
@@ -92,15 +99,19 @@ std::optional<std::size_t> find_knee(std::span<const Row> rows, double length_ms
     return json_of(rows[i].setting.estimator) == json_of(configured);
   });
   if (same != left.end()) return *same;
+  // Else a setting with the configured effort, if there is one.
+  keep_least(rows, left, 1, [&](const Row& row) {
+    return row.setting.estimator.effort == configured.effort ? 1.0 : 2.0;
+  });
   keep_least(rows, left, 1, time);
   return left.front();
 }
 
-std::optional<std::size_t> find_within_budget(std::span<const Row> rows, double budget_ms) {
-  std::vector<std::size_t> left = those(rows, [&](const Row& row) {
+std::optional<std::size_t> find_within_budget(std::span<const Row> rows, double budget_ms,
+                                              const EstimatorOptions& configured) {
+  std::vector<std::size_t> left = those(rows, configured, [&](const Row& row) {
     return row.p99_ms <= std::min(budget_ms, row.setting.length_ms);
   });
-  keep_least(rows, left, 1, lost_share);
   keep_least(rows, left, alike_rmse, [](const Row& row) { return distance(row) * velocity(row); });
   keep_least(rows, left, 1, [](const Row& row) { return row.p99_ms; });
   return left.empty() ? std::nullopt : std::optional(left.front());

@@ -17,6 +17,14 @@ std::string number_or_nothing(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? number_text(*value) : std::string();
 }
 
+std::optional<double> low_end(const std::optional<Interval>& interval) {
+  return interval ? std::optional(interval->low) : std::nullopt;
+}
+
+std::optional<double> high_end(const std::optional<Interval>& interval) {
+  return interval ? std::optional(interval->high) : std::nullopt;
+}
+
 struct Marks {
   bool knee = false;
   bool budget = false;
@@ -24,8 +32,9 @@ struct Marks {
 
 Marks marks_of(const Report& report, std::size_t row) {
   const auto knee = knee_of(report, report.rows[row].setting.length_ms);
-  const auto budget =
-      report.budget_ms ? find_within_budget(report.rows, *report.budget_ms) : std::nullopt;
+  const auto budget = report.budget_ms
+                          ? find_within_budget(report.rows, *report.budget_ms, report.configured)
+                          : std::nullopt;
   return {knee == row, budget == row};
 }
 
@@ -35,11 +44,21 @@ std::string column(fmt::format_string<double> pattern, const std::optional<doubl
 }
 
 constexpr const char* headings =
-    "  frame  setting                one core, ms     distance RMSE     velocity RMSE    wrong    "
-    "no\n"
-    "     ms                         p50      p99       mm  /bound      cm/s  /bound    peaks  "
-    "value  "
-    "frames";
+    "  frame  setting                  one core, ms         distance RMSE           velocity RMSE  "
+    "  "
+    "wrong    no\n"
+    "     ms                           p50      p99       mm    95 %  /bound     cm/s    95 %  "
+    "/bound "
+    " peaks  value  frames";
+
+// By how much the true RMSE may be above the measured one; nothing beyond four times.
+std::string percent_column(const std::optional<Interval>& interval,
+                           const std::optional<double>& rmse) {
+  constexpr double most = 4;
+  const double factor = interval && rmse ? interval->high / *rmse : most;
+  return factor < most ? fmt::format("{:>7}", fmt::format("+{:.0f} %", 100 * (factor - 1)))
+                       : fmt::format("{:>7}", "-");
+}
 
 std::string describe_target(const simulator::TargetOptions& target) {
   switch (target.motion) {
@@ -129,36 +148,47 @@ std::string in_words(ErrorsAgainst reference) {
       break;
   }
   return "no truth: errors are each frame's deviation from the cubic through its four neighbours "
-         "(effort exhaustive), freed of their own noise; a constant error does not show";
+         "(effort balanced), freed of their own noise; a constant error does not show";
 }
 
-std::optional<std::size_t> knee_of(const Report& report, double length_ms) {
+std::optional<std::size_t> knee_of(const Report& report, double length_ms, KneeOf of) {
   if (report.stopped_in_ms == length_ms) return std::nullopt;
-  return find_knee(report.rows, length_ms, report.configured);
+  return find_knee(report.rows, length_ms, report.configured, of);
 }
 
 std::optional<std::size_t> chosen_row(const Report& report) {
-  if (report.budget_ms) return find_within_budget(report.rows, *report.budget_ms);
-  return knee_of(report, nearest_length_ms(report));
+  if (report.budget_ms) {
+    return find_within_budget(report.rows, *report.budget_ms, report.configured);
+  }
+  const double length_ms = nearest_length_ms(report);
+  if (report.configured.tracked) return knee_of(report, length_ms);
+  return knee_of(report, length_ms, KneeOf::frames_on_their_own);
 }
 
 std::string table_head(ErrorsAgainst reference) { return in_words(reference) + "\n" + headings; }
 
 std::string table_line(const Row& row) {
-  return fmt::format("{:>7g}  {:19}", row.setting.length_ms, setting_name(row.setting.estimator)) +
+  return fmt::format("{:>7g}  {:21}", row.setting.length_ms, setting_name(row.setting.estimator)) +
          fmt::format("{:>7.3g}  {:>7.3g}", row.p50_ms, row.p99_ms) + "  " +
-         column("{:>7.3g}", row.distance_rmse_m, 1e3, 7) +
-         column("{:>8.3f}", row.distance_ratio(), 1, 8) + "   " +
-         column("{:>7.3g}", row.velocity_rmse_mps, 1e2, 7) +
+         column("{:>7.3g}", row.distance_rmse_m, 1e3, 7) + " " +
+         percent_column(row.distance_interval_m, row.distance_rmse_m) +
+         column("{:>8.3f}", row.distance_ratio(), 1, 8) + "  " +
+         column("{:>7.3g}", row.velocity_rmse_mps, 1e2, 7) + " " +
+         percent_column(row.velocity_interval_mps, row.velocity_rmse_mps) +
          column("{:>8.3f}", row.velocity_ratio(), 1, 8) +
-         fmt::format("{:9}{:7}{:8}", row.wrong_peaks, row.no_value, row.frames);
+         fmt::format("{:7}{:7}{:8}", row.wrong_peaks, row.no_value, row.frames);
 }
 
 std::string knee_line(const Report& report, double length_ms) {
   const auto knee = knee_of(report, length_ms);
-  const std::string said =
-      knee ? "knee: " + setting_name(report.rows[*knee].setting.estimator)
+  const auto alone = knee_of(report, length_ms, KneeOf::frames_on_their_own);
+  const auto name = [&](std::size_t row) {
+    return setting_name(report.rows[row].setting.estimator);
+  };
+  std::string said =
+      knee ? "knee: " + name(*knee)
            : "no knee: " + shortage(report, length_ms).value_or("not all is known of any setting");
+  if (knee && alone && alone != knee) said += "; of frames on their own: " + name(*alone);
   return fmt::format("{:>7g}  ", length_ms) + said;
 }
 
@@ -173,6 +203,7 @@ std::vector<Member> row_members(const Report& report, std::size_t index) {
   return {{"method", estimator.method == Method::paper ? "\"paper\"" : "\"search\""},
           {"tracked", estimator.tracked ? "true" : "false"},
           {"effort", json_string(to_string(estimator.effort))},
+          {"findings", estimator.findings == FindingsWanted::on ? "\"on\"" : "\"off\""},
           {"length_ms", number_text(row.setting.length_ms)},
           {"frames", std::to_string(row.frames)},
           {"photons", number_text(row.photons)},
@@ -181,9 +212,13 @@ std::vector<Member> row_members(const Report& report, std::size_t index) {
           {"reference", json_string(name_of(report.reference))},
           {"compared", std::to_string(row.compared)},
           {"distance_rmse_m", number_or_nothing(row.distance_rmse_m)},
+          {"distance_rmse_low_m", number_or_nothing(low_end(row.distance_interval_m))},
+          {"distance_rmse_high_m", number_or_nothing(high_end(row.distance_interval_m))},
           {"distance_bound_m", number_or_nothing(row.distance_bound_m)},
           {"distance_rmse_over_bound", number_or_nothing(row.distance_ratio())},
           {"velocity_rmse_mps", number_or_nothing(row.velocity_rmse_mps)},
+          {"velocity_rmse_low_mps", number_or_nothing(low_end(row.velocity_interval_mps))},
+          {"velocity_rmse_high_mps", number_or_nothing(high_end(row.velocity_interval_mps))},
           {"velocity_bound_mps", number_or_nothing(row.velocity_bound_mps)},
           {"velocity_rmse_over_bound", number_or_nothing(row.velocity_ratio())},
           {"wrong_peaks", std::to_string(row.wrong_peaks)},
@@ -194,7 +229,7 @@ std::vector<Member> row_members(const Report& report, std::size_t index) {
 
 std::string row_json(const Report& report, std::size_t row) {
   JsonWriter line;
-  line.text("schema", "splid.tradeoff").raw("v", "[1,0]");
+  line.text("schema", "splid.tradeoff").raw("v", "[1,1]");
   for (const Member& member : row_members(report, row)) {
     if (!member.json.empty()) line.raw(member.name, member.json);
   }
@@ -211,6 +246,22 @@ std::string no_choice_reason(const Report& report) {
   return fmt::format("no setting is done within {:g} ms in 99 of 100 frames", *report.budget_ms);
 }
 
+namespace {
+
+// Why the knee at the length of the recommended row is not that row; empty where it is.
+std::string passed_over(const Report& report, std::size_t chosen) {
+  const auto knee = knee_of(report, report.rows[chosen].setting.length_ms);
+  if (report.budget_ms || !knee || knee == chosen) return "";
+  const Row& row = report.rows[*knee];
+  return fmt::format(
+      "the knee there, {}, takes {:.3g} ms. It is not recommended, since the last digits of a "
+      "tracked frame depend on the frames before it; where that does not matter, set "
+      "estimator.tracked\n",
+      setting_name(row.setting.estimator), row.p50_ms);
+}
+
+}  // namespace
+
 std::string advice(const Report& report) {
   const auto chosen = chosen_row(report);
   if (!chosen) return "no setting is recommended: " + no_choice_reason(report) + "\n";
@@ -220,9 +271,9 @@ std::string advice(const Report& report) {
       report.budget_ms
           ? fmt::format("within {:g} ms a frame: {}, frames of {:g} ms, p99 {:.3g} ms\n",
                         *report.budget_ms, name, row.setting.length_ms, row.p99_ms)
-          : fmt::format("the knee at {:g} ms: {}, {:.3g} ms a frame\n", row.setting.length_ms, name,
-                        row.p50_ms);
-  return head + configuration_lines(row.setting) + "\n";
+          : fmt::format("recommended at {:g} ms: {}, {:.3g} ms a frame\n", row.setting.length_ms,
+                        name, row.p50_ms);
+  return head + passed_over(report, *chosen) + configuration_lines(row.setting) + "\n";
 }
 
 std::string title_of(const Config& config, const FrameOrigin& origin) {

@@ -8,6 +8,7 @@
 
 #include "config/config.hpp"
 #include "daemon/study/tradeoff/tradeoff.hpp"
+#include "daemon/study/tradeoff/tradeoff_choice.hpp"
 
 namespace splid::tradeoff {
 
@@ -33,10 +34,12 @@ struct Report {
 
 // The knee of a length; absent where there is none and where not all settings of the length are
 // measured.
-std::optional<std::size_t> knee_of(const Report& report, double length_ms);
+std::optional<std::size_t> knee_of(const Report& report, double length_ms, KneeOf of = KneeOf::all);
 
 // The recommended row: with a budget, the row of find_within_budget(); without a budget, the knee
-// of the measured length that is nearest to the configured length.
+// of the measured length that is nearest to the configured length. Unless tracking is configured,
+// that is the knee of frames on their own: the last digits of a tracked frame depend on the frames
+// before it, which a replay that starts elsewhere does not repeat.
 std::optional<std::size_t> chosen_row(const Report& report);
 
 // The table piece by piece, each without its last line feed: its head, which says what the errors
@@ -61,7 +64,8 @@ std::vector<Member> row_members(const Report& report, std::size_t index);
 // Why chosen_row() recommends no row, in a sentence; only for a report where it recommends none.
 std::string no_choice_reason(const Report& report);
 
-// The recommended setting with its configuration lines, or why none is recommended.
+// The recommended setting with its configuration lines, and why it is not the knee where it is not;
+// or why none is recommended.
 std::string advice(const Report& report);
 
 // For a scene "interleaved, 40 pulses in 3780 ns; S 0.00135 a pulse, b 175000 /s, target at 284.5

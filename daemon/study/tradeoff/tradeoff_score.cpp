@@ -83,17 +83,33 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
 struct Squares {
   double delay = 0;
   double velocity = 0;
-  std::size_t count = 0;
+  double count = 0;
+
+  void add(const Squares& other, double sign = 1) {
+    delay += sign * other.delay;
+    velocity += sign * other.velocity;
+    count += sign * other.count;
+  }
 };
 
 struct Comparison {
   Accuracy accuracy;
   Squares squares;
+  std::array<Squares, interval_blocks> blocks;  // of frames in a row
 };
+
+// How many frames are in a block. Errors against neighbours depend on those of four frames on
+// either side, so that a block has some frames more.
+std::size_t block_length(std::size_t frames, const Reference& reference) {
+  constexpr std::size_t least_beside_neighbours = 10;
+  const std::size_t tenth = (frames + interval_blocks - 1) / interval_blocks;
+  return std::max(tenth, reference.noise_share > 0 ? least_beside_neighbours : 1);
+}
 
 Comparison compare(std::span<const KeptFrame> frames, std::span<const FrameResult> results,
                    const Reference& reference, const Yardstick& unit) {
   Comparison made;
+  const std::size_t length = block_length(frames.size(), reference);
   for (std::size_t k = 0; k < results.size(); ++k) {
     if (frames[k].first) continue;
     ++made.accuracy.frames;
@@ -108,22 +124,46 @@ Comparison compare(std::span<const KeptFrame> frames, std::span<const FrameResul
       ++made.accuracy.wrong_peaks;
       continue;
     }
-    ++made.squares.count;
-    made.squares.delay += delay_ns * delay_ns;
-    made.squares.velocity += velocity_mps * velocity_mps;
+    const Squares squares = {delay_ns * delay_ns, velocity_mps * velocity_mps, 1};
+    made.squares.add(squares);
+    made.blocks.at(k / length).add(squares);
   }
   return made;
 }
 
 // The mean square of the results' own errors: the mean square of the differences less the
-// reference's share of it.
-double own_mean_square(double squares, std::size_t count, double reference_squares,
-                       std::size_t reference_count, double noise_share) {
-  const double difference = squares / static_cast<double>(count);
-  if (noise_share == 0 || reference_count == 0) return difference;
-  const double reference =
-      reference_squares / static_cast<double>(reference_count) / (1 + noise_share) * noise_share;
-  return std::max(0.0, difference - reference);
+// reference's share of it, which may leave less than nothing.
+double own_mean_square(double Squares::*error, const Squares& squares, const Squares& reference,
+                       double noise_share) {
+  const double difference = squares.*error / squares.count;
+  if (noise_share == 0 || reference.count == 0) return difference;
+  return difference - reference.*error / reference.count / (1 + noise_share) * noise_share;
+}
+
+// The part of a mean square's variance that is between blocks of errors against neighbours. Errors
+// that are 1 to 4 frames apart correlate by r = -0.8, 0.4, -0.114 and 0.014, as the weights have
+// it; 2 sum(k r_k^2) / (1 + 2 sum(r_k^2)) frames of a block share their variance with the next
+// block.
+double shared_by_blocks(std::size_t frames, const Reference& reference) {
+  constexpr double frames_shared = 0.76;
+  if (reference.noise_share == 0) return 0;
+  return frames_shared / static_cast<double>(block_length(frames, reference));
+}
+
+std::optional<Interval> interval_of(double Squares::*error, const Comparison& own,
+                                    const Comparison& other, double noise_share, double shared) {
+  std::vector<double> without;
+  for (std::size_t i = 0; i < interval_blocks; ++i) {
+    if (own.blocks.at(i).count == 0) continue;
+    Squares rest = own.squares;
+    Squares rest_of_reference = other.squares;
+    rest.add(own.blocks.at(i), -1);
+    rest_of_reference.add(other.blocks.at(i), -1);
+    if (rest.count == 0) return std::nullopt;
+    without.push_back(own_mean_square(error, rest, rest_of_reference, noise_share));
+  }
+  const double mean_square = own_mean_square(error, own.squares, other.squares, noise_share);
+  return mean_square > 0 ? interval_of_rms(mean_square, without, shared) : std::nullopt;
 }
 
 }  // namespace
@@ -200,15 +240,18 @@ Accuracy score(std::span<const KeptFrame> frames, std::span<const FrameResult> r
                const Yardstick& unit) {
   const Comparison made = compare(frames, results, reference, unit);
   Accuracy accuracy = made.accuracy;
-  const std::size_t count = made.squares.count;
-  if (count == 0) return accuracy;
-  const Squares other = compare(frames, reference_results, reference, unit).squares;
-  const auto rmse = [&](double squares, double reference_squares) {
-    return std::sqrt(
-        own_mean_square(squares, count, reference_squares, other.count, reference.noise_share));
+  if (made.squares.count == 0) return accuracy;
+  const Comparison other = compare(frames, reference_results, reference, unit);
+  const double share = reference.noise_share;
+  const double shared = shared_by_blocks(frames.size(), reference);
+  const auto rmse = [&](double Squares::*error) {
+    return std::sqrt(std::max(0.0, own_mean_square(error, made.squares, other.squares, share)));
   };
-  accuracy.delay_rmse_ns = rmse(made.squares.delay, other.delay);
-  if (unit.moving) accuracy.velocity_rmse_mps = rmse(made.squares.velocity, other.velocity);
+  accuracy.delay_rmse_ns = rmse(&Squares::delay);
+  accuracy.delay_interval = interval_of(&Squares::delay, made, other, share, shared);
+  if (!unit.moving) return accuracy;
+  accuracy.velocity_rmse_mps = rmse(&Squares::velocity);
+  accuracy.velocity_interval = interval_of(&Squares::velocity, made, other, share, shared);
   return accuracy;
 }
 

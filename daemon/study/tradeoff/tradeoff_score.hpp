@@ -7,6 +7,7 @@
 
 #include "config/config.hpp"
 #include "daemon/study/tradeoff/tradeoff_frames.hpp"
+#include "daemon/study/tradeoff/tradeoff_interval.hpp"
 #include "estimator/likelihood/bound.hpp"
 #include "estimator/model/estimate.hpp"
 #include "protocol/truth.hpp"
@@ -78,6 +79,9 @@ struct Accuracy {
   // Of the compared frames on no wrong peak; absent where there are none.
   std::optional<double> delay_rmse_ns;
   std::optional<double> velocity_rmse_mps;  // absent also where velocity is not estimated
+  // Of 95 %, as factors of the RMSE.
+  std::optional<Interval> delay_interval;
+  std::optional<Interval> velocity_interval;
 };
 
 // reference_results: the results that a neighbour_reference() was made from; not used for a truth.

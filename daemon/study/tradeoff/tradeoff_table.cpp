@@ -63,6 +63,13 @@ class TableLine {
     return *found;
   }
 
+  [[nodiscard]] std::optional<Interval> interval(const std::string& low,
+                                                 const std::string& high) const {
+    const auto first = value(low);
+    const auto last = value(high);
+    return first && last ? std::optional(Interval{*first, *last}) : std::nullopt;
+  }
+
   [[nodiscard]] std::size_t count(const std::string& name) const {
     const double found = number(name);
     if (!(found >= 0 && found < 1e15)) refuse(name + " is no number of frames");
@@ -94,9 +101,10 @@ Row row_of(const TableLine& line, const Report& report) {
   estimator = report.configured;
   estimator.method =
       line.choice<Method>("method", {{"search", Method::search}, {"paper", Method::paper}});
-  estimator.effort = line.choice<Effort>(
-      "effort",
-      {{"exhaustive", Effort::exhaustive}, {"balanced", Effort::balanced}, {"fast", Effort::fast}});
+  estimator.effort =
+      line.choice<Effort>("effort", {{"balanced", Effort::balanced}, {"fast", Effort::fast}});
+  estimator.findings = line.choice<FindingsWanted>(
+      "findings", {{"on", FindingsWanted::on}, {"off", FindingsWanted::off}});
   estimator.tracked = line.choice<bool>("tracked", {{"true", true}, {"false", false}});
   row.setting.length_ms = line.number("length_ms");
   row.frames = line.count("frames");
@@ -110,6 +118,8 @@ Row row_of(const TableLine& line, const Report& report) {
   row.distance_bound_m = line.value("distance_bound_m");
   row.velocity_rmse_mps = line.value("velocity_rmse_mps");
   row.velocity_bound_mps = line.value("velocity_bound_mps");
+  row.distance_interval_m = line.interval("distance_rmse_low_m", "distance_rmse_high_m");
+  row.velocity_interval_mps = line.interval("velocity_rmse_low_mps", "velocity_rmse_high_mps");
   return row;
 }
 

@@ -221,6 +221,15 @@ TEST_F(CommandLine, AWrongPatternIsAWarningWhereAStopWasAskedFor) {
                                 Not(HasSubstr("splid: error:"))));
 }
 
+TEST_F(CommandLine, ACheckSaysWhichValueIsTakenForOneThatIsNoMore) {
+  const std::string config =
+      write_config("c.json", R"("driver":"simulator")", R"(,"estimator":{"effort":"exhaustive"})");
+  const ProgramResult result = run_program({"check", config});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, AllOf(HasSubstr("warning: " + config + ": /estimator/effort: "),
+                                HasSubstr("\"balanced\" is taken for it")));
+}
+
 TEST_F(CommandLine, ReplayGivesTheSameFramesAtAnySpeedAndAgain) {
   const std::string recording = simulate("a.ptu", "0.6");
   const std::vector<std::string> once = frames(recording, "max");

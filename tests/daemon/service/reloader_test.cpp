@@ -114,6 +114,15 @@ TEST_F(ReloaderTest, SaysWhatItTookOverAndThatNothingElseIsNew) {
   EXPECT_EQ(device.configuration_fault(), "");
 }
 
+TEST_F(ReloaderTest, AValueThatIsNoMoreIsSaidInTheLog) {
+  configure(R"(,"estimator":{"effort":"exhaustive"})");
+  testing::internal::CaptureStdout();
+  reload();
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              HasSubstr("[warning] " + file + ": /estimator/effort: \"exhaustive\" is no longer"));
+  EXPECT_EQ(notice(), "reloaded " + file + ": nothing new");
+}
+
 TEST_F(ReloaderTest, WhatTakesARestartIsInTheStatusUntilTheFileSaysAgainWhatRuns) {
   configure(R"(,"frame":{"length_ms":20})");
   reload();

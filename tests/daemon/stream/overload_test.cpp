@@ -69,18 +69,18 @@ class Overload : public ::testing::Test {
 };
 
 TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
-  start("exhaustive");
+  start("balanced");
   daemon->start_counting();
   auto begin = WatchedDaemon::Clock::now();
   const auto is_lowered = [](const FrameMessage& frame) {
-    return frame.effort.value_or("exhaustive") != "exhaustive";
+    return frame.effort.value_or("balanced") != "balanced";
   };
   // Bends cost more than any speed: a frame of 50 ms takes 17 ms of a fast core with 100 m/s^2, and
   // 400 ms with 10,000.
   bool lowered = false;
   for (double mps2 = 100; !lowered && mps2 < 9e4; mps2 *= 2) {
     begin = WatchedDaemon::Clock::now();
-    reload("exhaustive", usual_mps, mps2);
+    reload("balanced", usual_mps, mps2);
     for (int i = 0; i < 20 && !lowered; ++i) {
       ASSERT_TRUE(daemon->await_frame(is_measured));
       lowered = is_lowered(*daemon->last_frame);
@@ -90,7 +90,7 @@ TEST_F(Overload, EffortIsLoweredBeforeAFrameIsDroppedAndComesBack) {
   const double said_ms = WatchedDaemon::ms_since(begin);
   const std::string said = daemon->said;
   begin = WatchedDaemon::Clock::now();
-  reload("exhaustive", usual_mps);
+  reload("balanced", usual_mps);
   for (int in_a_row = 0; in_a_row < 5; ++in_a_row) {
     ASSERT_TRUE(daemon->await_frame(is_measured));
     if (is_lowered(*daemon->last_frame)) in_a_row = -1;
@@ -159,7 +159,7 @@ TEST_F(Overload, WithoutMemoryForAReloadItGoesOnAsBefore) {
   const rlimit little{static_cast<rlim_t>(allowed_mib * 1024 * 1024), RLIM_INFINITY};
   ASSERT_EQ(prlimit(process, RLIMIT_AS, &little, nullptr), 0);
   const auto begin = WatchedDaemon::Clock::now();
-  reload("exhaustive", usual_mps);
+  reload("balanced", usual_mps);
   ASSERT_TRUE(daemon->await_status("not reloaded"));
   const double said_ms = WatchedDaemon::ms_since(begin);
   for (int i = 0; i < 10; ++i) ASSERT_TRUE(daemon->await_frame(is_measured));

@@ -37,7 +37,6 @@ TEST(Significance, FalseAlarmsComeAtTheRateAskedFor) {
   made.length_ms = 20;
   EstimatorOptions options;
   options.false_alarm_rate = 0.1;
-  options.effort = Effort::exhaustive;
   SceneOptions scene;
   scene.max_speed_mps = 20;
   FrameEstimator estimator(made.pattern, {}, scene, options, made.length_ms, 20000);

@@ -33,11 +33,12 @@ Row row(Effort effort, double length_ms, double p50_ms) {
   made.distance_bound_m = 0.5e-3;
   made.velocity_rmse_mps = 0.043;
   made.velocity_bound_mps = 0.04;
+  made.distance_interval_m = {0.56e-3, 0.7e-3};
   return made;
 }
 
-const std::vector<Row> rows = {row(Effort::exhaustive, 20, 4), row(Effort::fast, 20, 1),
-                               row(Effort::exhaustive, 50, 9), row(Effort::fast, 50, 3)};
+const std::vector<Row> rows = {row(Effort::balanced, 20, 4), row(Effort::fast, 20, 1),
+                               row(Effort::balanced, 50, 9), row(Effort::fast, 50, 3)};
 
 Report report_of(std::span<const Row> of) {
   return {of, ErrorsAgainst::scene, {}, 50, std::nullopt, std::nullopt};
@@ -53,9 +54,10 @@ std::vector<std::string> lines_of(const std::string& text) {
 TEST(TradeoffTable, HasALineASettingUnderItsNames) {
   const auto head = lines_of(table_head(ErrorsAgainst::scene));
   ASSERT_EQ(head.size(), 3u);
-  EXPECT_EQ(table_line(rows[0]),
-            "     20  exhaustive               4        6     0.62   1.240       4.3   1.075       "
-            " 0      1     200");
+  EXPECT_EQ(
+      table_line(rows[0]),
+      "     20  balanced                   4        6     0.62   +13 %   1.240      4.3       -   "
+      "1.075      0      1     200");
   EXPECT_EQ(head[2].size(), table_line(rows[0]).size());
 }
 
@@ -72,16 +74,17 @@ TEST(TradeoffTable, ShowsADashForWhatIsNotKnown) {
   nothing.frames = 200;
   nothing.no_value = 200;
   const std::string line = table_line(nothing);
-  EXPECT_EQ(std::count(line.begin(), line.end(), '-'), 4);
+  EXPECT_EQ(std::count(line.begin(), line.end(), '-'), 6);
 }
 
 TEST(TradeoffJson, IsAnObjectALine) {
   EXPECT_EQ(
       row_json(report_of(rows), 1),
-      R"({"schema":"splid.tradeoff","v":[1,0],)"
-      R"("method":"search","tracked":false,"effort":"fast","length_ms":20,"frames":200,"photons":9470,)"
+      R"({"schema":"splid.tradeoff","v":[1,1],)"
+      R"("method":"search","tracked":false,"effort":"fast","findings":"on","length_ms":20,"frames":200,"photons":9470,)"
       R"("compute_ms_p50":1,"compute_ms_p99":1.5,"reference":"scene","compared":199,)"
-      R"("distance_rmse_m":0.00062,"distance_bound_m":5e-04,)"
+      R"("distance_rmse_m":0.00062,"distance_rmse_low_m":0.00056,"distance_rmse_high_m":7e-04,)"
+      R"("distance_bound_m":5e-04,)"
       R"("distance_rmse_over_bound":1.24,"velocity_rmse_mps":0.043,)"
       R"("velocity_bound_mps":0.04,"velocity_rmse_over_bound":1.075,)"
       R"("wrong_peaks":0,"no_value":1,"knee":true})");
@@ -93,7 +96,7 @@ TEST(TradeoffJson, IsAnObjectALine) {
 TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {
   Report report = report_of(rows);
   EXPECT_THAT(advice(report),
-              AllOf(HasSubstr("knee at 50 ms: fast"), HasSubstr("\"effort\":\"fast\""),
+              AllOf(HasSubstr("recommended at 50 ms: fast"), HasSubstr("\"effort\":\"fast\""),
                     HasSubstr("\"length_ms\": 50")));
   report.budget_ms = 2;
   EXPECT_THAT(advice(report),
@@ -103,12 +106,30 @@ TEST(TradeoffAdvice, NamesTheKneeOrWhatTheBudgetAllowsAndItsLines) {
   EXPECT_THAT(advice(report), HasSubstr("no setting is done within 0.1 ms"));
 }
 
+TEST(TradeoffAdvice, SaysWhyATrackedKneeIsNotRecommended) {
+  std::vector<Row> measured = {row(Effort::balanced, 50, 3), row(Effort::balanced, 50, 1)};
+  measured[1].setting.estimator.tracked = true;
+  Report report = report_of(measured);
+  EXPECT_EQ(knee_line(report, 50),
+            "     50  knee: balanced, tracked; of frames on their own: balanced");
+  EXPECT_THAT(
+      advice(report),
+      AllOf(HasSubstr("recommended at 50 ms: balanced, 3 ms a frame\n"),
+            HasSubstr("the knee there, balanced, tracked, takes 1 ms. It is not recommended, "
+                      "since the last digits of a tracked frame depend on"),
+            HasSubstr("\"tracked\":false")));
+  EXPECT_THAT(row_json(report, 1), HasSubstr("\"knee\":true"));
+  report.configured.tracked = true;
+  EXPECT_THAT(advice(report), AllOf(HasSubstr("recommended at 50 ms: balanced, tracked"),
+                                    Not(HasSubstr("It is not recommended"))));
+}
+
 TEST(TradeoffAdvice, IsForTheMeasuredLengthNearestToTheConfiguredOne) {
   Report report = report_of(rows);
   report.configured_length_ms = 25;
-  EXPECT_THAT(advice(report), HasSubstr("knee at 20 ms"));
+  EXPECT_THAT(advice(report), HasSubstr("recommended at 20 ms"));
   report.configured_length_ms = 200;
-  EXPECT_THAT(advice(report), HasSubstr("knee at 50 ms"));
+  EXPECT_THAT(advice(report), HasSubstr("recommended at 50 ms"));
 }
 
 // What 0.29 s of recording have: four frames of 50 ms, without a neighbour on either side.

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 #include <vector>
 
+#include "estimator/frame_estimator.hpp"
 #include "tests/support/daemon_scene.hpp"
 
 namespace splid::tradeoff {
@@ -144,6 +146,63 @@ TEST(TradeoffScore, WithoutATruthTheNoiseOfTheReferenceIsTakenOff) {
   const auto noisier = noisy_results(count, 0.012, 0.043, 2);
   const Accuracy other = score(frames, noisier, reference, reference_results, unit);
   EXPECT_NEAR(other.delay_rmse_ns.value_or(0) / 0.012, 1, 0.056);
+}
+
+// Simulated frames, estimated once, and cut into measurements.
+class TradeoffIntervals : public ::testing::Test {
+ protected:
+  static constexpr std::size_t measurements = 70;
+  static constexpr std::size_t frames_each = 60;
+
+  TradeoffIntervals() {
+    const double length_ms = 5;
+    frames = collect_frames(config, find_origin(config, ""), length_ms, measurements * frames_each,
+                            [](std::size_t) {}, {});
+    FrameEstimator estimator(config.pattern, config.pulse, config.scene, config.estimator,
+                             length_ms, 4000);
+    for (const KeptFrame& frame : frames) {
+      results.push_back(frame_result(estimator.estimate(frame.view()), 1e-3, 0));
+    }
+    unit = make_yardstick(config, std::nullopt, frames, results);
+    all = score(frames, results, truth_reference(frames), results, unit);
+  }
+
+  // How many intervals hold the RMSE of all frames, of distance and of velocity together.
+  [[nodiscard]] int inside(
+      const std::function<Reference(std::span<const KeptFrame>, std::span<const FrameResult>)>&
+          against) const {
+    int count = 0;
+    const auto look = [&](const auto& interval, const auto& rmse, const auto& truth) {
+      if (!interval || !rmse || !truth) return;
+      const double factor = *truth / *rmse;
+      count += interval->low <= factor && factor <= interval->high ? 1 : 0;
+    };
+    for (std::size_t begin = 0; begin + frames_each <= frames.size(); begin += frames_each) {
+      const std::span some(&frames[begin], frames_each);
+      const std::span of_these(&results[begin], frames_each);
+      const Accuracy made = score(some, of_these, against(some, of_these), of_these, unit);
+      look(made.delay_interval, made.delay_rmse_ns, all.delay_rmse_ns);
+      look(made.velocity_interval, made.velocity_rmse_mps, all.velocity_rmse_mps);
+    }
+    return count;
+  }
+
+  Config config = scene_config(1);
+  std::vector<KeptFrame> frames;
+  std::vector<FrameResult> results;
+  Yardstick unit;
+  Accuracy all;
+};
+
+// Of 140 intervals 133 are to hold it, give or take 2.6 (one deviation).
+TEST_F(TradeoffIntervals, HoldsTheErrorAsOftenAsItSaysWithAndWithoutATruth) {
+  const int with_truth = inside([](auto some, auto) { return truth_reference(some); });
+  EXPECT_GE(with_truth, 127);
+  EXPECT_LE(with_truth, 139);
+  const int without =
+      inside([&](auto some, auto of_these) { return neighbour_reference(some, of_these, unit); });
+  EXPECT_GE(without, 127);
+  EXPECT_LE(without, 139);
 }
 
 TEST(TradeoffScore, AWrongPeakSpoilsItsNeighboursReferenceAndIsFoundByItsOwn) {

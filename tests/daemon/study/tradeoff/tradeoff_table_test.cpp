@@ -23,10 +23,10 @@ using ::testing::IsEmpty;
 std::vector<Row> some_rows() {
   std::vector<Row> rows;
   for (const double length_ms : {20.0, 50.0}) {
-    for (const Effort effort : {Effort::exhaustive, Effort::fast}) {
+    for (const Effort effort : {Effort::balanced, Effort::fast}) {
       Row row;
       row.setting.estimator.effort = effort;
-      row.setting.estimator.tracked = effort == Effort::exhaustive && length_ms == 50;
+      row.setting.estimator.tracked = effort == Effort::balanced && length_ms == 50;
       row.setting.length_ms = length_ms;
       row.frames = 200;
       row.compared = 199;
@@ -39,6 +39,7 @@ std::vector<Row> some_rows() {
       row.distance_bound_m = 1.0 / 3;
       row.velocity_rmse_mps = 0.043;
       row.velocity_bound_mps = 0.04;
+      row.distance_interval_m = {0.6e-3, 0.7e-3};
       rows.push_back(row);
     }
   }
@@ -63,11 +64,11 @@ TEST(TradeoffTable, HasTheMembersOfTheJsonAsColumns) {
   const auto lines = table_lines(to_csv(report));
   ASSERT_EQ(lines.size(), 1 + rows.size());
   for (const std::string& line : lines) {
-    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 20) << line;
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 25) << line;
   }
-  EXPECT_THAT(lines[0], AllOf(HasSubstr("method,tracked,effort,length_ms"),
+  EXPECT_THAT(lines[0], AllOf(HasSubstr("method,tracked,effort,findings,length_ms"),
                               HasSubstr("knee,within_budget"), EndsWith(",chosen")));
-  EXPECT_THAT(lines[2], HasSubstr("fast,20,200,9470.25,1,1.5,scene,"));
+  EXPECT_THAT(lines[2], HasSubstr("fast,on,20,200,9470.25,1,1.5,scene,"));
   const auto chosen = chosen_row(report);
   ASSERT_TRUE(chosen);
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -79,6 +80,7 @@ TEST(TradeoffTable, IsReadAsItWasWritten) {
   std::vector<Row> rows = some_rows();
   rows[1].distance_rmse_m.reset();
   rows[1].velocity_bound_mps.reset();
+  rows[2].setting.estimator.findings = FindingsWanted::off;
   rows[3].setting.estimator.method = Method::paper;
   const Report report = report_with(rows);
   const std::string text = to_csv(report);
@@ -110,7 +112,7 @@ TEST(TradeoffTable, WhatIsNoTableIsNamedWithItsLine) {
               AllOf(HasSubstr("t.csv, line 2: there is no column "),
                     HasSubstr("a table of splid tradeoff is expected")));
   EXPECT_THAT(error_of(text + "search,false\n", report),
-              HasSubstr("line 6: has 2 fields below 21 names"));
+              HasSubstr("line 6: has 2 fields below 26 names"));
   EXPECT_THAT(error_of(with("9470.25", "many"), report), HasSubstr("photons is 'many', no number"));
   EXPECT_THAT(error_of(with("9470.25", ""), report), HasSubstr("photons is empty"));
   EXPECT_THAT(error_of(with(",fast,", ",quick,"), report), HasSubstr("effort is 'quick'"));
