@@ -155,29 +155,38 @@ def tradeoff(table: AnyPath) -> Figure:
     """A tradeoff: RMSE of distance and velocity against the processor time for a frame, and the
     frames that are lost.
 
-    table: the file of `splid tradeoff --csv`. A curve is a setting of the estimator; its points are
-    frame lengths, with an uncertainty of one standard deviation, 1/sqrt(2 n). Level lines are the
-    bound of Cramer and Rao, a ring is around each length's knee, and a star is on the setting that
-    splid recommends. An error that is not known of any setting has no panel.
+    table: the file of `splid tradeoff --csv`. A curve is a setting of the estimator, hollow where
+    frames are tracked; its points are frame lengths, with their interval of 95 %. Level lines are
+    the bound of Cramer and Rao, a ring is around each length's knee, and a star is on the setting
+    that splid recommends. An error that is not known of any setting has no panel, and lost frames
+    have none where none is lost.
 
     Errors: OSError; ValueError for a file that is no such table, with the column it lacks.
     """
-    rows = _read(table, ("method", "effort", "tracked", "length_ms", "compute_ms_p50", "frames",
-                         "compared", "wrong_peaks", "no_value", "knee", "distance_rmse_m",
-                         "distance_bound_m", "velocity_rmse_mps", "velocity_bound_mps"))
-    known = [kind for kind in _ERRORS if np.isfinite(_column(rows, kind[0])).any()]
-    figure, panels = _figure(len(known) + 1, "What a frame costs, and what it is worth", 2.7)
+    rows = _read(table, ("method", "effort", "findings", "tracked", "length_ms", "compute_ms_p50",
+                         "frames", "wrong_peaks", "no_value", "knee", "distance_rmse_m",
+                         "distance_rmse_low_m", "distance_rmse_high_m", "distance_bound_m",
+                         "velocity_rmse_mps", "velocity_rmse_low_mps", "velocity_rmse_high_mps",
+                         "velocity_bound_mps"))
+    known = [kind for kind in _ERRORS if np.isfinite(_column(rows, f"{kind[0]}_{kind[1]}")).any()]
+    lost = _column(rows, "wrong_peaks") + _column(rows, "no_value")
+    has_lost = not known or bool(lost.any())
+    figure, panels = _figure(len(known) + has_lost, "What a frame costs, and what it is worth", 2.7)
     settings: dict[str, Rows] = {}
     for row in rows:
         settings.setdefault(_setting(row), []).append(row)
     for name, points in settings.items():
         cost_ms = _column(points, "compute_ms_p50")
-        for axes, (column, _, factor, _) in zip(panels, known):
-            _draw_setting(axes, name, points, factor * _column(points, column), cost_ms)
-        lost = 100 * (_column(points, "wrong_peaks") + _column(points, "no_value"))
-        panels[-1].plot(cost_ms, lost / _column(points, "frames"), ".-", label=name, linewidth=0.8)
-    for axes, (_, bound, factor, label) in zip(panels, known):
-        _draw_bounds(axes, rows, bound, factor)
+        for axes, (what, unit, factor, _) in zip(panels, known):
+            rmse, low, high = (factor * _column(points, f"{what}{end}_{unit}")
+                               for end in ("", "_low", "_high"))
+            _draw_setting(axes, name, points, (rmse, low, high), cost_ms)
+        if has_lost:
+            share = _column(points, "wrong_peaks") + _column(points, "no_value")
+            panels[-1].plot(cost_ms, 100 * share / _column(points, "frames"), label=name,
+                            **_style(points))
+    for axes, (what, unit, factor, label) in zip(panels, known):
+        _draw_bounds(axes, rows, f"{what.removesuffix('_rmse')}_bound_{unit}", factor)
         axes.set_ylabel(label)
         axes.set_yscale("log")
         _number(axes.yaxis)
@@ -185,17 +194,19 @@ def tradeoff(table: AnyPath) -> Figure:
         axes.set_xscale("log")
         axes.margins(x=0.1)
         _number(axes.xaxis)
-    panels[-1].set_ylabel("wrong or missing frames (%)")
-    most = max(1.0, 1.1 * panels[-1].get_ylim()[1])
-    panels[-1].set_ylim(-0.03 * most, most)
+    if has_lost:
+        panels[-1].set_ylabel("wrong or missing frames (%)")
+        most = max(1.0, 1.1 * panels[-1].get_ylim()[1])
+        panels[-1].set_ylim(-0.03 * most, most)
     panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="x-small", ncols=4)
     panels[-1].set_xlabel("processor time for a frame, median (ms); points: frame lengths")
     return figure
 
 
-# Column of an error, of its bound, what turns it into the axis' unit, and the axis' title.
-_ERRORS = (("distance_rmse_m", "distance_bound_m", 1e3, "RMSE of distance (mm)"),
-           ("velocity_rmse_mps", "velocity_bound_mps", 1e2, "RMSE of velocity (cm/s)"))
+# Column of an error without its unit, the unit, what turns it into the axis' unit, and the axis'
+# title.
+_ERRORS = (("distance_rmse", "m", 1e3, "RMSE of distance (mm)"),
+           ("velocity_rmse", "mps", 1e2, "RMSE of velocity (cm/s)"))
 
 
 def _number(axis: Axis) -> None:
@@ -208,19 +219,30 @@ def _number(axis: Axis) -> None:
 def _setting(row: dict[str, str]) -> str:
     if row["method"] == "paper":
         return "[P]'s method"
-    return row["effort"] + (", tracked" if row["tracked"] == "true" else "")
+    return (row["effort"] + (", tracked" if row["tracked"] == "true" else "")
+            + (", no findings" if row["findings"] == "off" else ""))
 
 
-def _draw_setting(axes: Axes, name: str, points: Rows, rmse: npt.NDArray[np.float64],
+def _style(points: Rows) -> dict[str, Any]:
+    """The colour says the effort, and a hollow marker that frames are tracked."""
+    row = points[0]
+    colour = (_GREY if row["method"] == "paper" else _GREEN if row["findings"] == "off" else
+              _BLUE if row["effort"] == "balanced" else _ORANGE)
+    tracked = row["tracked"] == "true"
+    return {"color": colour, "marker": "o", "markersize": 4, "linewidth": 0.8,
+            "linestyle": ":" if tracked else "-", "markerfacecolor": "white" if tracked else colour}
+
+
+def _draw_setting(axes: Axes, name: str, points: Rows, ends: tuple[npt.NDArray[np.float64], ...],
                   cost_ms: npt.NDArray[np.float64]) -> None:
-    errors = np.maximum(1, _column(points, "compared") - _column(points, "wrong_peaks"))
-    drawn = axes.errorbar(cost_ms, rmse, yerr=rmse / np.sqrt(2 * errors), fmt=".-", label=name,
-                          linewidth=0.8, elinewidth=0.6)
+    rmse, low, high = ends
+    bars = np.nan_to_num(np.stack([rmse - low, high - rmse]))
+    drawn = axes.errorbar(cost_ms, rmse, yerr=bars, label=name, elinewidth=0.6, **_style(points))
     for row, x, y in zip(points, cost_ms, rmse):
         if not math.isfinite(y):
             continue
         if row["knee"] == "true":
-            axes.plot([x], [y], "o", markersize=9, fillstyle="none", color=drawn[0].get_color())
+            axes.plot([x], [y], "o", markersize=10, fillstyle="none", color=drawn[0].get_color())
         if row.get("chosen") == "true":
             axes.plot([x], [y], "*", markersize=13, color=drawn[0].get_color(),
                       label=f"chosen: {name}, {float(row['length_ms']):g} ms")

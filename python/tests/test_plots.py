@@ -48,23 +48,45 @@ def test_a_tradeoff_of_the_program(program, scene, tmp_path):
     rows = table.read_text().splitlines()
     assert (tmp_path / "tradeoff.svg").read_text().count("<use") > len(rows)
     panels = plots.tradeoff(table).axes
-    assert len(panels) == 3
-    points = sum(len(line.get_xdata()) for line in panels[2].get_lines())
-    assert points == len(rows) - 1
+    assert len(panels) == 2  # no frame is lost
+    points = len(rows) - 1
     assert plots.main(["tradeoff", str(table), str(tmp_path / "again.svg")]) == 0
     assert (tmp_path / "again.svg").read_text().count("<use") > points
 
 
-def test_an_error_that_is_not_known_has_no_panel(tmp_path):
-    names = ("method,effort,tracked,length_ms,compute_ms_p50,frames,compared,wrong_peaks,no_value,"
-             "knee,distance_rmse_m,distance_bound_m,velocity_rmse_mps,velocity_bound_mps,chosen")
-    rows = ["search,fast,false,5,1,20,20,0,0,false,0.002,0.002,,,false",
-            "search,fast,false,50,8,20,20,0,0,true,0.001,0.001,,,true"]
-    table = tmp_path / "rest.csv"
+def at_rest(folder, lost=0):
+    """The table of a scene at rest: fast frames of 5 and 50 ms, the same tracked."""
+    names = ("method,effort,findings,tracked,length_ms,compute_ms_p50,frames,wrong_peaks,no_value,"
+             "knee,distance_rmse_m,distance_rmse_low_m,distance_rmse_high_m,distance_bound_m,"
+             "velocity_rmse_mps,velocity_rmse_low_mps,velocity_rmse_high_mps,velocity_bound_mps,"
+             "chosen")
+    rows = [f"search,fast,on,false,5,1,20,0,{lost},false,0.002,0.0018,0.0023,0.002,,,,,false",
+            f"search,fast,on,false,50,8,20,0,{lost},true,0.001,,,0.001,,,,,true",
+            "search,fast,on,true,5,0.5,20,0,0,false,0.002,0.0018,0.0023,0.002,,,,,false",
+            "search,fast,on,true,50,4,20,0,0,false,0.001,0.0009,0.0012,0.001,,,,,false"]
+    table = folder / "rest.csv"
     table.write_text("\n".join([names, *rows]) + "\n")
-    panels = plots.tradeoff(table).axes
+    return table
+
+
+def test_tracked_settings_are_hollow_and_lost_frames_have_a_panel(tmp_path):
+    panels = plots.tradeoff(at_rest(tmp_path, lost=2)).axes
     assert [axes.get_ylabel() for axes in panels] == ["RMSE of distance (mm)",
                                                       "wrong or missing frames (%)"]
+    alone, tracked = panels[1].get_lines()
+    assert list(alone.get_ydata()) == [10, 10] and list(tracked.get_ydata()) == [0, 0]
+    assert alone.get_markerfacecolor() == alone.get_color()
+    assert tracked.get_markerfacecolor() == "white" != tracked.get_color()
+
+
+def test_an_interval_is_drawn_as_it_is_said(tmp_path):
+    bars = plots.tradeoff(at_rest(tmp_path)).axes[0].containers[0].lines[2][0].get_segments()
+    assert np.allclose([bar[:, 1] for bar in bars], [[1.8, 2.3], [1, 1]])
+
+
+def test_an_error_that_is_not_known_has_no_panel(tmp_path):
+    panels = plots.tradeoff(at_rest(tmp_path)).axes
+    assert [axes.get_ylabel() for axes in panels] == ["RMSE of distance (mm)"]
     chosen = [line for line in panels[0].get_lines() if line.get_label().startswith("chosen")]
     assert [(*line.get_xdata(), *line.get_ydata()) for line in chosen] == [(8, 1)]
 
