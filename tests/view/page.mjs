@@ -373,12 +373,14 @@ await check('each state of the measurement is said in words and colour', async (
     const [status, frame, trouble] = [state_message, shown.frame, shown.trouble];
     const valid = {...frame, status: 'ok', valid: true, distance_m: 284.5, velocity_mps: -3, std: {distance_m: 0.0006, velocity_mps: 0.02}};
     take_frame(valid);
+    draw_picture();
     shown.trouble = '';
     const said = ['ok', 'no_target', 'ambiguous', 'saturated', 'wrong_pattern', 'no_signal', 'no_sync', 'incomplete', 'none'].map((measurement) => {
       const has_values = ['ok', 'ambiguous', 'saturated'].includes(measurement);
       const {distance_m, velocity_mps, std, ...bare} = valid;
       take_frame({...(has_values ? valid : bare), status: measurement === 'none' || measurement.startsWith('wrong') || measurement === 'no_signal' ? 'no_target' : measurement,
         valid: measurement === 'ok' || measurement === 'ambiguous'});
+      draw_picture();
       take_status({...status, state: 'streaming', measurement, reason: measurement === 'ok' ? '' : `why ${measurement}`});
       show_title();
       return [text('state'), background('state'), text('reason'), text('distance-std').replace(/\d+ s old/, 'N s old'),

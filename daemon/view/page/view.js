@@ -16,10 +16,11 @@ const WINDOWS_S = [10, 30, 60, 300, 900, 3600];
 const at = (id) => document.getElementById(id);
 const in_words = (name) => String(name).replaceAll('_', ' ');
 
-// valid: the last valid frame; *_ms: when a frame came, by performance.now().
+// valid: the last valid frame; *_ms: when a frame came, by performance.now(). picture: what of these
+// is on the page, which is not drawn anew for each frame.
 const shown = {seconds: 60, width_s: 0.06, window_s: 60, rows: [], frame: null, frame_ms: 0, valid: null,
   valid_ms: 0, paused: false, held_rows: [], zoom: null, view_is_gone: false, trouble: '', drawn: 0, best: {},
-  frame_is_new: false};
+  frame_is_new: false, picture: {}};
 let stream = null;
 let state_message = null;
 let past_ms = 0;  // how old the next frame is
@@ -217,7 +218,6 @@ function show_frame(frame) {
 
 // Values of this age are old: some frames should have come since.
 const is_old = (age_ms, frame) => age_ms > Math.max(1500, 4 * frame.duration_ms);
-let held_ms = null;  // the age of the values when the picture was held
 
 // Why the values that are shown do not hold, in a word or two; empty: they hold. They are the frame's
 // own where it has any, and otherwise those of the last valid frame.
@@ -230,11 +230,10 @@ function doubt(frame, age_ms) {
 }
 
 function show_values() {
-  const frame = shown.paused ? shown.held_frame : shown.frame;
-  const valid = shown.paused ? shown.held_valid : shown.valid;
-  const age_ms = performance.now() - shown.valid_ms;
+  const {frame, frame_ms, valid, valid_ms} = shown.picture;
+  const age_ms = performance.now() - valid_ms;
   show_age(valid, age_ms);
-  const why = doubt(frame, performance.now() - shown.frame_ms);
+  const why = doubt(frame, performance.now() - frame_ms);
   for (const [id, name, unit, places] of [['distance', 'distance_m', 'm', 4], ['velocity', 'velocity_mps', 'm/s', 3]]) {
     const own = frame && is_number(frame[name]);
     const from = own ? frame : valid || {};
@@ -328,8 +327,9 @@ function draw_picture() {
   is_scheduled = false;
   last_picture_ms = performance.now();
   if (shown.frame_is_new && !shown.paused) {
-    shown.frame_is_new = false;
-    show_frame(shown.frame);
+    const {frame, frame_ms, valid, valid_ms} = shown;
+    Object.assign(shown, {frame_is_new: false, picture: {frame, frame_ms, valid, valid_ms}});
+    show_frame(frame);
     show_values();
   }
   sing();
@@ -390,11 +390,9 @@ function set_seconds(seconds) {
 
 function toggle_pause() {
   shown.paused = !shown.paused;
-  if (shown.paused) Object.assign(shown, {held_rows: shown.rows.slice(), held_frame: shown.frame, held_valid: shown.valid});
+  if (shown.paused) shown.held_rows = shown.rows.slice();
   at('pause').setAttribute('aria-pressed', String(shown.paused));
   put('pause', shown.paused ? 'Go on' : 'Pause');
-  if (!shown.paused && shown.frame) show_frame(shown.frame);
-  show_values();
   mark(true);
 }
 
