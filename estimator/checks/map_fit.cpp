@@ -101,6 +101,7 @@ void MapFit::begin(const FoldedFrame& frame, const likelihood::Model& model, std
   dark_elsewhere_ = seen_light.elsewhere * per_ns * seen_ns *
                     std::max(1e-6, 1 - train_.pulses_per_ns * 2 * map_.reach_ns());
   has_others_ = model.count > 1;
+  others_elsewhere_ = 0;
   if (has_others_) add_others(frame, model, target);
 }
 
@@ -148,10 +149,12 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
   }
   const std::size_t parts = are_others_alike_ ? 1 : map_parts;
   const double seen_ns = frame.seen_ns / frame.scale;
+  double all = 0;
   for (std::size_t l = 0; l < model.count; ++l) {
     if (l == target) continue;
     const likelihood::Target& other = model.targets.at(l);
     const double light = other.signal_per_pulse * train_.amplitude_per_ns * seen_ns / map_parts;
+    all += light * map_parts;
     for (std::size_t j = 0; j < parts; ++j) {
       const double share = are_others_alike_ ? 0 : (static_cast<double>(j) + 0.5) / map_parts - 0.5;
       add_other(light, other.track.at(share) - own.at(share), j);
@@ -160,6 +163,7 @@ void MapFit::add_others(const FoldedFrame& frame, const likelihood::Model& model
   double photons = 0;
   for (const double light : others_) photons += light;
   if (are_others_alike_) photons *= map_parts;
+  others_elsewhere_ = std::max(0.0, all - photons);
   has_others_ = photons > least_photons;
 }
 
@@ -269,7 +273,7 @@ void MapFit::expect(const Member& member, std::size_t part, std::span<double> ph
 }
 
 double MapFit::expected_elsewhere(const Member& member) const {
-  return dark_elsewhere_ * std::exp(member.of({Shape::dark, 0}));
+  return dark_elsewhere_ * std::exp(member.of({Shape::dark, 0})) + others_elsewhere_;
 }
 
 double MapFit::value_of_part(std::size_t part) const {
@@ -363,12 +367,13 @@ void MapFit::add_information(std::span<const Term> terms, std::size_t part, Slop
 
 void MapFit::add_elsewhere(const Member& member, std::span<const Term> terms, Slopes& into) const {
   const double expected = expected_elsewhere(member);
+  const double dark = expected - others_elsewhere_, share = dark / expected;
   into.value += map_.elsewhere() * std::log(expected) - expected;
   for (std::size_t t = 0; t < terms.size(); ++t) {
     if (terms[t].shape != Shape::dark || terms[t].order != 0) continue;
     const auto row = static_cast<Eigen::Index>(t);
-    into.gradient[row] += map_.elsewhere() - expected;
-    into.information(row, row) += expected;
+    into.gradient[row] += map_.elsewhere() * share - dark;
+    into.information(row, row) += dark * share;
   }
 }
 

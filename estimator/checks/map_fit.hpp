@@ -128,7 +128,8 @@ class MapFit {
   SeenParts seen_parts_{};
   std::array<double, most_cells> seen_cells_{};
   SeenParts dark_parts_{};  // the background of each part over its mean
-  double signal_ = 0, dark_ = 0, dark_elsewhere_ = 0, log_width_ = 0;
+  double signal_ = 0, dark_ = 0, log_width_ = 0;
+  double dark_elsewhere_ = 0, others_elsewhere_ = 0;  // photons outside of the map
   bool has_others_ = false, are_others_alike_ = true, is_even_ = true;
   std::vector<double> others_;  // photons of other targets, by part and cell
   std::vector<double> differences_ns_, difference_light_;  // between pulses of the train

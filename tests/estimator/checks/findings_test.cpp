@@ -177,6 +177,39 @@ TEST(Findings, DoubtATargetAmongOtherLight) {
   });
 }
 
+// Photons of another target outside of the map are no background. (They screened flat light in, in
+// nearly all frames of several targets.)
+TEST(Findings, KnowTheLightOfOtherTargetsOutsideOfTheMap) {
+  FoldedMaker made = interleaved_maker();
+  const DelayTrack other = {made.track.delay_ns + 44.7, made.track.walk_ns};
+  const Comb& comb = made.train.stretches.front().comb;
+  made.foreign = [&](std::vector<std::pair<double, double>>& photons, Random& random) {
+    std::uniform_int_distribution<std::size_t> pulse(0, comb.times_ns.size() - 1);
+    std::uniform_real_distribution<double> share(-0.5, 0.5);
+    std::normal_distribution<double> late_ns(0, finding_sigma_ns);
+    std::poisson_distribution<int> count(made.photons);
+    for (int n = count(random); n > 0; --n) {
+      const double at = share(random);
+      photons.emplace_back(comb.times_ns[pulse(random)] + other.at(at) + late_ns(random), at);
+    }
+  };
+  JudgedFrames judged{made};
+  likelihood::Model model = made.truth();
+  model.add({other, made.signal_per_pulse()});
+  constexpr int frames = 200;
+  double squares = 0, degrees = 0;
+  for (int n = 0; n < frames; ++n) {
+    made.make(judged.frame, static_cast<std::uint64_t>(n));
+    judged.findings.judge(judged.frame, model, 0, {2, false, 0, 0, 0});
+    for (std::size_t row = 0; row < rows_with_directions; ++row) {
+      if (finding_table()[row].name != FindingName::unmodelled_light) continue;
+      squares += judged.findings.scores().rows[row].squares;
+      degrees += judged.findings.scores().rows[row].degrees;
+    }
+  }
+  EXPECT_NEAR(squares / degrees, 1, 5 * std::sqrt(2 / degrees));
+}
+
 TEST(Findings, AllocateNothing) {
   FoldedMaker made = interleaved_maker();
   made.sigma_ns = 0.13;
