@@ -143,6 +143,7 @@ void LogLikelihood::give_back_hidden(const Model& at, Point& point) {
 void LogLikelihood::evaluate(const Model& at, const FreeSet& free, Point& point) {
   Wanted wanted;
   wanted.width = free[width_place(at.count)];
+  if (free.none()) wanted.terms = 0;  // the value alone
   for (std::size_t k = 0; k < at.count; ++k) {
     if (free[place_of(k, quadratic)]) wanted.terms = 3;
     if (free[place_of(k, walk)]) wanted.terms = std::max<std::size_t>(wanted.terms, 2);
@@ -163,6 +164,7 @@ void LogLikelihood::add_batch(const Batch& of, const Model& at, const Wanted& wa
                               Point& point) {
   gather_light(of, at, wanted);
   add_logs(of, point);
+  if (wanted.terms == 0) return;
   kernels_.invert(inverse_.data(), intensity_.data(), of.count);
   kernels_.weigh(powers_.front().data(), batch, wanted.terms,
                  near_.roots().data() + of.first_photon(),

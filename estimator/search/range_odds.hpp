@@ -47,6 +47,8 @@ class RangeOdds {
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
   [[nodiscard]] double of(const Fit& best, std::span<const DelayLine> others = {}) const;
+  // Whether a line has the range and the velocity of one of these.
+  [[nodiscard]] bool is_one_of(DelayLine line, std::span<const DelayLine> lines) const;
   // The strongest place that is not at one of these lines, nor at `own`, or none.
   struct Place {
     DelayLine line;
@@ -69,7 +71,6 @@ class RangeOdds {
   [[nodiscard]] double volume_nats(const Fit& fit) const;
   [[nodiscard]] double apart_ns(DelayLine a, DelayLine b) const;
   [[nodiscard]] bool is_same_range(DelayLine a, DelayLine b) const;
-  [[nodiscard]] bool is_one_of(DelayLine line, std::span<const DelayLine> lines) const;
   void keep(const Peak& peak);
 
   SearchVolume volume_;

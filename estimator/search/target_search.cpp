@@ -129,6 +129,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       refinement_(shape, train, max_photons, scope.may_be_blind),
       odds_(scope.volume) {
   spots_.reserve(LineSearch::max_cells);
+  weaker_.reserve(LineSearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
 
@@ -170,15 +171,16 @@ bool TargetSearch::has_shoulders() const {
 
 void TargetSearch::begin() {
   odds_.clear();
+  weaker_.clear();
   sample_odds_nats_.reset();
 }
 
-std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most) {
+std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most, Effort least) {
   begin();
   if (frame.size() >= sampled_from) {
     if (std::optional<Fit> found = find_by_sample(frame)) return found;
   }
-  std::optional<Fit> best = find_in(frame, most);
+  std::optional<Fit> best = find_in(frame, most, least);
   if (best) climb_beside(frame, *best);
   return best;
 }
@@ -216,9 +218,11 @@ std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   return climb(frame, found->parameters.line);
 }
 
-std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most) {
+std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most, Effort least) {
   std::optional<Fit> best;
-  for (const Level& level : std::span(levels_).first(std::min(levels_.size(), levels_of(most)))) {
+  const std::size_t end = levels(most);
+  for (std::size_t n = std::min(levels_of(least), end) - 1; n < end; ++n) {
+    const Level& level = levels_[n];
     std::optional<Fit> found = find_at_level(photons, level);
     if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
     if (best && best->gain_nats > threshold_nats_ + settled_margin_nats) break;
@@ -233,11 +237,15 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
   const auto climb_from = [&](const Spot& spot) {
     if (best && is_shoulder(spot.line, level.grid, *best)) return;
-    if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) return;
+    if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) {
+      if (is_sure(spot)) weaker_.push_back({spot.line, spot.box_gain_nats});
+      return;
+    }
     const Fit fit = climb(photons, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
+  weaker_.clear();
   const auto cells = search_.run(photons, level.grid, limit_ns);
   for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
     if (best &&
@@ -501,9 +509,26 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
   return false;
 }
 
+TargetSearch::Peaks TargetSearch::no_peaks() const {
+  Peaks none = {RangeOdds(volume_), std::nullopt, {}};
+  none.weaker.reserve(LineSearch::max_cells);
+  return none;
+}
+
 void TargetSearch::keep_peaks(Peaks& kept) const {
   kept.odds = odds_;
+  kept.weaker = weaker_;
   kept.sample_best = sample_odds_nats_ ? sample_best_ : std::nullopt;
+}
+
+std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(
+    std::span<const DelayLine> lines) const {
+  std::optional<RangeOdds::Place> best = odds.best_beside(lines);
+  for (const RangeOdds::Place& place : weaker) {
+    if (odds.is_one_of(place.line, lines)) continue;
+    if (!best || place.gain_nats > best->gain_nats) best = place;
+  }
+  return best;
 }
 
 double TargetSearch::Peaks::range_odds_nats(const Fit& fit,

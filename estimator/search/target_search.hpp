@@ -77,8 +77,9 @@ class TargetSearch {
                                  double max_travel_ns, Effort effort);
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
-  // are left out.
-  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::balanced);
+  // are left out. least: the level to begin with, where nothing bright is there.
+  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::balanced,
+                          Effort least = Effort::fast);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Fit find_near(const FoldedFrame& frame, DelayLine line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
@@ -105,6 +106,11 @@ class TargetSearch {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
     std::optional<Fit> sample_best;
+    // Places that surely hold light, less than the best one; the search did not climb there.
+    std::vector<RangeOdds::Place> weaker;
+    // The strongest place that is not at one of these lines.
+    [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
+        std::span<const DelayLine> lines) const;
     // How sure the range of a fit is against these peaks, less those of other targets.
     [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
   };
@@ -114,7 +120,7 @@ class TargetSearch {
     Peaks peaks;
   };
   // With room for as many peaks as a search keeps.
-  [[nodiscard]] Peaks no_peaks() const { return {RangeOdds(volume_), std::nullopt}; }
+  [[nodiscard]] Peaks no_peaks() const;
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const;
   // How sure the range of a target is that was not searched for, by a look at all delays with its
@@ -160,7 +166,7 @@ class TargetSearch {
   [[nodiscard]] bool has_shoulders() const;
   void begin();
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
-  std::optional<Fit> find_in(const FoldedFrame& photons, Effort most);
+  std::optional<Fit> find_in(const FoldedFrame& photons, Effort most, Effort least);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
   Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
                double to_beat_nats = -std::numeric_limits<double>::infinity());
@@ -201,6 +207,7 @@ class TargetSearch {
   Zoom zoom_;
   Refinement refinement_;
   std::vector<Spot> spots_;
+  std::vector<RangeOdds::Place> weaker_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
   std::optional<Fit> sample_best_;          // what the sample found then

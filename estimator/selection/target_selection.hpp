@@ -13,7 +13,12 @@
 #include "estimator/selection/thinning.hpp"
 
 // The room selection/ decides how many targets a frame has. Open this file first. Its parts:
-//   target_selection.hpp  the targets, one after the other, and the fit of all of them together
+//   target_selection.hpp  the targets, one after the other, and the fit of all of them together:
+//     target_selection.cpp  the rule
+//     next_target.cpp       where one more target may be
+//     pair_start.cpp        two that look like one
+//     target_claims.cpp     whether a target is one, and not what another's pulse leaves over
+//     last_fit.cpp          the last fit of all, gains and range odds
 //   thinning.hpp          a frame without the light of targets
 //   pulse_tail.hpp        what a tail of a pulse explains
 
@@ -38,9 +43,13 @@ struct Selection {
   std::size_t count = 0;
 };
 
+inline DelayLine line_of(const DelayTrack& track) { return {track.delay_ns, track.walk_ns}; }
+
 // Finds the targets of a frame by one rule, one after the other:
 //
-//  1. The light of those found is taken out of the frame (Thinning), and what is left is searched.
+//  1. The light of those found is taken out of the frame (Thinning). A place that a search has seen
+//     is looked at in what is left, or what is left is searched. Two that look like one are parted
+//     without a search.
 //  2. All are fitted together. A further target is there where the maximum with it exceeds the
 //     maximum without by the threshold of a frame's only target.
 //  3. Within tail_widths of a brighter one that moves alike, a target must also gain more than that
@@ -68,21 +77,40 @@ class TargetSelection {
   double gain_by_moving_nats();
 
  private:
+  // A target far from all others that gains so much more than the threshold waits for the last fit.
+  static constexpr double plain_margin_nats = 20;
+  // A side lobe of a comb has less of the gain, and of the light.
+  static constexpr double no_side_lobe = 0.7;
+  // From so much on, over the frame, the photons show which of two that cross is which.
+  static constexpr double crossing_widths = 4;
+  // Two as close as this may be one wide pulse in their middle.
+  static constexpr double one_pulse_widths = 6;
+  // Closer than this, a new target and another may be two beside their middle.
+  static constexpr double pair_widths = 7;
+  // What is left to gain where a maximum is only compared.
+  static constexpr double greedy_nats = 3e-2;
+
   // How a target was found: alone, with what had been found before it taken out.
   struct Member {
     TargetSearch::Search search;
     bool is_claimed = false;
   };
   bool add_next(Effort most);
+  std::optional<likelihood::Target> find_seen(const FoldedFrame& rest);
+  std::optional<RangeOdds::Place> seen_beside();
+  [[nodiscard]] bool may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const;
+  [[nodiscard]] double least_gain_nats(const likelihood::Target& next) const;
   std::optional<likelihood::Target> find_next(const FoldedFrame& rest, Effort most);
   DelayLine likeliest_alike(const FoldedFrame& rest, const Fit& found);
   bool add(const likelihood::Target& next);
   bool add_together(const likelihood::Target& next);
-  bool add_split();
+  void refine();
+  [[nodiscard]] likelihood::Maximum best_split(bool is_early);
+  [[nodiscard]] bool is_plain_pair(const likelihood::Maximum& pair) const;
   bool accept(const likelihood::Maximum& together);
   [[nodiscard]] likelihood::Model likelier_start(const likelihood::Model& with);
-  [[nodiscard]] std::optional<likelihood::Model> pair_about(const likelihood::Model& with,
-                                                            std::size_t target);
+  [[nodiscard]] std::optional<std::array<likelihood::Target, 2>> pair_about(
+      std::size_t target, const likelihood::Target& last);
   [[nodiscard]] likelihood::Maximum maximize(const likelihood::Model& start, double enough_nats);
   [[nodiscard]] std::size_t claimed() const;
   void judge_claims();
@@ -102,6 +130,7 @@ class TargetSelection {
   void try_other_places();
   void try_places(const likelihood::Maximum& found, std::size_t k, std::size_t m);
   [[nodiscard]] double gain_of(std::size_t target);
+  [[nodiscard]] const TargetSearch::Search* searched_about(std::size_t target) const;
   [[nodiscard]] double range_odds_nats(std::size_t target);
   void finish();
 

@@ -1,0 +1,220 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "estimator/selection/target_selection.hpp"
+
+namespace splid::selection {
+namespace {
+
+using likelihood::Maximum;
+using likelihood::Model;
+using likelihood::Target;
+
+// Where combs meet.
+constexpr double same_walk_widths = 3, least_alike = 0.5, no_rival_nats = 60;
+constexpr double no_signal = 1e-30;
+
+// The first targets of a maximum, whose covariance stays that of all.
+Maximum first_of(const Maximum& all, std::size_t count) {
+  Maximum first = all;
+  first.model.count = count;
+  const auto size = static_cast<Eigen::Index>(likelihood::parameters_of(count));
+  const auto rates = static_cast<Eigen::Index>(likelihood::width_place(count));
+  const auto from = [&](Eigen::Index i) {
+    const auto width = static_cast<Eigen::Index>(likelihood::width_place(all.model.count));
+    return i < rates ? i : width + (i - rates);
+  };
+  first.covariance = SmallMatrix(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < size; ++j) {
+      first.covariance(i, j) = all.covariance(from(i), from(j));
+    }
+  }
+  return first;
+}
+
+}  // namespace
+
+// The last fit, and the gain of each target in it. Targets that do not gain enough are left out.
+void TargetSelection::finish() {
+  while (true) {
+    all_ = maximize(all_.model, likelihood::Maximizer::exact_nats);
+    try_other_places();
+    sort_by_signal();
+    std::size_t weakest = 0;
+    for (std::size_t k = 0; k < all_.model.count; ++k) {
+      selection_.targets[k].gain_nats = gain_of(k);
+      if (selection_.targets[k].gain_nats < selection_.targets[weakest].gain_nats) weakest = k;
+    }
+    if (all_.has_covariance && selection_.targets[weakest].gain_nats >= scope_.threshold_nats) {
+      break;
+    }
+    drop(weakest);
+    if (all_.model.count == 1) return;
+  }
+  selection_.count = std::min(all_.model.count, scope_.targets);
+  for (std::size_t k = 0; k < selection_.count; ++k) {
+    selection_.targets[k].range_odds_nats = range_odds_nats(k);
+  }
+  selection_.best = first_of(all_, selection_.count);
+}
+
+void TargetSelection::sort_by_signal() {
+  const std::size_t count = all_.model.count;
+  const auto swap_places = [&](std::size_t a, std::size_t b) {
+    auto& C = all_.covariance;
+    for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(likelihood::of_target); ++i) {
+      const auto x = static_cast<Eigen::Index>(likelihood::of_target * a) + i;
+      const auto y = static_cast<Eigen::Index>(likelihood::of_target * b) + i;
+      C.row(x).swap(C.row(y));
+      C.col(x).swap(C.col(y));
+    }
+    std::swap(all_.model.targets[a], all_.model.targets[b]);
+    std::swap(members_[a], members_[b]);
+    std::swap(pair_odds_nats_[a], pair_odds_nats_[b]);
+  };
+  for (std::size_t k = 0; k < count; ++k) {
+    std::size_t brightest = k;
+    for (std::size_t m = k + 1; m < count; ++m) {
+      const bool is_brighter =
+          all_.model.targets[m].signal_per_pulse > all_.model.targets[brightest].signal_per_pulse;
+      if (is_brighter) brightest = m;
+    }
+    if (brightest != k) swap_places(k, brightest);
+  }
+}
+
+// Puts pairs where their light is as well another pair's, and notes by how much that is the worse.
+//
+// Design note: two targets of the same signal whose delays differ by a multiple of 9 ns make two
+// more whole combs with an interleaved pattern of 180 and 189 ns (CombMeetings). All four places
+// gain as much, and the two pairs differ in the light of the pulses that are of both rates alone,
+// one pulse in 41. Of three targets and more, several pairs may have to change places.
+void TargetSelection::try_other_places() {
+  for (std::size_t round = 0; round < most_targets; ++round) {
+    const Maximum found = all_;
+    pair_odds_nats_ = {};
+    for (std::size_t k = 0; k < found.model.count; ++k) {
+      for (std::size_t m = k + 1; m < found.model.count; ++m) try_places(found, k, m);
+    }
+    if (all_.gain_nats <= found.gain_nats) return;
+  }
+}
+
+void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_t m) {
+  const Target &a = found.model.targets[k], &b = found.model.targets[m];
+  const double less = std::min(a.signal_per_pulse, b.signal_per_pulse);
+  const double more = std::max(a.signal_per_pulse, b.signal_per_pulse);
+  if (parting_widths(a.track, b.track) > same_walk_widths || less < least_alike * more) return;
+  const CombMeetings::Places places = search_.meetings().find(a.track.delay_ns, b.track.delay_ns);
+  const auto delays_ns = places.delays_ns();
+  const auto at = [&](double delay_ns) {
+    return Target{{delay_ns, (a.track.walk_ns + b.track.walk_ns) / 2,
+                   (a.track.quadratic_ns + b.track.quadratic_ns) / 2},
+                  (less + more) / 2};
+  };
+  for (std::size_t n = 0; n < delays_ns.size(); ++n) {
+    for (std::size_t i = 0; i < n; ++i) {
+      Model other = found.model;
+      other.targets[k] = at(delays_ns[n]);
+      other.targets[m] = at(delays_ns[i]);
+      const Maximum there = maximizer_.maximize(
+          other, {likelihood::free_set(other.count, terms_, scope_.is_width_free),
+                  found.gain_nats - no_rival_nats});
+      if (!there.has_covariance && there.stop != Stop::beaten) continue;
+      const double odds_nats = std::abs(there.gain_nats - found.gain_nats);
+      for (auto* odds : {&pair_odds_nats_[k], &pair_odds_nats_[m]}) {
+        *odds = std::min(odds_nats, odds->value_or(odds_nats));
+      }
+      if (there.has_covariance && there.gain_nats > all_.gain_nats) all_ = there;
+    }
+  }
+}
+
+// What a target adds: the others keep their tracks.
+double TargetSelection::gain_of(std::size_t target) {
+  constexpr double near_enough_nats = 0.1;
+  const Exposure& exposure = maximizer_.likelihood().exposure();
+  Model without = all_.model;
+  likelihood::FreeSet rates;
+  rates.set(likelihood::background_place(without.count));
+  for (std::size_t k = 0; k < without.count; ++k) {
+    if (k != target) rates.set(likelihood::place_of(k, likelihood::signal));
+  }
+  Target& own = without.targets[target];
+  double left = own.signal_per_pulse;  // light that no other target takes
+  for (std::size_t k = 0; k < without.count; ++k) {
+    if (k == target) continue;
+    const double apart = apart_widths(without.targets[k].track, own.track);
+    const double shared = std::min(left, own.signal_per_pulse * std::exp(-apart * apart / 4));
+    without.targets[k].signal_per_pulse += shared;
+    left -= shared;
+  }
+  without.background_per_ns += left * exposure.amplitude / exposure.seen_ns;
+  own.signal_per_pulse = no_signal;
+  const Maximum rest = maximizer_.maximize(
+      without, {rates, -std::numeric_limits<double>::infinity(), near_enough_nats});
+  return all_.gain_nats - rest.gain_nats;
+}
+
+// How sure a target's range is, against all places but those of the others. The odds of the search
+// that has seen it grow as the gain does. A target that no search has seen is looked at in the
+// frame without the others.
+double TargetSelection::range_odds_nats(std::size_t target) {
+  const Target& own = all_.model.targets[target];
+  lines_.clear();
+  for (std::size_t k = 0; k < all_.model.count; ++k) {
+    if (k == target) continue;
+    const DelayTrack& other = all_.model.targets[k].track;
+    lines_.push_back(line_of(other));
+    if (!pair_odds_nats_[target] || parting_widths(own.track, other) > same_walk_widths) continue;
+    const auto places = search_.meetings().find(own.track.delay_ns, other.delay_ns);
+    for (const double delay_ns : places.delays_ns()) {
+      lines_.push_back({delay_ns, own.track.walk_ns});
+    }
+  }
+  const double gain_nats = selection_.targets[target].gain_nats;
+  double odds_nats = 0;
+  if (const auto* search = searched_about(target)) {
+    const double odds_of_search = search->peaks.range_odds_nats(search->fit, lines_);
+    odds_nats = odds_of_search * std::min(1.0, gain_nats / search->fit.gain_nats);
+  } else {
+    const FoldedFrame* rest = &thinning_.rest(*frame_, all_.model, target);
+    if (own.track.quadratic_ns != 0 && bends_ != nullptr) {
+      rest = &bends_->straightened(*rest, 6 * own.track.quadratic_ns);
+    }
+    const Fit fit = search_.judge(
+        *rest, {line_of(own.track), own.signal_per_pulse, all_.model.background_per_ns});
+    odds_nats = search_.range_odds_in(*rest, fit).value_or(0);
+  }
+  return std::min(odds_nats, pair_odds_nats_[target].value_or(odds_nats));
+}
+
+// The search that has seen a target best, alone or as one with another; null where what it saw was
+// little of it.
+const TargetSearch::Search* TargetSelection::searched_about(std::size_t target) const {
+  constexpr double least_seen = 0.5;
+  const DelayTrack& own = all_.model.targets[target].track;
+  const TargetSearch::Search* best = nullptr;
+  double most_nats = least_seen * selection_.targets[target].gain_nats;
+  for (std::size_t k = 0; k < all_.model.count; ++k) {
+    const Fit& seen = members_[k].search.fit;
+    const DelayLine line = seen.parameters.line;
+    const DelayTrack track = {line.delay_ns, line.travel_ns};
+    if (!(seen.gain_nats > most_nats) || apart_widths(track, own) > one_pulse_widths) continue;
+    most_nats = seen.gain_nats;
+    best = &members_[k].search;
+  }
+  return best;
+}
+
+double TargetSelection::gain_by_moving_nats() {
+  const Maximum moving = maximizer_.maximize(
+      all_.model, {likelihood::free_set(all_.model.count, 2, scope_.is_width_free),
+                   -std::numeric_limits<double>::infinity(), greedy_nats});
+  return moving.gain_nats - all_.gain_nats;
+}
+
+}  // namespace splid::selection

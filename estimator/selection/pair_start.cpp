@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/selection/target_selection.hpp"
+
+namespace splid::selection {
+namespace {
+
+using likelihood::Maximum;
+using likelihood::Model;
+using likelihood::Target;
+
+}  // namespace
+
+// The best maximum of two in place of one whose photons are spread as those of two; it has no
+// covariance where there is none.
+Maximum TargetSelection::best_split(bool is_early) {
+  refine();
+  Maximum best;
+  for (std::size_t k = 0; k < all_.model.count; ++k) {
+    const auto pair = pair_about(k, {all_.model.targets[k].track, 0});
+    if (!pair) continue;
+    Model with = all_.model;
+    with.targets[k] = pair->front();
+    with.add(pair->back());
+    if (is_early && maximizer_.judge(with, {}).gain_nats < all_.gain_nats + scope_.threshold_nats) {
+      continue;
+    }
+    const Maximum split = maximize(with, greedy_nats);
+    if (!split.has_covariance || (best.has_covariance && split.gain_nats < best.gain_nats))
+      continue;
+    best = split;
+  }
+  if (best.has_covariance) {
+    TargetSearch::Search& search = members_[all_.model.count].search;
+    search.fit = {};
+    search_.keep_peaks(search.peaks);
+  }
+  return best;
+}
+
+// Whether a pair is two targets for sure: as bright as each other, so that neither is a side lobe
+// of a third or what a pulse leaves over.
+bool TargetSelection::is_plain_pair(const Maximum& pair) const {
+  if (!pair.has_covariance) return false;
+  const Target &a = pair.model.targets[0], &b = pair.model.targets[1];
+  return std::min(a.signal_per_pulse, b.signal_per_pulse) >=
+             no_side_lobe * std::max(a.signal_per_pulse, b.signal_per_pulse) &&
+         (apart_widths(a.track, b.track) >= closest_widths ||
+          parting_widths(a.track, b.track) >= crossing_widths);
+}
+
+// Of targets and a new one, these or a pair in place of one of them and the new one, as the photons
+// are spread: two may first look like one in their middle, and what that leaves over like another
+// beside it, or at a side lobe.
+Model TargetSelection::likelier_start(const Model& with) {
+  Model best = with;
+  double most_nats = -std::numeric_limits<double>::infinity();
+  const std::size_t last = with.count - 1;
+  std::array<std::optional<std::array<Target, 2>>, most_targets> pairs;
+  for (std::size_t k = 0; k < last; ++k) {
+    const Target &one = with.targets[k], &other = with.targets[last];
+    const bool is_beside = apart_widths(one.track, other.track) <= pair_widths;
+    if (is_beside || may_be_side_lobe(other, one)) {
+      pairs[k] = pair_about(k, is_beside ? other : Target{one.track, 0});
+    }
+  }
+  for (std::size_t k = 0; k < last; ++k) {
+    if (!pairs[k]) continue;
+    if (std::isinf(most_nats)) most_nats = maximizer_.judge(with, {}).gain_nats;
+    Model pair = with;
+    pair.targets[k] = pairs[k]->front(), pair.targets[last] = pairs[k]->back();
+    const double nats = maximizer_.judge(pair, {}).gain_nats;
+    if (nats <= most_nats) continue;
+    most_nats = nats;
+    best = pair;
+  }
+  return best;
+}
+
+// Two of equal signals in place of a target and the last one. Two at +-(d + t s) about their middle
+// spread the offsets o of photons, beyond the pulse's width and the background, to the moments
+//   <o o> = d d + t t / 12,   <o o s> = d t / 6,   <o o s s> - <o o> / 12 = t t / 180.
+std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t target,
+                                                                 const Target& last) {
+  constexpr double reach_widths = 7, settled_widths = 0.25, least_widths = 0.6;
+  constexpr int most_rounds = 4;
+  const Model& known = all_.model;
+  const double width_ns = shape_.width_ns() * std::exp(known.log_width);
+  const double reach_ns = reach_widths * width_ns;
+  likelihood::LogLikelihood& likelihood = maximizer_.likelihood();
+  if (!likelihood.serves(known)) likelihood.collect(known, NearSet::gathered_from);
+  const NearSet& near = likelihood.near().near(target);
+  const Target& one = known.targets[target];
+  const double S = one.signal_per_pulse + last.signal_per_pulse;
+  const double share = last.signal_per_pulse / S;
+  const double dark =
+      known.background_per_ns * likelihood.exposure().seen_ns * train_.pulses_per_ns * 2 * reach_ns;
+  DelayTrack middle = one.track;
+  middle.delay_ns += share * apart_ns(last.track, one.track);
+  middle.walk_ns += share * (last.track.walk_ns - one.track.walk_ns);
+  double square = 0, cross = 0, bow = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    const DelayTrack from = near.track();
+    double photons = -dark, o1 = 0, os = 0, oo = 0, oos = 0, ooss = 0;
+    for (std::size_t n = 0; n < near.photons(); ++n) {
+      for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {
+        const double s = near.position[j], w = near.weight[n];
+        const double o =
+            near.residual_ns[j] - (middle.at(s) - from.at(s)) - shape_.peak_offset_ns();
+        if (std::abs(o) > reach_ns) continue;
+        photons += w, o1 += w * o, os += w * o * s;
+        oo += w * o * o, oos += w * o * o * s, ooss += w * o * o * s * s;
+      }
+    }
+    photons = std::max(photons, 1.0);
+    const double off_ns = o1 / photons, turn_ns = terms_ > 1 ? 12 * os / photons : 0;
+    square = (oo - dark * reach_ns * reach_ns / 3) / photons - width_ns * width_ns -
+             off_ns * off_ns - turn_ns * turn_ns / 12;
+    cross = oos / photons - off_ns * turn_ns / 6;
+    bow = (ooss - oo / 12) / photons - turn_ns * turn_ns / 180;
+    middle.delay_ns += off_ns, middle.walk_ns += turn_ns;
+    if (std::abs(off_ns) + std::abs(turn_ns) / 2 < settled_widths * width_ns) break;
+  }
+  const double t = terms_ > 1 ? std::sqrt(std::max(0.0, 180 * bow)) : 0;
+  double d = std::sqrt(std::max(0.0, square - t * t / 12));
+  if (std::hypot(d, t / std::sqrt(12.0)) < least_widths * width_ns) return std::nullopt;
+  if (t < d) d = std::max(d, least_widths * width_ns);
+  const double turn = cross < 0 ? -t : t;
+  std::array<Target, 2> pair = {Target{middle, S / 2}, Target{middle, S / 2}};
+  pair[0].track.delay_ns -= d, pair[0].track.walk_ns -= turn;
+  pair[1].track.delay_ns += d, pair[1].track.walk_ns += turn;
+  return pair;
+}
+
+}  // namespace splid::selection
