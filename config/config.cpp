@@ -48,9 +48,9 @@ Pattern read_pattern(const Config& config, const ReadText& read) {
 }
 
 void read_header(OptionReader& reader, const std::string& file) {
-  reader.require("schema");
+  reader.need("schema", "add \"schema\":\"splid.config\"");
   const json* schema = reader.take("schema");
-  if (*schema != config_schema_name) {
+  if (schema != nullptr && *schema != config_schema_name) {
     fail(file, "/schema: " + shown(*schema) + " is not \"" + config_schema_name +
                    "\"; is this a configuration?");
   }
@@ -75,10 +75,24 @@ std::optional<OptionFault> frame_fault(const Config& config) {
   if (config.frame.length_ms >= min_periods * period_ms) return std::nullopt;
   return OptionFault{"/length_ms", shown(config.frame.length_ms) + " is below " +
                                        shown(min_periods * period_ms) +
-                                       ", three periods of the pattern " + config.pattern_file};
+                                       " ms, three periods of the pattern " + config.pattern_file};
+}
+
+// A pulse wider than its distance from the next one cannot be: light that is the same all the time.
+std::optional<OptionFault> width_fault(const Config& config) {
+  const double spacing_ps =
+      pattern_period_ps(config.pattern) / static_cast<double>(pulses_per_period(config.pattern));
+  if (config.pulse.sigma_ps <= spacing_ps) return std::nullopt;
+  return OptionFault{"/sigma_ps", shown(plain_number(config.pulse.sigma_ps)) + " is above " +
+                                      shown(plain_number(spacing_ps)) +
+                                      " ps, the mean spacing of the pulses of " +
+                                      config.pattern_file + "; write the width in ps"};
 }
 
 std::optional<OptionFault> pulse_fault(const Config& config) {
+  if (config.pulse.shape == Shape::gaussian) {
+    if (auto fault = width_fault(config)) return fault;
+  }
   if (config.pulse.shape != Shape::tabulated || config.pattern.pulse) {
     return config.pulse.validate(config.estimator);
   }

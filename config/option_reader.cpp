@@ -9,6 +9,7 @@
 #include "config/channel_name.hpp"
 #include "config/hidden_keys.hpp"
 #include "config/json_text.hpp"
+#include "config/key_unit.hpp"
 #include "protocol/error.hpp"
 #include "protocol/json_value.hpp"
 #include "protocol/nearest_name.hpp"
@@ -39,6 +40,17 @@ bool is_whole(const json& value) {
   return std::abs(number) <= max_exact && std::trunc(number) == number;
 }
 
+// "0.1 is below 1 ps, the least allowed". pointer: of the value, whose unit its key's name has.
+std::string out_of_bounds(const json& value, const char* side, const std::string& bound,
+                          std::string_view pointer) {
+  // The elements of an array have the unit of the array's key.
+  const std::size_t end = pointer.find_last_not_of("/0123456789");
+  const std::string_view unit = unit_of_key(pointer.substr(0, end + 1));
+  return shown(value) + " is " + side + " " + bound + (unit.empty() ? "" : " ") +
+         std::string(unit) + ", the " + (side == std::string_view("below") ? "least" : "most") +
+         " allowed";
+}
+
 std::string number_text(double value) { return json_text(plain_number(value)); }
 
 }  // namespace
@@ -64,12 +76,8 @@ void OptionReader::integer(const char* key, std::int64_t& value, std::int64_t mi
   const std::string pointer = pointer_to(pointer_, key);
   if (!is_whole(*given)) fail(pointer, shown(*given) + " is no whole number of at most 63 bits");
   const auto whole = given->get<std::int64_t>();
-  if (whole < min) {
-    fail(pointer, shown(*given) + " is below " + std::to_string(min) + ", the least allowed");
-  }
-  if (whole > max) {
-    fail(pointer, shown(*given) + " is above " + std::to_string(max) + ", the most allowed");
-  }
+  if (whole < min) fail(pointer, out_of_bounds(*given, "below", std::to_string(min), pointer));
+  if (whole > max) fail(pointer, out_of_bounds(*given, "above", std::to_string(max), pointer));
   value = whole;
 }
 
@@ -196,22 +204,11 @@ void OptionReader::objects(const char* key, const std::function<void(std::size_t
   }
 }
 
-void OptionReader::require(const char* key) {
-  if (object_.contains(key)) return;
-  // The key may be there with a slip of typing: the error names it here, since finish() comes
-  // later.
-  std::vector<std::string> given;
-  for (const auto& member : object_.items()) given.push_back(member.key());
-  std::vector<const char*> names;
-  for (const std::string& name : given) {
-    const auto is_this = [&](const char* known) { return name == known; };
-    if (std::none_of(known_.begin(), known_.end(), is_this)) names.push_back(name.c_str());
-  }
-  const char* nearest = nearest_name(key, names);
-  fail(pointer_to(pointer_, key),
-       nearest == nullptr ? std::string("is missing and has no default; add it")
-                          : "is missing and has no default; \"" + shown_text(nearest, most_quoted) +
-                                "\" is no key that splid knows: did you mean " + key + "?");
+// The keys that are described later may be given: only finish() knows which are slips of typing.
+void OptionReader::require(const char* key) { need(key, "add it"); }
+
+void OptionReader::need(const char* key, const char* advice) {
+  if (!object_.contains(key)) missing_.emplace_back(key, advice);
 }
 
 const json* OptionReader::take(const char* key) {
@@ -220,13 +217,31 @@ const json* OptionReader::take(const char* key) {
   return found == object_.end() ? nullptr : &*found;
 }
 
-void OptionReader::finish() const {
+std::vector<std::string> OptionReader::unknown_keys() const {
+  std::vector<std::string> unknown;
   for (const auto& member : object_.items()) {
     const std::string& key = member.key();
     const auto is_this = [&](const char* name) { return key == name; };
-    if (std::any_of(known_.begin(), known_.end(), is_this)) continue;
-    fail(pointer_to(pointer_, key), "is no key that splid knows" + suggest_name(key, known_));
+    if (std::none_of(known_.begin(), known_.end(), is_this)) unknown.push_back(key);
   }
+  return unknown;
+}
+
+void OptionReader::finish() const {
+  const std::vector<std::string> unknown = unknown_keys();
+  for (const auto& [key, advice] : missing_) {
+    std::vector<const char*> names;
+    for (const std::string& name : unknown) names.push_back(name.c_str());
+    const char* nearest = nearest_name(key, names);
+    fail(pointer_to(pointer_, key),
+         "is missing and has no default; " +
+             (nearest == nullptr ? std::string(advice)
+                                 : "\"" + shown_text(nearest, most_quoted) +
+                                       "\" is no key that splid knows: did you mean " + key + "?"));
+  }
+  if (unknown.empty()) return;
+  fail(pointer_to(pointer_, unknown.front()),
+       "is no key that splid knows" + suggest_name(unknown.front(), known_));
 }
 
 double OptionReader::read_number(const json& value, const std::string& pointer,
@@ -234,10 +249,10 @@ double OptionReader::read_number(const json& value, const std::string& pointer,
   if (!value.is_number()) fail(pointer, shown(value) + " is no number");
   const auto number = value.get<double>();
   if (number < bounds.min) {
-    fail(pointer, shown(value) + " is below " + number_text(bounds.min) + ", the least allowed");
+    fail(pointer, out_of_bounds(value, "below", number_text(bounds.min), pointer));
   }
   if (number > bounds.max) {
-    fail(pointer, shown(value) + " is above " + number_text(bounds.max) + ", the most allowed");
+    fail(pointer, out_of_bounds(value, "above", number_text(bounds.max), pointer));
   }
   return number;
 }

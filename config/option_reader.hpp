@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/options.hpp"
@@ -44,10 +45,13 @@ class OptionReader final : public OptionVisitor {
   // The member's value, null where it is not given. The key, a literal, counts as known from then
   // on.
   const nlohmann::json* take(const char* key);
+  // require() with the sentence of what to do about it, a literal.
+  void need(const char* key, const char* advice);
   // Must be called when all keys were described.
   void finish() const;
 
  private:
+  [[nodiscard]] std::vector<std::string> unknown_keys() const;
   double read_number(const nlohmann::json& value, const std::string& pointer, Bounds bounds) const;
   std::string read_channel(const nlohmann::json& value, const std::string& pointer) const;
   [[noreturn]] void fail(const std::string& pointer, const std::string& what) const;
@@ -55,7 +59,8 @@ class OptionReader final : public OptionVisitor {
   const nlohmann::json& object_;
   std::string file_;
   std::string pointer_;
-  std::vector<const char*> known_;  // literals
+  std::vector<const char*> known_;                            // literals
+  std::vector<std::pair<const char*, const char*>> missing_;  // literals: a key, and what to do
 };
 
 }  // namespace splid

@@ -78,4 +78,10 @@ void warn_of_other_pattern(const Config& config, const std::string& file) {
   if (!sentence.empty()) log_warning(sentence);
 }
 
+void check_width(const Config& config, const RecordingHeader& header) {
+  if (config.pulse.shape != Shape::gaussian) return;
+  const auto fault = width_fault(header, config.pulse.sigma_ps);
+  if (fault) throw Error(Fault::usage, config.file + ": /pulse/sigma_ps: " + *fault);
+}
+
 }  // namespace splid::recording

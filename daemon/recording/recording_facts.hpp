@@ -33,4 +33,8 @@ std::string other_pattern_than_recorded(const Config& config, const RecordingHea
 // Writes that sentence to the log. Errors: as scan_recording().
 void warn_of_other_pattern(const Config& config, const std::string& file);
 
+// Errors: Error(Fault::usage) where a gaussian pulse of the configured width cannot be in the
+// recording; see width_fault().
+void check_width(const Config& config, const RecordingHeader& header);
+
 }  // namespace splid::recording

@@ -163,6 +163,16 @@ std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_p
   return doubts;
 }
 
+std::optional<std::string> width_fault(const RecordingHeader& header, double pulse_sigma_ps) {
+  // Standard deviation of a time that is rounded to steps.
+  const double tick_ps = header.resolution_s * 1e12;
+  const double least_ps = std::ceil(tick_ps / std::sqrt(12.0));
+  if (pulse_sigma_ps >= least_ps) return std::nullopt;
+  return number_text(pulse_sigma_ps) + " is below " + number_text(least_ps) +
+         " ps, by which the recording's steps of " + number_text(tick_ps) +
+         " ps alone spread a pulse; write the width in ps";
+}
+
 std::string channels_in_words(const RecordingInfo& info) {
   std::vector<std::string> names;
   for (const auto& [input, count] : info.photons) {

@@ -66,6 +66,10 @@ RecordingInfo scan_recording(const std::string& file, std::uint64_t max_tags = 0
 std::vector<std::string> doubts_of_t3(const RecordingInfo& info, double period_ps,
                                       double pulse_sigma_ps);
 
+// Why pulses of this width cannot be in a recording, the rest of a sentence that begins with the
+// width: the steps of its times alone spread them more. Absent where they can.
+std::optional<std::string> width_fault(const RecordingHeader& header, double pulse_sigma_ps);
+
 // Which channels have tags, in words: "input 1, input 2 and sync"; "no tags" where no channel has
 // any.
 std::string channels_in_words(const RecordingInfo& info);

@@ -85,7 +85,7 @@ std::optional<OptionFault> EstimatorOptions::validate(const SceneOptions& scene)
 void PulseOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "shape", shape, shape_names,
          "gaussian; tabulated takes the shape that the pattern file holds");
-  visitor.number("sigma_ps", sigma_ps, {0.1, 1e6},
+  visitor.number("sigma_ps", sigma_ps, {1, 1e6},
                  "standard deviation of a gaussian detected pulse, ps");
   choose(visitor, "width", width, width_names,
          "fixed: as sigma_ps or the table says; fitted: the pulse's width is estimated in "

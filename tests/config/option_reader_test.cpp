@@ -82,15 +82,15 @@ TEST(OptionReader, AChannelMayBeANumberAndAlone) {
 TEST(OptionReader, BoundsAreInclusiveAndNamed) {
   EXPECT_EQ(read(R"({"length_ms": 60000})").length_ms, 60000);
   EXPECT_EQ(reader_error(R"({"length_ms": 60001})"),
-            "folder/a.json: /source/length_ms: 60001 is above 60000, the most allowed");
+            "folder/a.json: /source/length_ms: 60001 is above 60000 ms, the most allowed");
   EXPECT_EQ(reader_error(R"({"length_ms": 0.25})"),
-            "folder/a.json: /source/length_ms: 0.25 is below 0.5, the least allowed");
+            "folder/a.json: /source/length_ms: 0.25 is below 0.5 ms, the least allowed");
   EXPECT_THAT(reader_error(R"({"start_s": -1})"), HasSubstr("/source/start_s: -1 is below 0"));
   EXPECT_EQ(read(R"({"count": -3})").count, -3);
   EXPECT_THAT(reader_error(R"({"count": -4})"), HasSubstr("/source/count: -4 is below -3"));
   EXPECT_THAT(reader_error(R"({"count": 9})"), HasSubstr("/source/count: 9 is above 8"));
   EXPECT_THAT(reader_error(R"({"times_s": [1, 10]})"),
-              HasSubstr("/source/times_s/1: 10 is above 9"));
+              HasSubstr("/source/times_s/1: 10 is above 9 s, the most allowed"));
   EXPECT_THAT(reader_error(R"({"target": {"distance_m": 101}})"),
               HasSubstr("/source/target/distance_m: 101 is above 100"));
 }

@@ -1,12 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
-#include <utility>
 
+#include "config/key_unit.hpp"
 #include "protocol/json_value.hpp"
 
 namespace splid::test {
@@ -68,8 +66,8 @@ class SchemaTable {
     std::string preset = is_required ? "required" : "none";
     if (!is_required && member.contains("default")) preset = code(json_text(member["default"]));
     if (member.contains("properties")) preset = "";
-    text_ += "| " + code(path) + " | " + preset + " | " + allowed(member) + " | " + unit(key) +
-             " | " + member.value("description", "") + " |\n";
+    text_ += "| " + code(path) + " | " + preset + " | " + allowed(member) + " | " +
+             std::string(unit_of_key(key)) + " | " + member.value("description", "") + " |\n";
   }
 
   static std::string allowed(const Json& member) {
@@ -95,32 +93,6 @@ class SchemaTable {
     }
     if (member.value("format", "") == "path") return "path of a file";
     return type == "boolean" ? "`true`, `false`" : type;
-  }
-
-  static std::string unit(std::string_view key) {
-    // The longest ending first.
-    static constexpr std::array<std::pair<std::string_view, std::string_view>, 16> units = {{
-        {"_ppm_per_s", "ppm/s"},
-        {"_per_pulse", "counts a pulse"},
-        {"_per_s", "counts/s"},
-        {"_mps", "m/s"},
-        {"_mps2", "m/s²"},
-        {"_ppm", "ppm"},
-        {"_turns", "turns"},
-        {"seconds", "s"},
-        {"_tags", "tags"},
-        {"_hz", "Hz"},
-        {"_ps", "ps"},
-        {"_ns", "ns"},
-        {"_ms", "ms"},
-        {"_s", "s"},
-        {"_m", "m"},
-        {"_v", "V"},
-    }};
-    for (const auto& [ending, unit] : units) {
-      if (key.ends_with(ending)) return std::string(unit);
-    }
-    return "";
   }
 
   static std::string listed(const Json& names) {

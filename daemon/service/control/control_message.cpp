@@ -30,7 +30,7 @@ constexpr std::array<const char*, 3> fault_names = {"usage", "device", "data"};
 void read_header(OptionReader& reader) {
   reader.require("schema");
   const nlohmann::json* schema = reader.take("schema");
-  if (*schema != schema_name) {
+  if (schema != nullptr && *schema != schema_name) {
     refuse("/schema: " + shown(*schema) + " is not \"" + schema_name + "\"");
   }
   const nlohmann::json* version = reader.take("v");
