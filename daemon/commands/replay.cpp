@@ -78,10 +78,12 @@ void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, c
               info.whole ? "" : " in its first 4 million tags", file, channels_in_words(info));
 }
 
-// Warns of configured channels that do not occur in the recording and of another pattern. It does
+// Warns of configured channels that do not occur in the recording and of another pattern, and
+// refuses a width that its pulses cannot have. It does
 // not look for the encoder's channel: most recordings have no encoder, and frames do without.
 void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   const RecordingInfo info = scan_recording(file, tags_looked_at);
+  recording::check_width(config, info.header);
   for (const std::string& name : config.channels.photon) {
     warn_unless_it_occurs(info, file, "channels.photon", name);
   }

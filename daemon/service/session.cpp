@@ -17,6 +17,7 @@
 #include "daemon/service/control/control_endpoint.hpp"
 #include "daemon/service/control/control_server.hpp"
 #include "daemon/service/control_actions.hpp"
+#include "daemon/service/found_values.hpp"
 #include "daemon/service/measuring.hpp"
 #include "daemon/service/open_publisher.hpp"
 #include "daemon/service/reloader.hpp"
@@ -149,8 +150,10 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   LineWriter out(stdout, "standard output");
   Progress progress(host_clock());
   EncoderScore encoder;
+  FoundValues found;
   const auto observer = [&](const FrameMessage& message, const std::string& json) {
     encoder.take(message);
+    if (!options.is_service) found.take(message);
     if (progress.due()) progress.show(in_words(message));
     if (options.frames != nullptr) keep(message, *options.frames);
     return !options.json || out.write(json);
@@ -172,6 +175,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const StreamSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
+  if (!options.is_service && summary.frames > 0) log_info(found.in_words());
   if (encoder.compared() > 0) log_info(encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);

@@ -240,6 +240,16 @@ TEST_F(CommandLine, ReplayGivesTheSameFramesAtAnySpeedAndAgain) {
   }
 }
 
+TEST_F(CommandLine, AReplayEndsWithWhatItFound) {
+  const std::string recording = simulate("a.ptu", "0.6");
+  const ProgramResult result =
+      run_program({"replay", recording, "--config", config, "--no-publish", "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr(" ok"), HasSubstr("distance 284."), HasSubstr("m (median; 90 % of "),
+                    HasSubstr("velocity +1."), HasSubstr(" cm/s a frame)")));
+}
+
 TEST_F(CommandLine, SimulateRepeatsItselfAndRefusesToOverwrite) {
   const std::string first = simulate("a.ptu", "0.2");
   const std::string before = file_text(first);

@@ -1,0 +1,43 @@
+#include "daemon/service/found_values.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace splid {
+namespace {
+
+FrameMessage frame_with(double distance_m, double velocity_mps, FrameStatus status) {
+  FrameMessage frame;
+  frame.status = status;
+  frame.distance_m = distance_m;
+  frame.velocity_mps = velocity_mps;
+  frame.std_distance_m = 0.00057;
+  frame.std_velocity_mps = 0.042;
+  return frame;
+}
+
+TEST(FoundValues, MedianAndSpreadOfTheValidFrames) {
+  FoundValues found;
+  EXPECT_EQ(found.in_words(), "no frame has a distance");
+  for (int i = 0; i <= 100; ++i)
+    found.take(frame_with(280 + 0.1 * i, -1 + 0.02 * i, FrameStatus::ok));
+  found.take(frame_with(1e6, 1e6, FrameStatus::no_target));
+  found.take(FrameMessage{});
+  EXPECT_EQ(
+      found.in_words(),
+      "distance 285.00000 m (median; 90 % of 101 frames: 280.50000 to 289.50000 m; +- 0.57 mm "
+      "a frame); velocity +0.000 m/s (median; 90 %: -0.900 to +0.900 m/s; +- 4.2 cm/s a "
+      "frame)");
+}
+
+TEST(FoundValues, ASampleOfManyNumbersStaysSmallAndEven) {
+  Sample sample;
+  for (int i = 0; i < 1'000'000; ++i) sample.add(i);
+  EXPECT_NEAR(sample.quantile(0.5), 500'000, 50);
+  EXPECT_NEAR(sample.quantile(0.05), 50'000, 50);
+  EXPECT_EQ(sample.quantile(0), 0);
+}
+
+}  // namespace
+}  // namespace splid
