@@ -45,7 +45,7 @@ struct CalibrationFacts {
   std::vector<double> std_pulse_times_ps;  // of each pulse of the only segment
   std::vector<double> std_amplitudes;      // of each pulse of the only segment
   std::vector<double> std_density;         // of each value of the pulse's table
-  // Of the target, where it was given. Where absent, distances are relative to that target's.
+  // Of the target, where it was given. Where absent, the target reads the middle of the range.
   std::optional<double> distance_m;
 
   friend bool operator==(const CalibrationFacts&, const CalibrationFacts&) = default;

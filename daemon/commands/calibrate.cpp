@@ -19,6 +19,7 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/study/calibration/calibration_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
+#include "drivers/replay/recording_info.hpp"
 #include "protocol/error.hpp"
 #include "protocol/json_writer.hpp"
 #include "protocol/pattern_json.hpp"
@@ -78,6 +79,7 @@ int calibrate(CalibrateCommand options) {
   check_output(options);
   const Config config = load_config_aloud(options.config);
   check_inputs_stay(config, options);
+  recording::check_width(config, scan_recording(options.plan.recording, 1).header);
   recording::warn_of_other_pattern(config, options.plan.recording);
   const calibration::PatternCalibration calibrated =
       calibrate_shown(config, options.plan, signals.token());
@@ -100,8 +102,7 @@ void add_options(CLI::App& command, CalibrateCommand& options) {
   command.add_option("--output,-o", options.output, "Pattern file to write")->required();
   command.add_option(
       "--distance-m", options.plan.distance_m,
-      "Distance of the target at rest, m, to which distances measured with the pattern then add "
-      "(without it, they are relative to the target)");
+      "Distance of the target at rest, m (without it, the target reads the middle of the range)");
   command
       .add_option("--time-ps", options.plan.goal.std_time_ps,
                   "How well each pulse's time has to be known, one standard deviation, and how far "

@@ -13,6 +13,7 @@
 // this file first. Its parts:
 //   phase_histogram.hpp   the photons of a recording, folded on the pattern period
 //   pulse_finder.hpp      where in the fold there are pulses, when nobody knows what was played
+//   pair_width.hpp        how wide its pulses are, when the configured width is wrong
 //   fold_model.hpp        what the fold should hold: background, and pulses of one shape
 //   fold_fit.hpp          the pulses' times and counts by maximum likelihood, their shape given
 //   shape_stack.hpp       the shape of all pulses together, their times given

@@ -83,8 +83,8 @@ def calibrate(recording: "Union[Recording, os.PathLike[str], str]", config: AnyC
     calibrate`).
 
     config: channels, nominal pattern and pulse width, which need only hold within a factor of two;
-    its source is not used. distance_m: where the target is; without it, distances measured with the
-    pattern are relative to the target. time_ps, amplitude_percent: how well each pulse has to be
+    its source is not used. distance_m: where the target is; without it, the target reads the middle
+    of the range. time_ps, amplitude_percent: how well each pulse has to be
     known, one standard deviation, and how far the target may have moved.
 
     Errors: those of Config and Recording; DataError, which says what was seen, where the syncs do

@@ -15,15 +15,6 @@
 namespace splid::calibration {
 namespace {
 
-// For a pattern whose pulse times contain the way to the target.
-std::string describe_wrap(const Pattern& pattern) {
-  const double range_m = pattern.unambiguous_delay_ps * ns_per_ps * 1e-9 * speed_of_light_mps / 2;
-  return fmt::format(
-      "distances will be relative to this target, which itself reads 0 or, as the noise has it, "
-      "just below {:.6g} m, where they wrap; --distance-m D gives it a place\n",
-      range_m);
-}
-
 std::string describe_range(const PatternCalibration& calibrated, double length_ms) {
   const Pattern& pattern = calibrated.pattern;
   if (pattern.mode != Mode::ambiguous) {
@@ -84,7 +75,12 @@ std::string summary(const PatternCalibration& calibrated, const std::string& pat
                     : "; it did not settle: pulses may be closer than the table "
                       "is long");
   text += describe_range(calibrated, length_ms);
-  if (!calibrated.pattern.calibration->distance_m) text += describe_wrap(calibrated.pattern);
+  if (!calibrated.pattern.calibration->distance_m) {
+    text += fmt::format(
+        "with this pattern the target reads {:.6g} m, the middle of the range, since its distance "
+        "is not known; --distance-m D gives it a place\n",
+        calibrated.target_m);
+  }
   text += describe_input_delays(calibrated.inputs, found.width_ps);
   text += "to measure with it, write into the configuration: \"pattern\":{\"file\":\"" +
           pattern_file + "\"},\"pulse\":{\"shape\":\"tabulated\"}\n";

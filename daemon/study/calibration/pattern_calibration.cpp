@@ -18,6 +18,7 @@
 #include "daemon/study/calibration/look_alike_report.hpp"
 #include "drivers/replay/replay.hpp"
 #include "estimator/calibration/input_shift.hpp"
+#include "estimator/calibration/pair_width.hpp"
 #include "estimator/calibration/target_motion.hpp"
 #include "estimator/model/units.hpp"
 #include "protocol/error.hpp"
@@ -115,19 +116,35 @@ void check_smear(const Plan& plan, const TargetMotion& track) {
                    ", and all pulses are smeared as far; record a target at rest");
 }
 
+constexpr double photons_slack = 1.01;  // of the signal above all photons, by the fit's rounding
+constexpr double longest_recording_s = 1e5;
+
 void check_photons(const Plan& plan, const Calibration& found) {
+  const auto photons = static_cast<double>(found.photons);
+  if (!(found.signal_photons <= photons_slack * photons)) {
+    refuse(plan, "no pulses fit its " + grouped(found.photons) +
+                     " photons; see pulse.sigma_ps, the width of a detected pulse in ps, and the "
+                     "pattern's period");
+  }
   const double factor = photons_wanted(found, plan.goal);
   if (factor <= 1) return;
-  refuse(
-      plan,
+  const std::string goal = fmt::format("what is asked for, {:g} ps and {:g} % of a pulse",
+                                       plan.goal.std_time_ps, 100 * plan.goal.std_amplitude);
+  const std::string signal =
       "too few photons: " + grouped(static_cast<std::uint64_t>(found.signal_photons)) +
-          fmt::format(" of signal know the worst pulse to {:.3g} times what is asked for, {:g} ps "
-                      "and {:g} % of a pulse; it needs ",
-                      std::sqrt(factor), plan.goal.std_time_ps, 100 * plan.goal.std_amplitude) +
-          grouped(static_cast<std::uint64_t>(std::ceil(found.signal_photons * (factor - 1)))) +
-          fmt::format(" more signal photons, {:.3g} s more at this rate; or ask for less with "
-                      "--time-ps and --amplitude-percent",
-                      found.seconds * (factor - 1)));
+      " of signal know the worst pulse ";
+  const double more_s = found.seconds * (factor - 1);
+  if (!(more_s < longest_recording_s)) {
+    refuse(plan, signal + "to far less than " + goal +
+                     "; record with more light, or ask for less with --time-ps and "
+                     "--amplitude-percent");
+  }
+  refuse(plan,
+         signal + fmt::format("to {:.3g} times ", std::sqrt(factor)) + goal + "; it needs " +
+             grouped(static_cast<std::uint64_t>(std::ceil(found.signal_photons * (factor - 1)))) +
+             fmt::format(" more signal photons, {:.3g} s more at this rate; or ask for less with "
+                         "--time-ps and --amplitude-percent",
+                         more_s));
 }
 
 // Design note: a motion that is statistically significant need not matter. A target that moved by
@@ -166,7 +183,7 @@ CalibrationFacts facts_of(const Plan& plan, const Calibration& found) {
 }
 
 // The pulses at the times when they left the laser, in a clock in which the pattern takes
-// period_ps: without the delay to a target whose distance is known.
+// period_ps: without the delay to the target.
 std::vector<CalibratedPulse> emitted(const Calibration& found, double period_ps, double delay_ps) {
   std::vector<CalibratedPulse> pulses = found.pulses;
   const double per_tagger_ps = period_ps / found.period_ps;
@@ -180,6 +197,22 @@ std::vector<CalibratedPulse> emitted(const Calibration& found, double period_ps,
     return a.time_ps < b.time_ps;
   });
   return pulses;
+}
+
+// The pulses of a pattern whose segment has its period.
+void fill_pulses(const Calibration& found, double delay_ps, Pattern& pattern) {
+  PatternSegment& segment = pattern.segments.front();
+  CalibrationFacts& facts = *pattern.calibration;
+  for (auto* values : {&segment.pulse_times_ps, &segment.amplitudes, &facts.std_pulse_times_ps,
+                       &facts.std_amplitudes}) {
+    values->clear();
+  }
+  for (const CalibratedPulse& pulse : emitted(found, segment.period_ps, delay_ps)) {
+    segment.pulse_times_ps.push_back(pulse.time_ps);
+    segment.amplitudes.push_back(pulse.amplitude);
+    facts.std_pulse_times_ps.push_back(pulse.std_time_ps);
+    facts.std_amplitudes.push_back(pulse.std_amplitude);
+  }
 }
 
 Pattern pattern_of(const Config& config, const Plan& plan, const Calibration& found) {
@@ -200,15 +233,15 @@ Pattern pattern_of(const Config& config, const Plan& plan, const Calibration& fo
   pattern.calibrated_period_ps = found.period_ps;
   pattern.pulse = found.shape;
   pattern.calibration = facts_of(plan, found);
-  const double delay_ps =
-      plan.distance_m ? (*plan.distance_m + config.scene.range_offset_m) / m_per_ps : 0;
-  for (const CalibratedPulse& pulse : emitted(found, period_ps, delay_ps)) {
-    segment.pulse_times_ps.push_back(pulse.time_ps);
-    segment.amplitudes.push_back(pulse.amplitude);
-    pattern.calibration->std_pulse_times_ps.push_back(pulse.std_time_ps);
-    pattern.calibration->std_amplitudes.push_back(pulse.std_amplitude);
-  }
+  fill_pulses(found, 0, pattern);
   return pattern;
+}
+
+// Where the target is to be measured: at its distance, or else in the middle of the range, where
+// noise does not wrap it.
+double delay_to_target_ps(const Config& config, const Plan& plan, const Pattern& pattern) {
+  if (!plan.distance_m) return pattern.unambiguous_delay_ps / 2;
+  return (*plan.distance_m + config.scene.range_offset_m) / m_per_ps;
 }
 
 // For evenly or nearly evenly spaced pulses: sets the mode ambiguous, with the range that the light
@@ -263,9 +296,28 @@ void check_one_segment(const Config& config) {
               config.pattern_file + ": has several segments; patterns of one can be calibrated");
 }
 
-Calibration find_calibration(const Plan& plan, const PhaseHistogram& fold, double width_ps) {
+// How many times wider or narrower than configured pulses may be for their number to be right.
+constexpr double most_wider = 3;
+constexpr double most_narrower = 8;
+constexpr double narrower = 2;  // where no pulse stands out
+
+[[noreturn]] void refuse_width(const Config& config, const Plan& plan, double found_ps) {
+  const double ratio = found_ps / config.pulse.sigma_ps;
+  refuse(plan, fmt::format("its pulses are {:.2g} times {} than configured; set pulse.sigma_ps of "
+                           "{} to {:.2g} and repeat",
+                           std::max(ratio, 1 / ratio), ratio > 1 ? "wider" : "narrower",
+                           config.file, found_ps));
+}
+
+Calibration find_calibration(const Config& config, const Plan& plan, const PhaseHistogram& fold) {
+  const double width_ps = config.pulse.sigma_ps;
+  const double shown_ps = width_by_pairs_ps(fold).value_or(width_ps);
+  if (shown_ps > most_wider * width_ps || shown_ps * most_narrower < width_ps) {
+    refuse_width(config, plan, shown_ps);
+  }
   std::optional<Calibration> found = calibrate(fold, width_ps);
   if (found) return std::move(*found);
+  if (shown_ps * narrower < width_ps) refuse_width(config, plan, shown_ps);
   refuse(plan, "no pulse stands out of the " + grouped(fold.photons()) + " photons folded on " +
                    fmt::format("{:.6g}", fold.period().period_ps) +
                    " ps; record a target at rest, closer or for longer");
@@ -288,7 +340,7 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   });
   if (fold.photons() == 0) refuse(plan, why_nothing_folds(seen));
   check_smear(plan, track);
-  Calibration found = find_calibration(plan, fold, width_ps);
+  Calibration found = find_calibration(config, plan, fold);
   check_photons(plan, found);
   RestCheck check(fold, found);
   reader.read("checked for motion", [&](const FrameView& frame) { check.add(frame); });
@@ -296,8 +348,11 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   check_rest(plan, rest);
   Pattern pattern = pattern_of(config, plan, found);
   judge_range(config, found, pattern);
+  const double delay_ps = delay_to_target_ps(config, plan, pattern);
+  fill_pulses(found, delay_ps, pattern);
   std::vector<InputDelay> inputs = compare_inputs(config, reader);
-  return {std::move(pattern), std::move(found), rest, std::move(fold), std::move(inputs)};
+  const double target_m = delay_ps * m_per_ps - config.scene.range_offset_m;
+  return {std::move(pattern), target_m, std::move(found), rest, std::move(fold), std::move(inputs)};
 }
 
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,

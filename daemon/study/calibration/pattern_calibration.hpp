@@ -26,7 +26,8 @@ struct Plan {
 };
 
 struct PatternCalibration {
-  Pattern pattern;  // the calibrated pattern, to be written to a file
+  Pattern pattern;      // the calibrated pattern, to be written to a file
+  double target_m = 0;  // what the target of the recording reads with this pattern
   Calibration calibration;
   RestReport rest;
   PhaseHistogram fold;
@@ -42,8 +43,8 @@ using TellProgress = std::function<void(const char* doing, double seconds)>;
 // times, amplitudes and shape from the photons folded at that period. The recording is read twice:
 // once to fold it, and once to see frame by frame whether the target was at rest.
 //
-// The pulse times contain the target's own delay, so distances measured with the pattern are
-// relative to that target unless its distance is given. The configured pattern gives the nominal
+// Where the target's distance is not given, the pulse times are such that the target reads the
+// middle of the range, where noise does not wrap it. The configured pattern gives the nominal
 // period. Its mode and range are kept if the recording has as many pulses; otherwise the new
 // pattern is baseline (one pulse) or random (several pulses). If delays that divide the range
 // cannot be told apart (because the pulses are evenly spaced, or nearly so for the light in a frame

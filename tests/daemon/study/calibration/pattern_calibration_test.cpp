@@ -17,6 +17,7 @@
 #include "protocol/error.hpp"
 #include "protocol/pattern_json.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/error_text.hpp"
 #include "tests/support/frame_maker.hpp"
 #include "tests/support/matches.hpp"
 #include "tests/support/program.hpp"
@@ -95,8 +96,10 @@ TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
     const PatternSegment& segment = found.pattern.segments.front();
     ASSERT_EQ(segment.pulse_times_ps.size(), 12U);
     EXPECT_EQ(found.pattern.mode, Mode::random);
+    // A target without a distance is where noise does not wrap it.
+    EXPECT_NEAR(found.target_m, distance_known ? 30 : 1'000'002 * light_m_per_ps / 4, 1e-6);
     EXPECT_NEAR(found.calibration.signal_photons, 960'000, 5'000);
-    const auto truth_ps = arrivals_ps(distance_known ? 0 : 60 / light_m_per_ps);
+    const auto truth_ps = arrivals_ps(distance_known ? 0 : 60 / light_m_per_ps + 500'001);
     for (std::size_t p = 0; p < 12; ++p) {
       // In ascending order: those after the period's end come first.
       const auto at = std::min_element(truth_ps.begin(), truth_ps.end(), [&](double a, double b) {
@@ -235,6 +238,39 @@ TEST(PatternCalibration, TooFewPhotonsAreRefusedWithHowManyItNeeds) {
   EXPECT_THAT(refusal_of(scene), HasSubstr("too few photons"));
   scene.seconds += 0.6 * more_s;
   EXPECT_EQ(refusal_of(scene), "none");
+}
+
+// Such as of a width in ns.
+TEST(PatternCalibration, AWidthThatThePhotonsContradictIsRefusedWithTheirs) {
+  Config config = config_of_one_pulse();
+  config.file = "my.json";
+  simulator::Options scene = scene_at_rest();
+  scene.seconds = 0.3;
+  for (const double configured_ps : {1.0, 10.0, 3'000.0}) {
+    config.pulse.sigma_ps = configured_ps;
+    const std::string said =
+        test::error_text([&] { (void)calibrate_scene(scene, {}, {}, config); });
+    const auto figures = test::first_match(
+        said,
+        "its pulses are (\\S+) times (wider|narrower) than configured; set pulse.sigma_ps of "
+        "my.json to (\\S+) and repeat");
+    ASSERT_FALSE(figures.empty()) << said;
+    EXPECT_EQ(figures[2], configured_ps < 100 ? "wider" : "narrower");
+    EXPECT_NEAR(std::stod(figures[3]), 100, 40);
+  }
+  config.pulse.sigma_ps = 50;
+  EXPECT_NO_THROW((void)calibrate_scene(scene, {}, {}, config));
+}
+
+// A number of photons or seconds that no recording has is not printed.
+TEST(PatternCalibration, WhatNoRecordingWouldHaveIsNotAskedFor) {
+  simulator::Options scene = scene_at_rest();
+  scene.seconds = 0.25;
+  Plan plan;
+  plan.goal.std_time_ps = 1e-6;
+  EXPECT_THAT(refusal_of(scene, plan),
+              AllOf(HasSubstr("to far less than what is asked for"), HasSubstr("--time-ps"),
+                    testing::Not(HasSubstr("it needs"))));
 }
 
 TEST(PatternCalibration, WhatHoldsNoPatternIsRefused) {
