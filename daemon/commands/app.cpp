@@ -92,11 +92,23 @@ std::string suggested(std::string_view word, const std::vector<std::string>& nam
   return suggest_name(word, known);
 }
 
+bool is_list_of_numbers(std::string_view word) {
+  return !word.empty() && word.find_first_not_of("0123456789.,") == std::string_view::npos;
+}
+
 // The words behind the program's name. One public key of 85 begins with '-', and would be taken for
 // an option: a key behind --server-key becomes one word with it, "--server-key=KEY".
+// And the lengths of a tradeoff become one word with commas: else the recording behind them would
+// be one more length.
 std::vector<std::string> command_words(int argc, char** argv) {
   std::vector<std::string> words;
+  bool in_lengths = false;  // behind the first of them
   for (int i = 1; i < argc; ++i) {
+    if (in_lengths && is_list_of_numbers(argv[i])) {
+      words.back().append(",").append(argv[i]);
+      continue;
+    }
+    in_lengths = !words.empty() && words.back() == "--lengths";
     if (!words.empty() && words.back() == "--server-key" && security::is_curve_key(argv[i])) {
       words.back().append("=").append(argv[i]);
     } else {
@@ -147,6 +159,25 @@ std::string option_name(std::string_view word) {
                                                                 : std::string(word.substr(0, 2));
 }
 
+// An option of a command that stands before the command, as in "splid --config FILE run".
+//
+// Errors: Error(Fault::usage), which says where it belongs.
+void check_order(const CLI::App& app, const std::vector<std::string>& words) {
+  const std::string first = words.empty() ? std::string{} : option_name(words.front());
+  if (first.empty() || first == "--" || app.get_option_no_throw(first) != nullptr) return;
+  const auto commands = app.get_subcommands(nullptr);
+  for (const std::string& word : words) {
+    const auto command = std::find_if(commands.begin(), commands.end(),
+                                      [&](const CLI::App* sub) { return sub->get_name() == word; });
+    if (command == commands.end()) continue;
+    std::vector<std::string> names;
+    add_options(**command, names);
+    if (std::find(names.begin(), names.end(), first) == names.end()) return;
+    throw Error(Fault::usage, "options stand behind the command; write splid " + word + " " +
+                                  first + " ... (splid " + word + " --help lists all)");
+  }
+}
+
 // Checks the words of a command line before CLI11 reads it. CLI11 would call a mistyped command
 // "unexpected", and after a mistyped option would complain that another option is missing.
 //
@@ -171,6 +202,7 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
     if (name.size() > 2) sentence.append(suggested(name, names));
     throw Error(Fault::usage, sentence.append(" (").append(so_far).append(" --help lists all)"));
   }
+  check_order(app, words);
 }
 
 // SPLID_VECTOR_LEVEL names the widest vectors that are used.
@@ -214,6 +246,7 @@ int parse_and_run(int argc, char** argv) {
   add_check(app, action);
   add_pattern(app, action);
   add_calibrate(app, action);
+  add_plot(app, action);
   add_tradeoff(app, action);
   add_devices(app, action);
   add_upload(app, action);

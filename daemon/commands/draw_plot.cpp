@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "daemon/base/file_descriptor.hpp"
@@ -45,11 +46,18 @@ std::string last_line(std::string text) {
   return text.substr(text.rfind('\n') + 1);
 }
 
-// Why it failed; absent where it did not. python: a path, or a name that is looked for in PATH.
-std::optional<std::string> run_python(const std::string& python,
-                                      const std::vector<std::string>& arguments) {
+struct Run {
+  int exit_code = 0;
+  std::string said;  // the last line on standard error
+};
+
+// python: a path, or a name that is looked for in PATH.
+Run run_python(const std::string& python, const std::vector<std::string>& arguments) {
+  constexpr int not_run = 127;
   std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return std::system_category().message(errno);
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+    return {not_run, std::system_category().message(errno)};
+  }
   const FileDescriptor reads(ends[0]);
   FileDescriptor writes(ends[1]);
   ProcessStart start;
@@ -68,29 +76,42 @@ std::optional<std::string> run_python(const std::string& python,
     while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
     }
   } catch (const std::system_error& error) {
-    return python + ": " + error.what();
+    return {not_run, python + ": " + error.what()};
   }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::nullopt;
-  return said.empty() ? python + " ended without a word" : last_line(said);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : not_run,
+          said.empty() ? python + " ended without a word" : last_line(said)};
 }
 
 }  // namespace
 
-void draw_plot(const std::vector<std::string>& arguments) {
-  const std::string& picture = arguments.back();
+std::optional<Error> try_to_draw(const std::vector<std::string>& arguments) {
   // The user's own Python may have the module, as where pip installed it. Debian's has it where its
   // package is installed, and is the Python that a build is made for.
-  std::optional<std::string> failed;
+  Run run;
   for (const char* python : {"python3", "/usr/bin/python3"}) {
-    failed = run_python(python, arguments);
-    if (failed) continue;
-    log_info("the plot is in {}", picture);
-    return;
+    run = run_python(python, arguments);
+    if (run.exit_code == 0) return std::nullopt;
+    // The module itself has said what is wrong with its files; another Python would say the same.
+    constexpr std::string_view module = "splid.plots: ";
+    if (!run.said.starts_with(module)) continue;
+    const bool is_known = run.exit_code >= static_cast<int>(Fault::usage) &&
+                          run.exit_code <= static_cast<int>(Fault::data);
+    return Error(is_known ? static_cast<Fault>(run.exit_code) : Fault::data,
+                 run.said.substr(module.size()));
   }
-  log_warning(
-      "{} is not drawn: {}. With python3-splid and python3-matplotlib installed, this draws it: "
-      "python3 -m splid.plots {}",
-      picture, *failed, fmt::join(arguments, " "));
+  return Error(Fault::device,
+               fmt::format("{} is not drawn: {}. With python3-splid and python3-matplotlib "
+                           "installed, this draws it: python3 -m splid.plots {}",
+                           arguments.back(), run.said, fmt::join(arguments, " ")));
+}
+
+void draw_plot(const std::vector<std::string>& arguments) {
+  if (const auto failed = try_to_draw(arguments)) {
+    log_warning(failed->what());
+  } else {
+    log_info("the plot is in {}", arguments.back());
+  }
 }
 
 std::string table_of_plot(const std::string& picture) {

@@ -4,6 +4,7 @@ Every function draws into a new figure and returns it; `figure.savefig("run.png"
 notebook shows it. Measured values are drawn unchanged: nothing is smoothed or left out, but values
 that are not known and those that a logarithmic axis has no place for.
 
+    python3 -m splid.plots file frames.h5 frames.svg        (as `splid plot` does)
     python3 -m splid.plots run scene.ptu scene.json run.svg
     python3 -m splid.plots tradeoff tradeoff.csv tradeoff.svg
     python3 -m splid.plots calibration pattern.json photons.csv pulse.svg
@@ -24,8 +25,9 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
-from splid._frames import frames
+from splid._frames import FRAME, frames
 from splid._pattern import Pattern
+from splid._recording import Kind, Recording
 from splid._scene import Truth
 from splid._studies import Calibration
 
@@ -67,7 +69,9 @@ def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
     """
     good = table[table["valid"]]
     if len(good) == 0:
-        raise ValueError(f"table: none of its {len(table)} frames is valid; look at its status")
+        names, counts = np.unique(table["status"], return_counts=True)
+        seen = ", ".join(f"{count} {name.decode()}" for name, count in zip(names, counts))
+        raise ValueError(f"table: none of its {len(table)} frames is valid: {seen}")
     middle_ps = good["start_ps"] + np.rint(good["duration_ms"] * 0.5e9).astype(np.int64)
     seconds = (middle_ps - table["start_ps"][0]) * 1e-12
     values = [("distance", "m", "mm", 1e3), ("velocity", "m/s", "cm/s", 1e2)]
@@ -93,6 +97,112 @@ def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
         errors.legend(loc="best", fontsize="small")
     panels[-1].set_xlabel("time from the first frame (s)")
     return figure
+
+
+def recording(file: "Union[Recording, AnyPath]", period_ps: Optional[float] = None) -> Figure:
+    """A recording as it is, without a configuration: the rate of every channel against time, and
+    where it has syncs the photons of each input against the time since the last sync.
+
+    period_ps: between two syncs, on which photons behind a missing sync are folded; None: the
+    header's or the recorded pattern's, or else only photons that closely follow a sync are drawn. The second panel is of the first 20 million tags, the first of all.
+
+    Errors: DataError with the file and the byte offset; ValueError for a file without tags.
+    """
+    read = file if isinstance(file, Recording) else Recording(file)
+    scan = read.scan()
+    if scan["first_ps"] is None:
+        raise ValueError(f"{read.file}: holds no tags")
+    first_ps, last_ps = scan["first_ps"], scan["last_ps"]
+    edges_ps = first_ps + np.linspace(0, max(1, last_ps - first_ps), 201).astype(np.int64)
+    names = [f"input {number}" for number in sorted(scan["photons"])]
+    names += ["sync"] if scan["syncs"] else []
+    rates = {name: np.zeros(len(edges_ps) - 1) for name in names}
+    fold = _Fold(_period_ps(read) if period_ps is None else period_ps, read.resolution_s * 1e12)
+    for tags in read.tags():
+        for name, times_ps in _channels(tags):
+            rates[name] += np.histogram(times_ps, edges_ps)[0]
+        fold.add(tags)
+    seconds = np.diff(edges_ps) * 1e-12
+    folded = fold.counts
+    figure, panels = _figure(2 if folded else 1, os.path.basename(read.file))
+    for name in names:
+        panels[0].stairs(rates[name] / seconds, (edges_ps - first_ps) * 1e-12, label=name)
+    panels[0].set_ylabel("rate (1/s)")
+    means = [counts.mean() for counts in rates.values() if counts.any()]
+    if means and max(means) > 5 * min(means):
+        panels[0].set_yscale("log")
+    else:
+        panels[0].set_ylim(bottom=0)
+    panels[0].set_xlabel("time (s)")
+    panels[0].legend(loc="best", fontsize="small")
+    for number, counts in folded.items():
+        panels[1].stairs(counts, fold.edges_ps * 1e-3, label=f"input {number}")
+    if folded:
+        panels[1].set_xlabel("time since the last sync (ns)")
+        panels[1].set_ylabel("photons")
+        panels[1].legend(loc="best", fontsize="small")
+    return figure
+
+
+def _period_ps(read: Recording) -> float:
+    """Between two syncs, as the header says; 0 where it does not."""
+    if read.pattern is not None:
+        return read.pattern.period_ps
+    return float(read._facts["sync_period_s"]) * 1e12
+
+
+def _channels(tags: npt.NDArray[Any]) -> "list[tuple[str, npt.NDArray[np.int64]]]":
+    """The times of each channel that `recording` draws."""
+    photons = tags[tags["kind"] == Kind.PHOTON]
+    found = [(f"input {number}", photons["time_ps"][photons["value"] == number])
+             for number in np.unique(photons["value"])]
+    syncs = tags["time_ps"][tags["kind"] == Kind.SYNC]
+    return [*found, ("sync", syncs)] if len(syncs) else found
+
+
+class _Fold:
+    """Photons by input against the time since the last sync, in at most 500 bins."""
+
+    BINS = 500
+    MOST_TAGS = 20_000_000
+
+    def __init__(self, period_ps: float, step_ps: float) -> None:
+        """period_ps: 0 where it is not known. step_ps: of the recording's times."""
+        self.edges_ps: npt.NDArray[np.float64] = np.zeros(0)
+        self.counts: dict[int, npt.NDArray[np.float64]] = {}
+        self._step_ps = step_ps
+        self._period_ps = period_ps
+        self._tags = 0
+        self._sync_ps: Optional[int] = None  # the last one of the tags before
+        if period_ps:
+            self._set_range(period_ps)
+
+    def _set_range(self, period_ps: float) -> None:
+        bin_ps = self._step_ps * max(1, math.ceil(period_ps / self._step_ps / self.BINS))
+        # Times lie on steps: an edge halfway between two of them leaves no doubt.
+        self.edges_ps = bin_ps * np.arange(math.ceil(period_ps / bin_ps) + 1) - self._step_ps / 2
+
+    def add(self, tags: npt.NDArray[Any]) -> None:
+        syncs_ps = tags["time_ps"][tags["kind"] == Kind.SYNC]
+        if self._sync_ps is not None:
+            syncs_ps = np.concatenate([[self._sync_ps], syncs_ps])
+        if self._tags > self.MOST_TAGS or len(syncs_ps) < 2:
+            return
+        self._tags += len(tags)
+        self._sync_ps = int(syncs_ps[-1])
+        photons = tags[tags["kind"] == Kind.PHOTON]
+        last = np.searchsorted(syncs_ps, photons["time_ps"], side="right") - 1
+        photons, last = photons[last >= 0], last[last >= 0]
+        since_ps = photons["time_ps"] - syncs_ps[last]
+        if not len(self.edges_ps) and len(since_ps):
+            # Where syncs are missing, most gaps are far longer than photons come after a sync.
+            self._set_range(float(min(np.quantile(np.diff(syncs_ps), 0.1),
+                                      1.02 * np.quantile(since_ps, 0.99))) + self._step_ps)
+        if self._period_ps:
+            since_ps = since_ps % self._period_ps
+        for number in np.unique(photons["value"]):
+            counts = np.histogram(since_ps[photons["value"] == number], self.edges_ps)[0]
+            self.counts[int(number)] = self.counts.get(int(number), 0) + counts
 
 
 def calibration(made: "Union[Calibration, Pattern]", sigma_ps: Optional[float] = None,
@@ -416,14 +526,14 @@ def _draw_stage(axes: Axes, rows: Rows, colour: str, panel: tuple[str, str, str,
     axes.set_title(told, fontsize="x-small", loc="left", pad=2)
 
 
-def _read(file: AnyPath, needed: Iterable[str]) -> Rows:
+def _read(file: AnyPath, needed: Iterable[str],
+          expected: str = "a table of `splid tradeoff --csv`, of `splid calibrate --csv` or of "
+                          "bench/studies/results is expected") -> Rows:
     with open(file, newline="", encoding="utf-8") as text:
         reader = csv.DictReader(text)
         missing = [name for name in needed if name not in (reader.fieldnames or [])]
         if missing:
-            raise ValueError(f"{os.fspath(file)}: has no column {missing[0]}; a table of `splid "
-                             "tradeoff --csv`, of `splid calibrate --csv` or of "
-                             "bench/studies/results is expected")
+            raise ValueError(f"{os.fspath(file)}: has no column {missing[0]}; {expected}")
         return list(reader)
 
 
@@ -432,10 +542,95 @@ def _column(rows: Rows, name: str) -> npt.NDArray[np.float64]:
     return np.array([float(row[name]) if row[name] else math.nan for row in rows])
 
 
-def _run_of(recording: str, config: str) -> Figure:
+def _run_of(file: str, config: str) -> Figure:
     """A run of a recording, against the truth file if there is one beside it."""
-    truth = pathlib.Path(recording).with_suffix(".truth.json")
-    return run(frames(recording, config), Truth.read(truth) if truth.exists() else None)
+    truth = pathlib.Path(file).with_suffix(".truth.json")
+    return run(frames(file, config), Truth.read(truth) if truth.exists() else None)
+
+
+def read_table(file: AnyPath) -> npt.NDArray[Any]:
+    """The frames of a table that `splid replay --output` or `splid batch` wrote, as rows of FRAME.
+
+    Errors: OSError; ValueError for a file that is no such table, and for one in HDF5 without
+    Python's h5py (on Debian python3-h5py).
+    """
+    path = os.fspath(file)
+    if not path.endswith(".csv"):
+        return _read_hdf5(path)
+    assert FRAME.names is not None
+    rows = _read(path, FRAME.names, "a table of `splid replay --output` is expected")
+    table = np.zeros(len(rows), FRAME)
+    for name in FRAME.names:
+        texts = [row[name] for row in rows]
+        kind = FRAME[name].kind
+        if kind == "f":
+            table[name] = _column(rows, name)
+        elif kind == "b":
+            table[name] = [text == "true" for text in texts]
+        elif kind == "S":
+            table[name] = [text.encode() for text in texts]
+        else:
+            table[name] = [int(text) if text else -1 for text in texts]
+    return table
+
+
+def _read_hdf5(path: str) -> npt.NDArray[Any]:
+    try:
+        import h5py
+    except ImportError as error:
+        raise ValueError(f"{path}: HDF5 is read with h5py ({error}); on Debian it is python3-h5py; "
+                         "or have `splid replay --output` write a .csv") from error
+    try:
+        tables = h5py.File(path)
+    except OSError as error:
+        raise ValueError(f"{path}: {error}") from error
+    with tables:
+        if "frames" not in tables:
+            raise ValueError(f"{path}: holds no frames; a table of `splid replay --output` is "
+                             "expected")
+        rows = tables["frames"][:]
+    table = np.zeros(len(rows), FRAME)
+    for name in rows.dtype.names:
+        if name in table.dtype.names:
+            table[name] = rows[name]
+    return table
+
+
+def _csv_figure(file: str) -> Figure:
+    with open(file, newline="", encoding="utf-8") as text:
+        names = next(csv.reader(text), [])
+    if "start_ps" in names:
+        return run(read_table(file))
+    if "compute_ms_p50" in names:
+        return tradeoff(file)
+    if "offset_ps" in names:
+        raise ValueError(f"{file}: has the photons of a calibration; draw them with their pattern: "
+                         "python3 -m splid.plots calibration PATTERN.json PHOTONS.csv PICTURE")
+    raise ValueError(f"{file}: is no table of frames or of a tradeoff; `splid replay --output` and "
+                     "`splid tradeoff --csv` write those")
+
+
+def of_file(file: AnyPath, config: Optional[AnyPath] = None) -> Figure:
+    """What a file holds: a table of frames, a tradeoff, a pattern, or a recording.
+
+    config: of a recording, which is then measured and drawn as run() does.
+
+    Errors: those of the function that draws it.
+    """
+    path = os.fspath(file)
+    if path.endswith(".csv"):
+        return _csv_figure(path)
+    if path.endswith((".h5", ".hdf5")):
+        return run(read_table(path))
+    if path.endswith(".json"):
+        pattern = Pattern.read(path)
+        if pattern.pulse is not None:
+            return calibration(pattern)
+        figure, panels = _figure(1, f"{pattern.mode}, {pattern.pulses} pulses in "
+                                 f"{pattern.period_ps / 1e3:g} ns")
+        pattern.plot(panels[0])
+        return figure
+    return recording(path) if config is None else _run_of(path, os.fspath(config))
 
 
 def main(arguments: list[str]) -> int:
@@ -445,6 +640,8 @@ def main(arguments: list[str]) -> int:
     data.
     """
     makes: dict[tuple[str, int], Callable[[], Figure]] = {
+        ("file", 3): lambda: of_file(arguments[1]),
+        ("file", 4): lambda: of_file(arguments[1], arguments[2]),
         ("run", 4): lambda: _run_of(arguments[1], arguments[2]),
         ("tradeoff", 3): lambda: tradeoff(arguments[1]),
         ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
@@ -454,7 +651,8 @@ def main(arguments: list[str]) -> int:
         ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
     make = makes.get((arguments[0] if arguments else "", len(arguments)))
     if make is None:
-        print("usage: python3 -m splid.plots run RECORDING.ptu CONFIG.json PICTURE\n"
+        print("usage: python3 -m splid.plots file FILE [CONFIG.json] PICTURE\n"
+              "       python3 -m splid.plots run RECORDING.ptu CONFIG.json PICTURE\n"
               "       python3 -m splid.plots tradeoff TABLE.csv PICTURE\n"
               "       python3 -m splid.plots calibration PATTERN.json [PHOTONS.csv [SIGMA_PS]] "
               "PICTURE\n"
@@ -463,7 +661,10 @@ def main(arguments: list[str]) -> int:
         return 2
     try:
         drawn = make()
-    except (ValueError, OSError, _splid.SplidError) as error:
+    except OSError as error:
+        print(f"splid.plots: {error.filename}: {error.strerror}", file=sys.stderr)
+        return 4
+    except (ValueError, _splid.SplidError) as error:
         print(f"splid.plots: {error}", file=sys.stderr)
         return 4
     picture = pathlib.Path(arguments[-1])

@@ -41,6 +41,8 @@ completes listen st // status
 completes listen fol // fold
 completes view --ht // --http
 completes dem // demo
+completes plo // plot
+completes plot --ou // --output
 completes demo --ht // --http
 completes listen --wat // --watch
 completes pattern inter // interleaved

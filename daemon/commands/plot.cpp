@@ -1,0 +1,53 @@
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/base/log.hpp"
+#include "daemon/base/write_file.hpp"
+#include "daemon/commands/commands.hpp"
+#include "daemon/commands/draw_plot.hpp"
+#include "drivers/replay/recording_reader.hpp"
+
+namespace splid {
+namespace {
+
+struct PlotCommand {
+  std::string file;
+  std::string config;
+  std::string output;
+};
+
+int plot(PlotCommand options) {
+  require_seekable(options.file);
+  if (options.output.empty()) {
+    options.output = std::filesystem::path(options.file).replace_extension(".png").string();
+  }
+  check_folder_of(options.output);
+  std::vector<std::string> arguments = {"file", options.file};
+  if (!options.config.empty()) arguments.push_back(options.config);
+  arguments.push_back(options.output);
+  if (const auto failed = try_to_draw(arguments)) throw *failed;
+  log_info("the picture is in {}", options.output);
+  return 0;
+}
+
+}  // namespace
+
+void add_plot(CLI::App& app, Action& action) {
+  CLI::App* command = app.add_subcommand(
+      "plot", "Draw a table of frames, a recording, a calibrated pattern or a tradeoff");
+  const auto options = std::make_shared<PlotCommand>();
+  command->add_option("file", options->file, "What to draw")->required();
+  command->add_option("--config,-c", options->config,
+                      "Of a recording: measure it with this configuration and draw its frames; "
+                      "else its rates, and its photons between two syncs, are drawn");
+  command->add_option("--output,-o", options->output,
+                      "Picture to draw by Python: .svg, .png or .pdf (default: the file's name "
+                      "with .png)");
+  add_log_options(*command);
+  command->callback([&action, options] { action = [options] { return plot(*options); }; });
+}
+
+}  // namespace splid
