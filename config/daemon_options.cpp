@@ -54,7 +54,7 @@ std::optional<std::string> control_fault(std::string_view endpoint) {
   if (endpoint == "auto" || endpoint == "off") return std::nullopt;
   if (!endpoint.starts_with("tcp://") && !endpoint.starts_with("ipc:///")) {
     return "must be auto, off, a file as in ipc:///run/splid/control.sock, or an address as in "
-           "tcp://127.0.0.1:9874";
+           "tcp://127.0.0.1:9875";
   }
   return endpoint_fault(endpoint);
 }

@@ -100,11 +100,20 @@ bool is_on_this_machine(std::string_view endpoint) {
   return endpoint.starts_with(ipc) || is_loopback(host_of(endpoint.substr(tcp.size())));
 }
 
-std::optional<std::string> local_address_fault(std::string_view address, const char* example) {
+std::string with_host(const std::string& address) {
+  const bool is_port = !address.empty() && address.find_first_not_of("0123456789") == address.npos;
+  return is_port ? "127.0.0.1:" + address : address;
+}
+
+std::optional<std::string> http_address_fault(std::string_view address, const char* example) {
   if (address.find("://") != std::string_view::npos) {
     return std::string("is a URL; write the address and the port alone, as in ") + example;
   }
-  if (auto fault = address_fault(address, example)) return fault;
+  return address_fault(address, example);
+}
+
+std::optional<std::string> local_address_fault(std::string_view address, const char* example) {
+  if (auto fault = http_address_fault(address, example)) return fault;
   if (is_loopback(host_of(address))) return std::nullopt;
   return std::string(
              "would offer the results to the network without encryption or a check of who "

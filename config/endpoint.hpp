@@ -21,6 +21,12 @@ std::string numeric_endpoint(const std::string& endpoint);
 // endpoint has no fault.
 bool is_on_this_machine(std::string_view endpoint);
 
+// "127.0.0.1:PORT" for a port alone; any other address as it is.
+std::string with_host(const std::string& address);
+
+// The fault of a page's address; absent for HOST:PORT. example: what to write instead.
+std::optional<std::string> http_address_fault(std::string_view address, const char* example);
+
 // The fault of an address; absent for HOST:PORT on this machine. example: what to write instead.
 std::optional<std::string> local_address_fault(std::string_view address, const char* example);
 

@@ -43,7 +43,7 @@ const char* nearest_name(std::string_view name, std::span<const char* const> nam
     // Each character that one has more is an edit: a name of megabytes is not compared.
     if (2 * (longest - std::min(name.size(), length)) > longest) continue;
     const std::size_t count = edits(name, candidate);
-    if (2 * count > longest || (nearest != nullptr && count >= fewest)) continue;
+    if (5 * count > 2 * longest || (nearest != nullptr && count >= fewest)) continue;
     nearest = candidate;
     fewest = count;
   }

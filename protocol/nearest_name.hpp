@@ -7,7 +7,7 @@
 namespace splid {
 
 // The name in `names` that takes the fewest letters to change, insert, leave out or swap to become
-// `name`; of equally near names the first. Null where no name is near: more than half of its
+// `name`; of equally near names the first. Null where no name is near: more than two of five
 // letters would have to change.
 const char* nearest_name(std::string_view name, std::span<const char* const> names);
 

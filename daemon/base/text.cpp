@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
+#include <ctime>
 #include <limits>
 
 #include "drivers/awg/upload.hpp"
@@ -30,6 +32,16 @@ std::string grouped(std::uint64_t number) {
     digits.insert(static_cast<std::size_t>(place), 1, ',');
   }
   return digits;
+}
+
+std::string clock_time(double unix_s) {
+  const auto ms = static_cast<std::int64_t>(std::llround(unix_s * 1e3));
+  std::int64_t left_ms = ms % 1000;
+  if (left_ms < 0) left_ms += 1000;
+  const auto seconds = static_cast<std::time_t>((ms - left_ms) / 1000);
+  std::tm local{};
+  ::localtime_r(&seconds, &local);
+  return fmt::format("{:02}:{:02}:{:02}.{:03}", local.tm_hour, local.tm_min, local.tm_sec, left_ms);
 }
 
 void add_sentence(std::string& text, const std::string& sentence) {

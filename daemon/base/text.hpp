@@ -18,6 +18,9 @@ namespace splid {
 // A number with its thousands separated: 1,234,567.
 std::string grouped(std::uint64_t number);
 
+// A time on the clock of this machine's time zone: "14:03:27.250". unix_s: UTC, seconds since 1970.
+std::string clock_time(double unix_s);
+
 // Adds a sentence, if it is not empty, behind those that a text has: "one; another".
 void add_sentence(std::string& text, const std::string& sentence);
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "config/config.hpp"
 #include "config/read_file.hpp"
@@ -32,7 +33,7 @@ namespace {
 constexpr std::size_t start_bytes = 64;
 
 struct CheckCommand {
-  std::string file;
+  std::vector<std::string> files;
   bool schema = false;
 };
 
@@ -98,39 +99,57 @@ void check_config(const std::string& file) {
   throw Error(Fault::data, file + ": " + what);
 }
 
+void check_file(const std::string& file) {
+  std::error_code unknown;
+  if (std::filesystem::is_directory(file, unknown)) {
+    throw Error(Fault::usage,
+                file +
+                    ": is a folder; check takes files of it, and batch measures all its "
+                    "recordings");
+  }
+  require_seekable(file);
+  const std::string start = read_start(file, start_bytes);
+  if (!start.empty() && format_of(start, file)) {
+    std::fputs(shown_lines(recording::report_of(file)).c_str(), stdout);
+    return;
+  }
+  if (recording::begins_as_hdf5(file)) {
+    std::fputs(shown_lines(recording::report_photon_hdf5(file)).c_str(), stdout);
+    return;
+  }
+  // What is no JSON may be a recording of any size, and its first bytes tell enough of it.
+  const std::string text = begins_with_brace(start) ? read_file(file) : start;
+  const auto kind = kind_of_file(text, file);
+  if (kind == pattern_file_kind) {
+    check_pattern(file, text);
+  } else if (kind == config_file_kind || begins_with_brace(text)) {
+    check_config(file);
+  } else {
+    refuse(file, text);
+  }
+}
+
+// Looks at every file. Of several, the exit code is that of the first that is wrong.
 int check(const CheckCommand& options) {
   if (options.schema) {
     std::printf("%s\n", config_schema().c_str());
     return 0;
   }
-  if (options.file.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
-  std::error_code unknown;
-  if (std::filesystem::is_directory(options.file, unknown)) {
-    throw Error(Fault::usage, options.file +
-                                  ": is a folder; check takes one file of it, and batch "
-                                  "measures all its recordings");
-  }
-  require_seekable(options.file);
-  const std::string start = read_start(options.file, start_bytes);
-  if (!start.empty() && format_of(start, options.file)) {
-    std::fputs(shown_lines(recording::report_of(options.file)).c_str(), stdout);
+  if (options.files.empty()) throw Error(Fault::usage, "check needs a FILE, or --schema");
+  if (options.files.size() == 1) {
+    check_file(options.files.front());
     return 0;
   }
-  if (recording::begins_as_hdf5(options.file)) {
-    std::fputs(shown_lines(recording::report_photon_hdf5(options.file)).c_str(), stdout);
-    return 0;
+  int code = 0;
+  for (const std::string& file : options.files) {
+    try {
+      check_file(file);
+    } catch (const Error& error) {
+      std::fprintf(stderr, "splid: error: %s\n", shown_text(error.what(), most_said).c_str());
+      if (code == 0) code = error.exit_code();
+    }
   }
-  // What is no JSON may be a recording of any size, and its first bytes tell enough of it.
-  const std::string text = begins_with_brace(start) ? read_file(options.file) : start;
-  const auto kind = kind_of_file(text, options.file);
-  if (kind == pattern_file_kind) {
-    check_pattern(options.file, text);
-  } else if (kind == config_file_kind || begins_with_brace(text)) {
-    check_config(options.file);
-  } else {
-    refuse(options.file, text);
-  }
-  return 0;
+  return code;
 }
 
 }  // namespace
@@ -139,7 +158,7 @@ void add_check(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("check", "Say what is in a configuration, pattern or recording");
   const auto options = std::make_shared<CheckCommand>();
-  command->add_option("file", options->file, "File to look at");
+  command->add_option("files", options->files, "Files to look at");
   command->add_flag("--schema", options->schema, "Print the JSON schema of the configuration");
   command->callback([&action, options] { action = [options] { return check(*options); }; });
 }

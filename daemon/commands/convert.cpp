@@ -52,7 +52,7 @@ void add_convert(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ConvertCommand>();
   command->add_option("recording", options->recording, "Recording of any format that splid reads")
       ->required();
-  command->add_option("output", options->output, "PTU file to write")->required();
+  command->add_option("output,--output,-o", options->output, "PTU file to write")->required();
   command->add_flag("--force", options->force, "Overwrite an existing file");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return convert(*options); }; });

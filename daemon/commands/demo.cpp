@@ -119,7 +119,9 @@ void add_demo(CLI::App& app, Action& action) {
   const auto options = std::make_shared<DemoCommand>();
   command->add_option("--endpoint,-e", options->endpoint,
                       "Where to publish (default: as demo.json says)");
-  command->add_option("--http", options->http, "HOST:PORT of the page; port *: any that is free")
+  command
+      ->add_option("--http", options->http,
+                   "HOST:PORT of the page, or its port; port *: any that is free")
       ->capture_default_str();
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return demo(*options); }; });

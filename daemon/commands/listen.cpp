@@ -66,13 +66,12 @@ std::string column(fmt::format_string<double> pattern, const std::optional<doubl
 }
 
 constexpr const char* heading =
-    "        time s    distance m  +- mm   velocity m/s +- cm/s   S/pulse     b /s  photons  "
+    "        time    distance m  +- mm   velocity m/s +- cm/s   S/pulse     b /s  photons  "
     "status";
 
 std::string frame_line(const FrameMessage& frame, const std::optional<FrameError>& error) {
   std::string line =
-      fmt::format("{:>14.3f}", frame.timestamp_s) + "  " +
-      column("{:>12.5f}", frame.distance_m, 1, 12) + " " +
+      clock_time(frame.timestamp_s) + "  " + column("{:>12.5f}", frame.distance_m, 1, 12) + " " +
       column("{:>6.2f}", frame.std_distance_m, 1e3, 6) + " " +
       column("{:>14.4f}", frame.velocity_mps, 1, 14) + " " +
       column("{:>7.2f}", frame.std_velocity_mps, 1e2, 7) + " " +

@@ -93,7 +93,8 @@ Pattern mrr(const PatternCommand& options) {
 void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
   CLI::App* kind = add_kind(pattern, "interleaved", "Pulse trains of several periods laid over",
                             options, action, interleaved);
-  kind->add_option("--subperiods-ns", options.subperiods_ns, "Their periods, such as 180 189")
+  kind->add_option("--subperiods-ns", options.subperiods_ns, "Their periods, such as 180,189")
+      ->delimiter(',')
       ->required();
   kind = add_kind(pattern, "random", "Random pulse times that keep a distance", options, action,
                   random);
@@ -114,9 +115,11 @@ void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
       ->capture_default_str();
   kind->add_flag("--ambiguous", options.ambiguous, "Say that targets may be beyond the range");
   kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
-  kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180 189")
+  kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180,189")
+      ->delimiter(',')
       ->required();
   kind->add_option("--repeats", options.repeats, "Pulses of each, or one number for all")
+      ->delimiter(',')
       ->required();
 }
 

@@ -57,7 +57,9 @@ void add_view(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ViewCommand>();
   command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
       ->capture_default_str();
-  command->add_option("--http", options->http, "HOST:PORT of the page; port *: any that is free")
+  command
+      ->add_option("--http", options->http,
+                   "HOST:PORT of the page, or its port; port *: any that is free")
       ->capture_default_str();
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,

@@ -18,7 +18,8 @@ constexpr int most_waiting = 10'000;
 
 }  // namespace
 
-std::string who_can_read(const std::string& http) {
+std::string who_can_read(const std::string& address) {
+  const std::string http = with_host(address);
   if (is_on_this_machine("tcp://" + http)) return {};
   return "everybody who reaches " + http +
          " over the network can read what is measured: the page asks for no password and is not "
@@ -31,7 +32,7 @@ Viewing::Viewing(std::string endpoint, const std::string& http,
       client_(std::move(client)),
       subscriber_(endpoint_, {topic_frame, topic_status, topic_version}, client_, most_waiting),
       view_(endpoint_, host_clock()),
-      server_(http, view_, host_clock()) {}
+      server_(with_host(http), view_, host_clock()) {}
 
 void Viewing::run(const std::stop_token& stop, const HearState& hear) {
   while (!stop.stop_requested()) {

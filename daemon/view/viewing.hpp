@@ -12,8 +12,9 @@
 
 namespace splid::view {
 
-// A sentence on who can read a page at this HOST:PORT; empty where this machine alone can.
-std::string who_can_read(const std::string& http);
+// A sentence on who can read a page at this HOST:PORT, or port of this machine; empty where this
+// machine alone can.
+std::string who_can_read(const std::string& address);
 
 // The live page at work: it subscribes to a daemon and serves what it hears to browsers.
 //
@@ -27,7 +28,7 @@ class Viewing {
   // it.
   using HearState = std::function<void(State, const std::string& words)>;
 
-  // endpoint: the daemon's publish.endpoint. http: HOST:PORT of the page.
+  // endpoint: the daemon's publish.endpoint. http: HOST:PORT of the page, or its port on 127.0.0.1.
   Viewing(std::string endpoint, const std::string& http,
           std::optional<security::CurveClient> client);
 

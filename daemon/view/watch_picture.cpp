@@ -55,6 +55,18 @@ std::string cut(std::string_view text, std::size_t columns) {
   return out;
 }
 
+// A sentence in lines of at most so many characters of ASCII, broken at blanks. What has no blank
+// is left to cut().
+void add_wrapped(std::vector<std::string>& to, std::string_view sentence, std::size_t columns) {
+  while (sentence.size() > columns) {
+    const std::size_t blank = sentence.substr(0, columns + 1).rfind(' ');
+    if (blank == std::string_view::npos || blank == 0) break;
+    to.emplace_back(sentence.substr(0, blank));
+    sentence.remove_prefix(blank + 1);
+  }
+  to.emplace_back(sentence);
+}
+
 // A line that begins with a word in colour, cut to so many columns. A colour takes none.
 std::string painted_and_cut(const std::string& word, const char* colour, const std::string& rest,
                             std::size_t columns, bool with_colour) {
@@ -170,10 +182,10 @@ void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, b
                                            pattern_.empty() ? "" : "  pattern " + pattern_,
                                            release_.empty() ? "" : "  splid " + release_),
                                columns, colour));
-  to.push_back(!trouble_.empty() ? trouble_ : status_ ? status_->reason : "");
+  add_wrapped(to, !trouble_.empty() ? trouble_ : status_ ? status_->reason : "", columns);
   if (!status_) return;
   for (const FrameMessage::Finding& finding : status_->findings) {
-    to.push_back(with_advice(finding));
+    add_wrapped(to, with_advice(finding), columns);
   }
   to.push_back(fmt::format(
       "{} {}   device {}{}{}", trouble_.empty() ? "state" : "last heard:", status_->state,

@@ -10,6 +10,7 @@
 #include <limits>
 #include <utility>
 
+#include "config/endpoint.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/sockets/listening_socket.hpp"
 #include "daemon/sockets/peer.hpp"
@@ -162,6 +163,9 @@ struct WebServer::Callbacks {
 
 WebServer::WebServer(const std::string& address, const LiveView& view, const Clock& clock)
     : view_(view), clock_(clock), machine_name_(machine_name()) {
+  if (const auto fault = http_address_fault(address, "127.0.0.1:9874")) {
+    throw Error(Fault::usage, "--http " + address + ": " + *fault);
+  }
   const sockets::ListeningSocket listener("--http", "tcp://" + address, address);
   constexpr std::size_t scheme_bytes = 6;  // tcp://
   place_ = listener.endpoint().substr(scheme_bytes);

@@ -24,6 +24,9 @@ TEST(NearestName, NullWhereNoneIsNear) {
   EXPECT_EQ(nearest_name("colour", names), nullptr);
   EXPECT_EQ(nearest_name("", names), nullptr);
   EXPECT_EQ(nearest_name("x", names), nullptr);
+  // Half of the letters are others: no slip.
+  constexpr std::array<const char*, 1> upload = {"upload"};
+  EXPECT_EQ(nearest_name("plot", upload), nullptr);
   EXPECT_EQ(nearest_name("period_ps", {}), nullptr);
 }
 

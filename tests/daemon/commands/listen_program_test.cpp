@@ -65,6 +65,8 @@ TEST(ListenProgram, TellsEachFindingOfTheStatusOnceWithWhatToDo) {
   const std::string wide_told = "splid: pulse width 0.37 +- 0.01: Calibrate.\n";
   EXPECT_EQ(result.err, wide_told + "splid: jerk -3 +- 0.5 m/s3: Shorten.\n" + wide_told);
   EXPECT_THAT(result.out, HasSubstr("not_run  jerk -3 +- 0.5 m/s3\n"));
+  const std::string line = result.out.substr(result.out.find('\n') + 1);
+  EXPECT_THAT(line, testing::MatchesRegex("[0-2][0-9]:[0-5][0-9]:[0-6][0-9].[0-9]{3} .*\n"));
 }
 
 // What comes of the measurement, where that turns; that all is well is no news at first.

@@ -309,7 +309,9 @@ TEST_F(ViewProgram, ErrorsNameTheOption) {
   const std::string taken = "127.0.0.1:" + std::to_string(port);
   expect_error({"view", "--endpoint", endpoint, "--http", taken}, 3,
                AllOf(HasSubstr("--http"), HasSubstr(taken), HasSubstr("in use")));
-  expect_error({"view", "--http", "9874"}, 2, HasSubstr("--http"));
+  expect_error({"view", "--http", "lab"}, 2, HasSubstr("--http"));
+  expect_error({"view", "--endpoint", endpoint, "--http", std::to_string(port)}, 3,
+               AllOf(HasSubstr("--http"), HasSubstr(taken), HasSubstr("in use")));
   expect_error({"view", "--endpoint", "9872"}, 2, HasSubstr("9872"));
   expect_error({"view", "--key", folder.path("none")}, 2, HasSubstr("--server-key"));
   expect_error({"view", "--key", folder.path("none"), "--server-key", folder.path("none")}, 2,

@@ -77,6 +77,22 @@ TEST(WatchPicture, PaintsWhatComesOfTheMeasurement) {
   EXPECT_EQ(head(DaemonState::waiting_for_device, "none"), "\033[1;33mwaiting for device\033[0m");
 }
 
+// The reason says what to do, which stands at its end.
+TEST(WatchPicture, ALongReasonHasSeveralLines) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
+  StatusMessage status;
+  status.state = DaemonState::degraded;
+  status.reason =
+      "frames take 1.4 times as long to compute as they last: lower estimator.effort or "
+      "scene.max_speed_mps, or raise pipeline.estimation_threads";
+  picture.take("status", to_json(status));
+  const std::vector<std::string> lines = picture.lines({80, 24}, false);
+  EXPECT_EQ(lines.at(1),
+            "frames take 1.4 times as long to compute as they last: lower estimator.effort or");
+  EXPECT_EQ(lines.at(2), "scene.max_speed_mps, or raise pipeline.estimation_threads");
+  EXPECT_THAT(lines, Each(testing::SizeIs(testing::Le(80U))));
+}
+
 TEST(WatchPicture, CountsFramesThatCannotBeRead) {
   WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
   picture.take("status", to_json(StatusMessage{}));
