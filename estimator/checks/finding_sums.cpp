@@ -10,11 +10,12 @@ FindingSums::FindingSums(const Findings& findings)
       by_pulse_(findings.map().by_pulse().size()),
       expected_(by_pulse_.size()),
       light_(by_pulse_.size()),
-      by_phase_(findings.map().by_phase().size()) {}
+      by_phase_(findings.map().by_phase().size()),
+      seen_phase_(by_phase_.size()) {}
 
 void FindingSums::clear() {
   rows_ = {};
-  for (auto* sums : {&by_pulse_, &expected_, &light_, &by_phase_}) {
+  for (auto* sums : {&by_pulse_, &expected_, &light_, &by_phase_, &seen_phase_}) {
     std::fill(sums->begin(), sums->end(), 0.0);
   }
   frames_ = length_ns_ = seen_ns_ = 0;
@@ -30,7 +31,10 @@ void FindingSums::add(const FoldedFrame& frame) {
     expected_[p] += expected.light + expected.dark;
     light_[p] += expected.light;
   }
-  for (std::size_t k = 0; k < by_phase_.size(); ++k) by_phase_[k] += map.by_phase()[k];
+  for (std::size_t k = 0; k < by_phase_.size(); ++k) {
+    by_phase_[k] += map.by_phase()[k];
+    seen_phase_[k] += findings_.seen_at_phase(k);
+  }
   frames_ += 1, length_ns_ += frame.length_ns, seen_ns_ += frame.seen_ns;
 }
 
@@ -72,12 +76,12 @@ FoundList FindingSums::found() const {
   for (std::size_t p = 0; p < by_pulse_.size(); ++p)
     pulses.add(by_pulse_[p], expected_[p], light_[p]);
   const std::span<const std::uint8_t> is_free = findings_.map().is_free();
-  double photons = 0, bins = 0;
+  double photons = 0, bins = 0, seen = 0;
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    if (is_free[k] != 0) photons += by_phase_[k], bins += 1;
+    if (is_free[k] != 0) photons += by_phase_[k], seen += seen_phase_[k], bins += 1;
   }
   for (std::size_t k = 0; k < by_phase_.size(); ++k) {
-    if (is_free[k] != 0) phases.add(by_phase_[k], photons / bins);
+    if (is_free[k] != 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
   add(all, row_of(FindingName::unmodelled_light), amount, phases.gain_nats(), scale);

@@ -31,7 +31,7 @@ class FindingSums {
 
   const Findings& findings_;
   std::array<RowScore, rows_with_directions> rows_;
-  std::vector<double> by_pulse_, expected_, light_, by_phase_;
+  std::vector<double> by_pulse_, expected_, light_, by_phase_, seen_phase_;
   double frames_ = 0, length_ns_ = 0, seen_ns_ = 0;
 };
 

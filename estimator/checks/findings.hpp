@@ -92,6 +92,10 @@ class Findings {
   [[nodiscard]] MapFit& fit() { return fit_; }
   // Of pulse p of a train of a single stretch, in the frame that was judged last.
   [[nodiscard]] PulseLight expected_at(std::size_t p) const;
+  // The share of the light in phase bin k that the detector could see in that frame.
+  [[nodiscard]] double seen_at_phase(std::size_t k) const {
+    return seen_->of_phase.empty() ? 1 : seen_->of_phase[k];
+  }
 
  private:
   struct Candidate {  // a row that the screen let through, fitted

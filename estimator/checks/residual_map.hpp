@@ -60,6 +60,8 @@ class ResidualMap {
   // Such a window holds 95 % of a gaussian pulse's light, and not much background.
   [[nodiscard]] std::span<const double> by_pulse() const { return by_pulse_; }
   static constexpr double half_pulse_widths = 2;
+  // After which offset a pulse's first photons come.
+  [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
   // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty
   // where the pulses leave less than a quarter of the phases, and for trains of several stretches.
   [[nodiscard]] std::span<const std::uint32_t> by_phase() const { return by_phase_; }

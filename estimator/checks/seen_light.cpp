@@ -115,9 +115,12 @@ void SeenLightFinder::see_phases(const FoldedFrame& frame, const ResidualMap& ma
     before += counts[k];
     before -= counts[(k + bins - whole % bins) % bins];
   }
+  // A pulse's own photons come after the bin in which it begins.
   for (const double time_ns : comb.times_ns) {
-    const auto bin = static_cast<std::size_t>(std::max(0.0, time_ns / bin_ns)) % bins;
-    seen_.of_pulse.push_back(seen_.of_phase[bin]);
+    const double turns = (time_ns + map.first_light_ns()) / comb.period_ns;
+    const auto bin =
+        static_cast<std::size_t>((turns - std::floor(turns)) * static_cast<double>(bins));
+    seen_.of_pulse.push_back(seen_.of_phase[bin % bins]);
   }
 }
 

@@ -130,6 +130,25 @@ TEST(BeyondModel, TwoThatPartAreNotOneWithASureVelocity) {
   }
 }
 
+// Pulses as bright as half a photon, before a detector that is blind for 50 ns after each: of 40
+// pulses those behind another one are seen less, whatever bin of phase their photons fall into.
+TEST(BeyondModel, BrightPulsesBeforeABlindDetectorAreInTheModel) {
+  test::FrameMaker made = beyond_scene();
+  made.length_ms = 5;
+  made.signal_per_pulse = 0.5;
+  made.dead_time_ns = 50;
+  DetectorOptions detector;
+  detector.dead_time_ns = 50;
+  FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 200000, ClockReference::tagger,
+                           detector);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Estimate e = estimator.estimate(made.make(seed).view());
+    EXPECT_EQ(e.status, FrameStatus::ok) << seed;
+    EXPECT_TRUE(e.findings.all().empty()) << seed;
+    EXPECT_TRUE(e.recent_findings.all().empty()) << seed;
+  }
+}
+
 // A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
 // place.
 TEST(BeyondModel, AFollowedTargetIsLeftWhereTheBeamStepsByAPeriodOfTheComb) {
