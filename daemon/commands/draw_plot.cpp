@@ -100,18 +100,17 @@ std::optional<Error> try_to_draw(const std::vector<std::string>& arguments) {
     return Error(is_known ? static_cast<Fault>(run.exit_code) : Fault::data,
                  run.said.substr(module.size()));
   }
-  return Error(Fault::device,
-               fmt::format("{} is not drawn: {}. With python3-splid and python3-matplotlib "
-                           "installed, this draws it: python3 -m splid.plots {}",
-                           arguments.back(), run.said, fmt::join(arguments, " ")));
+  return Error(
+      Fault::device,
+      fmt::format("{}. With python3-splid and python3-matplotlib installed, this draws it: "
+                  "python3 -m splid.plots {}",
+                  run.said, fmt::join(arguments, " ")));
 }
 
 void draw_plot(const std::vector<std::string>& arguments) {
-  if (const auto failed = try_to_draw(arguments)) {
-    log_warning(failed->what());
-  } else {
-    log_info("the plot is in {}", arguments.back());
-  }
+  const auto failed = try_to_draw(arguments);
+  if (!failed) return log_info("the plot is in {}", arguments.back());
+  log_warning("{} is not drawn: {}", arguments.back(), failed->what());
 }
 
 std::string table_of_plot(const std::string& picture) {

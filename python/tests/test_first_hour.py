@@ -49,7 +49,7 @@ def test_the_page_from_its_first_command_to_its_last(program, tmp_path):
             continue
         for command in text.splitlines():
             said += run(command, tmp_path, program)
-    for line in ("sync period", "the knee at 50 ms: ", "found.json: random, 40 pulses", "81 frames: 80 ok, 1 incomplete",
+    for line in ("sync period", "recommended at 50 ms: ", "found.json: random, 40 pulses", "81 frames: 80 ok, 1 incomplete",
                  '"pattern":{"file":"found.json"},"pulse":{"shape":"tabulated"}'):
         assert line in said, line
     table = np.genfromtxt(tmp_path / "frames.csv", delimiter=",", names=True, dtype=None,

@@ -128,7 +128,7 @@ TEST_F(Asked, IsBusyMeanwhileAndEndsAllTheSame) {
   const ProgramResult refused = ctl({"stop"});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("busy: upload is running"));
-  EXPECT_THAT(ctl({"status"}).out, HasSubstr("doing      upload"));
+  EXPECT_THAT(ctl({"status"}).out, HasSubstr("doing       upload"));
   end();
   const ProgramResult result = uploading.wait();
   EXPECT_NE(result.exit_code, 0);
