@@ -12,7 +12,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr std::int64_t a_ms_ps = 1'000'000'000;
-constexpr std::int64_t frame_ps = 50 * a_ms_ps;
+constexpr std::int64_t join_frame_ps = 50 * a_ms_ps;
 
 constexpr EncoderScale scale{.m_per_count = -0.001, .offset_m = 10};
 
@@ -24,15 +24,16 @@ struct JoinBench {
   // The next frame; first_tick_ps: from where on there are ticks in it.
   void frame(std::int64_t first_tick_ps, std::vector<Loss> losses = {}) {
     std::vector<std::int64_t> markers_ps;
-    for (std::int64_t tick_ps = first_tick_ps; tick_ps < now_ps + frame_ps; tick_ps += a_ms_ps) {
+    for (std::int64_t tick_ps = first_tick_ps; tick_ps < now_ps + join_frame_ps;
+         tick_ps += a_ms_ps) {
       if (tick_ps >= now_ps && tick_ps != hidden_ps) markers_ps.push_back(tick_ps);
     }
     std::reverse(markers_ps.begin(), markers_ps.end());
-    join.take_frame(now_ps, now_ps + frame_ps, markers_ps, losses);
-    now_ps += frame_ps;
+    join.take_frame(now_ps, now_ps + join_frame_ps, markers_ps, losses);
+    now_ps += join_frame_ps;
   }
   void quiet_frames(int number) {
-    for (int i = 0; i < number; ++i) frame(now_ps + frame_ps);
+    for (int i = 0; i < number; ++i) frame(now_ps + join_frame_ps);
   }
   void counts(std::int64_t first_index, std::int64_t number, bool overrun = false) {
     EncoderBatch batch{first_index, {}, overrun};
@@ -51,7 +52,7 @@ struct JoinBench {
   void expect_position() const {
     const auto position = join.position();
     ASSERT_TRUE(position) << join.fault();
-    const double since_s = static_cast<double>(now_ps - frame_ps / 2 - start_ps) * 1e-12;
+    const double since_s = static_cast<double>(now_ps - join_frame_ps / 2 - start_ps) * 1e-12;
     EXPECT_NEAR(position->distance_m, 7 + 2 * since_s, 1e-9);
     EXPECT_NEAR(position->velocity_mps, 2, 1e-9);
     EXPECT_THAT(join.fault(), IsEmpty());
@@ -193,7 +194,7 @@ TEST(EncoderJoin, AMarkerTooManyBreaksIt) {
   std::vector<std::int64_t> markers_ps;
   for (std::int64_t i = 0; i < 50; ++i) markers_ps.push_back(bench.now_ps + i * a_ms_ps);
   markers_ps.push_back(bench.now_ps + 20 * a_ms_ps + a_ms_ps / 2);
-  bench.join.take_frame(bench.now_ps, bench.now_ps + frame_ps, markers_ps, {});
+  bench.join.take_frame(bench.now_ps, bench.now_ps + join_frame_ps, markers_ps, {});
   EXPECT_FALSE(bench.join.position());
 }
 
@@ -284,9 +285,9 @@ TEST(EncoderJoin, ALossShortBeforeTheFirstMarkerIsNoPause) {
 TEST(EncoderJoin, APauseInWhichTagsWereLostIsNoStart) {
   JoinBench bench;
   bench.begin();
-  bench.frame(bench.now_ps + frame_ps,
+  bench.frame(bench.now_ps + join_frame_ps,
               {{bench.now_ps + 10 * a_ms_ps, bench.now_ps + 20 * a_ms_ps, -1}});
-  bench.frame(bench.now_ps + frame_ps);
+  bench.frame(bench.now_ps + join_frame_ps);
   bench.frame(bench.now_ps + 19 * a_ms_ps);
   EXPECT_FALSE(bench.join.position());
   EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
@@ -297,7 +298,7 @@ TEST(EncoderJoin, APauseInWhichTagsWereLostIsNoStart) {
 TEST(EncoderJoin, AFrameThatDoesNotFollowIsNoPause) {
   JoinBench bench;
   bench.begin();
-  bench.now_ps += 4 * frame_ps;
+  bench.now_ps += 4 * join_frame_ps;
   bench.frame(bench.now_ps);
   EXPECT_FALSE(bench.join.position());
   EXPECT_THAT(bench.join.fault(), HasSubstr("out of step"));
