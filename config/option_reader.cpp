@@ -231,6 +231,7 @@ void OptionReader::finish() const {
   const std::vector<std::string> unknown = unknown_keys();
   for (const auto& [key, advice] : missing_) {
     std::vector<const char*> names;
+    names.reserve(unknown.size());
     for (const std::string& name : unknown) names.push_back(name.c_str());
     const char* nearest = nearest_name(key, names);
     fail(pointer_to(pointer_, key),

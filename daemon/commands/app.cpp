@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <poll.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -173,8 +174,9 @@ void check_order(const CLI::App& app, const std::vector<std::string>& words) {
     std::vector<std::string> names;
     add_options(**command, names);
     if (std::find(names.begin(), names.end(), first) == names.end()) return;
-    throw Error(Fault::usage, "options stand behind the command; write splid " + word + " " +
-                                  first + " ... (splid " + word + " --help lists all)");
+    throw Error(Fault::usage, fmt::format("options stand behind the command; write splid {0} {1} "
+                                          "... (splid {0} --help lists all)",
+                                          word, first));
   }
 }
 

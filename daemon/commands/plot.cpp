@@ -9,6 +9,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/draw_plot.hpp"
 #include "drivers/replay/recording_reader.hpp"
+#include "protocol/error.hpp"
 
 namespace splid {
 namespace {
@@ -28,7 +29,7 @@ int plot(PlotCommand options) {
   std::vector<std::string> arguments = {"file", options.file};
   if (!options.config.empty()) arguments.push_back(options.config);
   arguments.push_back(options.output);
-  if (const auto failed = try_to_draw(arguments)) throw *failed;
+  if (const auto failed = try_to_draw(arguments)) throw Error(*failed);
   log_info("the picture is in {}", options.output);
   return 0;
 }
