@@ -1,7 +1,11 @@
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "daemon/base/log.hpp"
@@ -21,6 +25,9 @@ struct PlotCommand {
 };
 
 int plot(PlotCommand options) {
+  if (::access(options.file.c_str(), R_OK) != 0) {
+    throw Error(Fault::data, options.file + ": " + std::generic_category().message(errno));
+  }
   require_seekable(options.file);
   if (options.output.empty()) {
     options.output = std::filesystem::path(options.file).replace_extension(".png").string();
