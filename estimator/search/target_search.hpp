@@ -106,7 +106,8 @@ class TargetSearch {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
     std::optional<Fit> sample_best;
-    // Places that surely hold light, less than the best one; the search did not climb there.
+    // Places with more light than chance makes and less than the best place has. The search did not
+    // climb there.
     std::vector<RangeOdds::Place> weaker;
     // The strongest place that is not at one of these lines.
     [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
