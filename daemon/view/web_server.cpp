@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -51,6 +52,22 @@ bool has_header(MHD_Connection* connection, const char* name) {
   return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name) != nullptr;
 }
 
+MHD_Result add_line(void* bytes, MHD_ValueKind /*kind*/, const char* name, const char* value) {
+  const std::size_t value_bytes = value == nullptr ? 0 : std::strlen(value);
+  *static_cast<std::size_t*>(bytes) += std::strlen(name) + std::strlen(": \r\n") + value_bytes;
+  return MHD_YES;
+}
+
+// Whether libmicrohttpd has handed over less than it was sent: before 1.0 it cuts a header at a
+// null character, and takes "localhost\0.evil" for localhost. Clients write "Name: value"; a
+// header with more spaces counts as cut, too.
+bool is_cut(MHD_Connection* connection, std::size_t request_line_bytes) {
+  std::size_t bytes = request_line_bytes + std::strlen("\r\n\r\n");
+  MHD_get_connection_values(connection, MHD_HEADER_KIND, &add_line, &bytes);
+  return MHD_get_connection_info(connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE)->header_size >
+         bytes;
+}
+
 bool is_reading(std::string_view method) { return method == "GET" || method == "HEAD"; }
 
 void add_headers(MHD_Response* response, const char* type) {
@@ -76,8 +93,9 @@ int send(MHD_Connection* connection, unsigned code, MHD_Response* response) {
 // A browser's connection, for one request after the other.
 struct WebServer::Connection {
   int socket;
-  std::string group;      // of its peer
-  std::int64_t until_ns;  // when it is closed; never: an event stream
+  std::string group;          // of its peer
+  std::int64_t until_ns;      // when it is closed; never: an event stream
+  std::size_t uri_bytes = 0;  // of the request, before libmicrohttpd decodes it
   static constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
 };
 
@@ -121,16 +139,31 @@ struct WebServer::Callbacks {
     return *static_cast<Connection*>(info->socket_context);
   }
 
+  // Called once for a request, with its address as it came.
+  static void* begin_request(void* /*server*/, const char* uri, MHD_Connection* connection) {
+    known(connection).uri_bytes = std::strlen(uri);
+    return nullptr;
+  }
+
   // Called twice for a request: with its headers, and when it is whole. One that is answered at the
   // first call costs its connection, which is right for those that bring a body.
   static MHD_Result handle(void* server, MHD_Connection* connection, const char* url,
-                           const char* method, const char* /*version*/, const char* /*body*/,
+                           const char* method, const char* version, const char* /*body*/,
                            std::size_t* /*body_bytes*/, void** request) {
     auto* self = static_cast<WebServer*>(server);
     const bool reads = is_reading(method);
     if (reads && *request == nullptr) {
       *request = self;
       return MHD_YES;
+    }
+    const std::size_t line_bytes =
+        std::strlen(method) + known(connection).uri_bytes + std::strlen(version) + 2;
+    if (is_cut(connection, line_bytes)) {
+      return self->refuse(connection, MHD_HTTP_BAD_REQUEST,
+                          "the request has a null character, or more than one space after a "
+                          "header's colon") == MHD_YES
+                 ? MHD_YES
+                 : MHD_NO;
     }
     return self->answer(connection, url, method) == MHD_YES ? MHD_YES : MHD_NO;
   }
@@ -178,7 +211,8 @@ WebServer::WebServer(const std::string& address, const LiveView& view, const Clo
       &Callbacks::handle, this, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
       most_connections + 1, MHD_OPTION_CONNECTION_MEMORY_LIMIT, connection_bytes,
       MHD_OPTION_CONNECTION_TIMEOUT, patience_s, MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::notify,
-      this, MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, this, MHD_OPTION_END);
+      this, MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, this, MHD_OPTION_URI_LOG_CALLBACK,
+      &Callbacks::begin_request, this, MHD_OPTION_END);
   if (daemon_ == nullptr) {
     throw Error(Fault::device, "--http " + address + ": libmicrohttpd cannot serve there");
   }

@@ -21,11 +21,11 @@ namespace splid::view {
 // server-sent events. It only reads: no request changes anything.
 //
 // A request is refused, and counted, where its Host is not this machine (403), its Origin another
-// page's (403), its method neither GET nor HEAD (405), its path unknown (404), or where there are
-// too many viewers (503) or connections (closed at once), of all peers or of one: a peer is an
-// address, as to a gate (sockets::peer_of), this machine's too. libmicrohttpd itself refuses what
-// is no HTTP or has headers of more than some 16 KiB; before 1.0 it ends a header's value at a null
-// character, so that "localhost\0.evil" is answered as localhost; no browser sends one.
+// page's (403), its method neither GET nor HEAD (405), its path unknown (404), its head not what
+// libmicrohttpd took it for (400), or where there are too many viewers (503) or connections (closed
+// at once), of all peers or of one: a peer is an address, as to a gate (sockets::peer_of), this
+// machine's too. libmicrohttpd itself refuses what is no HTTP or has headers of more than some 16
+// KiB.
 //
 // A request has 10 s until it is whole, and an answer 20 s until it is taken; then the connection
 // is closed. A viewer that reads too slowly is sent less often, and gets the newest then
