@@ -9,6 +9,7 @@
 #include "config/option_writer.hpp"
 #include "config/path_list.hpp"
 #include "config/pattern_file.hpp"
+#include "config/pixel_list.hpp"
 #include "config/read_file.hpp"
 #include "config/sections.hpp"
 #include "protocol/error.hpp"
@@ -125,8 +126,26 @@ std::optional<OptionFault> control_fault(const Config& config) {
                          "those on /control/allow_list alone (docs/guide/security.md makes keys)"};
 }
 
+// The keys of channels that pixels take the place of must not be there.
+void take_pixels(Config& config, json& document, const ReadText& read) {
+  const auto given = document.find("pixels");
+  if (given == document.end()) return;
+  for (const char* key : {"photon", "delays_ps"}) {
+    const json::json_pointer pointer("/channels/" + std::string(key));
+    if (!document.contains(pointer)) continue;
+    fail(config.file, pointer.to_string() +
+                          ": is given, and /pixels too, which takes its place; "
+                          "remove one of the two");
+  }
+  auto [file, pixels] = read_pixel_list(*given, config.file, read);
+  config.pixels_file = std::move(file);
+  config.pixels = std::move(pixels);
+  document.erase(given);
+}
+
 void check_all(const Config& config) {
   check(config.file, "/source", config.source->validate());
+  check(config.file, "", pixel_list_fault(config));
   check(config.file, "/channels", config.channels.validate());
   check(config.file, "/encoder", config.encoder.validate());
   check(config.file, "/channels", encoder_channel_fault(config));
@@ -157,6 +176,7 @@ Config config_from_json(const std::string& text, const std::string& file, const 
   Config config;
   config.file = file;
   config.notes = replace_former_values(document, file);
+  if (document.is_object()) take_pixels(config, document, read);
   OptionReader reader(document, file, "");
   read_header(reader, file);
   describe_sections(config, reader);
@@ -182,6 +202,11 @@ std::string config_to_json(const Config& config) {
   OptionWriter writer(document);
   // describe() takes options that may be changed, since readers change them. A writer does not.
   describe_sections(const_cast<Config&>(config), writer);
+  if (config.pixels.empty()) {
+    document.erase("pixels");
+  } else {
+    for (const char* key : {"photon", "delays_ps"}) document["channels"].erase(key);
+  }
   return json_text(document);
 }
 

@@ -12,6 +12,7 @@
 #include "drivers/source.hpp"
 #include "estimator/model/options.hpp"
 #include "protocol/pattern.hpp"
+#include "protocol/pixel.hpp"
 
 // config/ is the configuration file: the daemon's own options, and the one reader that fills them
 // and the options of the drivers and the estimator. A newcomer should read this header first. Where
@@ -32,6 +33,8 @@ struct Config {
   std::string pattern_file;  // where it was found: see find_pattern_file()
   Pattern pattern;           // read from pattern_file and valid
   ChannelOptions channels;
+  std::vector<PixelOptions> pixels;  // empty: one, of channels.photon
+  std::string pixels_file;           // that they were read from; empty: the configuration
   EncoderOptions encoder;
   PulseOptions pulse;
   FrameOptions frame;
@@ -57,8 +60,8 @@ Config load_config(const std::string& file);
 using ReadText = std::function<std::string(const std::string& file, const std::string& asked_by)>;
 
 // Does what load_config() does with `text`, the content of `file`; relative paths are relative to
-// that file. read: reads the pattern file. shipped_patterns: the folder to look for the pattern in
-// where it is not where the configuration says; empty: none.
+// that file. read: reads the pattern file and a file of pixels. shipped_patterns: the folder to
+// look for the pattern in where it is not where the configuration says; empty: none.
 Config config_from_json(const std::string& text, const std::string& file, const ReadText& read,
                         const std::string& shipped_patterns = "");
 

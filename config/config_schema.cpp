@@ -31,6 +31,14 @@ ordered_json driver_schema(const std::string& driver) {
   return schema;
 }
 
+// The list may stand in a file of its own.
+void allow_file(ordered_json& pixels) {
+  ordered_json list = pixels;
+  for (const char* key : {"description", "default"}) list.erase(key);
+  const ordered_json file{{"type", "string"}, {"minLength", 1}, {"format", "path"}};
+  pixels = {{"description", pixels["description"]}, {"anyOf", {list, file}}};
+}
+
 }  // namespace
 
 std::string config_schema() {
@@ -45,6 +53,7 @@ std::string config_schema() {
   for (const std::string& driver : source_names()) source["oneOf"].push_back(driver_schema(driver));
   Config defaults;
   describe_common_sections(defaults, writer);
+  allow_file(schema["properties"]["pixels"]);
   return indented_json_text(schema) + "\n";
 }
 

@@ -10,7 +10,7 @@ namespace splid {
 // has none.
 constexpr std::string_view unit_of_key(std::string_view key) {
   // The longest ending first.
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 20> units = {{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 21> units = {{
       {"_ppm_per_s", "ppm/s"},
       {"_per_pulse", "counts a pulse"},
       {"_per_s", "counts/s"},
@@ -20,6 +20,7 @@ constexpr std::string_view unit_of_key(std::string_view key) {
       {"_turns", "turns"},
       {"seconds", "s"},
       {"_tags", "tags"},
+      {"_deg", "degrees"},
       {"_hz", "Hz"},
       {"_ps", "ps"},
       {"_ns", "ns"},

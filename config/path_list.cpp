@@ -70,6 +70,7 @@ class PathLister final : public OptionVisitor {
 
 Paths paths_of(const Config& config) {
   Paths found{{{"the configuration itself", config.file}}, {}};
+  if (!config.pixels_file.empty()) found.read.push_back({"/pixels", config.pixels_file});
   PathLister lister("", found);
   // describe() takes options that may be changed, since readers change them. This visitor does not.
   describe_sections(const_cast<Config&>(config), lister);

@@ -42,6 +42,12 @@ void describe_common_sections(Config& config, OptionVisitor& visitor) {
   section(visitor, "channels", config.channels,
           "which inputs of the instrument mean what: sync, marker:1 to marker:15, or an input "
           "number as the instrument counts them; in a PTU the record's channel, from 0");
+  visitor.objects(
+      "pixels", [&](std::size_t count) { config.pixels.resize(count); },
+      [&](OptionVisitor& member, std::size_t i) { config.pixels.at(i).describe(member); },
+      config.pixels.size(),
+      "directions with an input of the instrument each, in the place of channels.photon; or the "
+      "name of a file that holds the list, as JSON or CSV");
   section(visitor, "encoder", config.encoder,
           "an encoder on the target, to compare with; its sample clock is channels.encoder");
   visitor.require("pattern");

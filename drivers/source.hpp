@@ -15,6 +15,7 @@
 #include "protocol/device_report.hpp"
 #include "protocol/options.hpp"
 #include "protocol/pattern.hpp"
+#include "protocol/pixel.hpp"
 #include "protocol/tag.hpp"
 
 // drivers/ turns instruments, recordings and simulated scenes into streams of tags. A newcomer
@@ -87,11 +88,19 @@ class TagSource {
 // What a source may need to know beyond its own options.
 struct SourceContext {
   const Pattern* pattern = nullptr;  // the configured pattern; never null
+  // The configured pixels, in their order; empty where there is one, of channels.photon.
+  std::vector<PixelOptions> pixels = {};
   // Takes one sentence for people. Never empty.
   std::function<void(const std::string&)> warn = [](const std::string&) {};
   // Takes what happened to the instrument. It may be called from any thread, but not on the way of
   // a tag, since it locks. Never empty.
   std::function<void(const DeviceReport&)> report = [](const DeviceReport&) {};
+};
+
+// The inputs that photons may come on: numbers from `least` to `most`, `count` of them at a time.
+struct InputRange {
+  std::int64_t least = 0, most = 0;
+  std::size_t count = 0;
 };
 
 // A driver's block of options under `source` in the configuration; see OptionVisitor.
@@ -100,6 +109,8 @@ class SourceOptions {
   virtual ~SourceOptions() = default;
   virtual void describe(OptionVisitor& visitor) = 0;
   [[nodiscard]] virtual std::optional<OptionFault> validate() const { return std::nullopt; }
+  // The instrument's inputs; absent where the driver does not know them, which is the default.
+  [[nodiscard]] virtual std::optional<InputRange> inputs() const { return std::nullopt; }
   // What would make open() or run() fail at every start, as far as the files that the options name
   // tell it without the instrument; absent where nothing is wrong. May read files.
   [[nodiscard]] virtual std::optional<OptionFault> start_fault() const { return std::nullopt; }

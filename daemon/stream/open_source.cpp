@@ -15,6 +15,7 @@ void warn(const std::string& sentence) { log_warning(sentence); }
 std::unique_ptr<TagSource> open_source(const Config& config, HearReport hear) {
   SourceContext context;
   context.pattern = &config.pattern;
+  context.pixels = config.pixels;
   context.warn = warn;
   context.report = [hear = std::move(hear),
                     cautioned = std::string()](const DeviceReport& report) mutable {

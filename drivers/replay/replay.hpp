@@ -25,6 +25,10 @@ struct ReplayOptions : SourceOptions {
   double speed = 0;       // recorded time per real time; 0: as fast as possible
 
   void describe(OptionVisitor& visitor) override;
+  // A recording has 64 channels, whose inputs may have any number.
+  [[nodiscard]] std::optional<InputRange> inputs() const override {
+    return InputRange{least_pixel_input, most_pixel_input, 64};
+  }
   [[nodiscard]] std::optional<OptionFault> start_fault() const override;
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
 };

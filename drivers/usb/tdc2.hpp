@@ -18,6 +18,7 @@ struct Tdc2Options : SourceOptions {
 
   void describe(OptionVisitor& visitor) override;
   [[nodiscard]] std::optional<OptionFault> validate() const override;
+  [[nodiscard]] std::optional<InputRange> inputs() const override { return InputRange{1, 4, 4}; }
   [[nodiscard]] std::unique_ptr<TagSource> open(const SourceContext& context) const override;
 };
 

@@ -19,7 +19,7 @@ class SchemaTable {
     SchemaTable table;
     table.heading("the file itself", schema);
     for (const auto& [key, member] : schema["properties"].items()) {
-      if (!member.contains("properties") && !member.contains("oneOf")) {
+      if (!member.contains("properties") && !member.contains("oneOf") && !is_list_or_file(member)) {
         table.row(key, member, schema);
       }
     }
@@ -39,7 +39,16 @@ class SchemaTable {
     } else if (member.contains("properties")) {
       heading("`" + key + "`", member);
       rows("", member);
+    } else if (is_list_or_file(member)) {
+      heading("`" + key + "`", member);
+      rows("", member["anyOf"][0]["items"]);
     }
+  }
+
+  // A list of objects, or the name of a file that holds the list.
+  static bool is_list_or_file(const Json& member) {
+    return member.contains("anyOf") && member["anyOf"][0].contains("items") &&
+           member["anyOf"][0]["items"].contains("properties");
   }
 
   void heading(const std::string& name, const Json& schema) {

@@ -360,6 +360,7 @@ PatternCalibration calibrate_recording(const Config& config, const std::string& 
                                        const std::stop_token& stop) {
   SourceContext context;
   context.pattern = &config.pattern;
+  context.pixels = config.pixels;
   context.warn = [](const std::string& sentence) { log_warning(sentence); };
   ReplayOptions replay;
   replay.recording = file;

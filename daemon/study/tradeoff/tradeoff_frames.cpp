@@ -185,6 +185,7 @@ std::unique_ptr<TagSource> open_recording(const Config& config, const std::strin
   replay->recording = file;
   SourceContext context;
   context.pattern = &config.pattern;
+  context.pixels = config.pixels;
   context.warn = [](const std::string&) {};
   return replay->open(context);
 }

@@ -1,0 +1,80 @@
+#include "protocol/pixel.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+
+#include "protocol/shown_text.hpp"
+
+namespace splid {
+namespace {
+
+constexpr std::size_t most_name_bytes = 32;
+
+// A name is part of a topic, of a column and of a label.
+bool is_of_pixel_name(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+         std::string_view("._+-").find(c) != std::string_view::npos;
+}
+
+bool is_pixel_name(const std::string& name) {
+  return !name.empty() && name.size() <= most_name_bytes &&
+         std::all_of(name.begin(), name.end(), is_of_pixel_name);
+}
+
+}  // namespace
+
+void PixelOptions::describe(OptionVisitor& visitor) {
+  visitor.text("name", name,
+               "the pixel's name in messages, of up to 32 letters, digits and . _ + -; the input's "
+               "number where it is not given");
+  visitor.require("input");
+  visitor.integer("input", input, least_pixel_input, most_pixel_input,
+                  "the input that its photons come on, as the instrument counts them");
+  visitor.number("azimuth_deg", azimuth_deg, {-360, 360},
+                 "azimuth of its direction, positive to the right");
+  visitor.number("elevation_deg", elevation_deg, {-90, 90},
+                 "elevation of its direction, positive upwards");
+  visitor.number("delay_ps", delay_ps, {-500'000, 500'000},
+                 "by how much later than the others' its tags come, such as by a longer cable, "
+                 "ps; taken off their times");
+  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
+                 "of its detector, ns; detector.dead_time_ns where it is not given");
+  visitor.number("sigma_ps", sigma_ps, {1, 1e6},
+                 "standard deviation of its detected pulse, ps; pulse.sigma_ps where it is not "
+                 "given");
+}
+
+std::optional<OptionFault> pixels_fault(std::span<const PixelOptions> pixels) {
+  if (pixels.size() > most_pixels) {
+    return OptionFault{"", "has " + std::to_string(pixels.size()) + " pixels; " +
+                               std::to_string(most_pixels) + " are the most"};
+  }
+  std::map<std::int64_t, std::size_t> inputs;
+  std::map<std::string, std::size_t> names;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const std::string place = "/" + std::to_string(i);
+    const std::string& name = pixels[i].name;
+    if (!is_pixel_name(name)) {
+      return OptionFault{place + "/name", "\"" + shown_text(name, most_quoted) +
+                                              "\" is no pixel's name; it has 1 to 32 letters, "
+                                              "digits and . _ + -"};
+    }
+    const auto [input, is_own] = inputs.emplace(pixels[i].input, i);
+    if (!is_own) {
+      return OptionFault{place + "/input",
+                         std::to_string(pixels[i].input) + " is also the input of pixel " +
+                             std::to_string(input->second) + ", \"" + pixels[input->second].name +
+                             "\"; give each pixel an input of its own"};
+    }
+    const auto [same, is_new] = names.emplace(name, i);
+    if (!is_new) {
+      return OptionFault{place + "/name", "\"" + name + "\" is also the name of pixel " +
+                                              std::to_string(same->second) +
+                                              "; give each pixel a name of its own"};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace splid
