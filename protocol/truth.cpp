@@ -129,6 +129,51 @@ void read_more_targets(const json& object, SceneTruth& truth) {
   }
 }
 
+SceneTruth::Pixel read_pixel(const json& object, const std::string& key, std::size_t samples) {
+  if (!object.is_object()) throw bad_member(key, "must be an object");
+  SceneTruth::Pixel pixel;
+  pixel.input = whole_number(object, "input");
+  pixel.azimuth_deg = number(object, "azimuth_deg");
+  pixel.elevation_deg = number(object, "elevation_deg");
+  pixel.delay_ps = number(object, "delay_ps");
+  pixel.signal_per_pulse = number(object, "signal_per_pulse");
+  pixel.background_per_s = number(object, "background_per_s");
+  pixel.distance_m = numbers(object, "distance_m");
+  pixel.velocity_mps = numbers(object, "velocity_mps");
+  if (pixel.distance_m.size() != samples || pixel.velocity_mps.size() != samples) {
+    throw bad_member(key, "has another number of samples than distance_m");
+  }
+  return pixel;
+}
+
+void read_pixels(const json& object, SceneTruth& truth) {
+  const auto found = object.find("pixels");
+  if (found == object.end()) return;
+  if (!found->is_array()) throw bad_member("pixels", "must be an array");
+  for (const json& pixel : *found) {
+    const std::string key = "pixels/" + std::to_string(truth.pixels.size());
+    truth.pixels.push_back(read_pixel(pixel, key, truth.distance_m.size()));
+  }
+  truth.crosstalk_probability = number(object, "crosstalk_probability");
+  truth.crosstalk_ns = number(object, "crosstalk_ns");
+}
+
+void write_pixels(const SceneTruth& truth, nlohmann::ordered_json& object) {
+  if (truth.pixels.empty()) return;
+  object["crosstalk_probability"] = truth.crosstalk_probability;
+  object["crosstalk_ns"] = truth.crosstalk_ns;
+  for (const SceneTruth::Pixel& pixel : truth.pixels) {
+    object["pixels"].push_back({{"input", pixel.input},
+                                {"azimuth_deg", pixel.azimuth_deg},
+                                {"elevation_deg", pixel.elevation_deg},
+                                {"delay_ps", pixel.delay_ps},
+                                {"signal_per_pulse", pixel.signal_per_pulse},
+                                {"background_per_s", pixel.background_per_s},
+                                {"distance_m", pixel.distance_m},
+                                {"velocity_mps", pixel.velocity_mps}});
+  }
+}
+
 }  // namespace
 
 std::string to_json(const SceneTruth& truth) {
@@ -149,6 +194,7 @@ std::string to_json(const SceneTruth& truth) {
                                       {"distance_m", target.distance_m},
                                       {"velocity_mps", target.velocity_mps}});
   }
+  write_pixels(truth, object);
   return json_text(object);
 }
 
@@ -169,33 +215,44 @@ SceneTruth truth_from_json(const std::string& text) {
   truth.velocity_mps = numbers(object, "velocity_mps");
   check_samples(truth);
   read_more_targets(object, truth);
+  read_pixels(object, truth);
   return truth;
 }
 
 std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps) const {
-  if (distance_m.empty() || time_ps < start_ps) return std::nullopt;
+  return between(time_ps, distance_m, velocity_mps);
+}
+
+std::optional<SceneTruth::State> SceneTruth::at(std::int64_t time_ps, const Pixel& pixel) const {
+  return between(time_ps, pixel.distance_m, pixel.velocity_mps);
+}
+
+std::optional<SceneTruth::State> SceneTruth::between(
+    std::int64_t time_ps, const std::vector<double>& distances_m,
+    const std::vector<double>& velocities_mps) const {
+  if (distances_m.empty() || time_ps < start_ps) return std::nullopt;
   // Unsigned: the difference of two times may pass the largest signed one.
   const std::uint64_t since_ps =
       static_cast<std::uint64_t>(time_ps) - static_cast<std::uint64_t>(start_ps);
   const auto step = static_cast<std::uint64_t>(step_ps);
   const auto before = static_cast<std::size_t>(since_ps / step);
   const std::uint64_t rest_ps = since_ps % step;
-  if (before >= distance_m.size()) return std::nullopt;
-  if (rest_ps == 0) return State{distance_m[before], velocity_mps[before]};
-  if (before + 1 == distance_m.size()) return std::nullopt;
+  if (before >= distances_m.size()) return std::nullopt;
+  if (rest_ps == 0) return State{distances_m[before], velocities_mps[before]};
+  if (before + 1 == distances_m.size()) return std::nullopt;
   const double step_s = static_cast<double>(step_ps) * 1e-12;
   const double x = static_cast<double>(rest_ps) / static_cast<double>(step_ps);
-  const double from_m = distance_m[before];
-  const double to_m = distance_m[before + 1];
-  const double from_slope_m = velocity_mps[before] * step_s;
-  const double to_slope_m = velocity_mps[before + 1] * step_s;
+  const double from_m = distances_m[before];
+  const double to_m = distances_m[before + 1];
+  const double from_slope_m = velocities_mps[before] * step_s;
+  const double to_slope_m = velocities_mps[before + 1] * step_s;
   // Hermite's cubic is written as the straight line plus a correction, so that no digits are lost.
   const double line_m = to_m - from_m;
   const double bend = x * (1 - x);
   const double distance =
       from_m + x * line_m + bend * ((1 - x) * (from_slope_m - line_m) - x * (to_slope_m - line_m));
   const double velocity =
-      velocity_mps[before] + x * (velocity_mps[before + 1] - velocity_mps[before]);
+      velocities_mps[before] + x * (velocities_mps[before + 1] - velocities_mps[before]);
   return State{distance, velocity};
 }
 

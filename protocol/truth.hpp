@@ -36,11 +36,35 @@ struct SceneTruth {
   };
   std::vector<Further> more_targets;
 
+  // A pixel of an array, with samples at the same times.
+  struct Pixel {
+    std::int64_t input = 0;
+    double azimuth_deg = 0;
+    double elevation_deg = 0;
+    double delay_ps = 0;          // of its cable; not in the distance
+    double signal_per_pulse = 0;  // 0: it looks at nothing
+    double background_per_s = 0;
+    std::vector<double> distance_m;
+    std::vector<double> velocity_mps;
+    friend bool operator==(const Pixel&, const Pixel&) = default;
+  };
+  // Empty where the scene has no array. Else the samples of the scene are those of the first.
+  std::vector<Pixel> pixels;
+  double crosstalk_probability = 0;
+  double crosstalk_ns = 0;
+
   // The state at a time of the tagger's clock. Between two samples the path is a cubic that has
   // their places and velocities. Absent before the first and after the last sample.
   [[nodiscard]] std::optional<State> at(std::int64_t time_ps) const;
+  // The same of a pixel of `pixels`.
+  [[nodiscard]] std::optional<State> at(std::int64_t time_ps, const Pixel& pixel) const;
 
   friend bool operator==(const SceneTruth&, const SceneTruth&) = default;
+
+ private:
+  [[nodiscard]] std::optional<State> between(std::int64_t time_ps,
+                                             const std::vector<double>& distances_m,
+                                             const std::vector<double>& velocities_mps) const;
 };
 
 // One line of JSON without a line feed, keys as the members above; start_ps, which may pass 2^53,

@@ -48,10 +48,11 @@ constexpr FineTime never = {PendingTimes::none, 0};
 
 }  // namespace
 
-Scene::Scene(const Pattern& pattern, const Options& options)
+Scene::Scene(const Pattern& pattern, const Options& options, Part part)
     : signals_(signals_of(pattern, options)),
       foreign_(options.foreign, seed_of(options)),
       sync_(pattern, options.sync, drift_of(options), seed_of(options)),
+      has_syncs_(part == Part::all),
       detectors_(options.detector, seed_of(options)),
       random_(seed_of(options), 3),
       start_ps_(options.start_ps),
@@ -60,14 +61,14 @@ Scene::Scene(const Pattern& pattern, const Options& options)
       background_gap_ps_(gap_ps(options.background_per_s())),
       background_(background_gap_ps_ > 0 ? FineTime{} : never),
       marker_gap_ps_(gap_ps(options.encoder_rate_hz)),
-      marker_(marker_gap_ps_ > 0 ? options.encoder_start() : never) {
+      marker_(has_syncs_ && marker_gap_ps_ > 0 ? options.encoder_start() : never) {
   if (background_gap_ps_ > 0) next_background();
 }
 
 bool Scene::write_until(std::int64_t until_ps, TagWriter& out) {
   for (SignalStream& signal : signals_) signal.fill(until_ps);
   foreign_.fill(until_ps);
-  sync_.fill(until_ps);
+  if (has_syncs_) sync_.fill(until_ps);
   for (;;) {
     const std::int64_t first_ps =
         std::min({next_signal().front(), sync_.pending().front(), marker_.rounded_ps(),

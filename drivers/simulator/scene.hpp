@@ -20,8 +20,13 @@ namespace splid::simulator {
 // Threads: one. No allocation once the fullest stretch has passed.
 class Scene {
  public:
+  enum class Part {
+    all,
+    photons,  // no syncs and markers, as of one of several detectors
+  };
+
   // Pattern and options are valid.
-  Scene(const Pattern& pattern, const Options& options);
+  Scene(const Pattern& pattern, const Options& options, Part part = Part::all);
 
   // Writes the events before until_ps (since the stream's start) that were not written yet. Returns
   // false once a stop was requested; the rest of the stream is then lost.
@@ -50,7 +55,8 @@ class Scene {
 
   std::vector<SignalStream> signals_;  // of each target, and of the fog
   ForeignStream foreign_;
-  SyncStream sync_;
+  SyncStream sync_;  // never filled where there are photons only
+  bool has_syncs_;
   Detectors detectors_;
   std::vector<LatePhoton> late_;  // a heap, the earliest first
   Random random_;

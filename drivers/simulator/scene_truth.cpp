@@ -12,7 +12,9 @@
 #include <fstream>
 #include <string>
 #include <system_error>
+#include <vector>
 
+#include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "protocol/error.hpp"
 
@@ -27,32 +29,82 @@ Error cannot_write(const std::string& file, const std::string& reason) {
           file + ": cannot write the scene's truth: " + reason + "; see source/truth"};
 }
 
-}  // namespace
+// Samples are at least so far apart, and so many in all.
+struct Sampling {
+  std::int64_t shortest_step_ps;
+  std::int64_t max_steps;
+};
 
-SceneTruth scene_truth(const Options& options) {
-  const double seconds = options.seconds > 0 ? options.seconds : 600;
-  const auto length_ps = static_cast<std::int64_t>(std::llround(seconds * ps_per_s));
-  SceneTruth truth;
-  truth.start_ps = options.start_ps;
-  truth.step_ps = std::max(shortest_step_ps, (length_ps + max_steps - 1) / max_steps);
-  const std::int64_t steps = (length_ps + truth.step_ps - 1) / truth.step_ps;
-  const auto follow = [&](const TargetOptions& path, auto& target) {
-    const TargetPath motion(path, options.tagger_rate());
-    for (std::int64_t i = 0; i <= steps; ++i) {
-      const MotionState state = motion.at(FineTime{i * truth.step_ps, 0}.seconds());
+// Design note: an array's file would have 2 GB an hour with the samples of a single target. 10 ms
+// follow a sinusoid of a second to a micrometre.
+Sampling sampling_of(std::int64_t pixels) {
+  if (pixels == 0) return {shortest_step_ps, max_steps};
+  return {10 * shortest_step_ps, std::max<std::int64_t>(1, max_steps / pixels)};
+}
+
+class Sampler {
+ public:
+  Sampler(const Options& options, const SceneTruth& truth, std::int64_t steps)
+      : clock_rate_(options.tagger_rate()), step_ps_(truth.step_ps), steps_(steps) {}
+
+  // target: has distance_m and velocity_mps.
+  template <class Target>
+  void follow(const TargetOptions& path, Target& target) const {
+    const TargetPath motion(path, clock_rate_);
+    for (std::int64_t i = 0; i <= steps_; ++i) {
+      const MotionState state = motion.at(FineTime{i * step_ps_, 0}.seconds());
       target.distance_m.push_back(state.distance_m);
       target.velocity_mps.push_back(state.velocity_mps);
     }
-  };
-  follow(options.target, truth);
+  }
+
+ private:
+  double clock_rate_;
+  std::int64_t step_ps_;
+  std::int64_t steps_;
+};
+
+void add_pixels(const std::vector<ArrayPixel>& pixels, const Sampler& sampler, SceneTruth& truth) {
+  for (const ArrayPixel& pixel : pixels) {
+    SceneTruth::Pixel& other = truth.pixels.emplace_back();
+    other.input = pixel.scene.photon_input;
+    other.azimuth_deg = pixel.direction.azimuth_deg;
+    other.elevation_deg = pixel.direction.elevation_deg;
+    other.delay_ps = pixel.delay_ps;
+    other.signal_per_pulse = pixel.scene.detection.signal_per_pulse;
+    other.background_per_s = pixel.scene.background_per_s();
+    sampler.follow(pixel.scene.target, other);
+  }
+}
+
+}  // namespace
+
+SceneTruth scene_truth(const Options& options) {
+  std::vector<ArrayPixel> pixels;
+  if (options.array.used()) pixels = array_pixels(options);
+  const Options& scene = pixels.empty() ? options : pixels.front().scene;
+  const double seconds = options.seconds > 0 ? options.seconds : 600;
+  const auto length_ps = static_cast<std::int64_t>(std::llround(seconds * ps_per_s));
+  const Sampling sampling = sampling_of(static_cast<std::int64_t>(pixels.size()));
+  SceneTruth truth;
+  truth.start_ps = options.start_ps;
+  truth.step_ps = std::max(sampling.shortest_step_ps,
+                           (length_ps + sampling.max_steps - 1) / sampling.max_steps);
+  const Sampler sampler(options, truth, (length_ps + truth.step_ps - 1) / truth.step_ps);
+  sampler.follow(scene.target, truth);
   for (const FurtherTarget& target : options.more_targets) {
     truth.more_targets.push_back({target.signal_per_pulse, {}, {}});
-    follow(target.path, truth.more_targets.back());
+    sampler.follow(target.path, truth.more_targets.back());
   }
-  truth.signal_per_pulse = options.detection.signal_per_pulse;
-  truth.background_per_s = options.background_per_s();
+  add_pixels(pixels, sampler, truth);
+  if (!pixels.empty()) {
+    truth.crosstalk_probability = options.array.crosstalk_probability;
+    truth.crosstalk_ns = options.array.crosstalk_ns;
+  }
+  truth.signal_per_pulse = scene.detection.signal_per_pulse;
+  truth.background_per_s = scene.background_per_s();
   truth.sigma_ps = options.detection.sigma_ps;
-  truth.depth_m = options.target.depth_m;
+  truth.depth_m = scene.target.depth_m;
   truth.electronic_delay_ns = options.detection.electronic_delay_ns;
   truth.drift_ppm = options.drift_ppm;
   truth.drift_ramp_ppm_per_s = options.drift_ramp_ppm_per_s;

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "drivers/pace.hpp"
+#include "drivers/simulator/array_scene.hpp"
+#include "drivers/simulator/scene.hpp"
 #include "drivers/simulator/scene_truth.hpp"
 #include "drivers/simulator/simulated_encoder.hpp"
 #include "drivers/tag_writer.hpp"
@@ -60,7 +62,18 @@ SourceInfo Source::info() const {
 
 void Source::run(TagSink& sink, std::stop_token stop) {
   if (!options_.truth.empty()) write_truth_file(options_);
-  Scene scene(pattern_, options_);
+  if (options_.array.used()) {
+    ArrayScene scene(pattern_, options_);
+    play(scene, sink, stop);
+  } else {
+    Scene scene(pattern_, options_);
+    play(scene, sink, stop);
+  }
+}
+
+// AnyScene: Scene or ArrayScene.
+template <class AnyScene>
+void Source::play(AnyScene& scene, TagSink& sink, const std::stop_token& stop) const {
   TagWriter writer(sink);
   Pace pace(options_.pace == Speed::live ? 1 : 0);
   const std::int64_t end_ps = end_ps_of(options_);

@@ -2,7 +2,6 @@
 
 #include <stop_token>
 
-#include "drivers/simulator/scene.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 #include "drivers/source.hpp"
 #include "protocol/pattern.hpp"
@@ -18,6 +17,12 @@
 //   detectors      which of these times a detector with a dead time and jitter reports
 //   sync_stream    the syncs, as an instrument sends them
 //   scene          all of these in the order of time, and scene_truth what is true of them
+//
+// An array of pixels has besides
+//
+//   surface        planes and pictures that the pixels look at
+//   array_pixels   a scene for each pixel, by what it looks at
+//   array_scene    all pixels in the order of time, with crosstalk and their cables' delays
 
 namespace splid::simulator {
 
@@ -35,6 +40,9 @@ class Source : public TagSource {
   void run(TagSink& sink, std::stop_token stop) override;
 
  private:
+  template <class AnyScene>
+  void play(AnyScene& scene, TagSink& sink, const std::stop_token& stop) const;
+
   Options options_;
   Pattern pattern_;
 };

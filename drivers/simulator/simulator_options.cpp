@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "protocol/error.hpp"
+
 namespace splid::simulator {
 namespace {
 
@@ -89,6 +91,9 @@ void Options::describe(OptionVisitor& visitor) {
   visitor.object(
       "sync", [this](OptionVisitor& members) { sync.describe(members); },
       "the pattern's syncs as the tagger sees them");
+  visitor.object(
+      "array", [this](OptionVisitor& members) { array.describe(members); },
+      "an array of detectors, and the surfaces that they look at in the place of `target`");
   describe_clocks(*this, visitor);
   visitor.number("seconds", seconds, {0, 4e6}, "length of the stream, s; 0: for ever");
   choose(visitor, "pace", pace, pace_names, "live: as time goes by; max: as fast as possible");
@@ -113,6 +118,7 @@ std::optional<OptionFault> Options::validate() const {
     fault->pointer = "/detector" + fault->pointer;
     return fault;
   }
+  if (array.used()) return array_fault();
   if (photon_input + detector.inputs - 1 <= largest_input) return std::nullopt;
   return OptionFault{"/detector/inputs", std::to_string(detector.inputs) +
                                              " inputs from photon_input " +
@@ -120,7 +126,22 @@ std::optional<OptionFault> Options::validate() const {
                                              std::to_string(largest_input) + ", the last input"};
 }
 
+std::optional<OptionFault> Options::array_fault() const {
+  if (detector.inputs > 1) {
+    return OptionFault{"/detector/inputs", "is " + std::to_string(detector.inputs) +
+                                               "; each pixel of an array has one detector"};
+  }
+  std::optional<OptionFault> fault = array.validate(photon_input);
+  if (fault) fault->pointer = "/array" + fault->pointer;
+  return fault;
+}
+
 std::optional<OptionFault> Options::start_fault() const {
+  try {
+    const PictureSurface readable(array.picture);
+  } catch (const Error& error) {
+    return OptionFault{"/array/picture", error.what()};
+  }
   if (truth.empty()) return std::nullopt;
   const std::filesystem::path folder = std::filesystem::path(truth).parent_path();
   if (folder.empty() || std::filesystem::is_directory(folder)) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/simulator/array_options.hpp"
 #include "drivers/simulator/detectors.hpp"
 #include "drivers/simulator/fine_time.hpp"
 #include "drivers/simulator/foreign_stream.hpp"
@@ -48,6 +49,7 @@ struct Options : SourceOptions {
   DetectionOptions detection;  // its keys stand in `source` itself
   DetectorModel detector;
   SyncOptions sync;
+  ArrayOptions array;  // where it has pixels, each has a target of its own in the place of `target`
   double ambient_per_s = 174'500;   // together with the dark counts 1.75e-4 a ns
   double dark_per_s = 500;          // dark counts of the detector
   double drift_ppm = 2;             // pattern period in the tagger's clock, against the calibrated
@@ -77,6 +79,9 @@ struct Options : SourceOptions {
   // The sample clock's encoder, where there is one.
   [[nodiscard]] std::unique_ptr<EncoderSource> own_encoder(
       const EncoderOptions& encoder) const override;
+
+ private:
+  [[nodiscard]] std::optional<OptionFault> array_fault() const;
 };
 
 }  // namespace splid::simulator

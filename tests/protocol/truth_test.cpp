@@ -58,6 +58,24 @@ TEST(Truth, HoldsFurtherTargets) {
               ThrowsMessage<Error>(HasSubstr("/signal_per_pulse")));
 }
 
+TEST(Truth, HoldsPixels) {
+  SceneTruth truth = example();
+  truth.crosstalk_probability = 0.01;
+  truth.crosstalk_ns = 1.5;
+  truth.pixels = {{3, 0.5, -0.25, 120, 5e-4, 7000, {28, 29, 30}, {0, 1, 2}}};
+  const std::string text = to_json(truth);
+  EXPECT_THAT(text, HasSubstr(R"("crosstalk_probability":0.01,"crosstalk_ns":1.5,"pixels":[{)"
+                              R"("input":3,"azimuth_deg":0.5,"elevation_deg":-0.25,)"));
+  EXPECT_EQ(truth_from_json(text), truth);
+  const auto state = truth.at(truth.start_ps + truth.step_ps, truth.pixels[0]);
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->distance_m, 29);
+  EXPECT_EQ(state->velocity_mps, 1);
+  truth.pixels[0].distance_m.pop_back();
+  const auto reading = [&] { truth_from_json(to_json(truth)); };
+  EXPECT_THAT(reading, ThrowsMessage<Error>(HasSubstr("/pixels/0 has another number")));
+}
+
 TEST(Truth, FaultsNameTheirMember) {
   const auto reading = [](const std::string& text) { return [text] { truth_from_json(text); }; };
   EXPECT_THAT(reading("{"), ThrowsMessage<Error>(HasSubstr("byte")));

@@ -54,6 +54,29 @@ TEST(SceneTruth, HasThePathOfEachFurtherTarget) {
   EXPECT_EQ(truth.more_targets[0].velocity_mps[500], 3);
 }
 
+TEST(SceneTruth, HasThePathOfEachPixel) {
+  Options options;
+  options.seconds = 1;
+  options.array.columns = 2;
+  options.array.planes.resize(1);
+  options.array.planes[0].path.motion = MotionKind::linear;
+  options.array.planes[0].path.distance_m = 30;
+  options.array.planes[0].path.velocity_mps = 2;
+  options.array.inputs.resize(1);
+  options.array.inputs[0].input = 2;
+  options.array.inputs[0].delay_ps = 70;
+  options.array.inputs[0].dark_per_s = 1e4;
+  const SceneTruth truth = scene_truth(options);
+  ASSERT_EQ(truth.pixels.size(), 2U);
+  EXPECT_EQ(truth.pixels[1].input, 2);
+  EXPECT_EQ(truth.pixels[1].delay_ps, 70);
+  EXPECT_EQ(truth.pixels[1].background_per_s, 184'500);
+  EXPECT_EQ(truth.distance_m, truth.pixels[0].distance_m);
+  ASSERT_EQ(truth.pixels[1].distance_m.size(), 101U);
+  EXPECT_NEAR(truth.pixels[1].distance_m[50], 31, 1e-3);
+  EXPECT_NEAR(truth.pixels[1].velocity_mps[50], 2, 1e-4);
+}
+
 TEST(SceneTruth, HoldsTheDepthOfALitTarget) {
   Options options;
   options.seconds = 1;
