@@ -5,18 +5,13 @@
 #include <span>
 #include <vector>
 
+#include "estimator/array/neighbours.hpp"
 #include "estimator/array/shared_fit.hpp"
 #include "estimator/array/velocity_votes.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/search/frame_search.hpp"
 
 namespace splid::array {
-
-// Where a pixel looks, degrees.
-struct PixelDirection {
-  double azimuth_deg = 0;
-  double elevation_deg = 0;
-};
 
 // Whether a body may turn: its velocity then changes evenly over the field.
 enum class RigidMotion { straight, turning };

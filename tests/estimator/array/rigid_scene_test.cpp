@@ -4,15 +4,14 @@
 
 #include <cmath>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
-#include "tests/support/frame_maker.hpp"
+#include "tests/support/pixel_field.hpp"
 
 namespace splid::array {
 namespace {
 
-constexpr double way_m_per_ns = 0.299792458 / 2;
+constexpr double way_m_per_ns = test::PixelField::way_m_per_ns;
 
 test::FrameMaker paper_scene() {
   test::FrameMaker made;
@@ -21,67 +20,41 @@ test::FrameMaker paper_scene() {
   return made;
 }
 
-// Pixels that look at surfaces of different distances, each with light of its own.
-class Field {
+// Pixels that look at surfaces of different distances: measured alone, then together.
+class Field : public test::PixelField {
  public:
-  Field(std::size_t pixels, const test::FrameMaker& made, RigidMotion motion = {})
-      : made_(pixels, made),
-        directions_(pixels),
-        frames_(pixels),
+  Field(std::size_t pixels, const test::FrameMaker& made,
+        RigidMotion motion = RigidMotion::straight)
+      : PixelField(pixels, made),
         estimates_(pixels),
-        bodies_(pixels) {
-    for (std::size_t k = 0; k < pixels; ++k) {
-      made_[k].distance_m += 1.3 * static_cast<double>(k);
-      directions_[k] = {0.1 * static_cast<double>(k % 4), 0.1 * static_cast<double>(k / 4)};
-    }
-    alone_ = std::make_unique<FrameEstimator>(made.pattern, PulseOptions{}, SceneOptions{},
-                                              EstimatorOptions{}, made.length_ms, 50'000);
-    scene_ = std::make_unique<RigidScene>(made.pattern, PulseOptions{}, SceneOptions{},
-                                          EstimatorOptions{}, made.length_ms, 50'000, directions_,
-                                          motion);
+        bodies_(pixels),
+        alone_(made.pattern, {}, {}, {}, made.length_ms, 50'000),
+        scene_(made.pattern, {}, {}, {}, made.length_ms, 50'000, directions(), motion) {
+    for (std::size_t k = 0; k < pixels; ++k) pixel(k).distance_m += 1.3 * static_cast<double>(k);
   }
 
-  test::FrameMaker& pixel(std::size_t k) { return made_[k]; }
-  [[nodiscard]] std::size_t size() const { return made_.size(); }
-  [[nodiscard]] const PixelDirection& direction(std::size_t k) const { return directions_[k]; }
-
-  // Measures a frame: each pixel alone, then all together.
+  // Returns the number of bodies.
   std::size_t measure(std::uint64_t seed) {
-    views_.clear();
-    for (std::size_t k = 0; k < size(); ++k) {
-      frames_[k] = made_[k].make(seed * 1000 + k);
-      views_.push_back(frames_[k].view());
-      estimates_[k] = alone_->estimate(views_[k]);
-    }
+    const std::vector<FrameView>& views = next(seed);
+    for (std::size_t k = 0; k < size(); ++k) estimates_[k] = alone_.estimate(views[k]);
     singles_ = estimates_;
-    return scene_->estimate({views_, estimates_, bodies_});
+    return scene_.estimate({views, estimates_, bodies_});
   }
 
   [[nodiscard]] const Estimate& alone(std::size_t k) const { return singles_[k]; }
   [[nodiscard]] const Estimate& together(std::size_t k) const { return estimates_[k]; }
   [[nodiscard]] int body(std::size_t k) const { return bodies_[k]; }
-  [[nodiscard]] double velocity_error(const Estimate& estimate, std::size_t k) const {
-    return estimate.velocity_mps - made_[k].velocity_mps;
-  }
-  [[nodiscard]] double distance_error(const Estimate& estimate, std::size_t k) const {
-    return std::remainder(estimate.delay_ns - made_[k].distance_m / way_m_per_ns, 3780) *
-           way_m_per_ns;
-  }
-  // Whether an estimate is the pixel's target, to within ten deviations of [P]'s set-up.
+  // Whether an estimate is the pixel's target, to within ten deviations or so.
   [[nodiscard]] bool is_locked(const Estimate& estimate, std::size_t k) const {
     return estimate.status == FrameStatus::ok && std::abs(velocity_error(estimate, k)) < 1 &&
            std::abs(distance_error(estimate, k)) < 0.05;
   }
 
  private:
-  std::vector<test::FrameMaker> made_;
-  std::vector<PixelDirection> directions_;
-  std::vector<test::FrameMaker::Frame> frames_;
-  std::vector<FrameView> views_;
   std::vector<Estimate> estimates_, singles_;
   std::vector<int> bodies_;
-  std::unique_ptr<FrameEstimator> alone_;
-  std::unique_ptr<RigidScene> scene_;
+  FrameEstimator alone_;
+  RigidScene scene_;
 };
 
 class Errors {
@@ -190,8 +163,8 @@ TEST(RigidScene, APlateAndAWallAreTwoBodies) {
 TEST(RigidScene, ABodyThatTurns) {
   Field field(16, paper_scene(), RigidMotion::turning);
   for (std::size_t k = 0; k < field.size(); ++k) {
-    field.pixel(k).velocity_mps += 1.0 * field.direction(k).azimuth_deg;
-    field.pixel(k).velocity_mps -= 0.5 * field.direction(k).elevation_deg;
+    field.pixel(k).velocity_mps += 1.0 * field.directions()[k].azimuth_deg;
+    field.pixel(k).velocity_mps -= 0.5 * field.directions()[k].elevation_deg;
   }
   Errors velocity;
   for (std::uint64_t n = 0; n < 10; ++n) {

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "estimator/array/neighbours.hpp"
+#include "estimator/frame_estimator.hpp"
+
+namespace splid::array {
+
+// The pixels of a frame, as PooledScene takes and leaves them.
+struct PooledFrame {
+  // Of each pixel. All have the same begin, end, losses and syncs, and photons without the delay of
+  // the pixel's cable.
+  std::span<const FrameView> frames;
+  std::span<Estimate> estimates;  // of each pixel, from FrameEstimator
+  std::span<std::size_t> pooled;  // of how many pixels the estimate is; 1: of the pixel alone
+};
+
+// Estimates pixels that have too few photons from those of their neighbours together: scene `pool`.
+// A pixel that shows no target, or none whose range is sure, gets the estimate of 3 x 3 pixels
+// about it, or of 5 x 5 where these are too few. The widest pool is looked at first: where it shows
+// nothing, there is nothing to refine. The rates of a pooled estimate are those of one pixel, on
+// average; its distance is that of the surface that most of the pool sees.
+//
+// Threads: one thread for each object. Errors: as FrameEstimator's constructor. No allocation in
+// estimate() for frames of up to max_photons a pixel.
+class PooledScene {
+ public:
+  static constexpr std::size_t rings = 2;  // 5 x 5
+
+  // The arguments are those of FrameEstimator. max_photons: of one pixel.
+  PooledScene(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
+              const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
+              std::span<const PixelDirection> directions,
+              ClockReference reference = ClockReference::tagger);
+
+  // Returns how many pixels have a pooled estimate.
+  std::size_t estimate(const PooledFrame& frame);
+
+ private:
+  [[nodiscard]] Estimate pool(const PooledFrame& frame, std::size_t pixel, std::size_t ring,
+                              TargetTrack& track);
+
+  Neighbours neighbours_;
+  FrameEstimator estimator_;
+  std::vector<std::int64_t> photons_ps_;  // of a pool
+};
+
+}  // namespace splid::array

@@ -1,0 +1,107 @@
+#include "estimator/array/track_field.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/pixel_field.hpp"
+
+namespace splid::array {
+namespace {
+
+using test::PixelField;
+
+test::FrameMaker plate() {
+  test::FrameMaker made;
+  made.pattern = test::interleaved_pattern({180000, 189000}, 3780000);
+  made.velocity_mps = 1.2;
+  return made;
+}
+
+// Measures frame by frame as the daemon does.
+class Measured {
+ public:
+  explicit Measured(const PixelField& field)
+      : estimator_(plate().pattern, {}, {}, {}, 50, 50'000),
+        tracks_(field.directions()),
+        estimates(field.size()),
+        is_searched(field.size()) {}
+
+  void measure(const std::vector<FrameView>& views) {
+    tracks_.begin_frame();
+    searches = 0;
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      estimates[k] = estimator_.estimate(views[k], &tracks_.track(k));
+      is_searched[k] = tracks_.track(k).followed == 0;
+      searches += is_searched[k] ? 1 : 0;
+    }
+  }
+  [[nodiscard]] std::size_t helped() const { return tracks_.helped(); }
+
+ private:
+  FrameEstimator estimator_;
+  TrackField tracks_;
+
+ public:
+  std::vector<Estimate> estimates;
+  std::vector<bool> is_searched;
+  std::size_t searches = 0;
+};
+
+TEST(TrackField, PixelsAreSearchedAnewInTurn) {
+  PixelField field(16, plate());
+  Measured measured(field);
+  measured.measure(field.next(1));
+  EXPECT_EQ(measured.searches, 16U);
+  std::vector<int> searched(16);
+  for (std::uint64_t n = 2; n < 45; ++n) {
+    measured.measure(field.next(n));
+    EXPECT_LE(measured.searches, 2U) << n;
+    for (std::size_t k = 0; k < 16; ++k) {
+      EXPECT_TRUE(field.is_right(measured.estimates[k], k)) << n << " " << k;
+      searched[k] += measured.is_searched[k] ? 1 : 0;
+    }
+  }
+  for (const int count : searched) EXPECT_NEAR(count, 2, 1);
+}
+
+// A pixel that gets light begins where its neighbours see the surface, and is not searched. One
+// whose surface is elsewhere is searched, and found.
+TEST(TrackField, NeighboursHelpAPixelThatGetsLight) {
+  PixelField field(16, plate());
+  field.pixel(5).signal_per_pulse = 0;
+  field.pixel(10).signal_per_pulse = 0;
+  Measured measured(field);
+  measured.measure(field.next(1));
+  measured.measure(field.next(2));
+  EXPECT_EQ(measured.helped(), 2U);
+  EXPECT_EQ(measured.estimates[5].status, FrameStatus::no_target);
+  EXPECT_TRUE(measured.is_searched[5]);
+  field.pixel(5).signal_per_pulse = field.pixel(6).signal_per_pulse / 2;
+  field.pixel(10).signal_per_pulse = field.pixel(6).signal_per_pulse;
+  field.pixel(10).distance_m += 12;
+  measured.measure(field.next(3));
+  EXPECT_EQ(measured.helped(), 2U);
+  EXPECT_TRUE(field.is_right(measured.estimates[5], 5));
+  EXPECT_FALSE(measured.is_searched[5]);
+  EXPECT_TRUE(field.is_right(measured.estimates[10], 10));
+  EXPECT_TRUE(measured.is_searched[10]);
+  measured.measure(field.next(4));
+  EXPECT_EQ(measured.helped(), 0U);
+  EXPECT_TRUE(field.is_right(measured.estimates[5], 5));
+}
+
+TEST(TrackField, ADarkFieldHelpsNobody) {
+  test::FrameMaker dark = plate();
+  dark.signal_per_pulse = 0;
+  PixelField field(4, dark);
+  Measured measured(field);
+  for (std::uint64_t n = 1; n < 4; ++n) {
+    measured.measure(field.next(n));
+    EXPECT_EQ(measured.helped(), 0U);
+    EXPECT_EQ(measured.searches, 4U);
+  }
+}
+
+}  // namespace
+}  // namespace splid::array
