@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "estimator/model/units.hpp"
 
@@ -180,6 +181,7 @@ void RigidScene::take_members(const RigidFrame& frame, const Velocity& about) {
 void RigidScene::add_member(const RigidFrame& frame, std::size_t pixel, const Estimate& estimate,
                             const FrameView& view) {
   SharedPixel member;
+  member.pixel = pixel;
   member.frame = &frame.frames[pixel];
   member.row = rows_[pixel];
   member.delay_ns = pattern_delay_ns(estimate, view, train_.period_ns, reference_);
@@ -196,16 +198,37 @@ Velocity RigidScene::velocity_of(std::size_t pixel, const SyncFit& sync) const {
                      speed_of_light_mps * sync.std_period_ps / sync.period_ps / 2)};
 }
 
+// At the body's velocity a pixel is looked at where the fit has its delay, and searched where the
+// likelihood asks for it. The odds of the range are those that the pixel has alone, if it has.
+TargetTrack RigidScene::where_fitted(const SharedPixel& member, const FrameView& still,
+                                     const Estimate& own) const {
+  const double scale = still.sync.period_ps * ns_per_ps / train_.period_ns;
+  TargetTrack track;
+  track.valid = true;
+  track.mid_ps = still.mid_ps();
+  track.delay_ns = member.delay_ns * (reference_ == ClockReference::tagger ? scale : 1);
+  track.std_signal_per_pulse = std::numeric_limits<double>::infinity();
+  if (own.status == FrameStatus::ok) {
+    track.odds_per_nat = own.range_odds_nats / own.significance_nats;
+  }
+  return track;
+}
+
 // Estimates all pixels at the body's velocity. Those that show a target so, and none that is better
 // alone, see the body. Returns how many.
 std::size_t RigidScene::report(const RigidFrame& frame, int body) {
   std::size_t members = 0;
+  auto fitted = members_.begin();  // of this pixel, or of the next one that is fitted
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     const FrameView& view = frame.frames[k];
+    while (fitted != members_.end() && fitted->pixel < k) ++fitted;
     if (!is_open(frame, k) || !view.sync.locked || view.photons_ps.empty()) continue;
     Estimate& own = frame.estimates[k];
     const Velocity velocity = velocity_of(k, view.sync);
-    Estimate known = at_rest_.estimate(at_rest(view, velocity.mps));
+    const FrameView still = at_rest(view, velocity.mps);
+    const bool is_fitted = fitted != members_.end() && fitted->pixel == k;
+    TargetTrack track = is_fitted ? where_fitted(*fitted, still, own) : TargetTrack{};
+    Estimate known = at_rest_.estimate(still, is_fitted ? &track : nullptr);
     if (!known.has_values) continue;
     if (has_value(own) && own.significance_nats > known.significance_nats + leaving_nats) continue;
     set_moving(known, view, velocity, reference_);

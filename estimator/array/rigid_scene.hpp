@@ -63,6 +63,8 @@ class RigidScene {
                   const FrameView& view);
   bool keep_fitting(Eigen::Index terms, Terms& at);
   std::size_t report(const RigidFrame& frame, int body);
+  [[nodiscard]] TargetTrack where_fitted(const SharedPixel& member, const FrameView& still,
+                                         const Estimate& own) const;
   [[nodiscard]] Velocity velocity_of(std::size_t pixel, const SyncFit& sync) const;
 
   ClockReference reference_;

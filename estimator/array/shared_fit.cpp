@@ -10,8 +10,8 @@ namespace splid::array {
 namespace {
 
 constexpr int most_rounds = 8;
-// A step of so many deviations is the last one.
-constexpr double short_step = 1e-3;
+// A step of so many deviations is the last one. Newton's next one would have about its square.
+constexpr double short_step = 0.03;
 
 // The first `terms` rows and columns.
 std::optional<TermsMatrix> inverse_of(const TermsMatrix& information, Eigen::Index terms) {

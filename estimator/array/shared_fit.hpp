@@ -23,6 +23,7 @@ using TermsMatrix = Eigen::Matrix3d;
 
 // A pixel of a fit, and what the fit makes of it.
 struct SharedPixel {
+  std::size_t pixel = 0;
   const FrameView* frame = nullptr;
   Terms row = {1, 0, 0};  // 1, x, y
   double delay_ns = 0;    // D at mid-frame, in the pattern's clock, within two pulse widths
