@@ -35,9 +35,9 @@ test::FrameMaker plate(double light) {
 // Frames that follow each other, with the estimates of each pixel alone.
 class Array {
  public:
-  Array(std::size_t pixels, double light)
+  Array(std::size_t pixels, double light, FindingsWanted findings = FindingsWanted::on)
       : field_(pixels, plate(light)),
-        estimator_(plate(light).pattern, {}, {}, {}, 50, most_photons),
+        estimator_(plate(light).pattern, {}, {}, {.findings = findings}, 50, most_photons),
         tracks_(field_.directions()),
         estimates_(pixels) {}
 
@@ -101,18 +101,25 @@ void print_row(const char* what, const Array& array, double light, double frame_
   std::fflush(stdout);
 }
 
-void print_rows(std::size_t pixels, double light) {
-  Array array(pixels, light);
-  std::vector<double> searched, followed, shared;
+void print_followed(std::size_t pixels, double light, FindingsWanted findings, const char* what) {
+  Array array(pixels, light, findings);
+  std::vector<double> times_ms;
   array.next();
   array.follow();
-  array::RigidScene scene(plate(light).pattern, {}, {}, {}, 50, most_photons, array.directions());
   for (int n = 0; n < repeats; ++n) {
     array.next();
-    followed.push_back(array.follow());
-    if (n + 1 < repeats) continue;
-    print_row("followed", array, light, median(followed));
+    times_ms.push_back(array.follow());
   }
+  print_row(what, array, light, median(times_ms));
+}
+
+void print_rows(std::size_t pixels, double light) {
+  print_followed(pixels, light, FindingsWanted::off, "followed, `findings` `off`");
+  print_followed(pixels, light, FindingsWanted::on, "followed");
+  Array array(pixels, light);
+  array.next();
+  std::vector<double> searched, shared;
+  array::RigidScene scene(plate(light).pattern, {}, {}, {}, 50, most_photons, array.directions());
   for (int n = 0; n < repeats; ++n) {
     searched.push_back(array.search());
     shared.push_back(array.share(scene));
