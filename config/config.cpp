@@ -140,6 +140,11 @@ void take_pixels(Config& config, json& document, const ReadText& read) {
   auto [file, pixels] = read_pixel_list(*given, config.file, read);
   config.pixels_file = std::move(file);
   config.pixels = std::move(pixels);
+  for (const PixelOptions& pixel : config.pixels) {
+    config.channels.pixels.push_back(pixel.input);
+    config.channels.delays_ps.push_back(pixel.delay_ps);
+  }
+  if (config.pixels.size() == 1) config.channels.photon = {std::to_string(config.pixels[0].input)};
   document.erase(given);
 }
 

@@ -21,7 +21,7 @@ struct NamedChannel {
 
 std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
   std::vector<NamedChannel> channels;
-  for (std::size_t i = 0; i < options.photon.size(); ++i) {
+  for (std::size_t i = 0; options.pixels.empty() && i < options.photon.size(); ++i) {
     channels.push_back({"/photon/" + std::to_string(i), options.photon[i]});
   }
   channels.push_back({"/sync", options.sync});
@@ -31,7 +31,7 @@ std::vector<NamedChannel> all_channels(const ChannelOptions& options) {
 
 std::optional<OptionFault> delays_fault(const ChannelOptions& options) {
   const std::vector<double>& delays_ps = options.delays_ps;
-  if (delays_ps.empty()) return std::nullopt;
+  if (delays_ps.empty() || !options.pixels.empty()) return std::nullopt;
   if (delays_ps.size() != options.photon.size()) {
     return OptionFault{"/delays_ps", "has " + std::to_string(delays_ps.size()) +
                                          " delays where /channels/photon has " +

@@ -17,6 +17,8 @@ struct ChannelOptions {
   std::string encoder = "marker:1";  // empty: none
   // How late the tags of each of `photon`'s inputs come, in the same order; or empty.
   std::vector<double> delays_ps = {};
+  // The inputs of `pixels`, in the place of `photon`; delays_ps is then theirs. Not in JSON.
+  std::vector<std::int64_t> pixels = {};
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

@@ -10,6 +10,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t most_name_bytes = 32;
+constexpr double most_delay_ps = 500'000;
 
 // A name is part of a topic, of a column and of a label.
 bool is_of_pixel_name(char c) {
@@ -35,7 +36,7 @@ void PixelOptions::describe(OptionVisitor& visitor) {
                  "azimuth of its direction, positive to the right");
   visitor.number("elevation_deg", elevation_deg, {-90, 90},
                  "elevation of its direction, positive upwards");
-  visitor.number("delay_ps", delay_ps, {-500'000, 500'000},
+  visitor.number("delay_ps", delay_ps, {-most_delay_ps, most_delay_ps},
                  "by how much later than the others' its tags come, such as by a longer cable, "
                  "ps; taken off their times");
   visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
@@ -44,6 +45,24 @@ void PixelOptions::describe(OptionVisitor& visitor) {
                  "standard deviation of its detected pulse, ps; pulse.sigma_ps where it is not "
                  "given");
 }
+
+namespace {
+
+// Tags would no longer come in order.
+std::optional<OptionFault> spread_fault(std::span<const PixelOptions> pixels) {
+  double least_ps = 0;
+  double most_ps = 0;
+  for (const PixelOptions& pixel : pixels) {
+    least_ps = std::min(least_ps, pixel.delay_ps);
+    most_ps = std::max(most_ps, pixel.delay_ps);
+  }
+  if (most_ps - least_ps <= most_delay_ps) return std::nullopt;
+  return OptionFault{"",
+                     "have delay_ps that are more than 500000 ps apart, from each other or from "
+                     "the syncs; tags would no longer come in order"};
+}
+
+}  // namespace
 
 std::optional<OptionFault> pixels_fault(std::span<const PixelOptions> pixels) {
   if (pixels.size() > most_pixels) {
@@ -74,7 +93,7 @@ std::optional<OptionFault> pixels_fault(std::span<const PixelOptions> pixels) {
                                               "; give each pixel a name of its own"};
     }
   }
-  return std::nullopt;
+  return spread_fault(pixels);
 }
 
 }  // namespace splid

@@ -19,9 +19,14 @@ constexpr double estimator_mib = 1.5;        // without the tables of its search
 constexpr double estimator_bytes_a_tag = 4;  // that the ring holds
 
 double frame_mib(const FrameCapacity& capacity) {
-  return static_cast<double>(
-             capacity.photons * sizeof(std::int64_t) + capacity.syncs * sizeof(std::int64_t) +
-             capacity.markers * sizeof(MarkerTag) + capacity.losses * sizeof(Loss)) /
+  const std::size_t parts = std::max<std::size_t>(capacity.pixels, 1);
+  const std::size_t part_bytes =
+      capacity.pixels * (sizeof(Frame) + sizeof(PixelEstimate) + capacity.losses * sizeof(Loss) +
+                         2 * Frame::most_before * sizeof(std::int64_t));
+  return static_cast<double>(part_bytes + parts * capacity.photons * sizeof(std::int64_t) +
+                             capacity.syncs * sizeof(std::int64_t) +
+                             capacity.markers * sizeof(MarkerTag) +
+                             capacity.losses * sizeof(Loss)) /
          bytes_a_mib;
 }
 

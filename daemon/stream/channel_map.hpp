@@ -7,6 +7,7 @@
 
 #include "config/channel_name.hpp"
 #include "config/daemon_options.hpp"
+#include "protocol/pixel.hpp"
 #include "protocol/saturated.hpp"
 #include "protocol/tag.hpp"
 
@@ -32,7 +33,11 @@ class ChannelMap {
   // Threads: any; the map is constant.
   [[nodiscard]] Roles roles(const Tag& tag) const { return table_[cell(tag)]; }
 
-  // How many inputs photons come on, and on which of them, from 0, a photon came.
+  // How many pixels have a part of a frame of their own, each with an input; 0: there is one pixel,
+  // and all inputs are its.
+  [[nodiscard]] std::size_t pixels() const { return pixels_; }
+  // How many inputs photons come on, and on which of them, from 0, a photon came; of several pixels
+  // pixels() for a tag that is no photon.
   [[nodiscard]] std::size_t inputs() const { return inputs_; }
   [[nodiscard]] std::size_t input(const Tag& photon) const { return input_[cell(photon)]; }
 
@@ -47,13 +52,14 @@ class ChannelMap {
 
  private:
   static constexpr std::uint32_t kinds = 8;
-  static constexpr std::uint32_t columns = 256;
+  static constexpr std::uint32_t columns = most_pixel_input - least_pixel_input + 2;
 
-  // Design note: inputs -128 to 126 have a column each (some taggers number falling edges
+  // Design note: inputs -128 to 1024 have a column each (some taggers number falling edges
   // negatively). All other inputs share the last column, which no channel name means.
   static std::uint32_t column(const Tag& tag) {
-    return std::min(static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(min_input),
-                    columns - 1);
+    return std::min(
+        static_cast<std::uint32_t>(tag.value) - static_cast<std::uint32_t>(least_pixel_input),
+        columns - 1);
   }
   static std::uint32_t cell(const Tag& tag) {
     return (static_cast<std::uint32_t>(tag.kind) & (kinds - 1)) * columns + column(tag);
@@ -62,8 +68,9 @@ class ChannelMap {
   void add(const ChannelName& channel, Roles role, std::size_t input = 0);
 
   std::array<Roles, std::size_t{kinds} * columns> table_{};
-  std::array<std::uint8_t, std::size_t{kinds} * columns> input_{};
+  std::array<std::uint16_t, std::size_t{kinds} * columns> input_{};
   std::size_t inputs_ = 0;
+  std::size_t pixels_ = 0;
   bool has_delays_ = false;
   std::array<std::int64_t, columns> delays_ps_{};  // of photon inputs
 };

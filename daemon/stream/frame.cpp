@@ -12,6 +12,49 @@ std::int64_t joined_count(std::int64_t a, std::int64_t b) {
 
 }  // namespace
 
+Frame::Frame(const FrameCapacity& capacity)
+    : photons_ps(capacity.pixels > 0 ? 0 : capacity.photons,
+                 capacity.pixels > 0 ? 0 : capacity.most_photons),
+      syncs_ps(capacity.syncs),
+      markers(capacity.markers),
+      losses(capacity.losses) {
+  for (std::size_t i = 0; i < capacity.pixels; ++i) {
+    pixels.push_back(std::make_unique<Frame>(
+        FrameCapacity{capacity.photons, 0, 0, capacity.losses, capacity.most_photons}));
+  }
+}
+
+std::size_t Frame::photon_count() const {
+  std::size_t count = photons_ps.size();
+  for (const auto& pixel : pixels) count += pixel->photons_ps.size();
+  return count;
+}
+
+std::span<const std::int64_t> Frame::densest_photons() const {
+  std::span<const std::int64_t> most = photons_ps.view();
+  for (const auto& pixel : pixels) {
+    if (pixel->photons_ps.size() > most.size()) most = pixel->photons_ps.view();
+  }
+  return most;
+}
+
+void Frame::share_with(Frame& pixel, std::uint64_t surplus, std::uint64_t surplus_of_all) const {
+  pixel.sequence = sequence;
+  pixel.start_ps = start_ps;
+  pixel.end_ps = end_ps;
+  pixel.losses.clear();
+  for (const Loss& loss : losses.view()) pixel.losses.push(loss);
+  pixel.lost_tags = lost_tags - surplus_of_all + surplus;
+  pixel.uncounted_losses = uncounted_losses;
+  pixel.seen_fraction = seen_fraction;
+  pixel.sync = sync;
+  pixel.arrival_ns = arrival_ns;
+  if (surplus == 0) return;
+  const std::int64_t from_ps = pixel.photons_ps.empty() ? start_ps : pixel.photons_ps.back() + 1;
+  pixel.add_loss(from_ps, end_ps, static_cast<std::int64_t>(surplus));
+  pixel.settle_losses();
+}
+
 void Frame::add_loss(std::int64_t loss_begin_ps, std::int64_t loss_end_ps, std::int64_t count) {
   loss_begin_ps = std::max(loss_begin_ps, start_ps);
   if (loss_begin_ps >= loss_end_ps) return;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "estimator/model/frame_view.hpp"
 #include "estimator/sync/sync_clock.hpp"
@@ -32,6 +33,17 @@ class FixedArray {
   void grow(std::size_t count) { size_ += count; }
   void resize(std::size_t size) { size_ = size; }
   void clear() { size_ = 0; }
+  [[nodiscard]] bool may_grow() const { return capacity_ < most_; }
+  // Doubles the room, up to `most`; returns false where it has that already.
+  bool enlarge() {
+    if (capacity_ >= most_) return false;
+    const std::size_t capacity = std::min(2 * capacity_, most_);
+    std::unique_ptr<T[]> items = std::make_unique<T[]>(capacity);
+    std::copy_n(items_.get(), size_, items.get());
+    items_ = std::move(items);
+    capacity_ = capacity;
+    return true;
+  }
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
@@ -46,16 +58,6 @@ class FixedArray {
   [[nodiscard]] std::span<const T> view() const { return {items_.get(), size_}; }
 
  private:
-  bool enlarge() {
-    if (capacity_ >= most_) return false;
-    const std::size_t capacity = std::min(2 * capacity_, most_);
-    std::unique_ptr<T[]> items = std::make_unique<T[]>(capacity);
-    std::copy_n(items_.get(), size_, items.get());
-    items_ = std::move(items);
-    capacity_ = capacity;
-    return true;
-  }
-
   std::unique_ptr<T[]> items_;
   std::size_t size_ = 0;
   std::size_t capacity_;
@@ -69,6 +71,7 @@ struct FrameCapacity {
   std::size_t markers = 1 << 14;
   std::size_t losses = 256;
   std::size_t most_photons = 0;  // that the room grows to where a frame is fuller; 0: it is fixed
+  std::size_t pixels = 0;        // that have this room for photons each; 0: there is one
 };
 
 // A tag of the encoder's marker channel.
@@ -85,11 +88,7 @@ struct Frame {
   static constexpr std::size_t most_before = 64;
   static constexpr std::size_t most_inputs = 64;
 
-  explicit Frame(const FrameCapacity& capacity)
-      : photons_ps(capacity.photons, capacity.most_photons),
-        syncs_ps(capacity.syncs),
-        markers(capacity.markers),
-        losses(capacity.losses) {}
+  explicit Frame(const FrameCapacity& capacity);
 
   std::uint64_t sequence = 0;           // counts frames from 0
   std::int64_t start_ps = 0;            // a pattern start, if there are syncs to tell
@@ -108,6 +107,18 @@ struct Frame {
   double seen_fraction = 0;            // 0 to 1: 1 less the losses' share of the frame's time
   SyncFit sync;
   std::int64_t arrival_ns = 0;  // of the last tag, as passed to Framer::push()
+  // Where there are several pixels, their parts of the frame, in the order of the configuration:
+  // photons_ps and before_ps above are then empty. A part has the frame's bounds, sync, losses and
+  // lost tags, its own photons, and as a loss of its own the time after they had filled their room.
+  std::vector<std::unique_ptr<Frame>> pixels;
+
+  // Of all pixels together.
+  [[nodiscard]] std::size_t photon_count() const;
+  // Of the pixel that has most.
+  [[nodiscard]] std::span<const std::int64_t> densest_photons() const;
+  // Gives what all pixels share to the part of one, of whose photons `surplus` had no room.
+  // surplus_of_all: of all pixels, which are among lost_tags.
+  void share_with(Frame& pixel, std::uint64_t surplus, std::uint64_t surplus_of_all) const;
 
   // Adds the loss [loss_begin_ps, loss_end_ps), without its part before start_ps; count: as in
   // Loss. If there is no room for another loss, the last loss grows to cover this one and the time

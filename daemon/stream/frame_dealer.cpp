@@ -36,14 +36,14 @@ void FrameDealer::close() {
   unit_->effort = effort_.next(std::exchange(waited_, false));
   unit_->wanted = !wanted_ || wanted_(frame);
   lanes_[lane_]->fill();
-  lanes_[lane_]->estimator_wake.notify();
+  lanes_[lane_]->wake_estimators();
   lane_ = (lane_ + 1) % lanes_.size();
 }
 
 void FrameDealer::close_lanes() {
   for (const auto& lane : lanes_) {
     lane->close();
-    lane->estimator_wake.notify();
+    lane->wake_estimators();
   }
 }
 

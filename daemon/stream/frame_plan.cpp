@@ -39,10 +39,14 @@ std::size_t most_photons(std::size_t ring_capacity, bool live) {
 }
 
 FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity,
-                             bool live) {
+                             bool live, std::size_t pixels) {
   FrameCapacity capacity;
   capacity.photons = ring_capacity;
-  capacity.most_photons = most_photons(ring_capacity, live);
+  if (pixels > 1) {
+    capacity.pixels = pixels;
+    capacity.photons = std::max(least_pixel_photons, ring_capacity / pixels);
+  }
+  capacity.most_photons = live ? capacity.photons : most_photons(ring_capacity, live);
   capacity.syncs = 2 * syncs_of_frame(length_ms, pattern) + more_syncs;
   return capacity;
 }

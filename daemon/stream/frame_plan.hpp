@@ -37,9 +37,12 @@ inline constexpr std::size_t most_waiting_photons = std::size_t{1} << 24;
 std::size_t most_photons(std::size_t ring_capacity, bool live);
 
 // Room for as many photons as the ring can hold, which grows if the source is not live, and twice
-// the syncs that the pattern sends.
+// the syncs that the pattern sends. pixels: that share the room evenly, least_pixel_photons each at
+// least, so that a pixel that never stops costs no other a photon.
 FrameCapacity frame_capacity(double length_ms, const Pattern& pattern, std::size_t ring_capacity,
-                             bool live);
+                             bool live, std::size_t pixels = 1);
+
+inline constexpr std::size_t least_pixel_photons = 1024;
 
 // Which pipeline.ring_capacity_tags gives room for a frame whose photons did not fit; 0 where they
 // did. photons, lost_tags: of the frame; room: most_photons() of its source.

@@ -45,7 +45,11 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       clock_(options.period_ps, options.drift, options.max_syncs),
       walk_(options.walk, channels.inputs()),
       corrected_(corrects() ? most_corrected : 0),
-      held_(most_held) {
+      held_(most_held),
+      rooms_(channels.pixels() > 0 ? channels.pixels() + 1 : 0) {
+  for (std::size_t i = 0; i < std::max<std::size_t>(channels.pixels(), 1); ++i) {
+    last_photons_.emplace_back(Frame::most_before);
+  }
   const double length_ps =
       periods_per_frame(options.length_ms, options.period_ps) * options.period_ps;
   nominal_ps_ = to_ps(length_ps);
@@ -79,7 +83,9 @@ void Framer::push_in_time(std::span<const Tag> tags) {
   const Tag* const last = tag + tags.size();
   while (tag != last) {
     if (frame_ != nullptr && !suspect_) {
-      tag = surplus_from_ps_ ? take_run<false>(tag, last) : take_run<true>(tag, last);
+      tag = !rooms_.empty()    ? take_run_of_pixels(tag, last)
+            : surplus_from_ps_ ? take_run<false>(tag, last)
+                               : take_run<true>(tag, last);
       if (tag == last) break;
     }
     take(*tag++);
@@ -134,6 +140,62 @@ const Tag* Framer::take_run(const Tag* tag, const Tag* last) {
   if (keeps_photons && !frame_->photons_of_input.empty()) count_inputs(first, tag);
   run_ended(photons + syncs + surplus, static_cast<std::size_t>(tag - first), tag);
   return tag;
+}
+
+// The same for several pixels, each with a room of its own. A full room costs what another does.
+const Tag* Framer::take_run_of_pixels(const Tag* tag, const Tag* last) {
+  std::int64_t no_sync = 0;
+  const std::span<std::int64_t> sync_room = frame_->syncs_ps.room();
+  const bool takes_syncs = ends_ != Ends::neither && sync_room.size() >= least_sync_room;
+  if (takes_syncs) last = tag + std::min<std::size_t>(last - tag, sync_room.size());
+  if (rooms_grow_) last = end_of_room(tag, last);
+
+  const Tag* const first = tag;
+  const Roles most = takes_syncs ? role_sync : role_photon;
+  const std::uint64_t start = frame_->start_ps;
+  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
+  std::int64_t* const first_sync = takes_syncs ? sync_room.data() : &no_sync;
+  std::int64_t* sync = first_sync;
+  std::size_t photons = 0;
+  std::size_t surplus = 0;
+  for (; tag != last; ++tag) {
+    const Roles roles = channels_.roles(*tag);
+    if (roles > most || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
+    *sync = tag->time_ps;
+    sync += roles >> 1;
+    PixelRoom& pixel = rooms_[channels_.input(*tag)];
+    const std::uint32_t is_photon = roles & role_photon;
+    pixel.first[std::min(pixel.seen, pixel.room)] = tag->time_ps;
+    surplus += pixel.seen >= pixel.room ? is_photon : 0;
+    pixel.seen += is_photon;
+    photons += is_photon;
+  }
+  const auto syncs = static_cast<std::size_t>(sync - first_sync);
+  frame_->syncs_ps.grow(syncs);
+  totals_.photons += photons - surplus;
+  totals_.syncs += syncs;
+  totals_.surplus += surplus;
+  lose(surplus);
+  run_ended(photons + syncs, static_cast<std::size_t>(tag - first), tag);
+  return tag;
+}
+
+// Makes room for a run, where rooms grow: all of its tags may be of one pixel.
+const Tag* Framer::end_of_room(const Tag* tag, const Tag* last) {
+  constexpr std::ptrdiff_t most_tags = 1024;
+  last = tag + std::min(last - tag, most_tags);
+  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
+    PixelRoom& pixel = rooms_[i];
+    const std::size_t needed = pixel.seen + static_cast<std::size_t>(last - tag);
+    if (needed <= pixel.room) continue;
+    FixedArray<std::int64_t>& photons = frame_->pixels[i]->photons_ps;
+    photons.resize(std::min(pixel.seen, pixel.room));
+    while (needed >= photons.capacity() && photons.enlarge()) {
+    }
+    pixel.first = photons.begin();
+    pixel.room = static_cast<std::uint32_t>(photons.capacity() - 1);
+  }
+  return last;
 }
 
 // Counts the photons of a run by their input.
@@ -335,10 +397,9 @@ void Framer::place(const Tag& tag) {
   const Roles roles = channels_.roles(tag);
   frame_->arrival_ns = arrival_ns_;
   int uses = 0;
-  if ((roles & role_photon) != 0 && frame_->photons_ps.push(tag.time_ps)) {
+  if ((roles & role_photon) != 0 && place_photon(tag)) {
     ++uses;
     ++totals_.photons;
-    if (!frame_->photons_of_input.empty()) ++frame_->photons_of_input[channels_.input(tag)];
   } else if (roles == role_photon) {
     place_surplus_photon(tag.time_ps);
     return;
@@ -361,8 +422,24 @@ void Framer::place(const Tag& tag) {
   }
 }
 
+bool Framer::place_photon(const Tag& tag) {
+  if (!rooms_.empty()) return place_photon_of_pixel(tag);
+  if (!frame_->photons_ps.push(tag.time_ps)) return false;
+  if (!frame_->photons_of_input.empty()) ++frame_->photons_of_input[channels_.input(tag)];
+  return true;
+}
+
+bool Framer::place_photon_of_pixel(const Tag& tag) {
+  if (rooms_grow_) end_of_room(&tag, &tag + 1);
+  PixelRoom& pixel = rooms_[channels_.input(tag)];
+  const bool has_room = pixel.seen < pixel.room;
+  if (has_room) pixel.first[pixel.seen] = tag.time_ps;
+  ++pixel.seen;
+  return has_room;
+}
+
 void Framer::place_surplus_photon(std::int64_t time_ps) {
-  if (!surplus_from_ps_) surplus_from_ps_ = time_ps;
+  if (rooms_.empty() && !surplus_from_ps_) surplus_from_ps_ = time_ps;
   ++surplus_photons_;
   ++totals_.surplus;
   lose(1);
@@ -377,12 +454,17 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
   frame_->syncs_ps.clear();
   frame_->markers.clear();
   frame_->losses.clear();
-  frame_->before_ps.clear();
-  const bool counts_inputs = channels_.inputs() > 1 && channels_.inputs() <= Frame::most_inputs;
+  const bool counts_inputs =
+      rooms_.empty() && channels_.inputs() > 1 && channels_.inputs() <= Frame::most_inputs;
   frame_->photons_of_input.resize(counts_inputs ? channels_.inputs() : 0);
   std::fill(frame_->photons_of_input.begin(), frame_->photons_of_input.end(), 0);
-  if (ends == Ends::neither) last_photons_.clear();  // there is no frame right before this one
-  for (const std::int64_t photon_ps : last_photons_.view()) frame_->before_ps.push(photon_ps);
+  for (std::size_t i = 0; i < last_photons_.size(); ++i) {
+    if (ends == Ends::neither) last_photons_[i].clear();  // no frame is right before this one
+    Frame& part = rooms_.empty() ? *frame_ : *frame_->pixels[i];
+    part.before_ps.clear();
+    for (const std::int64_t photon_ps : last_photons_[i].view()) part.before_ps.push(photon_ps);
+  }
+  if (!rooms_.empty()) open_rooms();
   frame_->lost_tags = totals_.unplaced;
   frame_->uncounted_losses = unplaced_uncounted_;
   frame_->arrival_ns = arrival_ns_;
@@ -458,13 +540,50 @@ std::int64_t Framer::end_by_last_sync() const {
 
 // The next frame is to know the photons that its detector may still be blind from.
 void Framer::keep_last_photons() {
-  const auto photons = frame_->photons_ps.view();
-  const std::size_t new_ones = std::min(photons.size(), Frame::most_before);
-  const std::size_t surplus = last_photons_.size() + new_ones -
-                              std::min(last_photons_.size() + new_ones, Frame::most_before);
-  std::copy(last_photons_.begin() + surplus, last_photons_.end(), last_photons_.begin());
-  last_photons_.resize(last_photons_.size() - surplus);
-  for (const std::int64_t photon_ps : photons.last(new_ones)) last_photons_.push(photon_ps);
+  settle_rooms();
+  for (std::size_t i = 0; i < last_photons_.size(); ++i) {
+    FixedArray<std::int64_t>& last = last_photons_[i];
+    const auto photons = (rooms_.empty() ? *frame_ : *frame_->pixels[i]).photons_ps.view();
+    const std::size_t new_ones = std::min(photons.size(), Frame::most_before);
+    const std::size_t surplus =
+        last.size() + new_ones - std::min(last.size() + new_ones, Frame::most_before);
+    std::copy(last.begin() + surplus, last.end(), last.begin());
+    last.resize(last.size() - surplus);
+    for (const std::int64_t photon_ps : photons.last(new_ones)) last.push(photon_ps);
+  }
+}
+
+// The rooms of the frame that begins.
+void Framer::open_rooms() {
+  rooms_grow_ = false;
+  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
+    FixedArray<std::int64_t>& photons = frame_->pixels[i]->photons_ps;
+    photons.clear();
+    rooms_[i] = {photons.begin(), 0, static_cast<std::uint32_t>(photons.capacity() - 1)};
+    rooms_grow_ = rooms_grow_ || photons.may_grow();
+  }
+  rooms_.back() = {&no_photon_, 0, 0};
+}
+
+// The photons of each pixel are those in its room.
+void Framer::settle_rooms() const {
+  if (rooms_.empty()) return;
+  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
+    frame_->pixels[i]->photons_ps.resize(std::min(rooms_[i].seen, rooms_[i].room));
+  }
+}
+
+// Each pixel gets what it shares with the others.
+void Framer::close_rooms() {
+  if (rooms_.empty()) return;
+  const auto surplus_of = [](const PixelRoom& pixel) {
+    return static_cast<std::uint64_t>(pixel.seen - std::min(pixel.seen, pixel.room));
+  };
+  std::uint64_t of_all = 0;
+  for (const PixelRoom& pixel : rooms_) of_all += surplus_of(pixel);
+  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
+    frame_->share_with(*frame_->pixels[i], surplus_of(rooms_[i]), of_all);
+  }
 }
 
 void Framer::next_frame() {
@@ -477,12 +596,14 @@ void Framer::next_frame() {
 }
 
 void Framer::close_frame() {
+  settle_rooms();
   if (loss_from_ps_) frame_->add_loss(*loss_from_ps_, frame_->end_ps, 0);
   if (surplus_from_ps_) frame_->add_loss(*surplus_from_ps_, frame_->end_ps, surplus_photons_);
   frame_->settle_losses();
   frame_->sync = clock_.fit(frame_->syncs_ps.view(), frame_->start_ps, frame_->end_ps);
   for (std::size_t n = silence_.mark(*frame_, clock_.period_ps()); n > 0; --n) lose_uncounted();
   diagnose();
+  close_rooms();
   ++sequence_;
   ++totals_.frames;
   frame_ = nullptr;
@@ -498,10 +619,15 @@ void Framer::cut_short() {
 }
 
 std::int64_t Framer::reached_ps() const {
+  settle_rooms();
   std::int64_t latest_ps = last_ps_;
-  for (const std::int64_t time_ps : frame_->photons_ps.view()) {
-    latest_ps = std::max(latest_ps, time_ps);
-  }
+  const auto include = [&](const Frame& part) {
+    for (const std::int64_t time_ps : part.photons_ps.view()) {
+      latest_ps = std::max(latest_ps, time_ps);
+    }
+  };
+  include(*frame_);
+  for (const auto& pixel : frame_->pixels) include(*pixel);
   for (const MarkerTag& marker : frame_->markers.view()) {
     latest_ps = std::max(latest_ps, marker.time_ps);
   }
@@ -513,7 +639,8 @@ void Framer::finish() {
   if (frame_ == nullptr && std::exchange(beyond_run_, 0) == backward_tags) close_beyond();
   if (frame_ == nullptr) return;
   if (!held_.empty()) next_frame();
-  const bool used = !frame_->photons_ps.empty() || !frame_->syncs_ps.empty() ||
+  settle_rooms();
+  const bool used = frame_->photon_count() > 0 || !frame_->syncs_ps.empty() ||
                     !frame_->markers.empty() || frame_->lost_tags > 0 ||
                     frame_->uncounted_losses > 0;
   if (used) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "daemon/stream/channel_map.hpp"
 #include "daemon/stream/frame.hpp"
@@ -67,7 +68,8 @@ struct FramerTotals {
 //    loss_end without its loss_begin reaches back to the end of the loss before it, or to the
 //    frame's start. A loss that is open when the clock is set anew ends there, since its loss_end
 //    may never come.
-//  - Photons beyond the frame's room are counted (`surplus`), and the rest of the frame is a loss.
+//  - Photons beyond the frame's room are counted (`surplus`), and the rest of the frame is a loss;
+//    of several pixels, for the pixel whose room is full alone.
 //  - Time in which an instrument sends nothing although it should is a loss too, though no tag
 //    tells of it: see Silence.
 //
@@ -99,6 +101,8 @@ class Framer {
   // Returns the first tag that it did not take.
   template <bool keeps_photons>
   const Tag* take_run(const Tag* tag, const Tag* last);
+  const Tag* take_run_of_pixels(const Tag* tag, const Tag* last);
+  const Tag* end_of_room(const Tag* tag, const Tag* last);
   void count_inputs(const Tag* tag, const Tag* last);
   void run_ended(std::size_t used, std::size_t taken, const Tag* next);
 
@@ -117,10 +121,15 @@ class Framer {
   void reach(std::int64_t time_ps, std::int64_t patience_ps);
 
   void place(const Tag& tag);
+  bool place_photon(const Tag& tag);
+  bool place_photon_of_pixel(const Tag& tag);
   void place_surplus_photon(std::int64_t time_ps);
 
   void begin_frame(std::int64_t start_ps, Ends ends);
   void keep_last_photons();
+  void open_rooms();
+  void settle_rooms() const;
+  void close_rooms();
   void move_start(std::int64_t start_ps);
   void anchor(std::int64_t sync_ps);
   void fix_end();
@@ -147,8 +156,8 @@ class Framer {
   std::int64_t max_gap_ps_;   // a longer gap makes no empty frames
   std::int64_t disorder_ps_;  // how far tags may be out of order
 
-  Frame* frame_ = nullptr;                                     // the open frame
-  FixedArray<std::int64_t> last_photons_{Frame::most_before};  // of the stream so far
+  Frame* frame_ = nullptr;                              // the open frame
+  std::vector<FixedArray<std::int64_t>> last_photons_;  // of the stream so far, of each pixel
   Frame* spare_ = nullptr;  // a frame opened but not used at the end of the stream before
   Ends ends_ = Ends::neither;
   double periods_ = 0;           // pattern periods in the frame
@@ -167,6 +176,18 @@ class Framer {
   std::int64_t loss_floor_ps_ = 0;               // how far a loss_end alone reaches back
   std::optional<std::int64_t> surplus_from_ps_;  // first photon for which there was no room
   std::uint64_t surplus_photons_ = 0;            // of the open frame
+
+  // Where there are several pixels: the room for photons of each in the open frame, and behind them
+  // one without room for the tags that are no photons. seen: how many have come; those beyond the
+  // room are written behind it, over each other.
+  struct PixelRoom {
+    std::int64_t* first = nullptr;
+    std::uint32_t seen = 0;
+    std::uint32_t room = 0;
+  };
+  std::vector<PixelRoom> rooms_;
+  bool rooms_grow_ = false;
+  std::int64_t no_photon_ = 0;
 
   FramerTotals totals_;
   std::uint64_t unplaced_uncounted_ = 0;  // uncounted losses while no frame is open

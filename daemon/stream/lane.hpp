@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -17,30 +19,41 @@ namespace splid {
 // longer pauses of the estimator waits in the ring, at a third of the memory.
 inline constexpr std::size_t lane_depth = 2;
 
-// What is estimated as one, with what each stage adds on its way: a frame, and where an instrument
-// has several pixels, one pixel's part of a frame.
-struct EstimationUnit {
-  explicit EstimationUnit(const FrameCapacity& capacity) : frame(capacity) {}
-
-  Frame frame;                       // framer
-  double mid_unix_s = 0;             // framer; UTC at mid-frame
-  Effort effort = Effort::balanced;  // framer; what there is time for
-  bool wanted = true;                // framer; otherwise the frame is not estimated
-  Estimate estimate;                 // estimator
-  double compute_ms = 0;             // estimator
+// What comes of a pixel's part of a frame.
+struct PixelEstimate {
+  Estimate estimate;
+  double compute_ms = 0;
 };
 
-// The way of every N-th frame: a ring of preallocated units that three threads pass through in
-// turn. The framer fills a unit, the estimator works on it, the publisher reads and frees it. Each
-// stage owns one index and reads the index of the stage before; no lock, no allocation, no copy.
+// A frame with what each stage adds on its way.
+struct EstimationUnit {
+  explicit EstimationUnit(const FrameCapacity& capacity)
+      : frame(capacity), pixels(capacity.pixels) {}
+
+  Frame frame;                        // framer
+  double mid_unix_s = 0;              // framer; UTC at mid-frame
+  Effort effort = Effort::balanced;   // framer; what there is time for
+  bool wanted = true;                 // framer; otherwise the frame is not estimated
+  Estimate estimate;                  // estimator; where there is one pixel
+  double compute_ms = 0;              // estimator; where there is one pixel
+  std::vector<PixelEstimate> pixels;  // estimators; where there are several: of frame.pixels
+};
+
+// The way of every N-th frame, or of every frame where N estimators share the pixels of each: a
+// ring of preallocated units that the threads pass through in turn. The framer fills a unit, the
+// estimators work on it, the publisher reads and frees it once all of them have. Each stage owns
+// one index and reads the indices of the stage before; no lock, no allocation, no copy.
 //
-// Threads: as each function says. Errors: none. Timeouts: no call waits; the wake is for an
-// estimator that has nothing to do.
+// Threads: as each function says. Errors: none. Timeouts: no call waits; the wakes are for
+// estimators that have nothing to do.
 class Lane {
  public:
-  Lane(const FrameCapacity& capacity, std::size_t depth) {
+  Lane(const FrameCapacity& capacity, std::size_t depth, std::size_t estimators = 1) {
     for (std::size_t i = 0; i < depth; ++i) {
       slots_.push_back(std::make_unique<EstimationUnit>(capacity));
+    }
+    for (std::size_t i = 0; i < estimators; ++i) {
+      estimators_.push_back(std::make_unique<Estimator>());
     }
   }
 
@@ -55,18 +68,34 @@ class Lane {
   void close() { closed_.store(true, std::memory_order_release); }
 
   // Estimator: the unit to work on next, null when there is none.
-  EstimationUnit* filled_unit() { return behind(estimated_, filled_); }
-  void estimated() { advance(estimated_); }
+  EstimationUnit* filled_unit(std::size_t estimator = 0) {
+    const Index& own = estimators_[estimator]->done;
+    const std::uint64_t at = own.load(std::memory_order_relaxed);
+    return filled_.load(std::memory_order_acquire) == at ? nullptr : slot(at);
+  }
+  void estimated(std::size_t estimator = 0) { advance(estimators_[estimator]->done); }
 
   // Publisher: the unit to publish next, null when there is none.
-  EstimationUnit* estimated_unit() { return behind(released_, estimated_); }
+  EstimationUnit* estimated_unit() {
+    const std::uint64_t at = released_.load(std::memory_order_relaxed);
+    return estimated_by_all() == at ? nullptr : slot(at);
+  }
   void release() { advance(released_); }
 
   // Any thread: the lane is closed, and the named stage has nothing left to do in it.
-  [[nodiscard]] bool estimator_done() const { return done(estimated_); }
+  [[nodiscard]] bool estimator_done(std::size_t estimator = 0) const {
+    return done(estimators_[estimator]->done);
+  }
   [[nodiscard]] bool publisher_done() const { return done(released_); }
 
-  Wake estimator_wake;  // a unit was filled, or the lane closed
+  // Any thread: a unit was filled, or the lane closed.
+  void wake_estimators() {
+    for (const auto& estimator : estimators_) estimator->wake.notify();
+  }
+  // Estimator: until then, or the time is over.
+  void wait(std::size_t estimator, std::chrono::milliseconds most) {
+    estimators_[estimator]->wake.wait_for(most);
+  }
 
  private:
   // Design note: 64 is written out, as in TagRing.
@@ -74,10 +103,19 @@ class Lane {
     Index() : std::atomic<std::uint64_t>(0) {}
   };
 
+  struct Estimator {
+    Index done;
+    Wake wake;
+  };
+
   EstimationUnit* slot(std::uint64_t at) { return slots_[at % slots_.size()].get(); }
-  EstimationUnit* behind(const Index& own, const Index& stage_before) {
-    const std::uint64_t at = own.load(std::memory_order_relaxed);
-    return stage_before.load(std::memory_order_acquire) == at ? nullptr : slot(at);
+  // How many units every estimator has done with.
+  [[nodiscard]] std::uint64_t estimated_by_all() const {
+    std::uint64_t least = estimators_.front()->done.load(std::memory_order_acquire);
+    for (const auto& estimator : estimators_) {
+      least = std::min(least, estimator->done.load(std::memory_order_acquire));
+    }
+    return least;
   }
   static void advance(Index& index) {
     index.store(index.load(std::memory_order_relaxed) + 1, std::memory_order_release);
@@ -89,9 +127,9 @@ class Lane {
   }
 
   std::vector<std::unique_ptr<EstimationUnit>> slots_;
-  Index filled_;     // framer's
-  Index estimated_;  // estimator's
-  Index released_;   // publisher's
+  std::vector<std::unique_ptr<Estimator>> estimators_;
+  Index filled_;    // framer's
+  Index released_;  // publisher's
   std::atomic<bool> closed_{false};
 };
 

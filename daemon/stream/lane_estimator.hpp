@@ -3,15 +3,21 @@
 #include <atomic>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "estimator/frame_estimator.hpp"
 
 namespace splid {
 
-// How a lane's frames are estimated: what a reload replaces as one.
+// How an estimation thread estimates: what a reload replaces as one.
 struct EstimatorInUse {
-  FrameEstimator estimator;
-  bool tracked;
+  // One for each kind of pixel among the thread's: pixels whose detectors and pulses are alike
+  // share one, since its workspace is large.
+  std::vector<FrameEstimator> estimators;
+  std::vector<std::size_t> of_pixel;  // which of them, for each of the thread's pixels
+  bool tracked = false;
+
+  FrameEstimator& of(std::size_t pixel) { return estimators[of_pixel[pixel]]; }
 };
 
 // A lane's estimator, and the way by which a reload hands in another: the estimation thread takes

@@ -100,7 +100,7 @@ class Search {
   void without_syncs(std::int64_t begin_ps, std::int64_t end_ps) {
     sync_before_ps_ = begin_ps;
     sync_after_ps_ = end_ps;
-    const Times photons = frame_.photons_ps.view();
+    const Times photons = frame_.densest_photons();
     std::int64_t before_ps = begin_ps;
     for (auto photon = std::lower_bound(photons.begin(), photons.end(), begin_ps);
          photon != photons.end() && *photon < end_ps; ++photon) {
@@ -149,7 +149,7 @@ class Search {
     if (side_ps <= 0) return false;
     const std::int64_t end_ps = begin_ps + side_ps;
     const std::size_t tags = std::max(count_between(frame_.syncs_ps.view(), begin_ps, end_ps),
-                                      count_between(frame_.photons_ps.view(), begin_ps, end_ps));
+                                      count_between(frame_.densest_photons(), begin_ps, end_ps));
     const double ratio = static_cast<double>(length_ps) / static_cast<double>(side_ps);
     return static_cast<double>(tags) * std::log1p(ratio) > nats_;
   }
@@ -175,7 +175,7 @@ std::size_t Silence::mark(Frame& frame, double period_ps) {
   }
   if (is_regular) return Search(frame, true, regular_run_ps_, 0).all();
   if (gaps.count < least_gaps_of_tail) return 0;
-  const std::size_t tags = std::max(syncs.size(), frame.photons_ps.size());
+  const std::size_t tags = std::max(syncs.size(), frame.densest_photons().size());
   return Search(frame, false, run_ps(run_by_tail_ps(syncs)), log_odds(tags)).all();
 }
 

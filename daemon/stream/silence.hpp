@@ -27,6 +27,8 @@ namespace splid {
 // A frame with fewer than 8 gaps is judged like the frame before it, if that frame had every sync.
 // So a frame in which no tag came at all counts as not seen.
 //
+// Of several pixels the photons of the brightest count.
+//
 // Threads: one. Errors: none. No allocation.
 class Silence {
  public:

@@ -19,8 +19,37 @@ constexpr std::chrono::milliseconds idle{100};
 
 constexpr std::int64_t ns_in_ms = 1'000'000;
 
-EstimatorInUse make_estimator(const StreamOptions& options, std::size_t max_photons) {
-  return {make_frame_estimator(options, max_photons), options.estimator.tracked};
+bool are_alike(const PixelOptions& one, const PixelOptions& other) {
+  return one.sigma_ps == other.sigma_ps && one.dead_time_ns == other.dead_time_ns;
+}
+
+// The pixels of estimation thread `index` of `threads`, in order: every threads-th.
+std::vector<PixelOptions> pixels_of_thread(const StreamOptions& options, std::size_t index,
+                                           std::size_t threads) {
+  if (options.pixels.empty()) return {PixelOptions{}};
+  if (options.pixels.size() == 1) return options.pixels;
+  std::vector<PixelOptions> pixels;
+  for (std::size_t p = index; p < options.pixels.size(); p += threads) {
+    pixels.push_back(options.pixels[p]);
+  }
+  return pixels;
+}
+
+EstimatorInUse make_estimators(const StreamOptions& options, std::size_t max_photons,
+                               const std::vector<PixelOptions>& pixels) {
+  EstimatorInUse made;
+  made.tracked = options.estimator.tracked;
+  std::vector<PixelOptions> kinds;
+  for (const PixelOptions& pixel : pixels) {
+    const auto same = std::find_if(kinds.begin(), kinds.end(), [&](const PixelOptions& kind) {
+      return are_alike(kind, pixel);
+    });
+    made.of_pixel.push_back(static_cast<std::size_t>(same - kinds.begin()));
+    if (same != kinds.end()) continue;
+    kinds.push_back(pixel);
+    made.estimators.push_back(make_frame_estimator(options_of_pixel(options, pixel), max_photons));
+  }
+  return made;
 }
 
 std::size_t ring_capacity(const PipelineOptions& options) {
@@ -30,8 +59,16 @@ std::size_t ring_capacity(const PipelineOptions& options) {
 }  // namespace
 
 StreamOptions stream_options(const Config& config) {
-  return {config.pattern, config.channels,  config.frame,    config.drift,    config.pulse,
-          config.scene,   config.estimator, config.pipeline, config.detector, nullptr};
+  return {config.pattern,  config.channels, config.frame,     config.drift,
+          config.pulse,    config.scene,    config.estimator, config.pipeline,
+          config.detector, config.pixels,   nullptr};
+}
+
+StreamOptions options_of_pixel(const StreamOptions& options, const PixelOptions& pixel) {
+  StreamOptions own = options;
+  own.pulse.sigma_ps = pixel.sigma_ps.value_or(options.pulse.sigma_ps);
+  own.detector.dead_time_ns = pixel.dead_time_ns.value_or(options.detector.dead_time_ns);
+  return own;
 }
 
 FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t max_photons) {
@@ -42,7 +79,7 @@ FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t ma
 
 void check_stream(const StreamOptions& options) {
   check_frame_fits(options.frame.length_ms, options.pattern, ring_capacity(options.pipeline));
-  (void)make_frame_estimator(options, 1);
+  (void)make_estimators(options, 1, pixels_of_thread(options, 0, 1));
 }
 
 StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more) {
@@ -71,12 +108,16 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
   const double length_ms = options_.frame.length_ms;
   check_frame_fits(length_ms, options_.pattern, ring_.capacity());
   dealer_.choose(options_.wanted);
-  const FrameCapacity capacity =
-      frame_capacity(length_ms, options_.pattern, ring_.capacity(), source_->info().live);
+  const FrameCapacity capacity = frame_capacity(length_ms, options_.pattern, ring_.capacity(),
+                                                source_->info().live, options_.pixels.size());
   max_photons_ = std::min(capacity.photons, max_estimated_photons);
-  for (std::int64_t i = 0; i < options_.pipeline.estimation_threads; ++i) {
-    lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth));
-    estimators_.push_back(std::make_unique<LaneEstimator>(make_estimator(options_, max_photons_)));
+  const bool shares_frames = options_.pixels.size() > 1;
+  for (std::size_t i = 0; i < (shares_frames ? 1 : threads()); ++i) {
+    lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth, shares_frames ? threads() : 1));
+  }
+  for (std::size_t i = 0; i < threads(); ++i) {
+    estimators_.push_back(std::make_unique<LaneEstimator>(
+        make_estimators(options_, max_photons_, pixels_of_thread(options_, i, threads()))));
   }
 }
 
@@ -95,7 +136,7 @@ Stream::~Stream() {
 
 void Stream::start() {
   threads_.emplace_back([this] { framer_.run(stop_.get_token(), stop_patience_ms); });
-  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+  for (std::size_t i = 0; i < threads(); ++i) {
     threads_.emplace_back([this, i] { estimate(i); });
   }
   source_thread_.emplace(*source_, ring_, stop_.get_token());
@@ -129,11 +170,12 @@ Stream::Make Stream::maker(const StreamOptions& next) const {
   options.scene = next.scene;
   options.estimator = next.estimator;
   options.detector = next.detector;
-  return [options, photons = max_photons_, lanes = lanes_.size()](const std::stop_token& stop) {
+  return [options, photons = max_photons_, threads = threads()](const std::stop_token& stop) {
     NewEstimators made{{}, options.estimator.effort};
-    while (made.each.size() < lanes) {
+    while (made.each.size() < threads) {
       if (stop.stop_requested()) throw Error(Fault::usage, "the program ends");
-      made.each.push_back(make_estimator(options, photons));
+      const auto pixels = pixels_of_thread(options, made.each.size(), threads);
+      made.each.push_back(make_estimators(options, photons, pixels));
     }
     return made;
   };
@@ -141,7 +183,7 @@ Stream::Make Stream::maker(const StreamOptions& next) const {
 
 void Stream::reload(NewEstimators made) {
   const std::scoped_lock lock(reload_mutex_);
-  for (std::size_t i = 0; i < lanes_.size(); ++i) estimators_[i]->hand_in(std::move(made.each[i]));
+  for (std::size_t i = 0; i < threads(); ++i) estimators_[i]->hand_in(std::move(made.each[i]));
   dealer_.configure(made.effort);
 }
 
@@ -171,33 +213,44 @@ const SyncDiagnosis* Stream::diagnosis() const {
 
 void Stream::estimate(std::size_t index) {
   pthread_setname_np(pthread_self(), ("estimate-" + std::to_string(index)).c_str());
-  Lane& lane = *lanes_[index];
+  const bool shares_frames = options_.pixels.size() > 1;
+  Lane& lane = *lanes_[shares_frames ? 0 : index];
+  const std::size_t place = shares_frames ? index : 0;
   LaneEstimator& estimator = *estimators_[index];
-  TargetTrack track;
-  while (!lane.estimator_done()) {
-    EstimationUnit* unit = lane.filled_unit();
+  std::vector<TargetTrack> tracks(estimator.in_use().of_pixel.size());
+  while (!lane.estimator_done(place)) {
+    EstimationUnit* unit = lane.filled_unit(place);
     if (unit == nullptr) {
-      lane.estimator_wake.wait_for(idle);
+      lane.wait(place, idle);
       continue;
     }
-    if (estimator.take_next()) track = {};
-    estimate(*unit, estimator.in_use(), track);
-    lane.estimated();
+    if (estimator.take_next()) tracks.assign(tracks.size(), {});
+    estimate(*unit, index, tracks);
+    lane.estimated(place);
     wake_.notify();
   }
   wake_.notify();
 }
 
-// A frame that there is no time for counts as not seen: its photons stay counted in it.
-void Stream::estimate(EstimationUnit& unit, EstimatorInUse& with, TargetTrack& track) {
-  const std::int64_t begin_ns = clock_.steady_ns();
-  const bool too_late = out_of_patience();
-  if (too_late) unit.frame.seen_fraction = 0;
-  unit.estimate =
-      unit.wanted && !too_late
-          ? with.estimator.estimate(unit.frame.view(), with.tracked ? &track : nullptr, unit.effort)
-          : Estimate{};
-  unit.compute_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
+// The thread's share of a frame. A part that there is no time for counts as not seen: its photons
+// stay counted in it.
+void Stream::estimate(EstimationUnit& unit, std::size_t index, std::vector<TargetTrack>& tracks) {
+  EstimatorInUse& with = estimators_[index]->in_use();
+  const auto estimate_part = [&](Frame& part, std::size_t k, Estimate& estimate, double& took_ms) {
+    const std::int64_t begin_ns = clock_.steady_ns();
+    const bool too_late = out_of_patience();
+    if (too_late) part.seen_fraction = 0;
+    estimate =
+        unit.wanted && !too_late
+            ? with.of(k).estimate(part.view(), with.tracked ? &tracks[k] : nullptr, unit.effort)
+            : Estimate{};
+    took_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
+  };
+  if (unit.pixels.empty()) return estimate_part(unit.frame, 0, unit.estimate, unit.compute_ms);
+  for (std::size_t p = index, k = 0; p < unit.pixels.size(); p += threads(), ++k) {
+    PixelEstimate& pixel = unit.pixels[p];
+    estimate_part(*unit.frame.pixels[p], k, pixel.estimate, pixel.compute_ms);
+  }
 }
 
 }  // namespace splid

@@ -39,12 +39,17 @@ struct StreamOptions {
   EstimatorOptions estimator;
   PipelineOptions pipeline;
   DetectorOptions detector;
-  FrameChoice wanted = nullptr;  // null: all frames are estimated
+  std::vector<PixelOptions> pixels;  // several, or none where there is one
+  FrameChoice wanted = nullptr;      // null: all frames are estimated
 };
 
 StreamOptions stream_options(const Config& config);
 
-// The estimator that these options ask for. Errors: Error(Fault::usage) where it refuses them.
+// The options of a pixel: those of all, with its own detector and pulse.
+StreamOptions options_of_pixel(const StreamOptions& options, const PixelOptions& pixel);
+
+// The estimator that these options ask for; of several pixels, for none of them. Errors:
+// Error(Fault::usage) where it refuses them.
 FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t max_photons);
 
 // Throws what a stream's constructor would of these options, without making its buffers.
@@ -69,7 +74,9 @@ StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more);
 
 // From a source to estimated frames: source thread -> ring -> framer thread -> estimation threads
 // -> whoever takes the frames. Frame k goes to estimation thread k mod N and is taken from there in
-// the same order, so that N changes neither the order of the frames nor a bit of them.
+// the same order. Of several pixels, pixel p of every frame goes to estimation thread p mod N, and
+// a frame is taken once all threads are done with it. So N changes neither the order of the frames
+// nor a bit of them.
 // docs/architecture.md has the threads on one page.
 //
 // Threads: made, started, read with next() and joined on one; each other function says who may call
@@ -136,7 +143,10 @@ class Stream {
  private:
   [[nodiscard]] bool out_of_patience() const;
   void estimate(std::size_t index);
-  void estimate(EstimationUnit& unit, EstimatorInUse& with, TargetTrack& track);
+  [[nodiscard]] std::size_t threads() const {
+    return static_cast<std::size_t>(options_.pipeline.estimation_threads);
+  }
+  void estimate(EstimationUnit& unit, std::size_t index, std::vector<TargetTrack>& tracks);
 
   const StreamOptions options_;
   std::unique_ptr<TagSource> source_;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/pixel_list.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/stream/encoder_feed.hpp"
@@ -78,6 +79,7 @@ void read_from(const std::string& recording, const std::string& counts, double s
 
 void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
                     const GoOn& go_on, FrameChoice wanted) {
+  require_one_pixel(config, "a table of frames");
   Messages messages(config, source->info().syncs_are_counted);
   StreamOptions options = stream_options(config);
   options.wanted = std::move(wanted);

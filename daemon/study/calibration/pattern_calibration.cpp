@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/pixel_list.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/channel_map.hpp"
@@ -358,6 +359,7 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,
                                        const Plan& plan, const TellProgress& progress,
                                        const std::stop_token& stop) {
+  require_one_pixel(config, "splid calibrate");
   SourceContext context;
   context.pattern = &config.pattern;
   context.pixels = config.pixels;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "config/pixel_list.hpp"
 #include "config/read_file.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/frame_plan.hpp"
@@ -163,6 +164,7 @@ class Collector final : public FrameSink {
 // Plays a source once into the collector.
 void play(const Config& config, const FrameOrigin& origin, double length_ms, TagSource& source,
           Collector& collector, const std::stop_token& stop) {
+  require_one_pixel(config, "splid tradeoff");
   const ChannelMap channels(origin.channels);
   Framer framer(
       framer_options(length_ms, config.pattern, config.drift.method, config.detector.walk),
