@@ -37,6 +37,7 @@ std::string json_rounded(std::vector<double> values, const Round& round) {
 
 std::string to_json(const FoldMessage& message) {
   JsonWriter json = message_head("splid.fold", message.timestamp_s, message.sequence);
+  if (!message.pixel.empty()) json.text("pixel", message.pixel);
   json.text("status", to_string(message.status))
       .integer("photons", message.photons)
       .integer("folded", message.folded);

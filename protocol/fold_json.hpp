@@ -55,6 +55,7 @@ struct FoldMessage {
   std::uint64_t photons = 0;  // in the frame
   std::uint64_t folded = 0;   // of them in the pictures; fewer where there are very many
   PhotonFold fold;
+  std::string pixel = {};  // whose frame it is; empty where there is one pixel
 };
 
 inline constexpr const char* topic_fold = "fold";

@@ -26,6 +26,23 @@ void write_recording(JsonWriter& json, const RecordingStatus& recording) {
   json.object("recording", members);
 }
 
+void write_names(JsonWriter& json, const char* name, const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& each : names) list += (list.empty() ? "" : ",") + json_string(each);
+  if (!names.empty()) json.raw(name, "[" + list + "]");
+}
+
+void write_pixels(JsonWriter& json, const PixelsStatus& pixels) {
+  JsonWriter members;
+  members.integer("count", pixels.count);
+  JsonWriter by_status;
+  for (const auto& [status, count] : pixels.by_status) by_status.integer(status, count);
+  members.object("by_status", by_status).integer("dark", pixels.dark).integer("hot", pixels.hot);
+  write_names(members, "dark_names", pixels.dark_names);
+  write_names(members, "hot_names", pixels.hot_names);
+  json.object("pixels", members);
+}
+
 }  // namespace
 
 const char* to_string(RecordingState state) {
@@ -60,6 +77,7 @@ std::string to_json(const StatusMessage& message) {
       .number("ring_fill_ratio", message.ring_fill_ratio);
   if (!message.findings.empty()) json.raw("findings", to_json(message.findings));
   if (message.effort_is_lowered) json.flag("effort_is_lowered", true);
+  if (message.pixels) write_pixels(json, *message.pixels);
   if (message.recording) write_recording(json, *message.recording);
   return json.finish();
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -32,6 +34,17 @@ struct RecordingStatus {
   friend bool operator==(const RecordingStatus&, const RecordingStatus&) = default;
 };
 
+// What several pixels do.
+struct PixelsStatus {
+  static constexpr std::size_t most_named = 16;
+  std::size_t count = 0;
+  std::map<std::string, std::size_t> by_status;  // of the last frame: `ok`, `no_target`, ...
+  // In the last second that is over: those that counted nothing, and those that counted more than
+  // there is room for or many times as much as the others. Names of most_named at most.
+  std::size_t dark = 0, hot = 0;
+  std::vector<std::string> dark_names, hot_names;
+};
+
 // The `status` message: once a second and on every change.
 struct StatusMessage {
   double timestamp_s = 0;
@@ -55,6 +68,8 @@ struct StatusMessage {
   // `none`; see daemon/output/last_second.hpp.
   std::string measurement = "none";
   std::vector<FrameMessage::Finding> findings = {};  // that stand out, the surest first
+  using Pixels = PixelsStatus;
+  std::optional<Pixels> pixels = {};  // where there are several
 };
 
 // The `version` message: what a new subscriber gets first.

@@ -1,4 +1,5 @@
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -21,12 +22,14 @@
 #include "daemon/service/stop_signals.hpp"
 #include "daemon/sockets/subscriber.hpp"
 #include "daemon/study/truth_score.hpp"
+#include "daemon/view/field_picture.hpp"
 #include "daemon/view/terminal_screen.hpp"
 #include "daemon/view/watch_picture.hpp"
 #include "protocol/error.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
 #include "protocol/json_value.hpp"
+#include "protocol/scene_json.hpp"
 #include "protocol/shown_text.hpp"
 #include "protocol/status_json.hpp"
 
@@ -132,8 +135,10 @@ class Listening {
   }
 
   void take(const sockets::Subscriber::Message& message) {
-    if (message.topic == topic_frame) {
+    if (message.topic == topic_frame || message.topic.starts_with(pixel_topic(""))) {
       take_frame(message);
+    } else if (message.topic == topic_scene && !options_.json) {
+      take_scene(message.json);
     } else if (is_among(options_.topics, message.topic)) {
       print(options_.json ? message.json : message.topic + " " + message.json);
     }
@@ -186,22 +191,44 @@ class Listening {
     print(options_.json ? message.json : frame_line(*frame, error));
   }
 
+  // A field of pixels is drawn anew for each frame; on a terminal in the same place.
+  void take_scene(const std::string& json) {
+    if (!is_among(options_.topics, topic_scene)) return;
+    try {
+      const std::vector<std::string> lines = view::field_lines(scene_from_json(json), characters_);
+      std::string text;
+      for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
+      const bool overwrites = isatty(STDOUT_FILENO) == 1 && shown_ > 0;
+      if (overwrites) text = fmt::format("\x1b[{}A\x1b[J", drawn_lines_) + text;
+      drawn_lines_ = lines.size();
+      print_lines(text);
+    } catch (const Error& error) {
+      tell_unread(error);
+    }
+  }
+
   // Absent for a message that cannot be read. Of these the first is told at once, and all at the
   // end.
   std::optional<FrameMessage> read(const std::string& json) {
     try {
       return frame_from_json(json);
     } catch (const Error& error) {
-      if (++unread_ == 1) {
-        std::fprintf(stderr, "splid: a frame message cannot be read and is left out: %s\n",
-                     shown_text(error.what(), most_said).c_str());
-      }
+      tell_unread(error);
       return std::nullopt;
     }
   }
 
-  void print(const std::string& line) {
-    if (!out_.write(shown_text(line, std::string::npos))) done_ = true;
+  void tell_unread(const Error& error) {
+    if (++unread_ > 1) return;
+    std::fprintf(stderr, "splid: a frame message cannot be read and is left out: %s\n",
+                 shown_text(error.what(), most_said).c_str());
+  }
+
+  void print(const std::string& line) { print_lines(shown_text(line, std::string::npos)); }
+
+  // text: made here of what is known to be harmless.
+  void print_lines(const std::string& text) {
+    if (!out_.write(text)) done_ = true;
     ++shown_;
     if (options_.count != 0 && shown_ == options_.count) done_ = true;
   }
@@ -250,6 +277,8 @@ class Listening {
   std::vector<std::string> told_;  // names of its findings
   std::uint64_t shown_ = 0;        // messages printed
   std::uint64_t unread_ = 0;       // messages that cannot be read
+  view::Characters characters_ = view::terminal_characters();
+  std::size_t drawn_lines_ = 0;  // of the last field
   bool done_ = false;
 };
 
@@ -325,6 +354,16 @@ int listen(ListenCommand options) {
   return Listening(options).run(signals.token());
 }
 
+CLI::Validator topic_check() {
+  const CLI::Validator known =
+      CLI::IsMember({topic_frame, topic_scene, topic_status, topic_version, topic_fold});
+  return {[known](std::string& topic) {
+            if (topic.starts_with(pixel_topic(""))) return std::string{};
+            return known(topic);
+          },
+          "TOPIC"};
+}
+
 void add_truth_options(CLI::App& command, ListenCommand& options) {
   command.add_option(
       "--truth", options.truth,
@@ -344,8 +383,10 @@ void add_listen(CLI::App& app, Action& action) {
   const auto options = std::make_shared<ListenCommand>();
   command->add_option("--endpoint,-e", options->endpoint, "The daemon's publish.endpoint")
       ->capture_default_str();
-  command->add_option("topics", options->topics, "frame (default), status, version, fold")
-      ->check(CLI::IsMember({topic_frame, topic_status, topic_version, topic_fold}));
+  command
+      ->add_option("topics", options->topics,
+                   "frame (default), scene, frame/NAME of a pixel, status, version, fold")
+      ->check(topic_check());
   command->add_option("--key", options->key, "File of your secret key (splid keys), for CURVE");
   command->add_option("--server-key", options->server_key,
                       "The server's public key, or its file, for CURVE");

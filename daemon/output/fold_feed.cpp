@@ -19,14 +19,16 @@ FoldFeed::FoldFeed(FoldOptions options, Publisher& publisher, const Clock& clock
 
 FoldFeed::~FoldFeed() = default;
 
-void FoldFeed::frame_published(const EstimationUnit& unit, const FrameMessage& message) {
+void FoldFeed::frame_published(const Frame& frame, const Estimate& estimate,
+                               const FrameMessage& message, const std::string& pixel) {
   if (!publisher_.fold_is_wanted()) return;
   const std::int64_t now_ns = clock_.steady_ns();
   if (taken_ns_ && now_ns - *taken_ns_ < between_ns) return;
   {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock || is_waiting_) return;
-    take(unit, message);
+    take(frame, estimate, message);
+    job_.message.pixel = pixel;
     is_waiting_ = true;
   }
   taken_ns_ = now_ns;
@@ -41,9 +43,9 @@ void FoldFeed::reload(const PulseOptions& pulse) {
   is_changed_ = true;
 }
 
-void FoldFeed::take(const EstimationUnit& unit, const FrameMessage& message) {
-  const FrameView view = unit.frame.view();
-  job_.estimate = unit.estimate;
+void FoldFeed::take(const Frame& frame, const Estimate& estimate, const FrameMessage& message) {
+  const FrameView view = frame.view();
+  job_.estimate = estimate;
   job_.start_ps = view.start_ps;
   job_.end_ps = view.end_ps;
   job_.sync = view.sync;

@@ -53,7 +53,9 @@ class FoldFeed {
   FoldFeed& operator=(const FoldFeed&) = delete;
 
   // A frame that was published; nothing of it is used after the return.
-  void frame_published(const EstimationUnit& unit, const FrameMessage& message);
+  // pixel: whose it is; empty where there is one.
+  void frame_published(const Frame& frame, const Estimate& estimate, const FrameMessage& message,
+                       const std::string& pixel = "");
   // Frames from now on have another pulse. Any thread.
   void reload(const PulseOptions& pulse);
 
@@ -67,7 +69,7 @@ class FoldFeed {
     std::vector<std::int64_t> photons_ps;
     std::vector<Loss> losses;
   };
-  void take(const EstimationUnit& unit, const FrameMessage& message);
+  void take(const Frame& frame, const Estimate& estimate, const FrameMessage& message);
   void run(const std::stop_token& stop);
   void make_pictures();
 

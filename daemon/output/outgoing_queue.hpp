@@ -10,7 +10,7 @@ namespace splid {
 
 // A message on its way: two parts.
 struct OutgoingMessage {
-  const char* topic = "";  // topic_frame, topic_fold, topic_status or topic_version
+  std::string topic;
   std::string json;
 };
 

@@ -34,9 +34,14 @@ checks::DetectorWatch watch_of(const OutputOptions& options) {
 }  // namespace
 
 OutputOptions output_options(const Config& config) {
-  return {frame_context(config),        status_options(config), config.encoder,
-          config.source.get(),          fold_options(config),   config.detector,
-          config.channels.photon.size()};
+  return {frame_context(config),
+          status_options(config),
+          config.encoder,
+          config.source.get(),
+          fold_options(config),
+          config.detector,
+          config.channels.photon.size(),
+          config.pixels.size() > 1 ? std::optional<SceneMaker>(config) : std::nullopt};
 }
 
 Output::Output(OutputOptions options, Ends ends, const Clock& clock)
@@ -46,6 +51,7 @@ Output::Output(OutputOptions options, Ends ends, const Clock& clock)
       reporter_(options_.status, ends_.publisher, clock),
       notifier_(clock),
       context_(options_.context),
+      scene_(options_.scene),
       fold_(options_.fold, ends_.publisher, clock),
       detector_(watch_of(options_)),
       liveness_(options_.status.frame_length_ms) {}
@@ -66,6 +72,8 @@ StreamSummary Output::publish(Stream& stream) {
   sync_fault_.clear();
   if (ends_.device != nullptr) ends_.device->set_wake(&stream.wake());
   context_.syncs_are_counted = stream.info().syncs_are_counted;
+  if (scene_) scene_->set_syncs_are_counted(context_.syncs_are_counted);
+  pixels_ = {};
   reporter_.begin(stream.info());
   detector_.clear();
   walk_said_ = false;
@@ -90,31 +98,91 @@ StreamSummary Output::publish(Stream& stream) {
 }
 
 void Output::publish_unit(const EstimationUnit& unit, StreamSummary& summary) {
+  if (scene_) {
+    publish_scene(unit, summary);
+  } else {
+    publish_frame(unit, summary);
+  }
+}
+
+double Output::latency_ms(const Frame& frame) const {
+  return static_cast<double>(clock_.steady_ns() - frame.arrival_ns) / 1e6;
+}
+
+void Output::publish_frame(const EstimationUnit& unit, StreamSummary& summary) {
   const Frame& frame = unit.frame;
   const auto reference = encoder_ ? encoder_->reference(frame) : std::nullopt;
-  const double latency_ms = static_cast<double>(clock_.steady_ns() - frame.arrival_ns) / 1e6;
-  FrameMessage message = make_frame_message(
-      frame, unit.estimate, context_, {unit.mid_unix_s, unit.compute_ms, latency_ms, unit.effort});
+  FrameMessage message =
+      make_frame_message(frame, unit.estimate, context_,
+                         {unit.mid_unix_s, unit.compute_ms, latency_ms(frame), unit.effort});
   message.reference = reference;
   message.sequence = reporter_.status().frames;
   const std::string json = to_json(message);
   ends_.publisher.publish_frame(json);
-  summary.add(message, unit.compute_ms, frame.sync.locked);
-  summary.lost_tags += frame.lost_tags;
   detector_.add(frame.view(), unit.estimate);
   FoundList recent = detector_.found();
   if (recent.has(FindingName::timing_walk) && !std::exchange(walk_said_, true)) {
     log_warning("the detector walks; as the last second shows it: {}", walk_text(detector_.walk()));
   }
   for (const Finding& finding : unit.estimate.recent_findings.all()) recent.add(finding);
-  reporter_.frame_published(message, to_message(recent));
-  summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
-  if (ends_.metrics != nullptr) {
-    ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
-  }
+  count(message, unit, recent, summary);
   give_frame(message);
   tell_observer(message, json);
-  fold_.frame_published(unit, message);
+  fold_.frame_published(frame, unit.estimate, message);
+}
+
+void Output::publish_scene(const EstimationUnit& unit, StreamSummary& summary) {
+  SceneMessage& scene = scene_->make(unit, latency_ms(unit.frame));
+  scene.whole.sequence = reporter_.status().frames;
+  const std::string json = to_json(scene);
+  ends_.publisher.publish_scene(json);
+  publish_pixels(unit, scene);
+  pixels_.add(scene);
+  reporter_.pixels_seen(pixels_.seen());
+  count(scene.whole, unit, {}, summary);
+  tell_observer(scene.whole, json);
+}
+
+// The frames of those pixels that somebody asks for, and the pictures of the surest.
+void Output::publish_pixels(const EstimationUnit& unit, const SceneMessage& scene) {
+  const std::vector<bool>& asked_for = pixels_asked_for(scene);
+  std::size_t surest = 0;
+  for (std::size_t i = 0; i < scene.pixels.size(); ++i) {
+    const SceneMessage::Pixel& pixel = scene.pixels[i];
+    if (asked_for[i]) ends_.publisher.publish_pixel(pixel.name, to_json(pixel.frame));
+    if (ends_.pixel_observer) ends_.pixel_observer(pixel);
+    if (pixel.frame.significance.value_or(0) >
+        scene.pixels[surest].frame.significance.value_or(0)) {
+      surest = i;
+    }
+  }
+  const SceneMessage::Pixel& pixel = scene.pixels[surest];
+  fold_.frame_published(*unit.frame.pixels[surest], unit.pixels[surest].estimate, pixel.frame,
+                        pixel.name);
+}
+
+const std::vector<bool>& Output::pixels_asked_for(const SceneMessage& scene) {
+  const auto topics = ends_.publisher.pixel_topics(pixel_topics_known_);
+  if (!topics && pixels_asked_for_.size() == scene.pixels.size()) return pixels_asked_for_;
+  pixels_asked_for_.assign(scene.pixels.size(), false);
+  if (!topics) return pixels_asked_for_;
+  for (std::size_t i = 0; i < scene.pixels.size(); ++i) {
+    const std::string topic = pixel_topic(scene.pixels[i].name);
+    pixels_asked_for_[i] = std::any_of(topics->begin(), topics->end(),
+                                       [&](const auto& asked) { return topic.starts_with(asked); });
+  }
+  return pixels_asked_for_;
+}
+
+// What every frame that was published counts for.
+void Output::count(const FrameMessage& message, const EstimationUnit& unit, const FoundList& recent,
+                   StreamSummary& summary) {
+  summary.add(message, message.compute_ms.value_or(0), unit.frame.sync.locked);
+  summary.lost_tags += unit.frame.lost_tags;
+  reporter_.frame_published(message, to_message(recent));
+  summary.ring_needed = std::max(summary.ring_needed, reporter_.ring_needed());
+  if (ends_.metrics == nullptr) return;
+  ends_.metrics->frame_published(message, reporter_.effort_is_lowered());
 }
 
 // An observer that fails ends the stream like an observer that has enough; what is on its way is
@@ -235,6 +303,7 @@ void Output::reload(const OutputOptions& next) {
   fold_.reload(next.fold.pulse);
   const std::scoped_lock lock(reload_mutex_);
   reloaded_context_ = next.context;
+  reloaded_scene_ = next.scene;
   reloaded_status_ = next.status;
   reloaded_detector_.emplace(watch_of(next));
 }
@@ -244,6 +313,8 @@ void Output::take_reloaded() {
   if (!lock || !reloaded_context_) return;
   reloaded_context_->syncs_are_counted = context_.syncs_are_counted;
   context_ = *reloaded_context_;
+  if (reloaded_scene_) reloaded_scene_->set_syncs_are_counted(context_.syncs_are_counted);
+  scene_ = reloaded_scene_;
   reporter_.configure(reloaded_status_);
   detector_ = std::move(*reloaded_detector_);
   reloaded_context_.reset();

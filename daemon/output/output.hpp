@@ -8,6 +8,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "config/config.hpp"
 #include "daemon/base/clock.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/output/fold_feed.hpp"
 #include "daemon/output/liveness.hpp"
 #include "daemon/output/metrics.hpp"
+#include "daemon/output/pixel_watch.hpp"
 #include "daemon/output/publisher.hpp"
 #include "daemon/output/service_notifier.hpp"
 #include "daemon/output/status_reporter.hpp"
@@ -22,6 +24,7 @@
 #include "daemon/recording/recording_tap.hpp"
 #include "daemon/stream/encoder_feed.hpp"
 #include "daemon/stream/frame_message.hpp"
+#include "daemon/stream/scene_message.hpp"
 #include "daemon/stream/stream.hpp"
 #include "estimator/checks/detector_watch.hpp"
 
@@ -30,9 +33,12 @@
 
 namespace splid {
 
-// Hears each frame as it is published: the message and the very JSON that subscribers get. Returns
-// false to end the stream.
+// Hears each frame as it is published: the message and the very JSON that subscribers get; of
+// several pixels what they share, and the JSON of the scene. Returns false to end the stream.
 using FrameObserver = std::function<bool(const FrameMessage&, const std::string& json)>;
+
+// Hears the frame of each pixel, where there are several, before the observer hears of the scene.
+using PixelObserver = std::function<void(const SceneMessage::Pixel&)>;
 
 // What the output needs to know of the configuration.
 struct OutputOptions {
@@ -42,7 +48,8 @@ struct OutputOptions {
   const SourceOptions* source = nullptr;  // whose scene may have the encoder; outlives the output
   FoldOptions fold;
   DetectorOptions detector;
-  std::size_t inputs = 1;  // of the detector
+  std::size_t inputs = 1;                // of the detector
+  std::optional<SceneMaker> scene = {};  // where there are several pixels
 };
 
 OutputOptions output_options(const Config& config);
@@ -63,6 +70,7 @@ class Output {
     DeviceMonitor* device = nullptr;  // what the driver reports goes into the status
     Metrics* metrics = nullptr;
     FrameObserver observer = nullptr;
+    PixelObserver pixel_observer = nullptr;
   };
 
   // clock: outlives this.
@@ -94,6 +102,13 @@ class Output {
 
  private:
   void publish_unit(const EstimationUnit& unit, StreamSummary& summary);
+  void publish_frame(const EstimationUnit& unit, StreamSummary& summary);
+  void publish_scene(const EstimationUnit& unit, StreamSummary& summary);
+  void publish_pixels(const EstimationUnit& unit, const SceneMessage& scene);
+  void count(const FrameMessage& message, const EstimationUnit& unit, const FoundList& recent,
+             StreamSummary& summary);
+  [[nodiscard]] double latency_ms(const Frame& frame) const;
+  [[nodiscard]] const std::vector<bool>& pixels_asked_for(const SceneMessage& scene);
   void tell_observer(const FrameMessage& message, const std::string& json);
   void look_around(Stream& stream);
   [[nodiscard]] StreamHealth health(Stream& stream);
@@ -110,6 +125,10 @@ class Output {
   ServiceNotifier notifier_;
   StreamCounters before_;  // of the streams that have ended
   FrameContext context_;
+  std::optional<SceneMaker> scene_;  // where there are several pixels
+  PixelWatch pixels_;
+  std::uint64_t pixel_topics_known_ = 0;
+  std::vector<bool> pixels_asked_for_;
   FoldFeed fold_;
   checks::DetectorWatch detector_;
   bool walk_said_ = false;  // of this stream, in the log
@@ -128,6 +147,7 @@ class Output {
   recording::Tap* recording_ = nullptr;  // under recording_mutex_
   std::mutex reload_mutex_;
   std::optional<FrameContext> reloaded_context_;            // under reload_mutex_
+  std::optional<SceneMaker> reloaded_scene_;                // under reload_mutex_
   StatusOptions reloaded_status_;                           // under reload_mutex_
   std::optional<checks::DetectorWatch> reloaded_detector_;  // under reload_mutex_
 };

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "daemon/sockets/gate.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/scene_json.hpp"
 #include "protocol/status_json.hpp"
 
 namespace splid {
@@ -29,6 +31,10 @@ using std::chrono::steady_clock;
 
 // The largest message that is taken from a subscriber, who has nothing to say but topics; bytes.
 constexpr std::int64_t max_incoming_bytes = 1024;
+
+// Where a pixel's topic begins; who subscribes to this asks for all pixels' frames.
+constexpr std::string_view pixel_prefix = "frame/";
+constexpr std::size_t most_topic_bytes = 64;
 
 // How many subscriptions are read before messages are sent again.
 constexpr int subscriptions_a_turn = 1000;
@@ -78,10 +84,16 @@ class Publisher::Service {
     const std::scoped_lock lock(mutex_);
     status_ = json;
   }
-  void push(const char* topic, std::string json) {
-    if (queue_.push({topic, std::move(json)})) wake_.notify();
+  void push(std::string topic, std::string json) {
+    if (queue_.push({std::move(topic), std::move(json)})) wake_.notify();
   }
   [[nodiscard]] bool fold_is_wanted() const { return fold_wanted_.load(std::memory_order_relaxed); }
+  std::optional<std::vector<std::string>> pixel_topics(std::uint64_t& known) const {
+    if (pixel_topics_version_.load(std::memory_order_relaxed) == known) return std::nullopt;
+    const std::scoped_lock lock(mutex_);
+    known = pixel_topics_version_.load(std::memory_order_relaxed);
+    return std::vector<std::string>(pixel_topics_.begin(), pixel_topics_.end());
+  }
   bool wait_for_subscriber(milliseconds timeout) {
     std::unique_lock lock(mutex_);
     return subscribed_.wait_for(lock, timeout, [this] { return frames_wanted_; });
@@ -93,6 +105,7 @@ class Publisher::Service {
   void run();
   void wait() const;
   void read_subscriptions();
+  void note_pixel_topic(std::string_view topic, bool subscribes);
   bool send_queued();
   void send(const OutgoingMessage& message);
   void greet();
@@ -118,9 +131,11 @@ class Publisher::Service {
   mutable std::mutex mutex_;
   std::condition_variable subscribed_;
   std::atomic<bool> fold_wanted_{false};
-  bool frames_wanted_ = false;  // guarded by mutex_
-  std::string status_;          // guarded by mutex_
-  bool ending_ = false;         // guarded by mutex_
+  std::atomic<std::uint64_t> pixel_topics_version_{0};
+  std::set<std::string> pixel_topics_;  // guarded by mutex_
+  bool frames_wanted_ = false;          // guarded by mutex_
+  std::string status_;                  // guarded by mutex_
+  bool ending_ = false;                 // guarded by mutex_
   std::thread thread_;
 };
 
@@ -209,16 +224,28 @@ void Publisher::Service::read_subscriptions() {
     // 1 subscribes, and 0 tells that the last subscriber of a topic has gone; the topic follows.
     const bool subscribes = text.front() == '\x01';
     const std::string_view topic = text.substr(1);
+    if (topic.starts_with(pixel_prefix)) note_pixel_topic(topic, subscribes);
     if (topic == topic_fold) fold_wanted_.store(subscribes, std::memory_order_relaxed);
     if (!subscribes) continue;
     version_wanted_ |= is_prefix(topic, topic_version);
     status_wanted_ |= is_prefix(topic, topic_status);
-    frames_wanted |= is_prefix(topic, topic_frame);
+    frames_wanted |= is_prefix(topic, topic_frame) || is_prefix(topic, topic_scene) ||
+                     topic.starts_with(pixel_prefix);
   }
   if (!frames_wanted) return;
   const std::scoped_lock lock(mutex_);
   frames_wanted_ = true;
   subscribed_.notify_all();
+}
+
+void Publisher::Service::note_pixel_topic(std::string_view topic, bool subscribes) {
+  const std::scoped_lock lock(mutex_);
+  if (subscribes && pixel_topics_.size() < most_pixel_topics && topic.size() < most_topic_bytes) {
+    pixel_topics_.emplace(topic);
+  } else if (!subscribes) {
+    pixel_topics_.erase(std::string(topic));
+  }
+  pixel_topics_version_.fetch_add(1, std::memory_order_relaxed);
 }
 
 // Returns false where no message waits.
@@ -267,6 +294,16 @@ const std::string& Publisher::endpoint() const { return service_->endpoint(); }
 const std::string& Publisher::local_endpoint() const { return service_->local_endpoint(); }
 
 void Publisher::publish_frame(std::string json) { service_->push(topic_frame, std::move(json)); }
+
+void Publisher::publish_scene(std::string json) { service_->push(topic_scene, std::move(json)); }
+
+void Publisher::publish_pixel(const std::string& name, std::string json) {
+  service_->push(pixel_topic(name), std::move(json));
+}
+
+std::optional<std::vector<std::string>> Publisher::pixel_topics(std::uint64_t& known) const {
+  return service_->pixel_topics(known);
+}
 
 void Publisher::publish_status(std::string json) {
   service_->keep_status(json);

@@ -2,8 +2,11 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace splid::security {
 class Authenticator;
@@ -53,6 +56,8 @@ class Publisher {
   [[nodiscard]] const std::string& local_endpoint() const;
 
   void publish_frame(std::string json);
+  void publish_scene(std::string json);
+  void publish_pixel(const std::string& name, std::string json);
   // The last status and the last version are kept for new subscribers.
   void publish_status(std::string json);
   void publish_version(std::string json);
@@ -60,6 +65,11 @@ class Publisher {
   // Whether somebody subscribes to `fold` by its name; who subscribes to everything does not ask
   // for it. Never waits.
   [[nodiscard]] bool fold_is_wanted() const;
+  // The topics that begin with `frame/` and that somebody subscribes to by these very words; of
+  // these at most most_pixel_topics. Absent where they are the same as at the call that gave
+  // `known` its value, which is 0 before the first. Never waits for a subscriber.
+  [[nodiscard]] std::optional<std::vector<std::string>> pixel_topics(std::uint64_t& known) const;
+  static constexpr std::size_t most_pixel_topics = 4096;
   // What publish_status() was last given.
   [[nodiscard]] std::string last_status() const;
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/output/pixel_watch.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/frame_plan.hpp"
 
@@ -261,6 +262,7 @@ void StatusReporter::judge_frames(const StreamHealth& health) {
   if (!last_is_bad && !second_.contradicts_pattern() && !second_.findings().empty()) {
     add_reason(with_advice(second_.findings().front()));
   }
+  if (status_.pixels) add_reason(in_words(*status_.pixels));
 }
 
 std::string StatusReporter::reason_of_measurement(const StreamHealth& health) const {

@@ -73,6 +73,8 @@ class StatusReporter {
   // recent: what this frame and those before it show together.
   void frame_published(const FrameMessage& message,
                        const std::vector<FrameMessage::Finding>& recent = {});
+  // What the pixels do, where there are several.
+  void pixels_seen(const StatusMessage::Pixels& pixels) { status_.pixels = pixels; }
   // To be called at least every 100 ms.
   void tick(const StreamHealth& health);
   // There is no stream: subscribers hear that the daemon waits for its device, and why. To be

@@ -97,7 +97,7 @@ TEST_F(Folds, ComeOnceASecondAtMost) {
     // Offered again where the thread had only just published the last and was not yet back.
     std::optional<nlohmann::json> fold;
     ASSERT_TRUE(comes_to_be([&] {
-      feed.frame_published(unit, message);
+      feed.frame_published(unit.frame, unit.estimate, message);
       const auto heard = subscriber.receive(milliseconds{20});
       if (heard && heard->topic == "fold") fold = json_value(heard->json);
       return fold.has_value();
@@ -111,7 +111,7 @@ TEST_F(Folds, ComeOnceASecondAtMost) {
       clock.advance_ms(early_ms);
       ++message.sequence;
       std::this_thread::sleep_for(milliseconds{20});
-      feed.frame_published(unit, message);
+      feed.frame_published(unit.frame, unit.estimate, message);
     }
     EXPECT_FALSE(subscriber.receive(milliseconds{100}));
     clock.advance_ms(1);
@@ -127,7 +127,7 @@ TEST_F(Folds, OfVeryManyPhotonsAreMadeOfSome) {
     unit.frame.photons_ps.room().front() = static_cast<std::int64_t>(unit.frame.photons_ps.size());
     unit.frame.photons_ps.grow(1);
   }
-  feed.frame_published(unit, {});
+  feed.frame_published(unit.frame, unit.estimate, {});
   const auto fold = next_fold(subscriber);
   ASSERT_TRUE(fold);
   EXPECT_EQ((*fold)["photons"], FoldFeed::most_photons + 1);
@@ -141,7 +141,8 @@ TEST_F(Folds, ThatCannotBeMadeAreMessagesWithoutPictures) {
   PulseOptions tabulated;
   tabulated.shape = Shape::tabulated;  // the pattern has no table
   feed.reload(tabulated);
-  feed.frame_published(steady_unit(), {});
+  const EstimationUnit unit = steady_unit();
+  feed.frame_published(unit.frame, unit.estimate, {});
   const auto fold = next_fold(subscriber);
   ASSERT_TRUE(fold);
   EXPECT_FALSE(fold->contains("period"));
