@@ -20,13 +20,14 @@ constexpr std::size_t tags_at_once = 16'384;
 // How long an idle wait lasts before it looks at everything again.
 constexpr milliseconds framer_idle{100};
 
-constexpr std::array counts = {
+constexpr std::array counted_totals = {
     &FramerTotals::events,   &FramerTotals::photons,   &FramerTotals::syncs,
     &FramerTotals::markers,  &FramerTotals::shared,    &FramerTotals::ignored,
     &FramerTotals::late,     &FramerTotals::surplus,   &FramerTotals::reported,
     &FramerTotals::unplaced, &FramerTotals::frames,    &FramerTotals::jumps,
     &FramerTotals::resets,   &FramerTotals::uncounted, &FramerTotals::beyond};
-static_assert(sizeof(FramerTotals) == counts.size() * sizeof(std::uint64_t), "one is missing");
+static_assert(sizeof(FramerTotals) == counted_totals.size() * sizeof(std::uint64_t),
+              "one is missing");
 
 constexpr std::int64_t ns_per_ms = 1'000'000;
 
@@ -35,7 +36,7 @@ constexpr std::uint64_t no_more_changes = std::numeric_limits<std::uint64_t>::ma
 }  // namespace
 
 FramerTotals& operator+=(FramerTotals& sum, const FramerTotals& more) {
-  for (const auto count : counts) sum.*count += more.*count;
+  for (const auto count : counted_totals) sum.*count += more.*count;
   return sum;
 }
 
@@ -104,15 +105,15 @@ void FramerThread::take(std::span<const Tag> some) {
 }
 
 void FramerThread::show_totals() {
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    shown_[i].store(framer_.totals().*counts[i], std::memory_order_relaxed);
+  for (std::size_t i = 0; i < counted_totals.size(); ++i) {
+    shown_[i].store(framer_.totals().*counted_totals[i], std::memory_order_relaxed);
   }
 }
 
 FramerTotals FramerThread::totals() const {
   FramerTotals totals;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    totals.*counts[i] = shown_[i].load(std::memory_order_relaxed);
+  for (std::size_t i = 0; i < counted_totals.size(); ++i) {
+    totals.*counted_totals[i] = shown_[i].load(std::memory_order_relaxed);
   }
   return totals;
 }

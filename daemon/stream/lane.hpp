@@ -48,7 +48,10 @@ struct EstimationUnit {
 // estimators that have nothing to do.
 class Lane {
  public:
-  Lane(const FrameCapacity& capacity, std::size_t depth, std::size_t estimators = 1) {
+  // joins: the last estimator begins with a unit once all others are done with it.
+  Lane(const FrameCapacity& capacity, std::size_t depth, std::size_t estimators = 1,
+       bool joins = false)
+      : joins_(joins) {
     for (std::size_t i = 0; i < depth; ++i) {
       slots_.push_back(std::make_unique<EstimationUnit>(capacity));
     }
@@ -71,14 +74,20 @@ class Lane {
   EstimationUnit* filled_unit(std::size_t estimator = 0) {
     const Index& own = estimators_[estimator]->done;
     const std::uint64_t at = own.load(std::memory_order_relaxed);
-    return filled_.load(std::memory_order_acquire) == at ? nullptr : slot(at);
+    const bool is_last = joins_ && estimator + 1 == estimators_.size();
+    const std::uint64_t ready =
+        is_last ? estimated_by(estimator) : filled_.load(std::memory_order_acquire);
+    return ready == at ? nullptr : slot(at);
   }
-  void estimated(std::size_t estimator = 0) { advance(estimators_[estimator]->done); }
+  void estimated(std::size_t estimator = 0) {
+    advance(estimators_[estimator]->done);
+    if (joins_ && estimator + 1 < estimators_.size()) estimators_.back()->wake.notify();
+  }
 
   // Publisher: the unit to publish next, null when there is none.
   EstimationUnit* estimated_unit() {
     const std::uint64_t at = released_.load(std::memory_order_relaxed);
-    return estimated_by_all() == at ? nullptr : slot(at);
+    return estimated_by(estimators_.size()) == at ? nullptr : slot(at);
   }
   void release() { advance(released_); }
 
@@ -109,11 +118,11 @@ class Lane {
   };
 
   EstimationUnit* slot(std::uint64_t at) { return slots_[at % slots_.size()].get(); }
-  // How many units every estimator has done with.
-  [[nodiscard]] std::uint64_t estimated_by_all() const {
+  // How many units the first so many estimators are done with.
+  [[nodiscard]] std::uint64_t estimated_by(std::size_t count) const {
     std::uint64_t least = estimators_.front()->done.load(std::memory_order_acquire);
-    for (const auto& estimator : estimators_) {
-      least = std::min(least, estimator->done.load(std::memory_order_acquire));
+    for (std::size_t i = 1; i < count; ++i) {
+      least = std::min(least, estimators_[i]->done.load(std::memory_order_acquire));
     }
     return least;
   }
@@ -126,6 +135,7 @@ class Lane {
            own.load(std::memory_order_relaxed) == filled_.load(std::memory_order_acquire);
   }
 
+  bool joins_;
   std::vector<std::unique_ptr<EstimationUnit>> slots_;
   std::vector<std::unique_ptr<Estimator>> estimators_;
   Index filled_;    // framer's

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/stream/field_estimator.hpp"
 #include "estimator/frame_estimator.hpp"
 
 namespace splid {
@@ -16,6 +17,8 @@ struct EstimatorInUse {
   std::vector<FrameEstimator> estimators;
   std::vector<std::size_t> of_pixel;  // which of them, for each of the thread's pixels
   bool tracked = false;
+  // Of the thread that joins the pixels of a frame; null where no scene asks for it.
+  std::unique_ptr<FieldEstimator> field;
 
   FrameEstimator& of(std::size_t pixel) { return estimators[of_pixel[pixel]]; }
 };

@@ -52,6 +52,14 @@ EstimatorInUse make_estimators(const StreamOptions& options, std::size_t max_pho
   return made;
 }
 
+EstimatorInUse make_field(const StreamOptions& options, std::size_t max_photons) {
+  EstimatorInUse made;
+  if (FieldEstimator::is_wanted(options)) {
+    made.field = std::make_unique<FieldEstimator>(options, max_photons);
+  }
+  return made;
+}
+
 std::size_t ring_capacity(const PipelineOptions& options) {
   return std::bit_ceil(static_cast<std::size_t>(options.ring_capacity_tags));
 }
@@ -79,6 +87,7 @@ FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t ma
 
 void check_stream(const StreamOptions& options) {
   check_frame_fits(options.frame.length_ms, options.pattern, ring_capacity(options.pipeline));
+  (void)make_field(options, 1);
   (void)make_estimators(options, 1, pixels_of_thread(options, 0, 1));
 }
 
@@ -113,12 +122,14 @@ Stream::Stream(StreamOptions options, std::unique_ptr<TagSource> source, const C
   max_photons_ = std::min(capacity.photons, max_estimated_photons);
   const bool shares_frames = options_.pixels.size() > 1;
   for (std::size_t i = 0; i < (shares_frames ? 1 : threads()); ++i) {
-    lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth, shares_frames ? threads() : 1));
+    lanes_.push_back(std::make_unique<Lane>(capacity, lane_depth, shares_frames ? threads() + 1 : 1,
+                                            shares_frames));
   }
   for (std::size_t i = 0; i < threads(); ++i) {
     estimators_.push_back(std::make_unique<LaneEstimator>(
         make_estimators(options_, max_photons_, pixels_of_thread(options_, i, threads()))));
   }
+  estimators_.push_back(std::make_unique<LaneEstimator>(make_field(options_, max_photons_)));
 }
 
 // The framer and the estimation end once the source has, and the frames that nobody takes are let
@@ -139,6 +150,7 @@ void Stream::start() {
   for (std::size_t i = 0; i < threads(); ++i) {
     threads_.emplace_back([this, i] { estimate(i); });
   }
+  if (options_.pixels.size() > 1) threads_.emplace_back([this] { join_pixels(); });
   source_thread_.emplace(*source_, ring_, stop_.get_token());
 }
 
@@ -177,13 +189,16 @@ Stream::Make Stream::maker(const StreamOptions& next) const {
       const auto pixels = pixels_of_thread(options, made.each.size(), threads);
       made.each.push_back(make_estimators(options, photons, pixels));
     }
+    made.each.push_back(make_field(options, photons));
     return made;
   };
 }
 
 void Stream::reload(NewEstimators made) {
   const std::scoped_lock lock(reload_mutex_);
-  for (std::size_t i = 0; i < threads(); ++i) estimators_[i]->hand_in(std::move(made.each[i]));
+  for (std::size_t i = 0; i < estimators_.size(); ++i) {
+    estimators_[i]->hand_in(std::move(made.each[i]));
+  }
   dealer_.configure(made.effort);
 }
 
@@ -226,6 +241,27 @@ void Stream::estimate(std::size_t index) {
     }
     if (estimator.take_next()) tracks.assign(tracks.size(), {});
     estimate(*unit, index, tracks);
+    lane.estimated(place);
+    wake_.notify();
+  }
+  wake_.notify();
+}
+
+// Estimates the pixels of each frame together, where the scene asks for that.
+void Stream::join_pixels() {
+  pthread_setname_np(pthread_self(), "estimate-field");
+  Lane& lane = *lanes_[0];
+  const std::size_t place = threads();
+  LaneEstimator& estimator = *estimators_[place];
+  while (!lane.estimator_done(place)) {
+    EstimationUnit* unit = lane.filled_unit(place);
+    if (unit == nullptr) {
+      lane.wait(place, idle);
+      continue;
+    }
+    (void)estimator.take_next();
+    FieldEstimator* field = estimator.in_use().field.get();
+    if (field != nullptr && !out_of_patience()) field->estimate(*unit);
     lane.estimated(place);
     wake_.notify();
   }

@@ -55,7 +55,7 @@ FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t ma
 // Throws what a stream's constructor would of these options, without making its buffers.
 void check_stream(const StreamOptions& options);
 
-// What a reload hands in: an estimator for each lane.
+// What a reload hands in: an estimator for each estimation thread, and what joins the pixels.
 struct NewEstimators {
   std::vector<EstimatorInUse> each;
   Effort effort = Effort::balanced;  // configured
@@ -75,9 +75,9 @@ StreamCounters& operator+=(StreamCounters& sum, const StreamCounters& more);
 // From a source to estimated frames: source thread -> ring -> framer thread -> estimation threads
 // -> whoever takes the frames. Frame k goes to estimation thread k mod N and is taken from there in
 // the same order. Of several pixels, pixel p of every frame goes to estimation thread p mod N, and
-// a frame is taken once all threads are done with it. So N changes neither the order of the frames
-// nor a bit of them.
-// docs/architecture.md has the threads on one page.
+// a frame is taken once all threads are done with it, and one more
+// thread has joined its pixels, where the scene asks for that. So N changes neither the order of
+// the frames nor a bit of them. docs/architecture.md has the threads on one page.
 //
 // Threads: made, started, read with next() and joined on one; each other function says who may call
 // it. Errors: the constructor throws Error(Fault::usage) where a frame does not fit the ring or the
@@ -143,6 +143,7 @@ class Stream {
  private:
   [[nodiscard]] bool out_of_patience() const;
   void estimate(std::size_t index);
+  void join_pixels();
   [[nodiscard]] std::size_t threads() const {
     return static_cast<std::size_t>(options_.pipeline.estimation_threads);
   }

@@ -25,12 +25,11 @@ bool has_too_few(const Estimate& estimate) {
 
 PooledScene::PooledScene(const Pattern& pattern, const PulseOptions& pulse,
                          const SceneOptions& scene, const EstimatorOptions& options,
-                         double frame_length_ms, std::size_t max_photons,
-                         std::span<const PixelDirection> directions, ClockReference reference)
+                         double frame_length_ms, std::span<const PixelDirection> directions,
+                         ClockReference reference)
     : neighbours_(directions, rings),
-      estimator_(pattern, pulse, scene, options, frame_length_ms,
-                 max_photons * neighbours_.most_around(rings), reference) {
-  photons_ps_.reserve(max_photons * neighbours_.most_around(rings));
+      estimator_(pattern, pulse, scene, options, frame_length_ms, most_photons, reference) {
+  photons_ps_.reserve(most_photons);
 }
 
 std::size_t PooledScene::estimate(const PooledFrame& frame) {
@@ -41,6 +40,7 @@ std::size_t PooledScene::estimate(const PooledFrame& frame) {
     TargetTrack track;
     for (std::size_t ring = rings; ring > 0; --ring) {
       const Estimate pooled = pool(frame, k, ring, track);
+      if (pooled.status == FrameStatus::not_run) continue;
       if (pooled.status != FrameStatus::ok) break;
       frame.estimates[k] = pooled;
       frame.estimates[k].photons = frame.frames[k].photons_ps.size();
@@ -57,6 +57,7 @@ Estimate PooledScene::pool(const PooledFrame& frame, std::size_t pixel, std::siz
   photons_ps_.clear();
   for (const std::size_t k : around) {
     const std::span<const std::int64_t> more = frame.frames[k].photons_ps;
+    if (photons_ps_.size() + more.size() > most_photons) return {};
     photons_ps_.insert(photons_ps_.end(), more.begin(), more.end());
   }
   FrameView view = frame.frames[pixel];

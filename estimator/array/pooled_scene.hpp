@@ -26,14 +26,16 @@ struct PooledFrame {
 // average; its distance is that of the surface that most of the pool sees.
 //
 // Threads: one thread for each object. Errors: as FrameEstimator's constructor. No allocation in
-// estimate() for frames of up to max_photons a pixel.
+// estimate().
 class PooledScene {
  public:
   static constexpr std::size_t rings = 2;  // 5 x 5
+  // A pool of more photons is none of too few.
+  static constexpr std::size_t most_photons = 1 << 17;
 
-  // The arguments are those of FrameEstimator. max_photons: of one pixel.
+  // The arguments are those of FrameEstimator.
   PooledScene(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
-              const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
+              const EstimatorOptions& options, double frame_length_ms,
               std::span<const PixelDirection> directions,
               ClockReference reference = ClockReference::tagger);
 

@@ -55,15 +55,15 @@ bool has_value(const Estimate& estimate) {
 RigidScene::RigidScene(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
                        const EstimatorOptions& options, double frame_length_ms,
                        std::size_t max_photons, std::span<const PixelDirection> directions,
-                       RigidMotion motion, ClockReference reference)
+                       ClockReference reference, const DetectorOptions& detector)
     : reference_(reference),
-      turning_(motion == RigidMotion::turning),
       max_speed_mps_(scene.max_speed_mps),
       train_(pattern),
       shape_(configured_pulse(pattern, pulse)),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
       rows_(rows_of(directions)),
-      at_rest_(pattern, pulse, resting(scene), options, frame_length_ms, max_photons, reference),
+      at_rest_(pattern, pulse, resting(scene), options, frame_length_ms, max_photons, reference,
+               detector),
       folded_(train_, max_photons, reach_ns(*shape_, scene, frame_length_ms)),
       maximizer_(*shape_, train_, 0, {}),
       search_(pattern, train_, *shape_, straight(scene), options, frame_length_ms * 1e6,
@@ -146,7 +146,7 @@ bool RigidScene::fit(const RigidFrame& frame, const Velocity& start) {
   if (members_.size() < 2) return false;
   Terms at(start.mps, 0, 0);
   if (!keep_fitting(1, at)) return false;
-  if (!turning_ || members_.size() < least_turning) return true;
+  if (members_.size() < least_turning || shared_.more_nats < turning_nats) return true;
   return keep_fitting(most_terms, at);
 }
 

@@ -13,9 +13,6 @@
 
 namespace splid::array {
 
-// Whether a body may turn: its velocity then changes evenly over the field.
-enum class RigidMotion { straight, turning };
-
 // The pixels of a frame, as RigidScene takes and leaves them.
 struct RigidFrame {
   std::span<const FrameView> frames;  // of each pixel
@@ -32,21 +29,25 @@ struct RigidFrame {
 // The velocity comes from the estimates that the pixels have alone; where these do not tell it at
 // the risk `range_risk`, from the best cells of each pixel's search. A pixel that does not agree
 // keeps its own estimate: by eight nats, which are four deviations. Pixels that agree with each
-// other are the next body.
+// other are the next body. A body turns where a velocity that changes evenly over the field gains
+// nine nats.
 //
 // Threads: one thread for each object. Errors: as FrameEstimator's constructor.
 class RigidScene {
  public:
-  // The arguments are those of FrameEstimator. directions: of each pixel; needed where bodies turn.
+  // The arguments are those of FrameEstimator. directions: of each pixel; where they are all one, a
+  // body does not turn.
   RigidScene(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene,
              const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
-             std::span<const PixelDirection> directions, RigidMotion motion = RigidMotion::straight,
-             ClockReference reference = ClockReference::tagger);
+             std::span<const PixelDirection> directions,
+             ClockReference reference = ClockReference::tagger,
+             const DetectorOptions& detector = {});
 
   // A frame of as many pixels as there are directions. Returns the number of bodies.
   std::size_t estimate(const RigidFrame& frame);
 
   static constexpr double leaving_nats = 8;
+  static constexpr double turning_nats = 9;  // one frame in 10,000 of a body that does not turn
   static constexpr std::size_t most_bodies = 4;
 
  private:
@@ -68,7 +69,6 @@ class RigidScene {
   [[nodiscard]] Velocity velocity_of(std::size_t pixel, const SyncFit& sync) const;
 
   ClockReference reference_;
-  bool turning_;
   double max_speed_mps_;
   PulseTrain train_;
   std::unique_ptr<PulseShape> shape_;

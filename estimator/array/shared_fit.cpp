@@ -43,6 +43,8 @@ SharedMaximum SharedFit::fit(std::span<SharedPixel> pixels, Eigen::Index terms,
     best.has_covariance = covariance.has_value();
     if (!covariance) return best;
     best.covariance = *covariance;
+    const std::optional<TermsMatrix> all = inverse_of(sums.information, most_terms);
+    best.more_nats = all ? sums.slope.dot(*all * sums.slope) / 2 : 0;
     const Terms step = *covariance * sums.slope;
     const double deviations = std::sqrt(std::max(0.0, step.dot(sums.slope)));
     best.terms += step;

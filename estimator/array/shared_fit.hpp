@@ -35,6 +35,7 @@ struct SharedMaximum {
   Terms terms = Terms::Zero();
   TermsMatrix covariance = TermsMatrix::Zero();
   bool has_covariance = false;  // false where the pixels do not tell the terms
+  double more_nats = 0;         // that all terms together would gain, by the parabola here
 };
 
 // Maximizes the joint likelihood of pixels that share a velocity, each with a delay, a signal and a

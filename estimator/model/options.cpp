@@ -39,6 +39,12 @@ void SceneOptions::describe(OptionVisitor& visitor) {
   visitor.integer("targets", targets, 1, static_cast<std::int64_t>(most_targets),
                   "surfaces that may send light back in one frame, as a window does before the "
                   "target; with more than 1, a frame lists all that it shows");
+  visitor.flag("rigid", rigid,
+               "pixels that see one rigid body share a velocity, each with its own distance; where "
+               "pixels have directions, the body may turn");
+  visitor.flag("pool", pool,
+               "a pixel with too few photons is estimated from those of 3 x 3 pixels about it, or "
+               "of 5 x 5; pixels need directions");
 }
 
 void EstimatorOptions::describe(OptionVisitor& visitor) {

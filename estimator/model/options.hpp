@@ -36,6 +36,8 @@ struct SceneOptions {
   double max_acceleration_mps2 = 100;  // with motion `accelerating` and `auto`, towards and away
   double range_offset_m = 0;  // the instrument's own, which is subtracted from each distance
   std::int64_t targets = 1;   // that a frame may have, 1 to most_targets
+  bool rigid = false;         // pixels that share a velocity are estimated together
+  bool pool = false;          // pixels with too few photons are estimated with their neighbours
   void describe(OptionVisitor& visitor);
 };
 

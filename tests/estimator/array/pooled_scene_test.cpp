@@ -24,7 +24,7 @@ test::FrameMaker faint() {
 TEST(PooledScene, FaintPixelsAreMeasuredTogether) {
   PixelField field(20, faint());
   FrameEstimator alone(faint().pattern, {}, {}, {}, 50, 2000);
-  PooledScene scene(faint().pattern, {}, {}, {}, 50, 2000, field.directions());
+  PooledScene scene(faint().pattern, {}, {}, {}, 50, field.directions());
   std::vector<Estimate> estimates(field.size());
   std::vector<std::size_t> pooled(field.size());
   int found_alone = 0, found = 0, wrong = 0, of_nine = 0, all = 0;
@@ -57,7 +57,7 @@ TEST(PooledScene, APixelThatShowsItsTargetIsLeftAlone) {
   PixelField field(8, bright);
   field.pixel(3).signal_per_pulse = 0;
   FrameEstimator alone(bright.pattern, {}, {}, {}, 50, 2000);
-  PooledScene scene(bright.pattern, {}, {}, {}, 50, 2000, field.directions());
+  PooledScene scene(bright.pattern, {}, {}, {}, 50, field.directions());
   const std::vector<FrameView>& views = field.next(1);
   std::vector<Estimate> estimates;
   for (const FrameView& view : views) estimates.push_back(alone.estimate(view));
@@ -76,7 +76,7 @@ TEST(PooledScene, DarknessStaysDark) {
   test::FrameMaker dark = faint();
   dark.signal_per_pulse = 0;
   PixelField field(8, dark);
-  PooledScene scene(dark.pattern, {}, {}, {}, 50, 2000, field.directions());
+  PooledScene scene(dark.pattern, {}, {}, {}, 50, field.directions());
   std::vector<Estimate> estimates(field.size());
   for (Estimate& estimate : estimates) estimate.status = FrameStatus::no_target;
   std::vector<std::size_t> pooled(field.size());

@@ -23,13 +23,12 @@ test::FrameMaker paper_scene() {
 // Pixels that look at surfaces of different distances: measured alone, then together.
 class Field : public test::PixelField {
  public:
-  Field(std::size_t pixels, const test::FrameMaker& made,
-        RigidMotion motion = RigidMotion::straight)
+  Field(std::size_t pixels, const test::FrameMaker& made)
       : PixelField(pixels, made),
         estimates_(pixels),
         bodies_(pixels),
         alone_(made.pattern, {}, {}, {}, made.length_ms, 50'000),
-        scene_(made.pattern, {}, {}, {}, made.length_ms, 50'000, directions(), motion) {
+        scene_(made.pattern, {}, {}, {}, made.length_ms, 50'000, directions()) {
     for (std::size_t k = 0; k < pixels; ++k) pixel(k).distance_m += 1.3 * static_cast<double>(k);
   }
 
@@ -161,7 +160,7 @@ TEST(RigidScene, APlateAndAWallAreTwoBodies) {
 
 // 0.6 m/s from one side of the field to the other: 15 deviations of a single pixel's velocity.
 TEST(RigidScene, ABodyThatTurns) {
-  Field field(16, paper_scene(), RigidMotion::turning);
+  Field field(16, paper_scene());
   for (std::size_t k = 0; k < field.size(); ++k) {
     field.pixel(k).velocity_mps += 1.0 * field.directions()[k].azimuth_deg;
     field.pixel(k).velocity_mps -= 0.5 * field.directions()[k].elevation_deg;
