@@ -11,9 +11,8 @@
 #include <vector>
 
 #include "bench/thread_clock.hpp"
-#include "estimator/array/pooled_scene.hpp"
+#include "estimator/array/pixel_track.hpp"
 #include "estimator/array/rigid_scene.hpp"
-#include "estimator/array/track_field.hpp"
 #include "tests/support/pixel_field.hpp"
 
 namespace splid {
@@ -38,8 +37,9 @@ class Array {
   Array(std::size_t pixels, double light, FindingsWanted findings = FindingsWanted::on)
       : field_(pixels, plate(light)),
         estimator_(plate(light).pattern, {}, {}, {.findings = findings}, 50, most_photons),
-        tracks_(field_.directions()),
-        estimates_(pixels) {}
+        estimates_(pixels) {
+    for (std::size_t k = 0; k < pixels; ++k) tracks_.emplace_back(k);
+  }
 
   void next() { views_ = field_.next(++seed_); }
   // Thread times of a frame, ms.
@@ -50,9 +50,9 @@ class Array {
   }
   double follow() {
     const double begin_ms = bench::thread_ms();
-    tracks_.begin_frame();
     for (std::size_t k = 0; k < views_.size(); ++k) {
-      estimates_[k] = estimator_.estimate(views_[k], &tracks_.track(k));
+      tracks_[k].begin_frame({});
+      estimates_[k] = estimator_.estimate(views_[k], &tracks_[k].track());
     }
     return bench::thread_ms() - begin_ms;
   }
@@ -81,7 +81,7 @@ class Array {
  private:
   test::PixelField field_;
   FrameEstimator estimator_;
-  array::TrackField tracks_;
+  std::vector<array::PixelTrack> tracks_;
   std::vector<FrameView> views_;
   std::vector<Estimate> estimates_;
   std::uint64_t seed_ = 0;

@@ -16,6 +16,7 @@ Error refused(const char* key, const std::string& why) {
 const char* wanted_key(const SceneOptions& scene) { return scene.rigid ? "rigid" : "pool"; }
 
 void check(const StreamOptions& options) {
+  if (!options.scene.rigid && !options.scene.pool) return;
   const char* key = wanted_key(options.scene);
   if (options.pixels.size() < 2) {
     throw refused(key, "is true; it needs several /pixels");
@@ -36,12 +37,15 @@ void check(const StreamOptions& options) {
   }
 }
 
-std::vector<array::PixelDirection> directions_of(const std::vector<PixelOptions>& pixels) {
-  std::vector<array::PixelDirection> directions(pixels.size());
-  const bool known = std::all_of(pixels.begin(), pixels.end(), [](const PixelOptions& pixel) {
+bool have_directions(const std::vector<PixelOptions>& pixels) {
+  return std::all_of(pixels.begin(), pixels.end(), [](const PixelOptions& pixel) {
     return pixel.azimuth_deg && pixel.elevation_deg;
   });
-  if (!known) return directions;
+}
+
+std::vector<array::PixelDirection> directions_of(const std::vector<PixelOptions>& pixels) {
+  std::vector<array::PixelDirection> directions(pixels.size());
+  if (!have_directions(pixels)) return directions;
   for (std::size_t k = 0; k < pixels.size(); ++k) {
     directions[k] = {*pixels[k].azimuth_deg, *pixels[k].elevation_deg};
   }
@@ -51,14 +55,19 @@ std::vector<array::PixelDirection> directions_of(const std::vector<PixelOptions>
 }  // namespace
 
 bool FieldEstimator::is_wanted(const StreamOptions& options) {
-  return options.scene.rigid || options.scene.pool;
+  return options.scene.rigid || options.scene.pool || helps(options);
+}
+
+bool FieldEstimator::helps(const StreamOptions& options) {
+  return options.estimator.tracked && options.pixels.size() > 1 && have_directions(options.pixels);
 }
 
 FieldEstimator::FieldEstimator(const StreamOptions& options, std::size_t max_photons)
     : views_(options.pixels.size()),
       estimates_(options.pixels.size()),
       bodies_(options.pixels.size()),
-      pooled_(options.pixels.size()) {
+      pooled_(options.pixels.size()),
+      seen_(options.pixels.size()) {
   check(options);
   const StreamOptions own = options_of_pixel(options, options.pixels.front());
   const std::vector<array::PixelDirection> directions = directions_of(options.pixels);
@@ -70,10 +79,21 @@ FieldEstimator::FieldEstimator(const StreamOptions& options, std::size_t max_pho
     pool_.emplace(own.pattern, own.pulse, own.scene, own.estimator, own.frame.length_ms, directions,
                   own.drift.reference);
   }
+  if (helps(options)) help_.emplace(directions);
 }
 
 void FieldEstimator::estimate(EstimationUnit& unit) {
   if (!unit.wanted) return;
+  if (help_) tell_neighbours(unit);
+  if (rigid_ || pool_) join(unit);
+}
+
+void FieldEstimator::tell_neighbours(EstimationUnit& unit) {
+  for (std::size_t k = 0; k < seen_.size(); ++k) seen_[k] = unit.pixels[k].seen;
+  for (std::size_t k = 0; k < seen_.size(); ++k) unit.pixels[k].help = help_->help(k, seen_);
+}
+
+void FieldEstimator::join(EstimationUnit& unit) {
   for (std::size_t k = 0; k < views_.size(); ++k) {
     views_[k] = unit.frame.pixels[k]->view();
     estimates_[k] = unit.pixels[k].estimate;

@@ -23,6 +23,9 @@ inline constexpr std::size_t lane_depth = 2;
 struct PixelEstimate {
   Estimate estimate;
   double compute_ms = 0;
+  TargetTrack seen;  // where the pixel has seen its target; not valid where that is not followed
+  // Where a neighbour has: for the next frame in this unit, which comes lane_depth frames later.
+  TargetTrack help;
 };
 
 // A frame with what each stage adds on its way.

@@ -17,6 +17,7 @@ struct EstimatorInUse {
   std::vector<FrameEstimator> estimators;
   std::vector<std::size_t> of_pixel;  // which of them, for each of the thread's pixels
   bool tracked = false;
+  bool helped = false;  // a pixel that follows nothing begins where its neighbours see a target
   // Of the thread that joins the pixels of a frame; null where no scene asks for it.
   std::unique_ptr<FieldEstimator> field;
 

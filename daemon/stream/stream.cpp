@@ -39,6 +39,7 @@ EstimatorInUse make_estimators(const StreamOptions& options, std::size_t max_pho
                                const std::vector<PixelOptions>& pixels) {
   EstimatorInUse made;
   made.tracked = options.estimator.tracked;
+  made.helped = FieldEstimator::helps(options);
   std::vector<PixelOptions> kinds;
   for (const PixelOptions& pixel : pixels) {
     const auto same = std::find_if(kinds.begin(), kinds.end(), [&](const PixelOptions& kind) {
@@ -232,14 +233,22 @@ void Stream::estimate(std::size_t index) {
   Lane& lane = *lanes_[shares_frames ? 0 : index];
   const std::size_t place = shares_frames ? index : 0;
   LaneEstimator& estimator = *estimators_[index];
-  std::vector<TargetTrack> tracks(estimator.in_use().of_pixel.size());
+  const std::size_t step = shares_frames ? threads() : 1;
+  const auto no_tracks = [&] {
+    std::vector<array::PixelTrack> none;
+    for (std::size_t k = 0; k < estimator.in_use().of_pixel.size(); ++k) {
+      none.emplace_back(index + k * step);
+    }
+    return none;
+  };
+  std::vector<array::PixelTrack> tracks = no_tracks();
   while (!lane.estimator_done(place)) {
     EstimationUnit* unit = lane.filled_unit(place);
     if (unit == nullptr) {
       lane.wait(place, idle);
       continue;
     }
-    if (estimator.take_next()) tracks.assign(tracks.size(), {});
+    if (estimator.take_next()) tracks = no_tracks();
     estimate(*unit, index, tracks);
     lane.estimated(place);
     wake_.notify();
@@ -270,22 +279,25 @@ void Stream::join_pixels() {
 
 // The thread's share of a frame. A part that there is no time for counts as not seen: its photons
 // stay counted in it.
-void Stream::estimate(EstimationUnit& unit, std::size_t index, std::vector<TargetTrack>& tracks) {
+void Stream::estimate(EstimationUnit& unit, std::size_t index,
+                      std::vector<array::PixelTrack>& tracks) {
   EstimatorInUse& with = estimators_[index]->in_use();
   const auto estimate_part = [&](Frame& part, std::size_t k, Estimate& estimate, double& took_ms) {
     const std::int64_t begin_ns = clock_.steady_ns();
     const bool too_late = out_of_patience();
     if (too_late) part.seen_fraction = 0;
-    estimate =
-        unit.wanted && !too_late
-            ? with.of(k).estimate(part.view(), with.tracked ? &tracks[k] : nullptr, unit.effort)
-            : Estimate{};
+    estimate = unit.wanted && !too_late
+                   ? with.of(k).estimate(part.view(), with.tracked ? &tracks[k].track() : nullptr,
+                                         unit.effort)
+                   : Estimate{};
     took_ms = static_cast<double>(clock_.steady_ns() - begin_ns) / 1e6;
   };
   if (unit.pixels.empty()) return estimate_part(unit.frame, 0, unit.estimate, unit.compute_ms);
   for (std::size_t p = index, k = 0; p < unit.pixels.size(); p += threads(), ++k) {
     PixelEstimate& pixel = unit.pixels[p];
+    if (with.helped) tracks[k].begin_frame(pixel.help);
     estimate_part(*unit.frame.pixels[p], k, pixel.estimate, pixel.compute_ms);
+    if (with.helped) pixel.seen = tracks[k].seen();
   }
 }
 

@@ -22,6 +22,7 @@
 #include "daemon/stream/source_thread.hpp"
 #include "daemon/stream/tag_tap.hpp"
 #include "drivers/source.hpp"
+#include "estimator/array/pixel_track.hpp"
 
 // This room makes frames of tags. Who never saw it reads this header first, then framer.hpp (where
 // a frame ends) and effort_governor.hpp (what happens when estimation is too slow).
@@ -147,7 +148,7 @@ class Stream {
   [[nodiscard]] std::size_t threads() const {
     return static_cast<std::size_t>(options_.pipeline.estimation_threads);
   }
-  void estimate(EstimationUnit& unit, std::size_t index, std::vector<TargetTrack>& tracks);
+  void estimate(EstimationUnit& unit, std::size_t index, std::vector<array::PixelTrack>& tracks);
 
   const StreamOptions options_;
   std::unique_ptr<TagSource> source_;

@@ -11,7 +11,7 @@
 //   shared_fit.hpp       the maximum of the joint likelihood of pixels that share a velocity
 //   rigid_scene.hpp      the pixels that share a velocity, and their estimates
 //   neighbours.hpp       which pixels look beside each other
-//   track_field.hpp      where each pixel looks first: its own last frame, or its neighbours'
+//   pixel_track.hpp      where each pixel looks first: its own last frame, or its neighbours'
 //   pooled_scene.hpp     the photons of neighbours together, where one pixel has too few
 
 namespace splid::array {

@@ -121,6 +121,37 @@ TEST(FieldEstimator, FaintPixelsArePooled) {
   EXPECT_GE(pooled, 24U);
 }
 
+// The left half of the field is dark for the first frames. Its pixels then begin where their
+// neighbours see the wall.
+TEST(FieldEstimator, NeighboursHelpWhateverTheThreads) {
+  Config config = config_of_array();
+  config.estimator.tracked = true;
+  std::vector<Tag> tags = test::simulate(plate_before_wall(), config.pattern);
+  std::erase_if(tags, [](const Tag& tag) {
+    return tag.kind == TagKind::photon && tag.value % 4 == 1 && tag.time_ps < 110'000'000'000;
+  });
+  const auto frames = measured(config, tags);
+  ASSERT_GE(frames.size(), 4U);
+  for (std::size_t p = 0; p < 8; ++p) {
+    EXPECT_EQ(frames[0][p].status, p % 4 == 0 ? FrameStatus::no_target : FrameStatus::ok) << p;
+    EXPECT_EQ(frames.back()[p].status, FrameStatus::ok) << p;
+    const double distance_m = is_plate(p) ? 20.26 : 25;
+    EXPECT_NEAR(frames.back()[p].delay_ns, distance_m / 0.149896229, 0.5) << p;
+  }
+  for (const std::int64_t threads : {2, 3}) {
+    config.pipeline.estimation_threads = threads;
+    const auto again = measured(config, tags);
+    ASSERT_EQ(again.size(), frames.size());
+    for (std::size_t n = 0; n < frames.size(); ++n) {
+      for (std::size_t p = 0; p < 8; ++p) {
+        EXPECT_EQ(again[n][p].delay_ns, frames[n][p].delay_ns) << n << " " << p;
+        EXPECT_EQ(again[n][p].velocity_mps, frames[n][p].velocity_mps) << n << " " << p;
+        EXPECT_EQ(again[n][p].range_odds_nats, frames[n][p].range_odds_nats) << n << " " << p;
+      }
+    }
+  }
+}
+
 TEST(FieldEstimator, PixelsThatDoNotFitTheSceneAreRefused) {
   const auto refusal = [](const Config& config) {
     return test::error_text([&] { check_stream(stream_options(config)); });

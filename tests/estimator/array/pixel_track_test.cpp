@@ -1,4 +1,4 @@
-#include "estimator/array/track_field.hpp"
+#include "estimator/array/pixel_track.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,32 +23,40 @@ class Measured {
  public:
   explicit Measured(const PixelField& field)
       : estimator_(plate().pattern, {}, {}, {}, 50, 50'000),
-        tracks_(field.directions()),
+        help_(field.directions()),
+        seen_(field.size()),
         estimates(field.size()),
-        is_searched(field.size()) {}
+        is_searched(field.size()) {
+    for (std::size_t k = 0; k < field.size(); ++k) tracks_.emplace_back(k);
+  }
 
   void measure(const std::vector<FrameView>& views) {
-    tracks_.begin_frame();
     searches = 0;
+    helped = 0;
+    const std::vector<TargetTrack> last = seen_;
     for (std::size_t k = 0; k < views.size(); ++k) {
-      estimates[k] = estimator_.estimate(views[k], &tracks_.track(k));
-      is_searched[k] = tracks_.track(k).followed == 0;
+      tracks_[k].begin_frame(help_.help(k, last));
+      helped += tracks_[k].is_helped() ? 1 : 0;
+      estimates[k] = estimator_.estimate(views[k], &tracks_[k].track());
+      is_searched[k] = tracks_[k].track().followed == 0;
       searches += is_searched[k] ? 1 : 0;
+      seen_[k] = tracks_[k].seen();
     }
   }
-  [[nodiscard]] std::size_t helped() const { return tracks_.helped(); }
 
  private:
   FrameEstimator estimator_;
-  TrackField tracks_;
+  NeighboursHelp help_;
+  std::vector<PixelTrack> tracks_;
+  std::vector<TargetTrack> seen_;
 
  public:
   std::vector<Estimate> estimates;
   std::vector<bool> is_searched;
-  std::size_t searches = 0;
+  std::size_t searches = 0, helped = 0;
 };
 
-TEST(TrackField, PixelsAreSearchedAnewInTurn) {
+TEST(PixelTrack, PixelsAreSearchedAnewInTurn) {
   PixelField field(16, plate());
   Measured measured(field);
   measured.measure(field.next(1));
@@ -67,38 +75,38 @@ TEST(TrackField, PixelsAreSearchedAnewInTurn) {
 
 // A pixel that gets light begins where its neighbours see the surface, and is not searched. One
 // whose surface is elsewhere is searched, and found.
-TEST(TrackField, NeighboursHelpAPixelThatGetsLight) {
+TEST(PixelTrack, NeighboursHelpAPixelThatGetsLight) {
   PixelField field(16, plate());
   field.pixel(5).signal_per_pulse = 0;
   field.pixel(10).signal_per_pulse = 0;
   Measured measured(field);
   measured.measure(field.next(1));
   measured.measure(field.next(2));
-  EXPECT_EQ(measured.helped(), 2U);
+  EXPECT_EQ(measured.helped, 2U);
   EXPECT_EQ(measured.estimates[5].status, FrameStatus::no_target);
   EXPECT_TRUE(measured.is_searched[5]);
   field.pixel(5).signal_per_pulse = field.pixel(6).signal_per_pulse / 2;
   field.pixel(10).signal_per_pulse = field.pixel(6).signal_per_pulse;
   field.pixel(10).distance_m += 12;
   measured.measure(field.next(3));
-  EXPECT_EQ(measured.helped(), 2U);
+  EXPECT_EQ(measured.helped, 2U);
   EXPECT_TRUE(field.is_right(measured.estimates[5], 5));
   EXPECT_FALSE(measured.is_searched[5]);
   EXPECT_TRUE(field.is_right(measured.estimates[10], 10));
   EXPECT_TRUE(measured.is_searched[10]);
   measured.measure(field.next(4));
-  EXPECT_EQ(measured.helped(), 0U);
+  EXPECT_EQ(measured.helped, 0U);
   EXPECT_TRUE(field.is_right(measured.estimates[5], 5));
 }
 
-TEST(TrackField, ADarkFieldHelpsNobody) {
+TEST(PixelTrack, ADarkFieldHelpsNobody) {
   test::FrameMaker dark = plate();
   dark.signal_per_pulse = 0;
   PixelField field(4, dark);
   Measured measured(field);
   for (std::uint64_t n = 1; n < 4; ++n) {
     measured.measure(field.next(n));
-    EXPECT_EQ(measured.helped(), 0U);
+    EXPECT_EQ(measured.helped, 0U);
     EXPECT_EQ(measured.searches, 4U);
   }
 }
