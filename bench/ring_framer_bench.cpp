@@ -121,6 +121,31 @@ void framer_alone(benchmark::State& state) {
 }
 BENCHMARK(framer_alone)->Arg(50)->Arg(10)->Arg(1)->Unit(benchmark::kMillisecond);
 
+// 40 M photons a second, dealt out to so many pixels.
+void framer_of_pixels(benchmark::State& state) {
+  constexpr double photons_per_s = 40e6;
+  const auto pixels = static_cast<std::size_t>(state.range(0));
+  std::vector<Tag> tags = one_block(photons_per_s);
+  std::mt19937 random(2);
+  for (Tag& tag : tags) {
+    if (tag.kind == TagKind::photon) tag.value = static_cast<std::int32_t>(random() % pixels);
+  }
+  ChannelOptions options;
+  for (std::size_t i = 0; i < pixels; ++i) options.pixels.push_back(static_cast<std::int64_t>(i));
+  const ChannelMap channels{options};
+  FrameCapacity capacity{ring_capacity / pixels, 1 << 16, 1 << 10, 256};
+  capacity.pixels = pixels;
+  OneFrame frames(capacity);
+  for (auto _ : state) {
+    Framer framer({50, period_ps, DriftMethod::regression, 1 << 16}, channels, frames);
+    framer.push(tags, 0);
+    framer.finish();
+    if (framer.totals().late + framer.totals().surplus > 0) state.SkipWithError("tags lost");
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * tags.size()));
+}
+BENCHMARK(framer_of_pixels)->Arg(16)->Arg(64)->Arg(1024)->Unit(benchmark::kMillisecond);
+
 // The records of the PTU recording that SPLID_BENCH_PTU names, through decoder, ring and framer.
 void decoder_ring_and_framer(benchmark::State& state) {
   const char* file = std::getenv("SPLID_BENCH_PTU");

@@ -75,6 +75,13 @@ void ChannelOptions::describe(OptionVisitor& visitor) {
                   "where the encoder's sample clock comes in; \"\" where there is none");
 }
 
+std::vector<std::string> ChannelOptions::photon_names() const {
+  if (pixels.empty()) return photon;
+  std::vector<std::string> names;
+  for (const std::int64_t input : pixels) names.push_back(std::to_string(input));
+  return names;
+}
+
 std::optional<OptionFault> ChannelOptions::validate() const {
   if (photon.empty()) return OptionFault{"/photon", "[] names no input; at least 1 is needed"};
   const std::vector<NamedChannel> all = all_channels(*this);

@@ -19,6 +19,8 @@ struct ChannelOptions {
   std::vector<double> delays_ps = {};
   // The inputs of `pixels`, in the place of `photon`; delays_ps is then theirs. Not in JSON.
   std::vector<std::int64_t> pixels = {};
+  // The inputs that photons come on, of pixels where there are any.
+  [[nodiscard]] std::vector<std::string> photon_names() const;
   void describe(OptionVisitor& visitor);
   [[nodiscard]] std::optional<OptionFault> validate() const;
 };

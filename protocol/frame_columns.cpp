@@ -11,6 +11,7 @@ namespace splid {
 namespace {
 
 constexpr std::size_t name_bytes = 16;
+constexpr std::size_t pixel_bytes = 32;  // the longest name of a pixel
 constexpr std::size_t list_bytes = 160;  // room for all names of findings
 
 // Lays a message out as a row: shows its members as columns, in the order of the columns.
@@ -34,6 +35,9 @@ class FrameRow {
   }
   void text(const Member& member, const std::optional<std::string>& value) {
     show_text(member, name_bytes, value ? *value : "");
+  }
+  void text_if_any(const Member& member, const std::string& value) {
+    show_text(member, pixel_bytes, value);
   }
   template <class Owner, class Members>
   void group(const Member& member, const Owner& owner, Members members) {

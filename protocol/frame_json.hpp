@@ -89,6 +89,8 @@ struct FrameMessage {
   std::optional<double> compute_ms;  // estimation of this frame, wall time on its thread
   std::optional<double> latency_ms;  // from the last tag's arrival in the ring to publication
 
+  std::string pixel = {};  // its name, where there are several
+
   [[nodiscard]] bool valid() const {
     return status == FrameStatus::ok || status == FrameStatus::ambiguous;
   }

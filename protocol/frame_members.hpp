@@ -178,6 +178,8 @@ void describe(Message& message, Visitor& see) {
   see.number({"compute_ms", "ms", "time that the estimate took on its thread"}, message.compute_ms);
   see.number({"latency_ms", "ms", "from the arrival of the frame's last tag to publication"},
              message.latency_ms);
+  see.text_if_any({"pixel", "", "with several pixels: the name of the one whose frame it is"},
+                  message.pixel);
 }
 
 }  // namespace splid

@@ -74,6 +74,7 @@ void check_config(const std::string& file) {
       shown_text(config.pattern_file, most_said).c_str(), describe_pattern(config.pattern).c_str(),
       config.frame.length_ms, shown_text(config.publish.endpoint, most_said).c_str(),
       memory_needed_mib(config));
+  if (!config.pixels.empty()) std::printf("  pixels   %zu\n", config.pixels.size());
   say_look_alike(config.pattern, config.pulse, config.frame.length_ms);
   for (const std::string& note : start_notes(config)) {
     std::fprintf(stderr, "splid: warning: %s: %s\n", name.c_str(),

@@ -84,8 +84,9 @@ void warn_unless_it_occurs(const RecordingInfo& info, const std::string& file, c
 void warn_of_what_does_not_fit(const Config& config, const std::string& file) {
   const RecordingInfo info = scan_recording(file, tags_looked_at);
   recording::check_width(config, info.header);
-  for (const std::string& name : config.channels.photon) {
-    warn_unless_it_occurs(info, file, "channels.photon", name);
+  const bool has_pixels = !config.channels.pixels.empty();
+  for (const std::string& name : config.channels.photon_names()) {
+    warn_unless_it_occurs(info, file, has_pixels ? "pixels: input" : "channels.photon", name);
   }
   warn_unless_it_occurs(info, file, "channels.sync", config.channels.sync);
   for (const std::string& doubt :

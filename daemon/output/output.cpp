@@ -150,7 +150,8 @@ void Output::publish_pixels(const EstimationUnit& unit, const SceneMessage& scen
   for (std::size_t i = 0; i < scene.pixels.size(); ++i) {
     const SceneMessage::Pixel& pixel = scene.pixels[i];
     if (asked_for[i]) ends_.publisher.publish_pixel(pixel.name, to_json(pixel.frame));
-    if (ends_.pixel_observer) ends_.pixel_observer(pixel);
+    give_frame(pixel.frame);
+    tell_observer(pixel);
     if (pixel.frame.significance.value_or(0) >
         scene.pixels[surest].frame.significance.value_or(0)) {
       surest = i;
@@ -191,6 +192,16 @@ void Output::tell_observer(const FrameMessage& message, const std::string& json)
   if (!ends_.observer || observer_done_) return;
   try {
     observer_done_ = !ends_.observer(message, json);
+  } catch (...) {
+    observer_fault_ = std::current_exception();
+    observer_done_ = true;
+  }
+}
+
+void Output::tell_observer(const SceneMessage::Pixel& pixel) {
+  if (!ends_.pixel_observer || observer_done_) return;
+  try {
+    ends_.pixel_observer(pixel);
   } catch (...) {
     observer_fault_ = std::current_exception();
     observer_done_ = true;

@@ -110,6 +110,7 @@ class Output {
   [[nodiscard]] double latency_ms(const Frame& frame) const;
   [[nodiscard]] const std::vector<bool>& pixels_asked_for(const SceneMessage& scene);
   void tell_observer(const FrameMessage& message, const std::string& json);
+  void tell_observer(const SceneMessage::Pixel& pixel);
   void look_around(Stream& stream);
   [[nodiscard]] StreamHealth health(Stream& stream);
   [[nodiscard]] StreamCounters all_counters(const Stream& stream) const;

@@ -20,7 +20,7 @@ constexpr double least_share = 0.7;
 
 // The configured inputs have their channels before any other that has tags.
 PtuInputs inputs_of(const ChannelOptions& channels) {
-  std::vector<std::string> names = channels.photon;
+  std::vector<std::string> names = channels.photon_names();
   names.insert(names.end(), {channels.sync, channels.encoder});
   PtuInputs inputs;
   for (const std::string& name : names) {

@@ -2,10 +2,12 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <bit>
 
 #include "daemon/stream/frame_plan.hpp"
 #include "daemon/stream/lane.hpp"
+#include "daemon/stream/stream.hpp"
 #include "estimator/search_memory.hpp"
 
 namespace splid {
@@ -15,7 +17,7 @@ constexpr int large_bytes = 128 * 1024;
 
 constexpr double bytes_a_mib = 1 << 20;
 constexpr double program_mib = 19;           // with its libraries
-constexpr double estimator_mib = 1.5;        // without the tables of its search
+constexpr double one_estimator_mib = 1.5;    // without the tables of its search
 constexpr double estimator_bytes_a_tag = 4;  // that the ring holds
 
 double frame_mib(const FrameCapacity& capacity) {
@@ -37,12 +39,16 @@ double memory_needed_mib(const Config& config) {
   const double ring_mib = static_cast<double>(ring * sizeof(Tag)) / bytes_a_mib;
   const auto tables = static_cast<double>(search_table_bytes(
       config.pattern, config.pulse, config.scene, config.estimator, config.frame.length_ms));
-  const double lane_mib =
-      lane_depth * frame_mib(frame_capacity(config.frame.length_ms, config.pattern, ring, true)) +
-      estimator_mib + estimator_bytes_a_tag * static_cast<double>(ring) / bytes_a_mib +
-      tables / bytes_a_mib;
+  const std::size_t pixels = config.pixels.size();
+  const FrameCapacity capacity =
+      frame_capacity(config.frame.length_ms, config.pattern, ring, true, pixels);
+  const double lanes = pixels > 1 ? 1 : static_cast<double>(config.pipeline.estimation_threads);
+  const double an_estimator_mib =
+      one_estimator_mib +
+      (estimator_bytes_a_tag * static_cast<double>(capacity.photons) + tables) / bytes_a_mib;
   return program_mib + ring_mib * (config.record.folder.empty() ? 1 : 2) +
-         static_cast<double>(config.pipeline.estimation_threads) * lane_mib;
+         lanes * lane_depth * frame_mib(capacity) +
+         static_cast<double>(estimators_needed(stream_options(config))) * an_estimator_mib;
 }
 
 void return_large_blocks() { (void)mallopt(M_MMAP_THRESHOLD, large_bytes); }

@@ -151,15 +151,19 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   Progress progress(host_clock());
   EncoderScore encoder;
   FoundValues found;
+  const bool has_pixels = config.pixels.size() > 1;
+  const auto pixel_observer = [&](const SceneMessage::Pixel& pixel) {
+    if (options.frames != nullptr) keep(pixel.frame, *options.frames);
+  };
   const auto observer = [&](const FrameMessage& message, const std::string& json) {
     encoder.take(message);
     if (!options.is_service) found.take(message);
     if (progress.due()) progress.show(in_words(message));
-    if (options.frames != nullptr) keep(message, *options.frames);
+    if (options.frames != nullptr && !has_pixels) keep(message, *options.frames);
     return !options.json || out.write(json);
   };
-  Output output(output_options(config), {publisher, &device, metrics.get(), observer},
-                host_clock());
+  Output output(output_options(config),
+                {publisher, &device, metrics.get(), observer, pixel_observer}, host_clock());
   Measuring measuring(config, output, device, options.is_service);
   const auto apply = [&](const std::shared_ptr<const Config>& next, bool is_new) {
     std::string allowed = authenticator ? reload_allow_lists(*authenticator, *next) : "";
@@ -175,7 +179,7 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const StreamSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
-  if (!options.is_service && summary.frames > 0) log_info(found.in_words());
+  if (!options.is_service && !has_pixels && summary.frames > 0) log_info(found.in_words());
   if (encoder.compared() > 0) log_info(encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);

@@ -60,6 +60,7 @@ SceneMessage& SceneMaker::make(const EstimationUnit& unit, double latency_ms) {
     scene_.pixels[i].frame =
         make_frame_message(*unit.frame.pixels[i], pixel.estimate, contexts_[i],
                            {unit.mid_unix_s, pixel.compute_ms, latency_ms, unit.effort});
+    scene_.pixels[i].frame.pixel = scene_.pixels[i].name;
   }
   sum_up(unit, latency_ms);
   return scene_;

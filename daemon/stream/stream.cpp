@@ -35,20 +35,30 @@ std::vector<PixelOptions> pixels_of_thread(const StreamOptions& options, std::si
   return pixels;
 }
 
+// Pixels of which no two are alike: the first of each kind.
+std::vector<PixelOptions> kinds_of(const std::vector<PixelOptions>& pixels) {
+  std::vector<PixelOptions> kinds;
+  for (const PixelOptions& pixel : pixels) {
+    const auto is_like = [&](const PixelOptions& kind) { return are_alike(kind, pixel); };
+    if (std::none_of(kinds.begin(), kinds.end(), is_like)) kinds.push_back(pixel);
+  }
+  return kinds;
+}
+
 EstimatorInUse make_estimators(const StreamOptions& options, std::size_t max_photons,
                                const std::vector<PixelOptions>& pixels) {
   EstimatorInUse made;
   made.tracked = options.estimator.tracked;
   made.helped = FieldEstimator::helps(options);
-  std::vector<PixelOptions> kinds;
+  const std::vector<PixelOptions> kinds = kinds_of(pixels);
+  for (const PixelOptions& kind : kinds) {
+    made.estimators.push_back(make_frame_estimator(options_of_pixel(options, kind), max_photons));
+  }
   for (const PixelOptions& pixel : pixels) {
     const auto same = std::find_if(kinds.begin(), kinds.end(), [&](const PixelOptions& kind) {
       return are_alike(kind, pixel);
     });
     made.of_pixel.push_back(static_cast<std::size_t>(same - kinds.begin()));
-    if (same != kinds.end()) continue;
-    kinds.push_back(pixel);
-    made.estimators.push_back(make_frame_estimator(options_of_pixel(options, pixel), max_photons));
   }
   return made;
 }
@@ -84,6 +94,15 @@ FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t ma
   return {options.pattern,         options.pulse,           options.scene,
           options.estimator,       options.frame.length_ms, max_photons,
           options.drift.reference, options.detector,        options.channels.photon.size()};
+}
+
+std::size_t estimators_needed(const StreamOptions& options) {
+  std::size_t count = 0;
+  const auto threads = static_cast<std::size_t>(options.pipeline.estimation_threads);
+  for (std::size_t i = 0; i < threads; ++i) {
+    count += kinds_of(pixels_of_thread(options, i, threads)).size();
+  }
+  return count;
 }
 
 void check_stream(const StreamOptions& options) {

@@ -53,6 +53,10 @@ StreamOptions options_of_pixel(const StreamOptions& options, const PixelOptions&
 // Error(Fault::usage) where it refuses them.
 FrameEstimator make_frame_estimator(const StreamOptions& options, std::size_t max_photons);
 
+// How many estimators the threads of a stream have together: each has one for each kind of pixel
+// that it estimates.
+std::size_t estimators_needed(const StreamOptions& options);
+
 // Throws what a stream's constructor would of these options, without making its buffers.
 void check_stream(const StreamOptions& options);
 

@@ -205,7 +205,8 @@ Values values_of(const FrameMessage::Target& target) {
 bool is_of_streams(const std::string& name) {
   static const std::set<std::string> names = {
       "timestamp",  "sequence",   "uncounted_losses",     "effort",
-      "compute_ms", "latency_ms", "reference_distance_m", "reference_velocity_mps"};
+      "compute_ms", "latency_ms", "reference_distance_m", "reference_velocity_mps",
+      "pixel"};
   return names.contains(name);
 }
 

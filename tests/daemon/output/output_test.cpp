@@ -17,6 +17,7 @@
 #include "daemon/sockets/subscriber.hpp"
 #include "tests/support/allocation_count.hpp"
 #include "tests/support/daemon_scene.hpp"
+#include "tests/support/field_scene.hpp"
 #include "tests/support/measured_stream.hpp"
 #include "tests/support/patience.hpp"
 #include "tests/support/scripted_source.hpp"
@@ -274,6 +275,26 @@ TEST(Output, HotThreadsAllocateNothingAfterStart) {
   const std::uint64_t allocated = test::allocations;
   test::counted_thread = nullptr;
   EXPECT_GE(summary.frames, 12u);
+  EXPECT_EQ(allocated, 0u);
+}
+
+TEST(Output, HotThreadsAllocateNothingForSeveralPixels) {
+  const Config config = test::with_pixels(scene_config(0, 2), test::pixels_of(4));
+  Publisher publisher(config.publish.endpoint, 1000);
+  const SourceInfo live{"field", true, 0.0, false};
+  MeasuredStream measured(
+      config, std::make_unique<ScriptedSource>(test::field_tags(4, 0.6, config.pattern), live),
+      publisher, host_clock());
+  test::counted_thread = on_no_thread;
+  test::allocations = 0;
+  measured.observe([&](const FrameMessage& frame, const std::string&) {
+    if (frame.sequence == 1) test::counted_thread = on_hot_thread;
+    return true;
+  });
+  const StreamSummary summary = measured.run({});
+  const std::uint64_t allocated = test::allocations;
+  test::counted_thread = nullptr;
+  EXPECT_GE(summary.frames, 5u);
   EXPECT_EQ(allocated, 0u);
 }
 

@@ -91,6 +91,7 @@ TEST(SceneOutput, HasAPixelsFrameWhileSomebodyAsksForIt) {
   const FrameMessage frame = frame_from_json(received.at("frame/2").at(1));
   EXPECT_EQ(frame.status, FrameStatus::ok);
   EXPECT_NEAR(frame.velocity_mps.value_or(99), -1.5, 0.2);
+  EXPECT_EQ(frame.pixel, "2");
   EXPECT_GT(frame.photons.value_or(0), 1000U);
 }
 

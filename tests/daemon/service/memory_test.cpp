@@ -50,6 +50,29 @@ TEST(MemoryNeeded, IsWhatTheProgramHas) {
   }
 }
 
+// Sixteen pixels of four kinds, of which one counts.
+TEST(MemoryNeeded, IsWhatTheProgramHasForSeveralPixels) {
+  const test::TempFolder folder;
+  const std::string endpoint = "ipc://" + folder.path("frames");
+  std::string pixels;
+  for (int input = 1; input <= 16; ++input) {
+    pixels += (pixels.empty() ? "" : ",") + std::string(R"({"input":)") + std::to_string(input) +
+              R"(,"sigma_ps":)" + std::to_string(100 + input % 4) + "}";
+  }
+  const std::string file = folder.write(
+      "config.json",
+      R"({"schema":"splid.config","source":{"driver":"simulator"},"pattern":{"file":")" SPLID_SOURCE_DIR
+      R"(/config/patterns/interleaved-180-189.json"},"control":{"endpoint":"off"},"pixels":[)" +
+          pixels + R"(],"pipeline":{"ring_capacity_tags":1048576,"estimation_threads":2},)" +
+          R"("publish":{"endpoint":")" + endpoint + "\"}}");
+  const double needed_mib = memory_needed_mib(load_config(file));
+  test::WatchedDaemon daemon(file, endpoint);
+  ASSERT_TRUE(daemon.await_status("count nothing"));
+  const double has_mib = test::memory_mib("VmRSS", std::to_string(daemon.program->id()));
+  EXPECT_NEAR(needed_mib / has_mib, 1, 0.15) << has_mib << " MiB";
+  EXPECT_EQ(daemon.stop().exit_code, 0);
+}
+
 #endif
 
 }  // namespace
