@@ -1,7 +1,9 @@
 #include "estimator/array/velocity_votes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 namespace splid::array {
@@ -48,6 +50,24 @@ Velocity mean_about(std::span<const Vote> votes, double mps) {
   return weights > 0 ? Velocity{sum / weights, 1 / std::sqrt(weights)} : Velocity{mps, 0};
 }
 
+// The evidence that a vote needs to be among the best, so that its velocity is tried.
+double least_tried(std::span<const Vote> votes) {
+  std::array<double, most_tried> best{};
+  std::size_t count = 0;
+  for (const Vote& vote : votes) {
+    if (count < best.size()) {
+      best[count++] = vote.evidence_nats;
+      std::push_heap(best.begin(), best.begin() + static_cast<std::ptrdiff_t>(count),
+                     std::greater<>());
+    } else if (vote.evidence_nats > best.front()) {
+      std::pop_heap(best.begin(), best.end(), std::greater<>());
+      best.back() = vote.evidence_nats;
+      std::push_heap(best.begin(), best.end(), std::greater<>());
+    }
+  }
+  return best.front();
+}
+
 }  // namespace
 
 double evidence_nats(double gain_nats, double std_delay_ns, double circle_ns) {
@@ -56,15 +76,7 @@ double evidence_nats(double gain_nats, double std_delay_ns, double circle_ns) {
 
 std::optional<SharedVelocity> most_voted(std::span<const Vote> votes, double max_speed_mps) {
   if (votes.empty()) return std::nullopt;
-  double least = -1e300;
-  if (votes.size() > most_tried) {
-    std::vector<double> evidences;
-    evidences.reserve(votes.size());
-    for (const Vote& vote : votes) evidences.push_back(vote.evidence_nats);
-    const auto nth = evidences.end() - static_cast<std::ptrdiff_t>(most_tried);
-    std::nth_element(evidences.begin(), nth, evidences.end());
-    least = *nth;
-  }
+  const double least = least_tried(votes);
   const Vote* best = nullptr;
   double best_nats = 0;
   for (const Vote& vote : votes) {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "tests/support/allocation_count.hpp"
 #include "tests/support/pixel_field.hpp"
 
 namespace splid::array {
@@ -34,7 +35,9 @@ TEST(PooledScene, FaintPixelsAreMeasuredTogether) {
       estimates[k] = alone.estimate(views[k]);
       found_alone += estimates[k].status == FrameStatus::ok;
     }
+    const std::uint64_t before = test::allocations;
     scene.estimate({views, estimates, pooled});
+    EXPECT_EQ(test::allocations, before);
     for (std::size_t k = 0; k < field.size(); ++k) {
       ++all;
       if (estimates[k].status != FrameStatus::ok) continue;

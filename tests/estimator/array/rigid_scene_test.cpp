@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tests/support/allocation_count.hpp"
 #include "tests/support/pixel_field.hpp"
 
 namespace splid::array {
@@ -37,9 +38,13 @@ class Field : public test::PixelField {
     const std::vector<FrameView>& views = next(seed);
     for (std::size_t k = 0; k < size(); ++k) estimates_[k] = alone_.estimate(views[k]);
     singles_ = estimates_;
-    return scene_.estimate({views, estimates_, bodies_});
+    const std::uint64_t before = test::allocations;
+    const std::size_t found = scene_.estimate({views, estimates_, bodies_});
+    allocations = test::allocations - before;
+    return found;
   }
 
+  std::uint64_t allocations = 0;  // of the last frame
   [[nodiscard]] const Estimate& alone(std::size_t k) const { return singles_[k]; }
   [[nodiscard]] const Estimate& together(std::size_t k) const { return estimates_[k]; }
   [[nodiscard]] int body(std::size_t k) const { return bodies_[k]; }
@@ -172,6 +177,18 @@ TEST(RigidScene, ABodyThatTurns) {
       EXPECT_EQ(field.body(k), 0) << k;
       velocity.add(field.velocity_error(field.together(k), k), field.together(k).std_velocity_mps);
     }
+  }
+}
+
+// Neither where the estimates tell the velocity, nor where the cells have to.
+TEST(RigidScene, AllocatesNothing) {
+  test::FrameMaker made = paper_scene();
+  made.signal_per_pulse = 1.0e-4;
+  Field field(12, made);
+  for (std::uint64_t n = 0; n < 6; ++n) {
+    field.measure(n);
+    EXPECT_EQ(field.allocations, 0U) << n;
+    for (std::size_t k = 0; n >= 3 && k < field.size(); ++k) field.pixel(k).signal_per_pulse = 1e-3;
   }
 }
 
