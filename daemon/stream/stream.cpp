@@ -102,6 +102,9 @@ std::size_t estimators_needed(const StreamOptions& options) {
   for (std::size_t i = 0; i < threads; ++i) {
     count += kinds_of(pixels_of_thread(options, i, threads)).size();
   }
+  // A body's velocity is searched for, and then each pixel at rest.
+  if (options.scene.rigid) count += 2;
+  if (options.scene.pool) ++count;
   return count;
 }
 
