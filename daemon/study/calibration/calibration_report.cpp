@@ -82,6 +82,7 @@ std::string summary(const PatternCalibration& calibrated, const std::string& pat
         calibrated.target_m);
   }
   text += describe_input_delays(calibrated.inputs, found.width_ps);
+  text += describe_pixels(calibrated.pixels);
   text += "to measure with it, write into the configuration: \"pattern\":{\"file\":\"" +
           pattern_file + "\"},\"pulse\":{\"shape\":\"tabulated\"}\n";
   return text;

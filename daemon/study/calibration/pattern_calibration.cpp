@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "config/pixel_list.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/base/text.hpp"
 #include "daemon/stream/channel_map.hpp"
@@ -49,15 +48,28 @@ struct Seen {
   std::optional<SyncDiagnosis> diagnosis;
 };
 
+// The channels with one pixel alone.
+ChannelOptions channels_of_pixel(const Config& config, std::size_t pixel) {
+  ChannelOptions channels = config.channels;
+  channels.pixels = {config.pixels[pixel].input};
+  channels.delays_ps = {config.pixels[pixel].delay_ps};
+  return channels;
+}
+
 // Reads the whole recording each time that read() is called.
 class Reader {
  public:
   Reader(const Config& config, const OpenRecording& open, const Plan& plan,
          const TellProgress& progress, const std::stop_token& stop)
-      : config_(config), open_(open), plan_(plan), progress_(progress), stop_(stop) {}
+      : config_(config),
+        channels_(config.pixels.empty() ? config.channels : channels_of_pixel(config, 0)),
+        open_(open),
+        plan_(plan),
+        progress_(progress),
+        stop_(stop) {}
 
   Seen read(const char* doing, const std::function<void(const FrameView&)>& take) const {
-    return read(doing, config_.channels, take);
+    return read(doing, channels_, take);
   }
   Seen read(const char* doing, const ChannelOptions& inputs,
             const std::function<void(const FrameView&)>& take) const {
@@ -85,6 +97,7 @@ class Reader {
 
  private:
   const Config& config_;
+  const ChannelOptions channels_;  // that the pattern comes from
   const OpenRecording& open_;
   const Plan& plan_;
   const TellProgress& progress_;
@@ -273,9 +286,43 @@ std::optional<Calibration> calibrate_input(const Config& config, const Reader& r
   return fold.photons() == 0 ? std::nullopt : calibrate(fold, config.pulse.sigma_ps);
 }
 
+PixelReport report_pixel(const Config& config, const Reader& reader, const Calibration& first,
+                         std::size_t pixel) {
+  const PixelOptions& options = config.pixels[pixel];
+  PixelReport report{options.name, false, 0, 0, 0, 0};
+  PhaseHistogram fold(pattern_period_ps(config.pattern), config.pulse.sigma_ps);
+  double seen_s = 0;
+  const std::string doing = "folded pixel " + options.name;
+  reader.read(doing.c_str(), channels_of_pixel(config, pixel), [&](const FrameView& frame) {
+    fold.add(frame);
+    seen_s += frame.seen_ns() * 1e-9;
+  });
+  if (seen_s > 0) report.background_per_s = static_cast<double>(fold.photons()) / seen_s;
+  const auto own =
+      fold.photons() > 0 ? calibrate(fold, config.pulse.sigma_ps) : std::optional<Calibration>{};
+  const auto shift = own ? shift_between(first, *own) : std::nullopt;
+  if (!shift) return report;
+  report.has_pulses = true;
+  report.delay_ps = options.delay_ps + shift->shift_ps;
+  report.std_delay_ps = pixel == 0 ? 0 : shift->std_ps;
+  report.width_ps = own->width_ps;
+  report.background_per_s = own->background_per_ps * own->period_ps / own->seconds;
+  return report;
+}
+
+std::vector<PixelReport> report_pixels(const Config& config, const Reader& reader,
+                                       const Calibration& first) {
+  std::vector<PixelReport> reports;
+  if (config.pixels.size() < 2) return reports;
+  for (std::size_t i = 0; i < config.pixels.size(); ++i) {
+    reports.push_back(report_pixel(config, reader, first, i));
+  }
+  return reports;
+}
+
 std::vector<InputDelay> compare_inputs(const Config& config, const Reader& reader) {
   const std::vector<std::string>& names = config.channels.photon;
-  if (names.size() < 2) return {};
+  if (names.size() < 2 || !config.pixels.empty()) return {};
   const auto first = calibrate_input(config, reader, 0);
   if (!first) return {};
   const auto delay_of = [&](std::size_t input) {
@@ -352,14 +399,15 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   const double delay_ps = delay_to_target_ps(config, plan, pattern);
   fill_pulses(found, delay_ps, pattern);
   std::vector<InputDelay> inputs = compare_inputs(config, reader);
+  std::vector<PixelReport> pixels = report_pixels(config, reader, found);
   const double target_m = delay_ps * m_per_ps - config.scene.range_offset_m;
-  return {std::move(pattern), target_m, std::move(found), rest, std::move(fold), std::move(inputs)};
+  return {std::move(pattern), target_m,          std::move(found), rest,
+          std::move(fold),    std::move(inputs), std::move(pixels)};
 }
 
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,
                                        const Plan& plan, const TellProgress& progress,
                                        const std::stop_token& stop) {
-  require_one_pixel(config, "splid calibrate");
   SourceContext context;
   context.pattern = &config.pattern;
   context.pixels = config.pixels;

@@ -21,6 +21,8 @@
 #include "tests/support/frame_maker.hpp"
 #include "tests/support/matches.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/scene_runs.hpp"
+#include "tests/support/scripted_source.hpp"
 
 namespace splid::calibration {
 namespace {
@@ -373,6 +375,52 @@ TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   EXPECT_THAT(measured.out, HasSubstr(R"("status":"ok")"));
   EXPECT_THAT(measured.out, HasSubstr(R"("distance_m":30.00)"));
+}
+
+// Pixel b is 250 ps late, has a wider pulse and less light around it; c counts nothing.
+TEST(PatternCalibration, ReportsEachPixelsDelayPulseAndRate) {
+  Config config = config_of_one_pulse();
+  config.pixels.resize(3);
+  for (int i = 0; i < 3; ++i) {
+    config.pixels[i].input = i + 1;
+    config.pixels[i].name = std::string(1, static_cast<char>('a' + i));
+    config.channels.pixels.push_back(i + 1);
+  }
+  config.channels.delays_ps = {0, 100, 0};
+  config.pixels[1].delay_ps = 100;
+  simulator::Options scene = scene_at_rest();
+  std::vector<Tag> tags = test::simulate(scene, played());
+  scene.seed = 2;
+  scene.detection.sigma_ps = 130;
+  scene.ambient_per_s = 50'000;
+  for (Tag tag : test::simulate(scene, played())) {
+    if (tag.kind == TagKind::photon) tags.push_back(photon_tag(tag.time_ps + 250, 2));
+  }
+  std::stable_sort(tags.begin(), tags.end(),
+                   [](const Tag& x, const Tag& y) { return x.time_ps < y.time_ps; });
+  const auto open = [&]() -> std::unique_ptr<TagSource> {
+    return std::make_unique<ScriptedSource>(tags, SourceInfo{"script", false, 0.0, false});
+  };
+  const PatternCalibration found =
+      calibrate_pattern(config, open, {}, [](const char*, double) {}, {});
+  ASSERT_EQ(found.pixels.size(), 3U);
+  EXPECT_EQ(found.pattern.segments.front().pulse_times_ps.size(), 12U);
+  const PixelReport& a = found.pixels[0];
+  EXPECT_EQ(a.name, "a");
+  EXPECT_NEAR(a.delay_ps, 0, 0.1);
+  EXPECT_NEAR(a.width_ps, 100, 5);
+  EXPECT_NEAR(a.background_per_s, 175'000, 5000);
+  const PixelReport& b = found.pixels[1];
+  EXPECT_TRUE(b.has_pulses);
+  EXPECT_NEAR(b.delay_ps, 250, 5 * b.std_delay_ps);
+  EXPECT_LT(b.std_delay_ps, 2);
+  EXPECT_NEAR(b.width_ps, 130, 6);
+  EXPECT_NEAR(b.background_per_s, 50'500, 5000);
+  EXPECT_FALSE(found.pixels[2].has_pulses);
+  EXPECT_EQ(found.pixels[2].background_per_s, 0);
+  EXPECT_THAT(summary(found, "p.json", 50),
+              AllOf(HasSubstr("\na               0.0     0.0 "), HasSubstr("\nb             2"),
+                    HasSubstr("\nc                 -       -         -             0\n")));
 }
 
 }  // namespace
