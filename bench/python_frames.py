@@ -49,8 +49,8 @@ def replayed(recording, config):
 
 def is_same(table, messages):
     return len(table) == len(messages) and all(
-        row["sequence"] == message["sequence"] and row["status"].decode() == message["status"]
-        and (row["status"] != b"ok" or row["distance_m"] == message["distance_m"])
+        row["sequence"] == message["sequence"] and row["status"] == message["status"]
+        and (row["status"] != "ok" or row["distance_m"] == message["distance_m"])
         for row, message in zip(table, messages))
 
 

@@ -24,11 +24,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/splid"
 SHIPPED = ROOT / "config/patterns"
 # In turns of one millisecond, [P]'s mrr has as many pulses of 180 ns as of 189.
-PATTERNS = {"baseline": splid.Pattern.read(SHIPPED / "periodic-3780.json"),
-            "ambiguous": splid.Pattern.read(SHIPPED / "ambiguous-94.5.json"),
+PATTERNS = {"baseline": splid.Pattern(SHIPPED / "periodic-3780.json"),
+            "ambiguous": splid.Pattern(SHIPPED / "ambiguous-94.5.json"),
             "mrr": splid.Pattern.mrr([180, 189], 2710),
-            "random": splid.Pattern.read(SHIPPED / "random-40.json"),
-            "interleaved": splid.Pattern.read(SHIPPED / "interleaved-180-189.json")}
+            "random": splid.Pattern(SHIPPED / "random-40.json"),
+            "interleaved": splid.Pattern(SHIPPED / "interleaved-180-189.json")}
 METHODS = ("search", "paper")
 # [P] Table 1, counts a pulse and counts a ns. Strong light is ours: [P]'s is not known.
 SIGNAL = {"baseline": 4.03e-4, "ambiguous": 13.6e-4, "mrr": 14.0e-4, "random": 13.2e-4, "interleaved": 13.8e-4}

@@ -15,6 +15,17 @@ import sys
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
+if "bdist_wheel" in sys.argv:
+    try:
+        from setuptools.command import bdist_wheel as _
+    except ImportError:
+        try:
+            import wheel as _
+        except ImportError:
+            sys.exit(f"{sys.executable} makes no wheels; take Debian's own Python for the virtual "
+                     "environment: /usr/bin/python3 -m venv --system-site-packages venv; or leave "
+                     "out --no-build-isolation")
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 

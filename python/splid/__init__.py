@@ -16,7 +16,7 @@ What the program would warn of goes to the logger "splid" of Python's logging.
 
 from splid._config import Config
 from splid._estimator import Estimator
-from splid._frames import FRAME, UNITS, frames
+from splid._frames import FRAME, UNITS, Frames, frames
 from splid._listen import Message, listen
 from splid._pattern import Pattern
 from splid._recording import TAG, Kind, Recording
@@ -34,6 +34,6 @@ from splid._studies import Bound, Calibration, bound, calibrate
 
 __all__ = [
     "Bound", "Calibration", "Config", "DataError", "DeviceError", "Estimate", "Estimator", "FRAME",
-    "Kind", "Message", "Pattern", "Recording", "Scene", "SplidError", "TAG", "Target", "Truth",
+    "Frames", "Kind", "Message", "Pattern", "Recording", "Scene", "SplidError", "TAG", "Target", "Truth",
     "UNITS", "UsageError", "__version__", "bound", "calibrate", "frames", "listen", "simulate",
 ]

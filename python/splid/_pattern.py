@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
+from splid._arguments import path_of
 
 _PS_PER_NS = 1000.0
 
@@ -15,7 +16,7 @@ _PS_PER_NS = 1000.0
 class Pattern:
     """What the waveform generator plays: the pulse times and amplitudes of one pattern period.
 
-    Pattern.read() reads a file; interleaved(), random(), periodic() and mrr() make patterns, as
+    Pattern("pattern.json") reads a file; interleaved(), random(), periodic() and mrr() make patterns, as
     `splid pattern` does. A pattern does not change. Times are doubles in ps and never rounded to a
     grid. Source: [P] section 2.
 
@@ -23,19 +24,20 @@ class Pattern:
     numbers of which no pattern can be made.
     """
 
-    def __init__(self, bound: _splid.Pattern) -> None:
-        """Not for people: see the class methods."""
-        self._bound = bound
+    def __init__(self, file: "os.PathLike[str] | str") -> None:
+        """Reads a pattern file."""
+        self._bound = _splid.Pattern.read(path_of("file", file))
 
     @classmethod
-    def read(cls, file: "os.PathLike[str] | str") -> "Pattern":
-        """Reads a pattern file."""
-        return cls(_splid.Pattern.read(os.fspath(file)))
+    def _of(cls, bound: _splid.Pattern) -> "Pattern":
+        pattern = cls.__new__(cls)
+        pattern._bound = bound
+        return pattern
 
     @classmethod
     def from_json(cls, text: str, name: str = "pattern") -> "Pattern":
         """Takes the text of a pattern file; `name` stands for the file in errors."""
-        return cls(_splid.Pattern.from_json(text, name))
+        return cls._of(_splid.Pattern.from_json(text, name))
 
     @classmethod
     def interleaved(cls, subperiods_ns: Sequence[float]) -> "Pattern":
@@ -43,7 +45,7 @@ class Pattern:
 
         subperiods_ns: at least two, whole picoseconds; 180 and 189 ns give 40 pulses in 3780 ns.
         """
-        return cls(_splid.Pattern.interleaved([_PS_PER_NS * period for period in subperiods_ns]))
+        return cls._of(_splid.Pattern.interleaved([_PS_PER_NS * period for period in subperiods_ns]))
 
     @classmethod
     def random(cls, period_ns: float = 3780, pulses: int = 40, min_spacing_ns: float = 9,
@@ -51,7 +53,7 @@ class Pattern:
         """Pulses at random times that keep a distance; stratified: one in each of equal slots
         instead.
         """
-        return cls(_splid.Pattern.random(_PS_PER_NS * period_ns, pulses,
+        return cls._of(_splid.Pattern.random(_PS_PER_NS * period_ns, pulses,
                                          _PS_PER_NS * min_spacing_ns, seed, stratified))
 
     @classmethod
@@ -60,7 +62,7 @@ class Pattern:
         """Evenly spaced pulses; ambiguous: targets may be beyond the range that their spacing
         tells.
         """
-        return cls(_splid.Pattern.periodic(_PS_PER_NS * period_ns, pulses, ambiguous))
+        return cls._of(_splid.Pattern.periodic(_PS_PER_NS * period_ns, pulses, ambiguous))
 
     @classmethod
     def mrr(cls, periods_ns: Sequence[float], repeats: "int | Sequence[int]") -> "Pattern":
@@ -68,14 +70,14 @@ class Pattern:
         times).
         """
         times = [repeats] * len(periods_ns) if isinstance(repeats, int) else list(repeats)
-        return cls(_splid.Pattern.mrr([_PS_PER_NS * period for period in periods_ns], times))
+        return cls._of(_splid.Pattern.mrr([_PS_PER_NS * period for period in periods_ns], times))
 
     def write(self, file: "os.PathLike[str] | str") -> None:
         """Writes a pattern file, as a whole or not at all; one that is there is replaced.
 
         Errors: DeviceError with the file and the system's reason.
         """
-        self._bound.write(os.fspath(file))
+        self._bound.write(path_of("file", file))
 
     def to_json(self) -> str:
         """The pattern as a line of JSON, which reads back to the same bits."""
@@ -113,7 +115,7 @@ class Pattern:
 
     @property
     def segments(self) -> list[dict[str, Any]]:
-        """The stretches that are played in turn, one unless the mode is mrr.
+        """The segments that are played in turn, one unless the mode is mrr.
 
         Each has period_ps, the arrays pulse_times_ps (ascending, from 0 to below period_ps) and
         amplitudes (relative, >= 0; one for each pulse), and repeats (0: for ever).

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
+from splid._arguments import path_of
 from splid._log import told
 from splid._pattern import Pattern
 
@@ -38,7 +39,7 @@ class Recording:
 
     def __init__(self, file: "os.PathLike[str] | str") -> None:
         """Reads the header."""
-        self.file = os.fspath(file)
+        self.file = path_of("file", file)
         with told():
             self._facts = _splid.Reader(self.file, 0).facts()
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
+from splid._arguments import path_of
 from splid._config import AnyConfig, bound_config
 from splid._log import told
 
@@ -16,17 +17,19 @@ from splid._log import told
 class Truth:
     """Where a simulated target really was, and the constants of its scene.
 
-    Truth.read() reads the FILE.truth.json that `splid simulate` writes beside a recording.
+    Truth("scene.truth.json") reads what `splid simulate` writes beside a recording.
     """
 
-    def __init__(self, bound: _splid.Truth) -> None:
-        """Not for people: see simulate() and read()."""
-        self._bound = bound
+    def __init__(self, file: "os.PathLike[str] | str") -> None:
+        """Errors: OSError; DataError naming the member that is missing or wrong."""
+        text = pathlib.Path(path_of("file", file)).read_text(encoding="utf-8")
+        self._bound = _splid.Truth.from_json(text)
 
     @classmethod
-    def read(cls, file: "os.PathLike[str] | str") -> "Truth":
-        """Errors: OSError; DataError naming the member that is missing or wrong."""
-        return cls(_splid.Truth.from_json(pathlib.Path(file).read_text(encoding="utf-8")))
+    def _of(cls, bound: _splid.Truth) -> "Truth":
+        truth = cls.__new__(cls)
+        truth._bound = bound
+        return truth
 
     def at(self, times_ps: npt.ArrayLike
            ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -92,4 +95,4 @@ def simulate(config: AnyConfig, seconds: float, seed: Optional[int] = None) -> S
         raise _splid.UsageError(f"seconds: {seconds} was given, but a number above 0 is expected")
     with told():
         tags, truth, start_unix_s = _splid.simulate(bound_config(config), seconds, seed)
-    return Scene(tags, Truth(truth), start_unix_s)
+    return Scene(tags, Truth._of(truth), start_unix_s)

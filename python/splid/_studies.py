@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
+from splid._arguments import path_of
 from splid._config import AnyConfig, bound_config
 from splid._log import told
 from splid._pattern import Pattern
@@ -47,10 +48,10 @@ def bound(pattern: "Union[Pattern, os.PathLike[str], str]", *, signal_per_pulse:
     near zero. To 1e-6 relative for gaussian pulses.
 
     Errors: UsageError for values out of bounds, and for a pattern without a shape; those of
-    Pattern.read().
+    Pattern.
     """
     if not isinstance(pattern, Pattern):
-        pattern = Pattern.read(pattern)
+        pattern = Pattern(path_of("pattern", pattern, " or a Pattern"))
     scene = _splid.BoundScene(
         length_ms=length_ms, seen_fraction=seen_fraction, delay_ns=delay_ns,
         velocity_mps=velocity_mps, signal_per_pulse=signal_per_pulse,
@@ -93,8 +94,9 @@ def calibrate(recording: "Union[Recording, os.PathLike[str], str]", config: AnyC
     for name, value in (("time_ps", time_ps), ("amplitude_percent", amplitude_percent)):
         if not value > 0:
             raise _splid.UsageError(f"{name}: {value} was given, but a number above 0 is expected")
-    file = recording.file if isinstance(recording, Recording) else os.fspath(recording)
+    file = (recording.file if isinstance(recording, Recording)
+            else path_of("recording", recording, " or a Recording"))
     with told():
         pattern, table, summary, photons = _splid.calibrate(
             bound_config(config), file, distance_m, time_ps, amplitude_percent)
-    return Calibration(Pattern(pattern), table, summary, photons)
+    return Calibration(Pattern._of(pattern), table, summary, photons)

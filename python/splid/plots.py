@@ -25,7 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from splid import _splid
-from splid._frames import FRAME, frames
+from splid._frames import FRAME, Frames, frames
 from splid._pattern import Pattern
 from splid._recording import Kind, Recording
 from splid._scene import Truth
@@ -58,10 +58,10 @@ def _figure(panels: int, title: str, height: float = 2.3) -> tuple[Figure, list[
     return figure, [figure.add_subplot(panels, 1, k + 1) for k in range(panels)]
 
 
-def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
+def run(table: Frames, truth: Optional[Truth] = None) -> Figure:
     """A run: distance and velocity of the valid frames of a table against time (s).
 
-    table: rows of FRAME. truth: of the scene, if it is known; then two more panels show the errors
+    table: of splid.frames() or read_table(). truth: of the scene, if it is known; then two more panels show the errors
     (mm, cm/s) in a band of two published standard deviations. Without it each frame has a bar of
     one standard deviation.
 
@@ -70,7 +70,7 @@ def run(table: npt.NDArray[Any], truth: Optional[Truth] = None) -> Figure:
     good = table[table["valid"]]
     if len(good) == 0:
         names, counts = np.unique(table["status"], return_counts=True)
-        seen = ", ".join(f"{count} {name.decode()}" for name, count in zip(names, counts))
+        seen = ", ".join(f"{count} {name}" for name, count in zip(names, counts))
         raise ValueError(f"table: none of its {len(table)} frames is valid: {seen}")
     middle_ps = good["start_ps"] + np.rint(good["duration_ms"] * 0.5e9).astype(np.int64)
     seconds = (middle_ps - table["start_ps"][0]) * 1e-12
@@ -169,7 +169,7 @@ class _Fold:
     def __init__(self, period_ps: float, step_ps: float) -> None:
         """period_ps: 0 where it is not known. step_ps: of the recording's times."""
         self.edges_ps: npt.NDArray[np.float64] = np.zeros(0)
-        self.counts: dict[int, npt.NDArray[np.float64]] = {}
+        self.counts: dict[int, npt.NDArray[Any]] = {}
         self._step_ps = step_ps
         self._period_ps = period_ps
         self._tags = 0
@@ -545,11 +545,11 @@ def _column(rows: Rows, name: str) -> npt.NDArray[np.float64]:
 def _run_of(file: str, config: str) -> Figure:
     """A run of a recording, against the truth file if there is one beside it."""
     truth = pathlib.Path(file).with_suffix(".truth.json")
-    return run(frames(file, config), Truth.read(truth) if truth.exists() else None)
+    return run(frames(file, config), Truth(truth) if truth.exists() else None)
 
 
-def read_table(file: AnyPath) -> npt.NDArray[Any]:
-    """The frames of a table that `splid replay --output` or `splid batch` wrote, as rows of FRAME.
+def read_table(file: AnyPath) -> Frames:
+    """The frames of a table that `splid replay --output` or `splid batch` wrote.
 
     Errors: OSError; ValueError for a file that is no such table, and for one in HDF5 without
     Python's h5py (on Debian python3-h5py).
@@ -557,24 +557,24 @@ def read_table(file: AnyPath) -> npt.NDArray[Any]:
     path = os.fspath(file)
     if not path.endswith(".csv"):
         return _read_hdf5(path)
-    assert FRAME.names is not None
-    rows = _read(path, FRAME.names, "a table of `splid replay --output` is expected")
+    names = list(_splid.frame_units())
+    rows = _read(path, names, "a table of `splid replay --output` is expected")
     table = np.zeros(len(rows), FRAME)
-    for name in FRAME.names:
+    for name in names:
         texts = [row[name] for row in rows]
         kind = FRAME[name].kind
         if kind == "f":
             table[name] = _column(rows, name)
         elif kind == "b":
             table[name] = [text == "true" for text in texts]
-        elif kind == "S":
-            table[name] = [text.encode() for text in texts]
+        elif kind == "U":
+            table[name] = texts
         else:
             table[name] = [int(text) if text else -1 for text in texts]
-    return table
+    return Frames.of_columns(table)
 
 
-def _read_hdf5(path: str) -> npt.NDArray[Any]:
+def _read_hdf5(path: str) -> Frames:
     try:
         import h5py
     except ImportError as error:
@@ -589,16 +589,12 @@ def _read_hdf5(path: str) -> npt.NDArray[Any]:
             raise ValueError(f"{path}: holds no frames; a table of `splid replay --output` is "
                              "expected")
         rows = tables["frames"][:]
-    table = np.zeros(len(rows), FRAME)
-    for name in rows.dtype.names:
-        if name in table.dtype.names:
-            table[name] = rows[name]
-    return table
+    return Frames.of_columns(rows)
 
 
 def _csv_figure(file: str) -> Figure:
     with open(file, newline="", encoding="utf-8") as text:
-        names = next(csv.reader(text), [])
+        names: list[str] = next(csv.reader(text), [])
     if "start_ps" in names:
         return run(read_table(file))
     if "compute_ms_p50" in names:
@@ -623,7 +619,7 @@ def of_file(file: AnyPath, config: Optional[AnyPath] = None) -> Figure:
     if path.endswith((".h5", ".hdf5")):
         return run(read_table(path))
     if path.endswith(".json"):
-        pattern = Pattern.read(path)
+        pattern = Pattern(path)
         if pattern.pulse is not None:
             return calibration(pattern)
         figure, panels = _figure(1, f"{pattern.mode}, {pattern.pulses} pulses in "
@@ -644,9 +640,9 @@ def main(arguments: list[str]) -> int:
         ("file", 4): lambda: of_file(arguments[1], arguments[2]),
         ("run", 4): lambda: _run_of(arguments[1], arguments[2]),
         ("tradeoff", 3): lambda: tradeoff(arguments[1]),
-        ("calibration", 3): lambda: calibration(Pattern.read(arguments[1])),
-        ("calibration", 4): lambda: calibration(Pattern.read(arguments[1]), photons=arguments[2]),
-        ("calibration", 5): lambda: calibration(Pattern.read(arguments[1]), float(arguments[3]),
+        ("calibration", 3): lambda: calibration(Pattern(arguments[1])),
+        ("calibration", 4): lambda: calibration(Pattern(arguments[1]), photons=arguments[2]),
+        ("calibration", 5): lambda: calibration(Pattern(arguments[1]), float(arguments[3]),
                                                 arguments[2]),
         ("study", 4): lambda: study(arguments[1].split(","), arguments[2])}
     make = makes.get((arguments[0] if arguments else "", len(arguments)))

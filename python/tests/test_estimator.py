@@ -32,7 +32,7 @@ def test_the_same_tags_give_the_estimate_of_their_frame(interleaved):
     photons, syncs = tags_of(recording)
     table = splid.frames(recording, config)
     estimator = splid.Estimator(config)
-    whole = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")]
+    whole = table[(table["seen_fraction"] == 1) & (table["status"] == "ok")]
     assert len(whole) >= 3
     found = [estimate_of(row, photons, syncs, estimator) for row in whole]
     for one, row in zip(found, whole):
@@ -55,7 +55,7 @@ def test_strong_light_on_a_detector_with_a_dead_time(scene):
     photons, syncs = (np.ascontiguousarray(tags["time_ps"][tags["kind"] == kind])
                       for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
     table = splid.frames(tags, scene)
-    whole = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")]
+    whole = table[(table["seen_fraction"] == 1) & (table["status"] == "ok")]
     assert len(whole) >= 3
     estimator = splid.Estimator(scene)
     for row in whole:
@@ -85,7 +85,7 @@ def test_inputs_that_share_the_light_unevenly(scene):
                       for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
     inputs = tags["value"][tags["kind"] == splid.Kind.PHOTON]
     table = splid.frames(tags, scene)
-    row = table[(table["seen_fraction"] == 1) & (table["status"] == b"ok")][-1]
+    row = table[(table["seen_fraction"] == 1) & (table["status"] == "ok")][-1]
     start = int(row["start_ps"])
     end = start + round(float(row["duration_ms"]) * 1e9)
     counts = [int(((photons >= start) & (photons < end) & (inputs == k)).sum()) for k in (1, 2)]
@@ -109,7 +109,7 @@ def test_a_frame_has_all_its_targets(scene):
     tags = splid.simulate(scene, 0.1).tags
     photons, syncs = (np.ascontiguousarray(tags["time_ps"][tags["kind"] == kind])
                       for kind in (splid.Kind.PHOTON, splid.Kind.SYNC))
-    row = next(row for row in splid.frames(tags, scene) if row["status"] == b"ok")
+    row = next(row for row in splid.frames(tags, scene) if row["status"] == "ok")
     found = estimate_of(row, photons, syncs, splid.Estimator(scene))
     assert len(found.targets) == 2
     first, second = found.targets

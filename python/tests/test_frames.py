@@ -31,10 +31,11 @@ def expect_same(row, message):
     """Every column is the message's member to the last bit, or says that there is none."""
     known = members(message)
     assert set(known) <= set(splid.FRAME.names)
-    for name in set(splid.FRAME.names) - TIMES_OF_THE_RUN:
+    assert row["time"].astype("M8[us]").astype(float) * 1e-6 == pytest.approx(known["timestamp"], abs=1e-6)
+    for name in set(splid.FRAME.names) - TIMES_OF_THE_RUN - {"time"}:
         value = row[name].item()
-        if isinstance(value, bytes):
-            assert value.decode() == known.get(name, ""), name
+        if isinstance(value, str):
+            assert value == known.get(name, ""), name
         elif name == "start_ps":
             assert value == int(known[name])
         elif name == "uncounted_losses":
@@ -55,7 +56,7 @@ def test_frames_are_those_of_replay_to_the_bit(golden, program):
 
 def test_a_recording_and_a_loaded_configuration_do_as_well(interleaved):
     recording, config = interleaved
-    table = splid.frames(splid.Recording(recording), splid.Config.load(config))
+    table = splid.frames(splid.Recording(recording), splid.Config(config))
     again = splid.frames(str(recording), str(config))
     assert table["distance_m"].tobytes() == again["distance_m"].tobytes()
 
@@ -73,7 +74,7 @@ def test_tags_in_memory_give_the_frames_of_their_recording(interleaved):
 def test_the_frames_of_a_scene_are_near_its_truth(scene):
     played = splid.simulate(scene, 0.4)
     table = splid.frames(played.tags, scene, start_unix_s=played.start_unix_s)
-    table = table[table["status"] == b"ok"]
+    table = table[table["status"] == "ok"]
     assert len(table) >= 15
     middle = table["start_ps"] + (table["duration_ms"] * 0.5e9).astype(np.int64)
     distance_m, velocity_mps = played.truth.at(middle)
@@ -97,7 +98,7 @@ def test_a_file_that_is_no_recording_has_the_sentence_of_the_program(interleaved
 
 def test_frames_that_cannot_lock_have_the_sentence_of_the_program(interleaved, program, tmp_path):
     recording, config = interleaved
-    keys = splid.Config.load(config).to_dict()
+    keys = splid.Config(config).to_dict()
     other = tmp_path / "other.json"
     splid.Pattern.random(period_ns=4000).write(tmp_path / "pattern.json")
     keys["pattern"]["file"] = "pattern.json"
@@ -141,3 +142,50 @@ def test_an_interrupted_measurement_ends(scene):
         timer.start()
         splid.frames(many, scene)
     timer.join()
+
+
+def test_a_table_has_text_times_and_one_line(interleaved):
+    recording, config = interleaved
+    table = splid.frames(recording, config)
+    assert "ok" in table.status
+    good = table[table.status == "ok"]
+    assert isinstance(good, splid.Frames)
+    assert len(good) == np.sum(table["valid"]) > 0
+    start = np.datetime64(round(splid.Recording(recording).start_unix_s * 1e6), "us")
+    middle_us = (good.start_ps + good.duration_ms * 0.5e9) * 1e-6
+    assert np.abs((good.time - start).astype("m8[ns]").astype(float) * 1e-3 - middle_us).max() < 2
+    text = repr(table)
+    assert "\n" not in text and f"{len(table)} frames" in text and f"{len(good)} valid" in text
+    assert repr(table[:0]) == "<splid.Frames: none>"
+    assert "Frames" not in repr(table.distance_m)
+
+
+def test_pandas_and_xarray_take_the_table(interleaved):
+    table = splid.frames(*interleaved)
+    pandas = pytest.importorskip("pandas")
+    frame = table.to_pandas()
+    assert list(frame.columns) == list(splid.FRAME.names)
+    assert frame.time.dtype == "datetime64[ns]"
+    assert len(frame[frame.status == "ok"]) == np.sum(table.status == "ok") > 0
+    assert frame.distance_m.to_numpy().tobytes() == table.distance_m.tobytes()
+    assert isinstance(frame, pandas.DataFrame)
+    pytest.importorskip("xarray")
+    data = table.to_xarray()
+    assert data.distance_m.dims == ("time",)
+    assert data.distance_m.attrs == {"units": "m"}
+    assert data.status.attrs == {}
+    assert data.sel(time=data.time[2]).sequence == table.sequence[2]
+
+
+def test_errors_name_the_argument(interleaved):
+    recording, config = interleaved
+    for call, name in ((lambda: splid.frames(3, config), "recording: 3"),
+                       (lambda: splid.frames(recording, 3), "config: 3"),
+                       (lambda: splid.frames(recording, config, encoder=3), "encoder: 3"),
+                       (lambda: splid.Pattern(None), "file: None"),
+                       (lambda: splid.Config([]), r"config: \[\]"),
+                       (lambda: splid.bound(3, signal_per_pulse=1, background_per_s=1),
+                        "pattern: 3"),
+                       (lambda: splid.calibrate(3, config), "recording: 3")):
+        with pytest.raises(TypeError, match=f"^{name} was given, but .* is expected$"):
+            call()

@@ -4,6 +4,9 @@ import ast
 import inspect
 import logging
 import pathlib
+import shutil
+import subprocess
+import sys
 
 import pytest
 
@@ -53,18 +56,27 @@ def test_everything_public_has_a_docstring():
 
 def test_an_unknown_key_names_its_place(scene):
     with pytest.raises(splid.UsageError, match="/frame/lenght_ms.*length_ms"):
-        splid.Config.from_dict({**scene, "frame": {"lenght_ms": 20}})
+        splid.Config({**scene, "frame": {"lenght_ms": 20}})
     with pytest.raises(splid.UsageError, match="absent.json"):
-        splid.Config.load("absent.json")
+        splid.Config("absent.json")
     assert issubclass(splid.UsageError, splid.SplidError)
 
 
 def test_defaults_are_in_effect(scene):
-    assert splid.Config.from_dict(scene).to_dict()["pipeline"]["estimation_threads"] >= 1
+    assert splid.Config(scene).to_dict()["pipeline"]["estimation_threads"] >= 1
 
 
 def test_a_pattern_that_comes_with_the_package_is_found_and_told(scene, tmp_path, caplog):
     scene["pattern"]["file"] = "interleaved-180-189.json"
     with caplog.at_level(logging.WARNING, logger="splid"):
-        splid.Config.from_dict(scene, folder=tmp_path)
+        splid.Config(scene, folder=tmp_path)
     assert "comes with splid" in caplog.text
+
+
+def test_types_are_strict():
+    if shutil.which("mypy") is None:
+        pytest.skip("mypy is not installed")
+    folder = pathlib.Path(__file__).parent.parent
+    done = subprocess.run(["mypy", "--python-executable", sys.executable, "--cache-dir", "/dev/null",
+                           "-p", "splid"], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -22,7 +22,7 @@ def test_patterns_are_those_of_the_program(words, make, program, tmp_path):
     done = program.run("pattern", *words, "--output", file)
     assert done.returncode == 0, done.stderr
     made = make()
-    assert made == splid.Pattern.read(file)
+    assert made == splid.Pattern(file)
     made.write(tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == file.read_bytes()
 

@@ -27,7 +27,7 @@ def test_a_scene_has_the_photons_of_its_recording(scene, program, tmp_path):
     for kind in (splid.Kind.PHOTON, splid.Kind.SYNC):
         assert np.array_equal(np.sort(played.tags["time_ps"][played.tags["kind"] == kind]),
                               np.sort(written["time_ps"][written["kind"] == kind]))
-    truth = splid.Truth.read(tmp_path / "scene.truth.json")
+    truth = splid.Truth(tmp_path / "scene.truth.json")
     times = np.arange(0, 50_000_000_000, 777_777_777)
     for ours, file in zip(played.truth.at(times), truth.at(times)):
         assert np.array_equal(ours, file)
@@ -82,7 +82,7 @@ def test_a_calibration_is_that_of_the_program(scene, program, tmp_path):
                        tmp_path / "pattern.json", "--time-ps", 20, "--amplitude-percent", 20)
     assert done.returncode == 0, done.stderr
     made = splid.calibrate(recording, config, **goal)
-    assert made.pattern == splid.Pattern.read(tmp_path / "pattern.json")
+    assert made.pattern == splid.Pattern(tmp_path / "pattern.json")
     assert made.table == done.stdout
     assert made.pattern.pulse["density"].max() > 0
     with pytest.raises(splid.DataError):
