@@ -7,11 +7,11 @@ namespace {
 
 // Ten thousand pixels in all.
 constexpr std::int64_t most_columns = 100;
-constexpr std::int64_t largest_input = 10'100;
+constexpr std::int64_t largest_array_input = 10'100;
 constexpr double largest_angle_deg = 89;
 
 void describe_input(ArrayInput& input, OptionVisitor& visitor) {
-  visitor.integer("input", input.input, 0, largest_input, "input number of the detector");
+  visitor.integer("input", input.input, 0, largest_array_input, "input number of the detector");
   visitor.require("input");
   const Bounds angle{-largest_angle_deg, largest_angle_deg};
   visitor.number("azimuth_deg", input.azimuth_deg, angle,

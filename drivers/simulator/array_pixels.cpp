@@ -42,7 +42,8 @@ class Surfaces {
 // scene: without its array.
 ArrayPixel plain_pixel(const Options& scene, const ArrayOptions& array, std::int64_t index) {
   const auto column = static_cast<double>(index % array.columns);
-  const auto row = static_cast<double>(index / array.columns);
+  const std::int64_t rows_above = index / array.columns;
+  const auto row = static_cast<double>(rows_above);
   ArrayPixel pixel;
   pixel.direction = {array.pitch_deg * (column - static_cast<double>(array.columns - 1) / 2),
                      array.pitch_deg * (static_cast<double>(array.rows - 1) / 2 - row)};

@@ -57,7 +57,7 @@ class RigidScene {
   std::optional<SharedVelocity> choose(const RigidFrame& frame);
   void vote_alone(const RigidFrame& frame);
   void vote_by_cells(const RigidFrame& frame);
-  void add_cells(const FrameView& frame, std::size_t pixel);
+  void add_cells(const FrameView& view, std::size_t pixel);
   bool fit(const RigidFrame& frame, const Velocity& start);
   void take_members(const RigidFrame& frame, const Velocity& about);
   void add_member(const RigidFrame& frame, std::size_t pixel, const Estimate& estimate,
