@@ -79,7 +79,7 @@ void read_from(const std::string& recording, const std::string& counts, double s
 
 void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
                     const GoOn& go_on, FrameChoice wanted) {
-  require_one_pixel(config, "a table of frames");
+  require_one_pixel(config, "splid batch, as the Python module,");
   Messages messages(config, source->info().syncs_are_counted);
   StreamOptions options = stream_options(config);
   options.wanted = std::move(wanted);
