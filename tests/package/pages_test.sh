@@ -2,8 +2,9 @@
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
 # leads to a file that is there. So is every source file that a page names, and every page that a
 # source file names. Tables, code and pictures may be wider, as they cannot be broken. No two tables of
-# a page begin with the same header and row, as where one was put in the place of another. A guide or
-# a reference page begins with the most words that it may have; code and generated parts do not count.
+# a page begin with the same header and row, as where one was put in the place of another. Pages of
+# the manual begin with the most words that they may have; code and generated parts do not count. No page
+# has a phrase that readers stumbled over.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -25,15 +26,21 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
   # Not limited yet: how to choose a model.
   guide/model.md | guide/dead-time.md | guide/acceleration.md | guide/pulse-width.md) ;;
   guide/several-returns.md) ;;
-  guide/* | reference/* | scale.md)
+  guide/* | reference/* | scale.md | architecture.md | README.md | CHANGELOG.md)
     limit=$(sed -n '1s/^<!-- at most \([0-9]*\) words -->$/\1/p' "$page")
-    words=$(awk '/^<!-- Generated/ { made = !/up to here/ } !made && !/^<!--/' "$scratch/prose" | wc -w)
+    words=$(awk '/^<!-- Generated/ { made = !/up to here/ } !made && !/^(<!--|    |[|]-)/' \
+      "$scratch/prose" | tr '|' ' ' | wc -w)
     if [ -z "$limit" ] || [ "$words" -gt "$limit" ]; then
       echo "FAIL: $page has $words words; its first line, <!-- at most N words -->, allows ${limit:-none}"
       failed=1
     fi
     ;;
   esac
+  if grep -nwiE 'is said|surely|by nothing|hangs? on|(more|less) to say|near copies|look-alikes?|blind time' \
+    "$scratch/prose" >"$scratch/phrases"; then
+    sed "s|^|FAIL: a phrase to be said plainly: $page:|" "$scratch/phrases"
+    failed=1
+  fi
   awk '/^\|---/ { header = before; next } header { print header $0; header = "" } { before = $0 }' \
     "$scratch/prose" | sort | uniq -d >"$scratch/twice"
   if [ -s "$scratch/twice" ]; then
