@@ -361,7 +361,7 @@ CLI::Validator topic_check() {
             if (topic.starts_with(pixel_topic(""))) return std::string{};
             return known(topic);
           },
-          "TOPIC"};
+          known.get_description()};
 }
 
 void add_truth_options(CLI::App& command, ListenCommand& options) {

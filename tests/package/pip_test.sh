@@ -15,7 +15,7 @@ cd "$scratch/site"
 said=$(PYTHONPATH=$scratch/site "$3" -c '
 import importlib.metadata, splid
 assert splid.__file__.startswith("'"$scratch"'"), splid.__file__
-assert splid.Config.from_dict({"source": {"driver": "simulator"}, "pattern": {"file": "interleaved-180-189.json"}})
+assert splid.Config({"source": {"driver": "simulator"}, "pattern": {"file": "interleaved-180-189.json"}})
 print(splid.__version__, importlib.metadata.version("splid"))')
 if [ "$said" != "$4 $4" ]; then
   echo "FAIL: versions $said were installed instead of $4"

@@ -34,7 +34,7 @@ cd "$scratch"
 PYTHONPATH=$scratch/root/usr/lib/python3/dist-packages "$2" -c '
 import splid, splid.plots
 assert splid.__file__.startswith("'"$scratch"'"), splid.__file__
-config = splid.Config.from_dict({"source": {"driver": "simulator", "pace": "max"},
+config = splid.Config({"source": {"driver": "simulator", "pace": "max"},
                                  "pattern": {"file": "interleaved-180-189.json"}})
 assert len(splid.frames(splid.simulate(config, 0.12).tags, config)) >= 2
 ' || fail "the module in the package does not work"
