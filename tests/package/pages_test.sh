@@ -23,7 +23,7 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     failed=1
   fi
   case ${page#docs/} in
-  guide/* | reference/* | scale.md | architecture.md | README.md | CHANGELOG.md)
+  guide/* | reference/* | scale.md | architecture.md | estimation.md | README.md | CHANGELOG.md)
     limit=$(sed -n '1s/^<!-- at most \([0-9]*\) words -->$/\1/p' "$page")
     words=$(awk '/^<!-- Generated/ { made = !/up to here/ } !made && !/^(<!--|    |[|]-)/' \
       "$scratch/prose" | tr '|' ' ' | wc -w)
