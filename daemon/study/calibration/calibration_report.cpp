@@ -83,6 +83,9 @@ std::string summary(const PatternCalibration& calibrated, const std::string& pat
   }
   text += describe_input_delays(calibrated.inputs, found.width_ps);
   text += describe_pixels(calibrated.pixels);
+  std::vector<std::string> names;
+  for (const PixelReport& pixel : calibrated.pixels) names.push_back(pixel.name);
+  text += describe_crosstalk(calibrated.crosstalk, names);
   text += "to measure with it, write into the configuration: \"pattern\":{\"file\":\"" +
           pattern_file + "\"},\"pulse\":{\"shape\":\"tabulated\"}\n";
   return text;

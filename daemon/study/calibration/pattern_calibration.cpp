@@ -33,14 +33,14 @@ constexpr double mm_per_m = 1e3;
 // Passes each frame on and reuses its memory for the next frame.
 class FrameByFrame final : public FrameSink {
  public:
-  FrameByFrame(const FrameCapacity& capacity, std::function<void(const FrameView&)> take)
+  FrameByFrame(const FrameCapacity& capacity, std::function<void(const Frame&)> take)
       : frame_(capacity), take_(std::move(take)) {}
   Frame& open() override { return frame_; }
-  void close() override { take_(frame_.view()); }
+  void close() override { take_(frame_); }
 
  private:
   Frame frame_;
-  std::function<void(const FrameView&)> take_;
+  std::function<void(const Frame&)> take_;
 };
 
 struct Seen {
@@ -73,11 +73,16 @@ class Reader {
   }
   Seen read(const char* doing, const ChannelOptions& inputs,
             const std::function<void(const FrameView&)>& take) const {
+    return read_frames(doing, inputs, [&](const Frame& frame) { take(frame.view()); });
+  }
+  Seen read_frames(const char* doing, const ChannelOptions& inputs,
+                   const std::function<void(const Frame&)>& take) const {
     const auto ring_tags = static_cast<std::size_t>(config_.pipeline.ring_capacity_tags);
     const double length_ms = config_.frame.length_ms;
     double seconds = 0;
-    FrameByFrame frames(frame_capacity(length_ms, config_.pattern, ring_tags, false),
-                        [&](const FrameView& frame) {
+    const std::size_t pixels = std::max<std::size_t>(inputs.pixels.size(), 1);
+    FrameByFrame frames(frame_capacity(length_ms, config_.pattern, ring_tags, false, pixels),
+                        [&](const Frame& frame) {
                           take(frame);
                           seconds += static_cast<double>(frame.end_ps - frame.start_ps) * 1e-12;
                           progress_(doing, seconds);
@@ -320,6 +325,20 @@ std::vector<PixelReport> report_pixels(const Config& config, const Reader& reade
   return reports;
 }
 
+std::vector<Crosstalk> find_crosstalk(const Config& config, const Reader& reader,
+                                      const Calibration& first,
+                                      const std::vector<PixelReport>& pixels) {
+  if (pixels.empty()) return {};
+  std::vector<double> late_ps;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    late_ps.push_back(pixels[i].has_pulses ? pixels[i].delay_ps - config.pixels[i].delay_ps : 0);
+  }
+  CrosstalkCount count(first.period_ps, std::move(late_ps));
+  reader.read_frames("looked for crosstalk", config.channels,
+                     [&](const Frame& frame) { count.add(frame); });
+  return count.significant();
+}
+
 std::vector<InputDelay> compare_inputs(const Config& config, const Reader& reader) {
   const std::vector<std::string>& names = config.channels.photon;
   if (names.size() < 2 || !config.pixels.empty()) return {};
@@ -400,9 +419,10 @@ PatternCalibration calibrate_pattern(const Config& config, const OpenRecording& 
   fill_pulses(found, delay_ps, pattern);
   std::vector<InputDelay> inputs = compare_inputs(config, reader);
   std::vector<PixelReport> pixels = report_pixels(config, reader, found);
+  std::vector<Crosstalk> crosstalk = find_crosstalk(config, reader, found, pixels);
   const double target_m = delay_ps * m_per_ps - config.scene.range_offset_m;
-  return {std::move(pattern), target_m,          std::move(found), rest,
-          std::move(fold),    std::move(inputs), std::move(pixels)};
+  return {std::move(pattern), target_m,          std::move(found),  rest,
+          std::move(fold),    std::move(inputs), std::move(pixels), std::move(crosstalk)};
 }
 
 PatternCalibration calibrate_recording(const Config& config, const std::string& file,

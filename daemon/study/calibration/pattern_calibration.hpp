@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "daemon/study/calibration/crosstalk.hpp"
 #include "daemon/study/calibration/input_delays.hpp"
 #include "daemon/study/calibration/pixel_report.hpp"
 #include "drivers/source.hpp"
@@ -32,8 +33,9 @@ struct PatternCalibration {
   Calibration calibration;
   RestReport rest;
   PhaseHistogram fold;
-  std::vector<InputDelay> inputs;        // empty: a single input, or inputs that do not agree
-  std::vector<PixelReport> pixels = {};  // of several pixels; the pattern is that of the first
+  std::vector<InputDelay> inputs;         // empty: a single input, or inputs that do not agree
+  std::vector<PixelReport> pixels = {};   // of several pixels; the pattern is that of the first
+  std::vector<Crosstalk> crosstalk = {};  // between the pixels
 };
 
 // Opens a source that gives the same tags each time.
@@ -53,8 +55,8 @@ using TellProgress = std::function<void(const char* doing, double seconds)>;
 // of the configured length), the pattern gets the mode ambiguous and the smaller range that is
 // left. If there are several inputs, the pulses of each input are looked for as well, which reads
 // the recording once more for each input. Of several pixels the first gives the pattern, and each
-// is compared with it. The configured pulse width (pulse.sigma_ps) need only hold within a factor
-// of two.
+// is compared with it, and a last reading looks for crosstalk between them. The configured pulse
+// width (pulse.sigma_ps) need only hold within a factor of two.
 //
 // Threads: the caller's. Errors: the source's; Error(Fault::usage) for a pattern of several
 // segments and after a stop request; Error(Fault::data), which says what was seen, where the syncs

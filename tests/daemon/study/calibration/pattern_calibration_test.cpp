@@ -377,6 +377,13 @@ TEST(PatternCalibration, TheProgramsPatternFileIsMeasuredWith) {
   EXPECT_THAT(measured.out, HasSubstr(R"("distance_m":30.00)"));
 }
 
+PatternCalibration calibrate_tags(const std::vector<Tag>& tags, const Config& config) {
+  const auto open = [&]() -> std::unique_ptr<TagSource> {
+    return std::make_unique<ScriptedSource>(tags, SourceInfo{"script", false, 0.0, false});
+  };
+  return calibrate_pattern(config, open, {}, [](const char*, double) {}, {});
+}
+
 // Pixel b is 250 ps late, has a wider pulse and less light around it; c counts nothing.
 TEST(PatternCalibration, ReportsEachPixelsDelayPulseAndRate) {
   Config config = config_of_one_pulse();
@@ -398,11 +405,7 @@ TEST(PatternCalibration, ReportsEachPixelsDelayPulseAndRate) {
   }
   std::stable_sort(tags.begin(), tags.end(),
                    [](const Tag& x, const Tag& y) { return x.time_ps < y.time_ps; });
-  const auto open = [&]() -> std::unique_ptr<TagSource> {
-    return std::make_unique<ScriptedSource>(tags, SourceInfo{"script", false, 0.0, false});
-  };
-  const PatternCalibration found =
-      calibrate_pattern(config, open, {}, [](const char*, double) {}, {});
+  const PatternCalibration found = calibrate_tags(tags, config);
   ASSERT_EQ(found.pixels.size(), 3U);
   EXPECT_EQ(found.pattern.segments.front().pulse_times_ps.size(), 12U);
   const PixelReport& a = found.pixels[0];
@@ -421,6 +424,50 @@ TEST(PatternCalibration, ReportsEachPixelsDelayPulseAndRate) {
   EXPECT_THAT(summary(found, "p.json", 50),
               AllOf(HasSubstr("\na               0.0     0.0 "), HasSubstr("\nb             2"),
                     HasSubstr("\nc                 -       -         -             0\n")));
+}
+
+// A row of three detectors that see the same pulses; the second's cable is 400 ps long. A detection
+// of an outer one makes one in the middle, of the middle one as often in each of the outer ones.
+TEST(PatternCalibration, ReportsCrosstalkBetweenPixels) {
+  Config config = config_of_one_pulse();
+  config.pixels.resize(3);
+  config.channels.delays_ps = {0, 0, 0};
+  for (int i = 0; i < 3; ++i) {
+    config.pixels[i].input = i + 1;
+    config.pixels[i].name = std::string(1, static_cast<char>('a' + i));
+    config.channels.pixels.push_back(i + 1);
+  }
+  simulator::Options scene = scene_at_rest();
+  scene.detection.signal_per_pulse = 0.04;
+  scene.ambient_per_s = 200'000;
+  scene.seconds = 0.5;
+  scene.array.columns = 3;
+  scene.array.inputs.resize(3);
+  for (int i = 0; i < 3; ++i) {
+    scene.array.inputs[i].input = i + 1;
+    scene.array.inputs[i].distance_m = 30;
+  }
+  scene.array.inputs[1].delay_ps = 400;
+  for (const double probability : {0.0, 0.02}) {
+    scene.array.crosstalk_probability = probability;
+    scene.array.crosstalk_ns = 2;
+    const PatternCalibration found = calibrate_tags(test::simulate(scene, played()), config);
+    const std::string printed = summary(found, "p.json", 50);
+    if (probability == 0) {
+      EXPECT_TRUE(found.crosstalk.empty()) << printed;
+      continue;
+    }
+    ASSERT_EQ(found.crosstalk.size(), 4U) << printed;
+    for (const Crosstalk& pair : found.crosstalk) {
+      EXPECT_TRUE((pair.from == 1) != (pair.to == 1));
+      const double share = pair.from == 1 ? probability / 2 : probability;
+      EXPECT_NEAR(pair.share, share, 5 * pair.std_share);
+      EXPECT_LT(pair.std_share, 0.002);
+      EXPECT_NEAR(pair.delay_ns, 2, 5 * pair.std_delay_ns);
+      EXPECT_LT(pair.std_delay_ns, 0.5);
+    }
+    EXPECT_THAT(printed, HasSubstr("\ncrosstalk from a to b: "));
+  }
 }
 
 }  // namespace
