@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "daemon/base/text.hpp"
 
 namespace splid {
 namespace {
 
-constexpr std::size_t most_values = 65'536;
+constexpr std::size_t most_of_pixel = 256;
 constexpr double low = 0.05, high = 0.95;
 constexpr double mm_per_m = 1e3, cmps_per_mps = 1e2;
 
@@ -25,7 +26,7 @@ int decimals_for(double deviation) {
 void Sample::add(double value) {
   if (seen_++ % step_ != 0) return;
   values_.push_back(value);
-  if (values_.size() < most_values) return;
+  if (values_.size() < most_) return;
   for (std::size_t i = 0; i < values_.size() / 2; ++i) values_[i] = values_[2 * i];
   values_.resize(values_.size() / 2);
   step_ *= 2;
@@ -67,6 +68,33 @@ std::string FoundValues::in_words() const {
                             velocity_mps_.quantile(low), decimals_for(std_mps),
                             velocity_mps_.quantile(high), decimals_for(std_mps),
                             a_frame(std_mps, cmps_per_mps, "cm/s"));
+}
+
+void FoundPixels::take(const SceneMessage::Pixel& pixel) {
+  Sample& distances_m = distances_m_.try_emplace(pixel.name, Sample(most_of_pixel)).first->second;
+  ++by_status_.at(static_cast<std::size_t>(pixel.frame.status));
+  if (pixel.frame.valid() && pixel.frame.distance_m) distances_m.add(*pixel.frame.distance_m);
+}
+
+std::string FoundPixels::in_words() const {
+  if (distances_m_.empty()) return {};
+  std::string text = fmt::format("frames of {} pixels", grouped(distances_m_.size()));
+  const char* separator = ": ";
+  for (std::size_t i = 0; i < by_status_.size(); ++i) {
+    if (by_status_[i] == 0) continue;
+    text += separator + grouped(by_status_[i]) + " " + frame_status_names[i];
+    separator = ", ";
+  }
+  using Place = std::pair<double, std::string>;  // a median, of a pixel
+  std::vector<Place> places;
+  for (const auto& [name, distances_m] : distances_m_) {
+    if (!distances_m.empty()) places.emplace_back(distances_m.quantile(0.5), name);
+  }
+  if (places.empty()) return text + "; no pixel measured";
+  const auto [near, far] = std::minmax_element(places.begin(), places.end());
+  return text + fmt::format("; {} measured, from {} at {:.6g} m to {} at {:.6g} m (medians)",
+                            grouped(places.size()), near->second, near->first, far->second,
+                            far->first);
 }
 
 }  // namespace splid

@@ -151,8 +151,10 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   Progress progress(host_clock());
   EncoderScore encoder;
   FoundValues found;
+  FoundPixels found_pixels;
   const bool has_pixels = config.pixels.size() > 1;
   const auto pixel_observer = [&](const SceneMessage::Pixel& pixel) {
+    if (!options.is_service) found_pixels.take(pixel);
     if (options.frames != nullptr) keep(pixel.frame, *options.frames);
   };
   const auto observer = [&](const FrameMessage& message, const std::string& json) {
@@ -179,7 +181,9 @@ int run_session(const Config& config, std::unique_ptr<TagSource> source, DeviceM
   wait_for_subscriber(publisher, options.wait_for_subscriber_s, stop);
   const StreamSummary summary = measuring.run(std::move(source), stop);
   progress.clear();
-  if (!options.is_service && !has_pixels && summary.frames > 0) log_info(found.in_words());
+  if (!options.is_service && summary.frames > 0) {
+    log_info(has_pixels ? found_pixels.in_words() : found.in_words());
+  }
   if (encoder.compared() > 0) log_info(encoder.summary());
   say_who_came(refusals, publisher);
   if (summary.fault) std::rethrow_exception(summary.fault);

@@ -31,6 +31,24 @@ TEST(FoundValues, MedianAndSpreadOfTheValidFrames) {
       "frame)");
 }
 
+TEST(FoundPixels, FramesByStatusAndTheNearestAndFarthestPixel) {
+  FoundPixels found;
+  EXPECT_EQ(found.in_words(), "");
+  const auto take = [&](const char* name, double distance_m, FrameStatus status) {
+    found.take({name, {}, {}, frame_with(distance_m, 0, status)});
+  };
+  take("dark", 7, FrameStatus::no_target);
+  EXPECT_EQ(found.in_words(), "frames of 1 pixels: 1 no_target; no pixel measured");
+  for (int i = 0; i <= 1000; ++i) {
+    take("wall", 30.25 + (i % 3 - 1), FrameStatus::ok);
+    take("plate", 12.5, FrameStatus::ambiguous);
+  }
+  take("plate", 1e6, FrameStatus::no_target);
+  EXPECT_EQ(found.in_words(),
+            "frames of 3 pixels: 1,001 ok, 2 no_target, 1,001 ambiguous; 2 measured, from plate at "
+            "12.5 m to wall at 30.25 m (medians)");
+}
+
 TEST(FoundValues, ASampleOfManyNumbersStaysSmallAndEven) {
   Sample sample;
   for (int i = 0; i < 1'000'000; ++i) sample.add(i);
