@@ -22,7 +22,7 @@
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
-#include "estimator/search/line_search.hpp"
+#include "estimator/search/delay_velocity_search.hpp"
 #include "estimator/search/refinement.hpp"
 #include "estimator/search/target_search.hpp"
 #include "estimator/search/zoom.hpp"
@@ -167,14 +167,14 @@ class Parts {
         std::accumulate(parts.begin(), parts.end(), parts.empty() ? grid.bins : 0.0);
     const std::string name = cells + ": sums along the lines";
     if (parts.empty()) {
-      LineTree tree(kernels, {&grid, 1});
+      TaylorTree tree(kernels, {&grid, 1});
       row(name, adds * bins, limits_.add,
           [&] { add_up_circle(grid, memory[0].data(), most, tree); });
     } else {
       PartLines lines(kernels, {&grid, 1}, rows.part_copies());
       row(name, adds * bins, limits_.add, [&] { add_up_parts(grid, parts, memory, most, lines); });
     }
-    LineSearch search(train_, frame_.size(), {&grid, 1});
+    DelayVelocitySearch search(train_, frame_.size(), {&grid, 1});
     row_of(cells + ": counts, sums and the best of all lines", counts + adds * bins,
            1e-3 * (counts * limits_.increment + adds * bins * limits_.add),
            [&] { found_ += search.run(frame_, grid, travel_ns).size(); });
@@ -215,8 +215,8 @@ class Parts {
   static constexpr std::uint32_t too_many = 65534;
 
   void add_up_circle(const SearchGrid& grid, const std::uint8_t* rows, std::size_t most,
-                     LineTree& tree) {
-    const std::size_t step = LineTree::block_bins(grid, most);
+                     TaylorTree& tree) {
+    const std::size_t step = TaylorTree::block_bins(grid, most);
     for (const int sign : {1, -1}) {
       for (std::size_t bin = 0; bin < grid.bins; bin += step) {
         tree.add_up(rows, grid, {bin, std::min(step, grid.bins - bin), most, sign});
@@ -246,7 +246,7 @@ class Parts {
     const SearchGrid grid =
         SearchGrid::cover(train_.circle_ns, 3 * sigma_ns, 0,
                           CombRows(train_, 0, best_search_kernels()).fitting_bins());
-    LineSearch search(train_, frame_.size(), {&grid, 1});
+    DelayVelocitySearch search(train_, frame_.size(), {&grid, 1});
     row("a look at all delays of one travel", static_cast<double>(frame_.size() + grid.bins),
         limits_.increment, [&] { search.best_delays(frame_, line_.travel_ns, grid); });
   }

@@ -69,9 +69,9 @@ RigidScene::RigidScene(const Pattern& pattern, const PulseOptions& pulse, const 
       search_(pattern, train_, *shape_, straight(scene), options, frame_length_ms * 1e6,
               max_photons, maximizer_, std::nullopt),
       shared_fit_(train_, *shape_, max_photons, reach_ns(*shape_, scene, frame_length_ms)) {
-  votes_.reserve(rows_.size() * LineSearch::max_cells);
+  votes_.reserve(rows_.size() * DelayVelocitySearch::max_cells);
   members_.reserve(rows_.size());
-  cells_.reserve(LineSearch::max_cells);
+  cells_.reserve(DelayVelocitySearch::max_cells);
 }
 
 std::size_t RigidScene::estimate(const RigidFrame& frame) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "estimator/fold/kernel_choice.hpp"
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 namespace splid::paper {
 namespace {
@@ -89,7 +89,7 @@ class CoarsePower {
     if (!fits) return false;
     const std::size_t most = slices - 1;
     // Each block has a bin more on either side, for the smoothing.
-    const std::size_t inside = LineTree::block_bins(roomy_, most) - 2;
+    const std::size_t inside = TaylorTree::block_bins(roomy_, most) - 2;
     for (std::size_t bin = 0; bin < grid_.bins; bin += inside) {
       const std::size_t here = std::min<std::size_t>(inside, grid_.bins - bin);
       tree_.add_up(counts.data(), grid_, {(bin + grid_.bins - 1) % grid_.bins, here + 2, most, 1});
@@ -103,7 +103,7 @@ class CoarsePower {
   double begin_ns_ = 0;
   const SearchKernels& kernels_;
   SearchGrid grid_, roomy_;
-  LineTree tree_;
+  TaylorTree tree_;
   // The photons in each bin of each slice, in the smallest type that holds them.
   std::vector<std::uint8_t> bytes_;
   std::vector<std::uint16_t> words_;

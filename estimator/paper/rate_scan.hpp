@@ -9,7 +9,7 @@ namespace splid::paper {
 //
 // Of many rates, most are ruled out by a coarse power. It is taken for 32 rates at a time, from
 // 32 slices of the frame that are folded at a rate amid these and added up along lines, by a
-// LineTree. This rounds photons to whole bins, and errs by a third of the noise. All rates whose
+// TaylorTree. This rounds photons to whole bins, and errs by a third of the noise. All rates whose
 // coarse power is near the largest are then tried by the power itself: within 1.5 standard
 // deviations of the coarse powers, or a quarter of what the largest is above their mean. That is
 // one rate where there is a target, and 1.5 % of all where there is none. The answer is then the

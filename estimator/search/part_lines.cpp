@@ -48,7 +48,7 @@ std::size_t PartLines::longest_line(std::span<const SearchGrid> grids,
 std::size_t PartLines::bytes(std::span<const SearchGrid> grids,
                              std::span<const std::uint32_t> copies) {
   std::size_t all = (copies.size() + 1) * longest_line(grids, copies) * sizeof(std::uint32_t);
-  for (const std::uint32_t periods : copies) all += LineTree::bytes(period_grids(grids, periods));
+  for (const std::uint32_t periods : copies) all += TaylorTree::bytes(period_grids(grids, periods));
   return all;
 }
 
@@ -58,7 +58,7 @@ void PartLines::add_up(const Count* rows, const SearchGrid& grid, std::uint32_t 
   const std::size_t number = parts_.size();
   SearchGrid period = grid;
   period.bins = bins;
-  LineTree& tree = trees_[number];
+  TaylorTree& tree = trees_[number];
   tree.add_up(rows, period, {0, bins, most, sign, most_in_cell});
   is_wide_ = (number > 0 && is_wide_) || tree.has_wide_sums();
   const std::size_t first = number > 0 ? parts_.front().bins : bins;

@@ -7,7 +7,7 @@
 
 #include "estimator/fold/search_kernels.hpp"
 #include "estimator/search/comb_rows.hpp"
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 namespace splid {
 
@@ -30,7 +30,7 @@ class PartLines {
   // Forgets all parts.
   void clear() { parts_.clear(); }
   // Adds up the slices of one more part: rows of one of its periods, of so many bins. The other
-  // arguments are those of LineTree.
+  // arguments are those of TaylorTree.
   template <class Count>
   void add_up(const Count* rows, const SearchGrid& grid, std::uint32_t bins, std::size_t most,
               int sign, std::uint32_t most_in_cell);
@@ -91,7 +91,7 @@ class PartLines {
 
   const SearchKernels& kernels_;
   std::size_t longest_ = 0;  // cells of a part's line
-  std::vector<LineTree> trees_;
+  std::vector<TaylorTree> trees_;
   std::vector<std::uint32_t> memory_;  // a line of each part, and one of zeros
   std::vector<Part> parts_;
   mutable std::vector<std::size_t> places_;  // scratch: a bin of each other part

@@ -104,7 +104,7 @@ SearchGrid recheck_grid(const PulseTrain& train, double width_ns) {
 // photons, eight cells miss the best maximum in 0.03 % of the frames, sixteen cells in none of
 // 6,000. With a million photons a single zoom costs 3 ms.
 std::size_t TargetSearch::cells_tried(std::size_t photons) {
-  if (photons < 4096) return LineSearch::max_cells;
+  if (photons < 4096) return DelayVelocitySearch::max_cells;
   return photons < 131072 ? 8 : 4;
 }
 
@@ -128,8 +128,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
       refinement_(shape, train, max_photons, scope.may_be_blind),
       odds_(scope.volume) {
-  spots_.reserve(LineSearch::max_cells);
-  weaker_.reserve(LineSearch::max_cells);
+  spots_.reserve(DelayVelocitySearch::max_cells);
+  weaker_.reserve(DelayVelocitySearch::max_cells);
   tried_ns_.reserve(most_tried);
 }
 
@@ -155,7 +155,7 @@ std::size_t TargetSearch::table_bytes(const PulseTrain& train, const PulseShape&
                                       double max_travel_ns, Effort effort) {
   std::vector<SearchGrid> grids = level_grids(train, shape.width_ns(), max_travel_ns, effort);
   grids.push_back(recheck_grid(train, shape.width_ns()));
-  return LineSearch::bytes(train, grids);
+  return DelayVelocitySearch::bytes(train, grids);
 }
 
 std::size_t TargetSearch::widest_level_overlap() const {
@@ -511,7 +511,7 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
 
 TargetSearch::Peaks TargetSearch::no_peaks() const {
   Peaks none = {RangeOdds(volume_), std::nullopt, {}};
-  none.weaker.reserve(LineSearch::max_cells);
+  none.weaker.reserve(DelayVelocitySearch::max_cells);
   return none;
 }
 

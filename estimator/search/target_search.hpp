@@ -12,7 +12,7 @@
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
-#include "estimator/search/line_search.hpp"
+#include "estimator/search/delay_velocity_search.hpp"
 #include "estimator/search/range_odds.hpp"
 #include "estimator/search/refinement.hpp"
 #include "estimator/search/zoom.hpp"
@@ -26,8 +26,8 @@
 //   range_odds.hpp      how sure a range is against all others
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
-//   line_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
-//   line_tree.hpp       the tree: sums along all straight lines of a block of delays
+//   delay_velocity_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
+//   taylor_tree.hpp       the tree: sums along all straight lines of a block of delays
 //   part_lines.hpp      the same for each rate of a comb that has several
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
@@ -203,7 +203,7 @@ class TargetSearch {
   std::vector<double> copies_ns_;  // see near_copies_ns
   CombMeetings meetings_;
   FoldedFrame sample_;  // of a frame with very many photons
-  LineSearch search_;
+  DelayVelocitySearch search_;
   NearSet near_;
   Zoom zoom_;
   Refinement refinement_;

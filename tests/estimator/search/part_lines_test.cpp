@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimator/fold/kernel_choice.hpp"
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 namespace splid {
 namespace {
@@ -35,7 +35,7 @@ struct PartsOfAComb {
     for (std::size_t k = 0; k < bins.size(); ++k) {
       for (std::size_t slice = 0; slice < grid.slices; ++slice) {
         const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-        const std::size_t here = bin + LineTree::travelled(travel, grid.slices, slice);
+        const std::size_t here = bin + TaylorTree::travelled(travel, grid.slices, slice);
         all += rows[k][row * bins[k] + here % bins[k]];
       }
     }

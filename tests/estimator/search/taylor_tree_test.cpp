@@ -1,4 +1,4 @@
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -47,9 +47,9 @@ double plain_power(const std::vector<std::uint64_t>& lines) {
 
 template <class Count>
 void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchKernels& kernels) {
-  LineTree tree(kernels, {&plane.grid, 1});
+  TaylorTree tree(kernels, {&plane.grid, 1});
   for (const int sign : {1, -1}) {
-    const LineTree::Block block = {plane.grid.bins / 2, plane.grid.bins / 3 + 1, most, sign};
+    const TaylorTree::Block block = {plane.grid.bins / 2, plane.grid.bins / 3 + 1, most, sign};
     tree.add_up(plane.rows.data(), plane.grid, block);
     for (std::size_t travel = 0; travel <= most; ++travel) {
       std::uint64_t largest = 0;
@@ -78,7 +78,7 @@ void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchK
 
 // With the largest number of a type in the rows, sums leave the type at the first level; with small
 // numbers at later levels, at the very last, or never.
-TEST(LineTree, EveryLineIsTheSumOfItsCells) {
+TEST(TaylorTree, EveryLineIsTheSumOfItsCells) {
   for (const VectorLevel level : runnable_vector_levels()) {
     const SearchKernels& kernels = search_kernels(level);
     for (const std::uint32_t slices : {1U, 2U, 4U, 8U, 16U, 32U, 64U}) {

@@ -1,4 +1,4 @@
-#include "estimator/search/line_search.hpp"
+#include "estimator/search/delay_velocity_search.hpp"
 
 #include <gtest/gtest.h>
 
@@ -82,7 +82,7 @@ DelayLine brute_force(const Folded& folded, double max_travel_ns) {
   return best;
 }
 
-TEST(LineSearch, FindsWhatBruteForceFinds) {
+TEST(DelayVelocitySearch, FindsWhatBruteForceFinds) {
   const Pattern patterns[] = {test::interleaved_pattern({42000, 63000}, 126000),
                               test::random_pattern(126000, 5, 9000, 2)};
   for (const Pattern& pattern : patterns) {
@@ -91,7 +91,7 @@ TEST(LineSearch, FindsWhatBruteForceFinds) {
       const double limit = 2 * 1500 / 299792458.0 * folded.frame.length_ns;  // 2 ns
       const DelayLine expected = brute_force(folded, limit);
       const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.25, limit);
-      LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+      DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
       const auto cells = search.run(folded.frame, grid, limit);
       ASSERT_FALSE(cells.empty());
       EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.train.circle_ns), 0.4);
@@ -102,28 +102,28 @@ TEST(LineSearch, FindsWhatBruteForceFinds) {
   }
 }
 
-TEST(LineSearch, CountsEveryPhotonAtItsDelays) {
+TEST(DelayVelocitySearch, CountsEveryPhotonAtItsDelays) {
   const Folded folded(small_maker(test::periodic_pattern(126000), 0), 1);
   // One bin: whatever the line, it holds every photon once.
   const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 126, 10);
   ASSERT_EQ(grid.bins, 1U);
-  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
   EXPECT_EQ(search.run(folded.frame, grid, 10)[0].count, folded.frame.size());
 }
 
-TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
+TEST(DelayVelocitySearch, EveryVectorLevelGivesTheSameCells) {
   test::FrameMaker made = small_maker(test::random_pattern(126000, 5, 9000, 2), 300);
   for (const double background : {1e-4, 3e-2, 1.0}) {  // by photon, by row, by row in 32 bits
     made.background_per_ns = background;
     const Folded folded(made, 3);
     const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
-    LineSearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
+    DelayVelocitySearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
     const auto expected = generic.run(folded.frame, grid, 2);
     const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
     const auto delays = generic.best_delays(folded.frame, 0.4, row);
-    ASSERT_EQ(delays.size(), LineSearch::max_delays);
+    ASSERT_EQ(delays.size(), DelayVelocitySearch::max_delays);
     for (const VectorLevel level : runnable_vector_levels()) {
-      LineSearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
+      DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1}, level);
       const auto cells = search.run(folded.frame, grid, 2);
       ASSERT_EQ(cells.size(), expected.size());
       for (std::size_t k = 0; k < cells.size(); ++k) {
@@ -144,16 +144,16 @@ TEST(LineSearch, EveryVectorLevelGivesTheSameCells) {
 
 // With two rates, which are searched by their own periods, a cell holds each photon that one of the
 // comb's pulses has on its line, and each once, also where the pulse is in both rates.
-TEST(LineSearch, CountsPhotonsOfBothRatesOnce) {
+TEST(DelayVelocitySearch, CountsPhotonsOfBothRatesOnce) {
   for (const double background_per_ns : {1e-3, 1.0}) {
     test::FrameMaker made = small_maker(test::interleaved_pattern({42000, 63000}, 126000), 300);
     made.background_per_ns = background_per_ns;
     const Folded folded(made, 4);
     const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2, 6);
     ASSERT_EQ(grid.bins % 6, 0U);
-    LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+    DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
     const auto cells = search.run(folded.frame, grid, 2);
-    ASSERT_EQ(cells.size(), LineSearch::max_cells);
+    ASSERT_EQ(cells.size(), DelayVelocitySearch::max_cells);
     const double gap = (grid.slices - 1.0) / grid.slices;
     for (const SearchCell& cell : cells) {
       const auto travel = std::llround(std::abs(cell.line.travel_ns) * gap / grid.bin_ns);
@@ -165,7 +165,7 @@ TEST(LineSearch, CountsPhotonsOfBothRatesOnce) {
             std::clamp((folded.frame.time_ns[i] / folded.frame.length_ns + 0.5) * grid.slices, 0.0,
                        grid.slices - 1.0));
         const std::size_t on_way = sign > 0 ? slice : grid.slices - 1 - slice;
-        const double bin = begin + static_cast<double>(LineTree::travelled(
+        const double bin = begin + static_cast<double>(TaylorTree::travelled(
                                        static_cast<std::size_t>(travel), grid.slices, on_way));
         for (const double pulse_ns : {0.0, 42.0, 63.0, 84.0}) {
           const double delay_ns = folded.frame.phase_ns[i] - pulse_ns;
@@ -178,23 +178,23 @@ TEST(LineSearch, CountsPhotonsOfBothRatesOnce) {
   }
 }
 
-TEST(LineSearch, ManyPhotonsDoNotOverflow) {
+TEST(DelayVelocitySearch, ManyPhotonsDoNotOverflow) {
   test::FrameMaker made = small_maker(test::periodic_pattern(126000), 0);
   made.signal_per_pulse = 100;  // 160,000 photons in one cell: more than 16 bits hold
   const Folded folded(made, 3);
   const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 1, 2);
-  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
   const SearchCell cell = search.run(folded.frame, grid, 2)[0];
   EXPECT_GT(cell.count, 65536U);
   EXPECT_LT(apart(cell.line.delay_ns, 2 * 7.3 / 0.299792458, 126), 1);
 }
 
-TEST(LineSearch, CellsAreDistinctAndInOrder) {
+TEST(DelayVelocitySearch, CellsAreDistinctAndInOrder) {
   const Folded folded(small_maker(test::interleaved_pattern({42000, 63000}, 126000), 500), 8);
   const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
-  LineSearch search(folded.train, folded.frame.size(), {&grid, 1});
+  DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
   const auto cells = search.run(folded.frame, grid, 2);
-  ASSERT_EQ(cells.size(), LineSearch::max_cells);
+  ASSERT_EQ(cells.size(), DelayVelocitySearch::max_cells);
   for (std::size_t k = 1; k < cells.size(); ++k) {
     EXPECT_LE(cells[k].count, cells[k - 1].count);
     for (std::size_t m = 0; m < k; ++m) {

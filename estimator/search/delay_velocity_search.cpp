@@ -1,4 +1,4 @@
-#include "estimator/search/line_search.hpp"
+#include "estimator/search/delay_velocity_search.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@ namespace splid {
 
 // A grid with a period of each part has rows of these alone, and no need of the tree of the circle.
 // A grid of one slice is also looked at as a whole, by best_delays().
-LineSearch::Room LineSearch::room_for(CombRows& rows, std::span<const SearchGrid> grids) {
+DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows, std::span<const SearchGrid> grids) {
   Room room;
   for (const SearchGrid& grid : grids) {
     std::size_t part_cells = 0;
@@ -29,7 +29,7 @@ LineSearch::Room LineSearch::room_for(CombRows& rows, std::span<const SearchGrid
   return room;
 }
 
-LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
+DelayVelocitySearch::DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons,
                        std::span<const SearchGrid> grids, VectorLevel level)
     : train_(train),
       kernels_(search_kernels(level)),
@@ -45,21 +45,21 @@ LineSearch::LineSearch(const PulseTrain& train, std::size_t max_photons,
   most_in_parts_.reserve(rows_.part_copies().size());
 }
 
-std::size_t LineSearch::bytes(const PulseTrain& train, std::span<const SearchGrid> grids) {
+std::size_t DelayVelocitySearch::bytes(const PulseTrain& train, std::span<const SearchGrid> grids) {
   CombRows rows(train, 0, best_search_kernels());
   const Room room = room_for(rows, grids);
   return (room.cells() + room.slices * max_cells) * sizeof(std::uint32_t) +
-         LineTree::bytes(room.whole) + PartLines::bytes(room.in_parts, rows.part_copies());
+         TaylorTree::bytes(room.whole) + PartLines::bytes(room.in_parts, rows.part_copies());
 }
 
 template <class Count>
-Count* LineSearch::buffer(std::size_t which) {
+Count* DelayVelocitySearch::buffer(std::size_t which) {
   static_assert(std::is_unsigned_v<Count> && sizeof(Count) <= sizeof(std::uint32_t));
   // All types of count use the same memory; rows are written before they are read.
   return reinterpret_cast<Count*>(memory_.data() + which * room_.buffer_cells);
 }
 
-std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const SearchGrid& grid,
+std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame, const SearchGrid& grid,
                                             double max_travel_ns, double about_travel_ns) {
   kept_.clear();
   about_travel_ns_ = about_travel_ns;
@@ -78,7 +78,7 @@ std::span<const SearchCell> LineSearch::run(const FoldedFrame& frame, const Sear
 }
 
 template <class Count>
-void LineSearch::search(const SearchGrid& grid, double max_travel_ns) {
+void DelayVelocitySearch::search(const SearchGrid& grid, double max_travel_ns) {
   const auto most = static_cast<std::size_t>(
       std::min<double>(grid.slices - 1, std::ceil(max_travel_ns / grid.bin_ns)));
   if (!rows_.part_bins(grid).empty()) {
@@ -87,10 +87,10 @@ void LineSearch::search(const SearchGrid& grid, double max_travel_ns) {
   }
   auto* rows = buffer<Count>(0);
   const std::uint32_t most_in_cell = rows_.fill(grid, rows, buffer<Count>(1), buffer<Count>(2));
-  const std::size_t step = LineTree::block_bins(grid, most);
+  const std::size_t step = TaylorTree::block_bins(grid, most);
   for (const int sign : {1, -1}) {
     for (std::size_t bin = 0; bin < grid.bins; bin += step) {
-      const LineTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign,
+      const TaylorTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign,
                                      most_in_cell};
       tree_.add_up(rows, grid, block);
       keep_best(grid, block);
@@ -99,7 +99,7 @@ void LineSearch::search(const SearchGrid& grid, double max_travel_ns) {
 }
 
 // Lines without travel come up with both signs, and are looked at with the first.
-void LineSearch::keep_best(const SearchGrid& grid, const LineTree::Block& block) {
+void DelayVelocitySearch::keep_best(const SearchGrid& grid, const TaylorTree::Block& block) {
   for (std::size_t j = block.sign > 0 ? 0 : 1; j <= block.most; ++j) {
     const auto next = [&](std::size_t from) { return tree_.first_above(j, from, least_kept()); };
     for (std::size_t d = next(0); d < block.bins; d = next(d + 1)) {
@@ -109,7 +109,7 @@ void LineSearch::keep_best(const SearchGrid& grid, const LineTree::Block& block)
 }
 
 template <class Count>
-void LineSearch::search_parts(const SearchGrid& grid, std::size_t most) {
+void DelayVelocitySearch::search_parts(const SearchGrid& grid, std::size_t most) {
   const std::span<const std::uint32_t> part_bins = rows_.part_bins(grid);
   most_in_parts_.clear();
   Count* next = buffer<Count>(0);  // the rows of one part after the other
@@ -141,7 +141,7 @@ void LineSearch::search_parts(const SearchGrid& grid, std::size_t most) {
 // Design note: one pulse in 41 of [P]'s pattern is in both rates, so that the choice of the cells
 // sees chance spread by a percent more. To know each cell's count when it is chosen would take rows
 // of the whole circle, which do not fit into the caches.
-void LineSearch::count_once(const SearchGrid& grid) {
+void DelayVelocitySearch::count_once(const SearchGrid& grid) {
   constexpr std::size_t lines = CombRows::lines_at_once;
   static_assert(lines == max_cells);
   std::array<std::uint32_t, lines> twice{};
@@ -150,7 +150,7 @@ void LineSearch::count_once(const SearchGrid& grid) {
     const auto& [bin, travel, sign] = kept_[n].line;
     for (std::size_t slice = 0; slice < grid.slices; ++slice) {
       const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-      std::size_t here = bin + LineTree::travelled(travel, grid.slices, slice);
+      std::size_t here = bin + TaylorTree::travelled(travel, grid.slices, slice);
       while (here >= grid.bins) here -= grid.bins;
       cells_[row * lines + n] = static_cast<std::uint32_t>(row * grid.bins + here);
     }
@@ -163,7 +163,7 @@ void LineSearch::count_once(const SearchGrid& grid) {
   });
 }
 
-void LineSearch::keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid) {
+void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid) {
   // At mid-frame the line is half of the travel further on than where it begins.
   const double per_gap = grid.slices > 1 ? grid.slices / (grid.slices - 1.0) : 0.0;
   const auto travel = static_cast<double>(line.travel);
@@ -190,7 +190,7 @@ void LineSearch::keep(const GridLine& line, std::uint32_t photons, const SearchG
   if (kept_.size() > max_cells) kept_.pop_back();
 }
 
-std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, double travel_ns,
+std::span<const DelayCell> DelayVelocitySearch::best_delays(const FoldedFrame& frame, double travel_ns,
                                                    const SearchGrid& grid) {
   rows_.load(frame, travel_ns, 1);
   delays_.clear();
@@ -203,7 +203,7 @@ std::span<const DelayCell> LineSearch::best_delays(const FoldedFrame& frame, dou
 }
 
 template <class Count>
-void LineSearch::look_at_delays(const SearchGrid& grid) {
+void DelayVelocitySearch::look_at_delays(const SearchGrid& grid) {
   auto* row = buffer<Count>(0);
   rows_.fill(grid, row, buffer<Count>(1), buffer<Count>(2));
   std::uint32_t least = 0;
@@ -216,7 +216,7 @@ void LineSearch::look_at_delays(const SearchGrid& grid) {
   }
 }
 
-void LineSearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
+void DelayVelocitySearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
   const auto same_pulse = [&](const DelayCell& other) {
     const double apart = std::abs(cell.delay_ns - other.delay_ns);
     return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;

@@ -1,4 +1,4 @@
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -101,14 +101,14 @@ void copy_around(Count* to, const Count* row, std::size_t first_bin, std::size_t
 
 }  // namespace
 
-std::size_t LineTree::block_bins(const SearchGrid& grid, std::size_t most) {
+std::size_t TaylorTree::block_bins(const SearchGrid& grid, std::size_t most) {
   const std::size_t fit = block_lines_cells / grid.slices;
   const std::size_t wanted =
       std::max(least_block_bins, std::max(most, fit > most ? fit - most : 0));
   return std::min<std::size_t>(wanted, grid.bins);
 }
 
-std::size_t LineTree::travelled(std::size_t travel, std::size_t slices, std::size_t slice) {
+std::size_t TaylorTree::travelled(std::size_t travel, std::size_t slices, std::size_t slice) {
   std::size_t bins = 0;
   for (std::size_t half = slices / 2; half > 0; half /= 2) {
     if ((slice & half) != 0) bins += (travel + 1) / 2;
@@ -117,7 +117,7 @@ std::size_t LineTree::travelled(std::size_t travel, std::size_t slices, std::siz
   return bins;
 }
 
-LineTree::LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
+TaylorTree::TaylorTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
     : kernels_(kernels) {
   buffer_cells_ = buffer_cells(grids);
   memory_.resize(2 * buffer_cells_ + row_cells);
@@ -126,18 +126,18 @@ LineTree::LineTree(const SearchKernels& kernels, std::span<const SearchGrid> gri
 
 // Rows are longest for the largest limit of travel: a block of fewer lines has at most as many bins
 // more.
-std::size_t LineTree::longest_row(const SearchGrid& grid) {
+std::size_t TaylorTree::longest_row(const SearchGrid& grid) {
   const std::size_t most = grid.slices - 1;
   return stride_of(std::min(block_bins(grid, most) + most, cells_around(grid)));
 }
 
-std::size_t LineTree::widest_row(std::span<const SearchGrid> grids) {
+std::size_t TaylorTree::widest_row(std::span<const SearchGrid> grids) {
   std::size_t widest = 0;
   for (const SearchGrid& grid : grids) widest = std::max(widest, longest_row(grid));
   return widest;
 }
 
-std::size_t LineTree::buffer_cells(std::span<const SearchGrid> grids) {
+std::size_t TaylorTree::buffer_cells(std::span<const SearchGrid> grids) {
   std::size_t cells = 0;
   for (const SearchGrid& grid : grids) {
     // The last row is read beyond its end, by as much as a line travels.
@@ -146,16 +146,16 @@ std::size_t LineTree::buffer_cells(std::span<const SearchGrid> grids) {
   return stride_of(cells);
 }
 
-std::size_t LineTree::bytes(std::span<const SearchGrid> grids) {
+std::size_t TaylorTree::bytes(std::span<const SearchGrid> grids) {
   return (2 * buffer_cells(grids) + row_cells + widest_row(grids)) * sizeof(std::uint32_t);
 }
 
-std::size_t LineTree::lines(std::size_t slices) const {
+std::size_t TaylorTree::lines(std::size_t slices) const {
   return std::min(slices, block_.most * slices / slices_ + 1);
 }
 
 template <class Count>
-void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& block) {
+void TaylorTree::add_up(const Count* rows, const SearchGrid& grid, const Block& block) {
   block_ = block;
   slices_ = grid.slices;
   circle_ = block.bins + block.most > cells_around(grid) ? grid.bins : 0;
@@ -173,14 +173,14 @@ void LineTree::add_up(const Count* rows, const SearchGrid& grid, const Block& bl
   if (slices_ > 1) make_room_for_last_sum();
 }
 
-template void LineTree::add_up(const std::uint8_t*, const SearchGrid&, const Block&);
-template void LineTree::add_up(const std::uint16_t*, const SearchGrid&, const Block&);
-template void LineTree::add_up(const std::uint32_t*, const SearchGrid&, const Block&);
+template void TaylorTree::add_up(const std::uint8_t*, const SearchGrid&, const Block&);
+template void TaylorTree::add_up(const std::uint16_t*, const SearchGrid&, const Block&);
+template void TaylorTree::add_up(const std::uint32_t*, const SearchGrid&, const Block&);
 
 // Where the first sums read the slices: in the rows themselves, unless the block goes around the
 // end of the circle or nothing is added up at all.
 template <class Count>
-LineTree::Rows LineTree::start_of(const Count* rows, const SearchGrid& grid) {
+TaylorTree::Rows TaylorTree::start_of(const Count* rows, const SearchGrid& grid) {
   if (slices_ < 4 || circle_ > 0 || block_.first_bin + stride_ + longest_shift > grid.bins) {
     copy_rows(rows, grid);
     return written();
@@ -191,15 +191,15 @@ LineTree::Rows LineTree::start_of(const Count* rows, const SearchGrid& grid) {
   return {first + (static_cast<std::ptrdiff_t>(slices_) - 1) * bins, -bins};
 }
 
-LineTree::Rows LineTree::written() const { return {in_, static_cast<std::ptrdiff_t>(stride_)}; }
+TaylorTree::Rows TaylorTree::written() const { return {in_, static_cast<std::ptrdiff_t>(stride_)}; }
 
 template <class Count>
-const Count* LineTree::row(std::size_t number) const {
+const Count* TaylorTree::row(std::size_t number) const {
   return static_cast<const Count*>(from_.first) + static_cast<std::ptrdiff_t>(number) * from_.step;
 }
 
 template <class Count>
-void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
+void TaylorTree::copy_rows(const Count* rows, const SearchGrid& grid) {
   auto* to = reinterpret_cast<Count*>(in_);
   for (std::size_t slice = 0; slice < slices_; ++slice) {
     const std::size_t from = block_.sign > 0 ? slice : slices_ - 1 - slice;
@@ -209,14 +209,14 @@ void LineTree::copy_rows(const Count* rows, const SearchGrid& grid) {
 }
 
 // Adds lines over `half` slices each to lines over twice or four times as many; returns which.
-std::size_t LineTree::add_next(std::size_t half) {
+std::size_t TaylorTree::add_next(std::size_t half) {
   if (cell_bytes_ == 1) return add_next_as<std::uint8_t, std::uint16_t>(half);
   if (cell_bytes_ == 2) return add_next_as<std::uint16_t, std::uint32_t>(half);
   return add_next_as<std::uint32_t, std::uint32_t>(half);
 }
 
 template <class From, class Wide>
-std::size_t LineTree::add_next_as(std::size_t half) {
+std::size_t TaylorTree::add_next_as(std::size_t half) {
   if (8 * half <= slices_ && sum_fits<From>(4, half)) {
     add_fours<From>(half);
     return 4;
@@ -234,7 +234,7 @@ std::size_t LineTree::add_next_as(std::size_t half) {
 // A line that travels j bins over 2n slices is made of two lines that travel floor(j/2) bins: one
 // over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
 template <class From, class To>
-void LineTree::add_pairs(std::size_t half) {
+void TaylorTree::add_pairs(std::size_t half) {
   const auto add = Add<From, To>::of(kernels_);
   auto* out = reinterpret_cast<To*>(out_);
   const std::size_t all = lines(2 * half);
@@ -252,7 +252,7 @@ void LineTree::add_pairs(std::size_t half) {
 // The same for two passes at once. A row that the lines share is read for four of them: up to three
 // of those may not be asked for, and have room.
 template <class Count>
-void LineTree::add_fours(std::size_t half) {
+void TaylorTree::add_fours(std::size_t half) {
   const auto add = add_four<Count>(kernels_);
   auto* out = reinterpret_cast<Count*>(out_);
   const std::size_t all = lines(4 * half);
@@ -272,7 +272,7 @@ void LineTree::add_fours(std::size_t half) {
 }
 
 // The sums that have been written, of so many cells each, are what is added up next.
-void LineTree::take_written(std::size_t cell_bytes, std::uint32_t added) {
+void TaylorTree::take_written(std::size_t cell_bytes, std::uint32_t added) {
   std::swap(in_, out_);
   from_ = written();
   cell_bytes_ = cell_bytes;
@@ -282,7 +282,7 @@ void LineTree::take_written(std::size_t cell_bytes, std::uint32_t added) {
 // Whether the sum of any `added` cells fits into the type of the cells, which are lines over `half`
 // slices.
 template <class Count>
-bool LineTree::sum_fits(std::uint32_t added, std::size_t half) {
+bool TaylorTree::sum_fits(std::uint32_t added, std::size_t half) {
   if constexpr (sizeof(Count) == sizeof(std::uint32_t)) {
     return true;
   } else {
@@ -300,7 +300,7 @@ bool LineTree::sum_fits(std::uint32_t added, std::size_t half) {
   }
 }
 
-void LineTree::make_room_for_last_sum() {
+void TaylorTree::make_room_for_last_sum() {
   const std::size_t half = slices_ / 2;
   if (cell_bytes_ == 1 && !sum_fits<std::uint8_t>(2, half)) {
     widen<std::uint8_t, std::uint16_t>();
@@ -311,7 +311,7 @@ void LineTree::make_room_for_last_sum() {
 }
 
 template <class From, class To>
-void LineTree::widen() {
+void TaylorTree::widen() {
   const auto add = Add<From, To>::of(kernels_);
   const auto* in = reinterpret_cast<const From*>(in_);
   auto* out = reinterpret_cast<To*>(out_);
@@ -325,14 +325,14 @@ void LineTree::widen() {
 }
 
 template <class Count>
-LineTree::Halves<Count> LineTree::halves(std::size_t travel) const {
+TaylorTree::Halves<Count> TaylorTree::halves(std::size_t travel) const {
   const auto* in = reinterpret_cast<const Count*>(in_);
   if (slices_ == 1) return {in, reinterpret_cast<const Count*>(zeros_.data())};
   return {in + travel / 2 * stride_,
           in + (slices_ / 2 + travel / 2) * stride_ + further((travel + 1) / 2)};
 }
 
-std::size_t LineTree::first_above(std::size_t travel, std::size_t from, std::uint32_t least) const {
+std::size_t TaylorTree::first_above(std::size_t travel, std::size_t from, std::uint32_t least) const {
   if (cell_bytes_ == 1) {
     if (least >= std::numeric_limits<std::uint8_t>::max()) return block_.bins;
     const auto at = halves<std::uint8_t>(travel);
@@ -349,7 +349,7 @@ std::size_t LineTree::first_above(std::size_t travel, std::size_t from, std::uin
   return kernels_.first_above_32(at.first, at.second, from, block_.bins, least);
 }
 
-std::uint32_t LineTree::photons(std::size_t travel, std::size_t bin) const {
+std::uint32_t TaylorTree::photons(std::size_t travel, std::size_t bin) const {
   const auto sum = [bin](auto at) { return std::uint32_t{at.first[bin]} + at.second[bin]; };
   if (cell_bytes_ == 1) return sum(halves<std::uint8_t>(travel));
   if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(travel));
@@ -357,7 +357,7 @@ std::uint32_t LineTree::photons(std::size_t travel, std::size_t bin) const {
 }
 
 template <class Wide>
-void LineTree::write_line(std::size_t travel, Wide* line) const {
+void TaylorTree::write_line(std::size_t travel, Wide* line) const {
   const auto write = [&](auto at) {
     for (std::size_t bin = 0; bin < block_.bins; ++bin) {
       line[bin] = static_cast<Wide>(Wide{at.first[bin]} + at.second[bin]);
@@ -383,10 +383,10 @@ void LineTree::write_line(std::size_t travel, Wide* line) const {
   }
 }
 
-template void LineTree::write_line(std::size_t, std::uint16_t*) const;
-template void LineTree::write_line(std::size_t, std::uint32_t*) const;
+template void TaylorTree::write_line(std::size_t, std::uint16_t*) const;
+template void TaylorTree::write_line(std::size_t, std::uint32_t*) const;
 
-double LineTree::smooth_power(std::size_t travel) const {
+double TaylorTree::smooth_power(std::size_t travel) const {
   const std::size_t count = block_.bins - 2;
   if (cell_bytes_ == 1) {
     const auto at = halves<std::uint8_t>(travel);

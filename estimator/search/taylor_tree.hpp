@@ -27,10 +27,10 @@ namespace splid {
 // memory, and one of a periodic part of 42 bins a thirtieth.
 //
 // Threads: one thread for each object. Errors: none. No allocation after construction.
-class LineTree {
+class TaylorTree {
  public:
   // grids: all that add_up() will be given.
-  LineTree(const SearchKernels& kernels, std::span<const SearchGrid> grids);
+  TaylorTree(const SearchKernels& kernels, std::span<const SearchGrid> grids);
   // What a tree for these grids allocates.
   static std::size_t bytes(std::span<const SearchGrid> grids);
 

@@ -9,7 +9,7 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/vector_level.hpp"
 #include "estimator/search/comb_rows.hpp"
-#include "estimator/search/line_tree.hpp"
+#include "estimator/search/taylor_tree.hpp"
 #include "estimator/search/part_lines.hpp"
 
 namespace splid {
@@ -32,18 +32,18 @@ struct DelayCell {
 // Searches all delays, and all travels up to a limit, at once. The frame is cut into slices so
 // short that the delay of the fastest target travels one bin in each. The photons of each slice are
 // correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
-// lines (LineTree). Of a comb that is made of periodic parts, each part is added up over one of its
+// lines (TaylorTree). Of a comb that is made of periodic parts, each part is added up over one of its
 // periods (PartLines).
 //
 // Cost: that of CombRows, and 2 bins * slices * log2(slices) additions, where bins are those of the
 // circle, or of the parts' periods. Threads: one thread for each object. Errors: none. No
 // allocation in run() and best_delays().
-class LineSearch {
+class DelayVelocitySearch {
  public:
   static constexpr std::size_t max_cells = 16;
 
   // train: outlives this. grids: all grids that run() and best_delays() will be given.
-  LineSearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
+  DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
              VectorLevel level = best_vector_level());
   // What a search of these grids allocates, but for what grows with max_photons.
   static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
@@ -84,7 +84,7 @@ class LineSearch {
   static Room room_for(CombRows& rows, std::span<const SearchGrid> grids);
   template <class Count>
   void search(const SearchGrid& grid, double max_travel_ns);
-  void keep_best(const SearchGrid& grid, const LineTree::Block& block);
+  void keep_best(const SearchGrid& grid, const TaylorTree::Block& block);
   template <class Count>
   void search_parts(const SearchGrid& grid, std::size_t most);
   void count_once(const SearchGrid& grid);
@@ -102,7 +102,7 @@ class LineSearch {
   const SearchKernels& kernels_;
   CombRows rows_;
   Room room_;
-  LineTree tree_;
+  TaylorTree tree_;
   PartLines part_lines_;
   std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
   double about_travel_ns_ = 0;                // travels of lines are beside this one
