@@ -136,9 +136,9 @@ class Parts {
   void print_search(const std::string& cells, double widths) {
     const SearchKernels& kernels = best_search_kernels();
     CombRows rows(train_, frame_.size(), kernels);
-    const double travel_ns = 2 * max_speed_mps / 299792458.0 * frame_.length_ns;
+    const double walk_ns = 2 * max_speed_mps / 299792458.0 * frame_.length_ns;
     const SearchGrid grid =
-        SearchGrid::cover(train_.circle_ns, widths * sigma_ns, travel_ns, rows.fitting_bins());
+        SearchGrid::cover(train_.circle_ns, widths * sigma_ns, walk_ns, rows.fitting_bins());
     std::vector<std::uint8_t> memory[3];
     for (auto& part : memory) part.resize(grid.cells());
     rows.load(frame_, 0, grid.slices);
@@ -157,7 +157,7 @@ class Parts {
         rows.fill_part_period(grid, k, memory[k].data());
       }
     });
-    const auto most = static_cast<std::size_t>(std::ceil(travel_ns / grid.bin_ns));
+    const auto most = static_cast<std::size_t>(std::ceil(walk_ns / grid.bin_ns));
     double adds = 0;
     for (std::size_t half = 1; half < grid.slices; half *= 2) {
       const std::size_t lines = std::min(2 * half, most * 2 * half / grid.slices + 1);
@@ -177,9 +177,9 @@ class Parts {
     DelayVelocitySearch search(train_, frame_.size(), {&grid, 1});
     row_of(cells + ": counts, sums and the best of all lines", counts + adds * bins,
            1e-3 * (counts * limits_.increment + adds * bins * limits_.add),
-           [&] { found_ += search.run(frame_, grid, travel_ns).size(); });
+           [&] { found_ += search.run(frame_, grid, walk_ns).size(); });
     if (scene_.made.signal_per_pulse == 0) {
-      print_zooms(cells, grid, search.run(frame_, grid, travel_ns));
+      print_zooms(cells, grid, search.run(frame_, grid, walk_ns));
     }
   }
 
@@ -247,8 +247,8 @@ class Parts {
         SearchGrid::cover(train_.circle_ns, 3 * sigma_ns, 0,
                           CombRows(train_, 0, best_search_kernels()).fitting_bins());
     DelayVelocitySearch search(train_, frame_.size(), {&grid, 1});
-    row("a look at all delays of one travel", static_cast<double>(frame_.size() + grid.bins),
-        limits_.increment, [&] { search.best_delays(frame_, line_.travel_ns, grid); });
+    row("a look at all delays of one walk", static_cast<double>(frame_.size() + grid.bins),
+        limits_.increment, [&] { search.best_delays(frame_, line_.walk_ns, grid); });
   }
 
   void print_fit() {
@@ -272,7 +272,7 @@ class Parts {
           likelihood.evaluate(model, likelihood::free_set(1, 2), point);
           found_ += point.value > 0 ? 1 : 0;
         });
-    const DelayLine beside = {line_.delay_ns + 0.1, line_.travel_ns - 0.1};
+    const DelayTrack beside = {line_.delay_ns + 0.1, line_.walk_ns - 0.1};
     row("a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
         [&] { refinement.climb(frame_, beside, true); });
     checks::Findings findings(train_, *shape_, frame_.size());
@@ -286,7 +286,7 @@ class Parts {
   std::unique_ptr<PulseShape> shape_;
   PulseTrain train_;
   FoldedFrame frame_;
-  DelayLine line_;
+  DelayTrack line_;
   std::size_t found_ = 0;  // keeps the compiler from leaving out what is timed
 };
 

@@ -28,7 +28,7 @@ constexpr double sigma_ns = 0.1;
 constexpr double pulses = 50e6 / 3780 * 40;
 constexpr double experiment_photons = 13.5e-4 * pulses;
 constexpr double background_a_width = 1.75e-4 * sigma_ns * pulses;
-constexpr double widths_per_mps = 2 / 0.299792458 * 0.05 / sigma_ns;  // of travel in a frame
+constexpr double widths_per_mps = 2 / 0.299792458 * 0.05 / sigma_ns;  // of range walk in a frame
 
 // Photons are counted by their offset from a pulse's time, in pulse widths, and by their place in
 // the frame.
@@ -38,7 +38,7 @@ constexpr std::size_t offsets = 320;
 // What is seen of one target.
 struct Light {
   double offset_widths = 0;  // at mid-frame
-  double travel_widths = 0;  // over the frame
+  double walk_widths = 0;    // over the frame
   double photons = 0;
   double wide = 1;        // times the configured pulse
   double late_share = 0;  // of its light, by an exponential delay
@@ -66,7 +66,7 @@ Expectation expect(const std::vector<Light>& lights, std::size_t places) {
   for (const Light& light : lights) {
     for (std::size_t place = 0; place < places; ++place) {
       const double s = (static_cast<double>(place) + 0.5) / n - 0.5;
-      const double middle = light.offset_widths + light.travel_widths * s;
+      const double middle = light.offset_widths + light.walk_widths * s;
       double before = come_by(light, first_widths - middle);
       for (std::size_t i = 0; i < offsets; ++i) {
         const double end = first_widths + static_cast<double>(i + 1) * bin_widths;
@@ -99,7 +99,7 @@ struct Nearest {
 
   static constexpr unsigned parameters = 6;
 
-  // x: offset, travel, and the logarithms of photons, width, share and delay of a tail.
+  // x: offset, range walk, and the logarithms of photons, width, share and delay of a tail.
   [[nodiscard]] Light light_of(const double* x) const {
     Light light = {x[0], x[1], std::exp(x[2])};
     if (freedom != Freedom::configured) light.wide = std::exp(x[3]);
@@ -175,7 +175,7 @@ struct Scene {
 };
 
 void run(const Scene& scene, Freedom freedom, const char* name, int frames) {
-  const bool part = scene.first.travel_widths != scene.second.travel_widths;
+  const bool part = scene.first.walk_widths != scene.second.walk_widths;
   const std::size_t places = part ? 40 : 1;
   const Expectation two = expect({scene.first, scene.second}, places);
   Nearest nearest = {two, places, freedom};

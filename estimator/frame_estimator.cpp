@@ -90,7 +90,7 @@ struct FrameEstimator::Workspace {
   }
 
   [[nodiscard]] double reach_ns(double length_ns) const {
-    return FrameSearch::max_travel_ns(scene, length_ns) / 2 +
+    return FrameSearch::max_walk_ns(scene, length_ns) / 2 +
            std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()));
   }
   [[nodiscard]] bool is_rich() const {

@@ -18,7 +18,7 @@
 //                 pattern and the detected pulse in the units of the estimator.
 //   fold/         FoldedFrame corrects the photons' times for the drift of that clock ([P] Eq. 20)
 //                 and folds them on the pattern period. A target at constant velocity is then a
-//                 straight line, a DelayLine: a delay at mid-frame, and how far the delay travels
+//                 straight line, a DelayTrack: a delay at mid-frame, and how far the delay walks
 //                 over the frame.
 //   search/       FrameSearch looks for the target: where the last frame had it, along all straight
 //                 lines, along all paths that bend. The significance says whether there is a target

@@ -32,7 +32,7 @@ MidFrame at_mid_frame(const SmallMatrix& C, Eigen::Index d, const checks::Wideni
   return mid;
 }
 
-// g: how far the delay travels in a ns. delay_ns: D of the photons' line, at mid-frame and in the
+// g: how far the delay walks in a ns. delay_ns: D of the photons' line, at mid-frame and in the
 // pattern's clock; the delay itself is tau = D (1 + beta).
 void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
                      const checks::Widening& wider, const FrameUnits& units, const SyncFit& sync,

@@ -13,10 +13,9 @@ std::size_t search_table_bytes(const Pattern& pattern, const PulseOptions& pulse
                                const SceneOptions& scene, const EstimatorOptions& options,
                                double frame_length_ms) {
   const bool moving = scene.motion != Motion::static_target;
-  const double max_travel_ns =
-      moving ? travel_ns_at(scene.max_speed_mps, frame_length_ms * 1e6) : 0;
+  const double max_walk_ns = moving ? walk_ns_at(scene.max_speed_mps, frame_length_ms * 1e6) : 0;
   return TargetSearch::table_bytes(PulseTrain(pattern), *configured_pulse(pattern, pulse),
-                                   max_travel_ns, options.effort);
+                                   max_walk_ns, options.effort);
 }
 
 std::optional<OptionFault> too_large_a_search(const Pattern& pattern, const PulseOptions& pulse,

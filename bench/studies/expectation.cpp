@@ -104,9 +104,9 @@ Expectation expect(const Cell& cell) {
   const double pulses = periods * static_cast<double>(pulses_per_period(pattern));
   const double unambiguous_ns = pattern.unambiguous_delay_ps * ns_per_ps;
   // Half-way into the unambiguous range, unless the study has its own delay.
-  const double travel_ns = cell.velocity_mps.value_or(0) / speed_of_light_mps * length_ns;
+  const double walk_ns = cell.velocity_mps.value_or(0) / speed_of_light_mps * length_ns;
   const std::optional<double> start_ns = delay_start_ns(cell.study);
-  const double delay_ns = start_ns ? *start_ns + travel_ns : unambiguous_ns / 2;
+  const double delay_ns = start_ns ? *start_ns + walk_ns : unambiguous_ns / 2;
   Expectation found;
   found.length_ns = length_ns;
   found.signal_photons = pulses * cell.signal_per_pulse;
@@ -114,9 +114,9 @@ Expectation expect(const Cell& cell) {
   const Gain gain(cell, pulses, found.length_ns);
   found.gain_nats = gain.at(0).slope;
   found.gain_deviation_nats = std::sqrt(gain.at(0).curve);
-  const double max_travel_ns = 2 * max_speed_mps / speed_of_light_mps * found.length_ns;
+  const double max_walk_ns = 2 * max_speed_mps / speed_of_light_mps * found.length_ns;
   found.threshold_nats =
-      significance_threshold_nats({unambiguous_ns, max_travel_ns, pulse_sigma_ns}, 1e-3);
+      significance_threshold_nats({unambiguous_ns, max_walk_ns, pulse_sigma_ns}, 1e-3);
   found.bound = cramer_rao_bound(pattern, *make_gaussian(pulse_sigma_ns),
                                  {.length_ns = found.length_ns,
                                   .seen_ns = found.length_ns,

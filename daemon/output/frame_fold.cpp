@@ -134,15 +134,15 @@ FrameFold::Path FrameFold::path_of(const Estimate& estimate) const {
   const double beta = velocity_mps / speed_of_light_mps;
   const double scale = reference_ == ClockReference::tagger ? frame_.scale : 1;
   path.line.delay_ns = estimate.delay_ns / scale / (1 + beta) + path.bend_ns / 12;
-  path.line.travel_ns = 2 * beta / (1 + beta) * frame_.length_ns;
+  path.line.walk_ns = 2 * beta / (1 + beta) * frame_.length_ns;
   return path;
 }
 
-PhotonFold::Period FrameFold::period_of(const FoldedFrame& frame, DelayLine line) const {
+PhotonFold::Period FrameFold::period_of(const FoldedFrame& frame, DelayTrack line) const {
   PhotonFold::Period period;
   period.bin_ns = train_.period_ns / PhotonFold::period_bins;
   period.counts.assign(PhotonFold::period_bins, 0);
-  const double slope = line.travel_ns / frame.length_ns;
+  const double slope = line.walk_ns / frame.length_ns;
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const double left_ns =
         wrapped(frame.phase_ns[i] - line.delay_ns - slope * frame.time_ns[i], train_.period_ns);
@@ -152,7 +152,7 @@ PhotonFold::Period FrameFold::period_of(const FoldedFrame& frame, DelayLine line
   return period;
 }
 
-PhotonFold::Stack FrameFold::stack_of(const FoldedFrame& frame, DelayLine line,
+PhotonFold::Stack FrameFold::stack_of(const FoldedFrame& frame, DelayTrack line,
                                       const Estimate& estimate, double share) {
   PhotonFold::Stack stack;
   stack.bin_ns = bin_ns_of(*shape_);
@@ -174,22 +174,22 @@ PhotonFold::Stack FrameFold::stack_of(const FoldedFrame& frame, DelayLine line,
 }
 
 // The sum over the near photons of log(1 + S sum_p a_p h / b), at another line than near_'s own.
-double FrameFold::log_gain(DelayLine line, double signal_over_background) const {
+double FrameFold::log_gain(DelayTrack line, double signal_over_background) const {
   const double delay = line.delay_ns - near_.line.delay_ns;
-  const double travel = line.travel_ns - near_.line.travel_ns;
+  const double walk = line.walk_ns - near_.line.walk_ns;
   double sum = 0;
   for (std::size_t k = 0; k < near_.photons(); ++k) {
     double light = 0;
     for (std::size_t j = near_.first[k]; j < near_.first[k + 1]; ++j) {
       light +=
-          near_.amplitude[j] * density(near_.residual_ns[j] - delay - travel * near_.position[j]);
+          near_.amplitude[j] * density(near_.residual_ns[j] - delay - walk * near_.position[j]);
     }
     if (light > 0) sum += near_.weight[k] * std::log1p(signal_over_background * light);
   }
   return sum;
 }
 
-PhotonFold::Plane FrameFold::plane_of(const FoldedFrame& frame, DelayLine line,
+PhotonFold::Plane FrameFold::plane_of(const FoldedFrame& frame, DelayTrack line,
                                       const Estimate& estimate, double share) {
   near_.collect(frame, windows_, train_, line, shape_->width_ns());
   double photons_each = 1 / share;  // that a photon of the near set stands for
@@ -210,19 +210,19 @@ PhotonFold::Plane FrameFold::plane_of(const FoldedFrame& frame, DelayLine line,
 
   const double half = static_cast<double>(plane_cells - 1) / 2;
   const double delay_step = plane_reach_widths * shape_->width_ns() / half;
-  const double travel_step = 2 * delay_step;
+  const double walk_step = 2 * delay_step;
   PhotonFold::Plane plane;
   plane.delay_step_ns = delay_step;
-  plane.velocity_step_mps = travel_step / frame.length_ns / 2 * speed_of_light_mps;
+  plane.velocity_step_mps = walk_step / frame.length_ns / 2 * speed_of_light_mps;
   plane.gain_nats.reserve(plane_cells * plane_cells);
   for (std::size_t row = 0; row < plane_cells; ++row) {
-    const double travel = line.travel_ns + (static_cast<double>(row) - half) * travel_step;
+    const double walk = line.walk_ns + (static_cast<double>(row) - half) * walk_step;
     const double seen =
-        estimate.signal_per_pulse * exposure.amplitude * (1 - travel / frame.length_ns);
+        estimate.signal_per_pulse * exposure.amplitude * (1 - walk / frame.length_ns);
     for (std::size_t column = 0; column < plane_cells; ++column) {
       const double delay = line.delay_ns + (static_cast<double>(column) - half) * delay_step;
       plane.gain_nats.push_back(
-          photons_each * log_gain({delay, travel}, estimate.signal_per_pulse / background) - seen -
+          photons_each * log_gain({delay, walk}, estimate.signal_per_pulse / background) - seen -
           none);
     }
   }

@@ -41,18 +41,18 @@ class FrameFold {
  private:
   // The path of an estimate in the folded frame.
   struct Path {
-    DelayLine line;
+    DelayTrack line;
     double bend_ns = 0;  // what FoldedFrame::straighten() takes
   };
   [[nodiscard]] Path path_of(const Estimate& estimate) const;
-  [[nodiscard]] PhotonFold::Period period_of(const FoldedFrame& frame, DelayLine line) const;
-  [[nodiscard]] PhotonFold::Stack stack_of(const FoldedFrame& frame, DelayLine line,
+  [[nodiscard]] PhotonFold::Period period_of(const FoldedFrame& frame, DelayTrack line) const;
+  [[nodiscard]] PhotonFold::Stack stack_of(const FoldedFrame& frame, DelayTrack line,
                                            const Estimate& estimate, double share);
-  [[nodiscard]] PhotonFold::Plane plane_of(const FoldedFrame& frame, DelayLine line,
+  [[nodiscard]] PhotonFold::Plane plane_of(const FoldedFrame& frame, DelayTrack line,
                                            const Estimate& estimate, double share);
   void add_light(const PulseTrain::Stretch& stretch, const CombWindow& window);
   [[nodiscard]] double density(double offset_ns) const;
-  [[nodiscard]] double log_gain(DelayLine line, double signal_over_background) const;
+  [[nodiscard]] double log_gain(DelayTrack line, double signal_over_background) const;
 
   PulseTrain train_;
   std::unique_ptr<PulseShape> shape_;

@@ -6,7 +6,7 @@
 
 namespace splid::array {
 
-double slope_of(double velocity_mps) { return travel_ns_at(velocity_mps, 1); }
+double slope_of(double velocity_mps) { return walk_ns_at(velocity_mps, 1); }
 
 FrameView at_rest(const FrameView& frame, double velocity_mps) {
   const double stretch = 1 / (1 - slope_of(velocity_mps));

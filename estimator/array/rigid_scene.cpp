@@ -26,7 +26,7 @@ SceneOptions straight(SceneOptions scene) {
 }
 
 double reach_ns(const PulseShape& shape, const SceneOptions& scene, double length_ms) {
-  return FrameSearch::max_travel_ns(scene, length_ms * 1e6) / 2 +
+  return FrameSearch::max_walk_ns(scene, length_ms * 1e6) / 2 +
          std::max(std::abs(shape.first_ns()), std::abs(shape.last_ns()));
 }
 
@@ -124,12 +124,12 @@ void RigidScene::add_cells(const FrameView& view, std::size_t pixel) {
   cells_.assign(best.begin(), best.end());
   for (const SearchCell& cell : cells_) {
     const Fit fit = search.find_near(
-        folded_, {cell.line.delay_ns - shape_->peak_offset_ns(), cell.line.travel_ns});
+        folded_, {cell.line.delay_ns - shape_->peak_offset_ns(), cell.line.walk_ns});
     if (!fit.has_covariance || !(fit.gain_nats > 0)) continue;
-    const double g = fit.parameters.line.travel_ns / folded_.length_ns;
+    const double g = fit.parameters.line.walk_ns / folded_.length_ns;
     const double per_walk = 2 * speed_of_light_mps / ((2 - g) * (2 - g) * folded_.length_ns);
     const Velocity velocity = {speed_of_light_mps * g / (2 - g),
-                               std::sqrt(fit.covariance(travel_index, travel_index)) * per_walk};
+                               std::sqrt(fit.covariance(walk_index, walk_index)) * per_walk};
     const double std_ns = std::sqrt(fit.covariance(delay_index, delay_index)) * folded_.scale;
     const auto same = [&](const Vote& other) {
       return other.pixel == pixel &&

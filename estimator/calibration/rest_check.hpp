@@ -21,7 +21,7 @@ struct RestReport {
   double wander_deviations = 0;  // how surely it wanders, at the time scale that shows it best
 
   // How far the delay travelled along that line over the recording.
-  [[nodiscard]] double travel_ps() const { return delay_rate_ps_per_s * seconds; }
+  [[nodiscard]] double walk_ps() const { return delay_rate_ps_per_s * seconds; }
   [[nodiscard]] bool moves() const;    // along the line, by five deviations
   [[nodiscard]] bool wanders() const;  // about the line, by five deviations
 };

@@ -63,7 +63,7 @@ void DetectorWatch::add_returns(const FrameView& frame, const Estimate& estimate
   const double beta = estimate.velocity_mps / speed_of_light_mps;
   const double to_reference = reference_ == ClockReference::tagger ? folded_.scale : 1;
   const double delay_ns = estimate.delay_ns / to_reference / (1 + beta);
-  const double rise = travel_ns_at(estimate.velocity_mps, folded_.length_ns) / folded_.length_ns;
+  const double rise = walk_ns_at(estimate.velocity_mps, folded_.length_ns) / folded_.length_ns;
   const double period_ns = train_.stretches.front().comb.period_ns;
   for (std::size_t i = 1; i < folded_.size(); ++i) {
     const double on_path = folded_.phase_ns[i] - delay_ns - rise * folded_.time_ns[i];

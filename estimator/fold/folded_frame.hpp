@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "estimator/fold/delay_track.hpp"
 #include "estimator/model/comb.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/pulse_train.hpp"
@@ -53,8 +54,8 @@ struct FoldedFrame {
   const BlindTime* blind = nullptr;
 
   // Makes room for frames of max_photons, whose fold() then allocates nothing. reach_ns: how far a
-  // photon of a target may lie from its place at mid-frame: half the largest travel, and the reach
-  // of the pulse.
+  // photon of a target may lie from its place at mid-frame: half the largest range walk, and the
+  // reach of the pulse.
   FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns = 0);
   // frame: locked to its syncs. train: that of the constructor.
   void fold(const FrameView& frame, const PulseTrain& train);
@@ -83,13 +84,6 @@ struct FoldedFrame {
   std::vector<std::uint8_t> group_;       // scratch: one a photon
   std::vector<double> phases_, times_;    // scratch
   std::vector<std::uint32_t> phases_32_;  // scratch
-};
-
-// A line through a folded frame, on which the photons of a target at constant velocity lie. Both
-// values are in ns of the pattern's clock. At mid-frame they do not correlate.
-struct DelayLine {
-  double delay_ns = 0;   // D, at mid-frame
-  double travel_ns = 0;  // g t_a: how far the delay travels over the frame; positive moves away
 };
 
 }  // namespace splid

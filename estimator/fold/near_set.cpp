@@ -48,7 +48,7 @@ struct NearSet::Curve {
 
   Curve(const NearSet& set, double length_ns)
       : mid_ns(set.track().at_mid_frame_ns()),
-        slope(set.line.travel_ns / length_ns),
+        slope(set.line.walk_ns / length_ns),
         curve(6 * set.quadratic_ns / (length_ns * length_ns)) {}
   // When light left that came at a phase.
   [[nodiscard]] double left(double phase_ns, double time_ns) const {
@@ -71,9 +71,9 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_in
 }
 
 void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
-                      const PulseTrain& train, DelayLine about, double gather_width_ns,
+                      const PulseTrain& train, DelayTrack about, double gather_width_ns,
                       std::size_t gather_from) {
-  collect_along(frame, windows, train, {about.delay_ns, about.travel_ns}, gather_width_ns,
+  collect_along(frame, windows, train, {about.delay_ns, about.walk_ns}, gather_width_ns,
                 gather_from);
 }
 

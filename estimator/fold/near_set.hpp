@@ -18,7 +18,7 @@ namespace splid {
 //
 // Threads: one thread for each object. Errors: none.
 struct NearSet {
-  DelayLine line;                    // that the residuals are taken from
+  DelayTrack line;                   // that the residuals are taken from
   double quadratic_ns = 0;           // the quadratic term of the track that they are taken from
   std::vector<double> residual_ns;   // of each entry: emission time less pulse time
   std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
@@ -47,7 +47,7 @@ struct NearSet {
   //
   // gather_from: so many near photons are very many.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
-               const PulseTrain& train, DelayLine about, double gather_width_ns = 0,
+               const PulseTrain& train, DelayTrack about, double gather_width_ns = 0,
                std::size_t gather_from = gathered_from);
   void collect_along(const FoldedFrame& frame, std::span<const CombWindow> windows,
                      const PulseTrain& train, const DelayTrack& about, double gather_width_ns = 0,
@@ -71,7 +71,7 @@ struct NearSet {
   // among those that have passed.
   [[nodiscard]] Passed passed(const FoldedFrame& frame, std::span<const CombWindow> windows,
                               const PulseTrain& train) const;
-  [[nodiscard]] DelayTrack track() const { return {line.delay_ns, line.travel_ns, quadratic_ns}; }
+  [[nodiscard]] DelayTrack track() const { return {line.delay_ns, line.walk_ns, quadratic_ns}; }
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 

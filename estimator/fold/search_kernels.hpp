@@ -21,8 +21,8 @@ struct SearchKernels {
                       std::size_t count);
   void (*add_16_to_32)(std::uint32_t* out, const std::uint16_t* a, const std::uint16_t* b,
                        std::size_t count);
-  // Four lines over four rows each, which end up to three elements further on (see TaylorTree): for n
-  // from 0 to 3, out[n * stride + i] = a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n], in
+  // Four lines over four rows each, which end up to three elements further on (see TaylorTree): for
+  // n from 0 to 3, out[n * stride + i] = a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n], in
   // whole numbers. b, c and d go on for as many elements more; stride >= count.
   void (*add_four_8)(std::uint8_t* out, std::size_t stride, const std::uint8_t* a,
                      const std::uint8_t* b, const std::uint8_t* c, const std::uint8_t* d,

@@ -8,8 +8,8 @@ inline constexpr double speed_of_light_mps = 299'792'458.0;
 inline constexpr double ns_per_ps = 1e-3;
 inline constexpr double ps_per_ms = 1e9;
 
-// g t_a: how far the delay travels over a frame of this length, for a target at this speed.
-constexpr double travel_ns_at(double velocity_mps, double length_ns) {
+// g t_a: how far the delay walks over a frame of this length, for a target at this speed.
+constexpr double walk_ns_at(double velocity_mps, double length_ns) {
   const double beta = velocity_mps / speed_of_light_mps;
   return 2 * beta / (1 + beta) * length_ns;
 }

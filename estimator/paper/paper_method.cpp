@@ -57,8 +57,8 @@ std::optional<Start> PaperMethod::start(const FrameView& view, const FoldedFrame
   const PaperResult found = estimate(view);
   if (!found.found) return std::nullopt;
   const double beta = found.velocity_mps / speed_of_light_mps;
-  const DelayLine line = {found.delay_ns / frame.scale / (1 + beta),
-                          travel_ns_at(found.velocity_mps, frame.length_ns)};
+  const DelayTrack line = {found.delay_ns / frame.scale / (1 + beta),
+                           walk_ns_at(found.velocity_mps, frame.length_ns)};
   return search.judged(frame, {line, found.signal_per_pulse, found.background_per_ns});
 }
 

@@ -53,7 +53,7 @@ class CoarsePower {
   // The photons are folded at the rate of this line.
   static constexpr double middle = 0.5 * slices;
 
-  // A line that travels j bins is j k / 31 bins further on in slice k. So the slices' middles are
+  // A line that walks j bins is j k / 31 bins further on in slice k. So the slices' middles are
   // 31 intervals apart from end to end, and the first and the last slice are half as long. A
   // photon's phase at the first rate is the one at the middle rate, except for what the slice as a
   // whole moves by between these.

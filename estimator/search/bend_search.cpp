@@ -72,10 +72,10 @@ std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Fit> straight = search_.find(straightened(frame, bend_ns), most);
   if (!straight) return std::nullopt;
   found.straight = *straight;
-  const DelayLine there = straight->parameters.line;
+  const DelayTrack there = straight->parameters.line;
   const double apart_ns =
       std::abs(std::remainder(there.delay_ns - target.track.delay_ns, train_.circle_ns)) +
-      std::abs(there.travel_ns - target.track.walk_ns) / 2;
+      std::abs(there.walk_ns - target.track.walk_ns) / 2;
   if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
     found.best = refine(frame, there, bend_ns);
   }
@@ -161,7 +161,7 @@ BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t 
   return at;
 }
 
-likelihood::Maximum BendSearch::refine(const FoldedFrame& frame, DelayLine line, double bend_ns) {
+likelihood::Maximum BendSearch::refine(const FoldedFrame& frame, DelayTrack line, double bend_ns) {
   likelihood::Model start = model_of({line});
   start.targets[0].track.quadratic_ns = bend_ns / bend_per_quadratic;
   maximizer_.begin(frame);

@@ -25,7 +25,7 @@ struct BentFit {
 
 // Finds targets that accelerate. The delay of a target with the acceleration a is, at the share s
 // of the frame from -1/2 to 1/2,
-//   delay + travel s + bend (s^2 - 1/12),   bend = a t_a^2 / c,
+//   delay + range walk s + bend (s^2 - 1/12),   bend = a t_a^2 / c,
 // so that the bend is six times the quadratic term of its track. A bend is tried by straightening
 // the frame by it; what is left is a straight line for TargetSearch. The bends that are tried lie
 // so close that between them a path stays in a delay bin of the search, and all photons count for
@@ -60,7 +60,7 @@ class BendSearch {
   // What to say to people where there are more.
   [[nodiscard]] std::string too_many_looks_text(double length_ns) const;
 
-  // The best maximum over all delays, travels and bends; empty where no cell held a photon. The
+  // The best maximum over all delays, range walks and bends; empty where no cell held a photon. The
   // odds of `search` are then those of the range in the frame as it was straightened.
   std::optional<BentFit> find(const FoldedFrame& frame, Effort most);
 
@@ -69,17 +69,17 @@ class BendSearch {
 
  private:
   struct Cell {
-    DelayLine line;
+    DelayTrack line;
     double bend_ns;
     std::uint32_t count;
   };
   struct Start {
-    DelayLine line;
+    DelayTrack line;
     double bend_ns;
     double box_gain_nats;
     double signal_photons;  // in the box
   };
-  [[nodiscard]] likelihood::Maximum refine(const FoldedFrame& frame, DelayLine line,
+  [[nodiscard]] likelihood::Maximum refine(const FoldedFrame& frame, DelayTrack line,
                                            double bend_ns);
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);

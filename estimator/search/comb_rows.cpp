@@ -49,15 +49,15 @@ std::uint32_t to_32(double turns) {
 
 }  // namespace
 
-SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_travel_ns,
+SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_walk_ns,
                              std::uint32_t multiple_of) {
   SearchGrid grid;
   grid.bins = static_cast<std::uint32_t>(std::max(1.0, std::ceil(circle_ns / bin_ns)));
   const std::uint32_t whole = (grid.bins + multiple_of - 1) / multiple_of * multiple_of;
   if (whole <= grid.bins + grid.bins / 2) grid.bins = whole;
   grid.bin_ns = circle_ns / grid.bins;
-  if (max_travel_ns > 0) {
-    const double slices = std::min<double>(most_slices, std::ceil(max_travel_ns / grid.bin_ns) + 1);
+  if (max_walk_ns > 0) {
+    const double slices = std::min<double>(most_slices, std::ceil(max_walk_ns / grid.bin_ns) + 1);
     grid.slices = std::bit_ceil(static_cast<std::uint32_t>(std::max(2.0, slices)));
   }
   return grid;
@@ -137,11 +137,11 @@ std::uint32_t CombRows::fitting_bins() const {
   return static_cast<std::uint32_t>(bins);
 }
 
-void CombRows::load(const FoldedFrame& frame, double travel_ns, std::uint32_t slices) {
+void CombRows::load(const FoldedFrame& frame, double walk_ns, std::uint32_t slices) {
   frame_ = &frame;
-  slope_ = travel_ns / frame.length_ns;
+  slope_ = walk_ns / frame.length_ns;
   phase_32_ = frame.phase_32.data();
-  if (travel_ns != 0) {
+  if (walk_ns != 0) {
     moved_.resize(frame.size());
     for (std::size_t s = 0; s < train_.stretches.size(); ++s) {
       const std::size_t begin = frame.group_begin(s);

@@ -17,10 +17,10 @@ struct SearchGrid {
   std::uint32_t slices = 1;  // a power of two; 1 for a target at rest
   double bin_ns = 0;
 
-  // The grid for a circle of delays. bin_ns: the widest bins wanted. max_travel_ns: the largest
+  // The grid for a circle of delays. bin_ns: the widest bins wanted. max_walk_ns: the largest
   // |g t_a| over a frame, 0 for a target at rest. multiple_of: a good divisor of `bins`, which is
   // kept to where this costs no more than half as many bins again.
-  static SearchGrid cover(double circle_ns, double bin_ns, double max_travel_ns,
+  static SearchGrid cover(double circle_ns, double bin_ns, double max_walk_ns,
                           std::uint32_t multiple_of = 1);
   [[nodiscard]] std::size_t cells() const { return std::size_t{bins} * slices; }
 };
@@ -44,8 +44,8 @@ class CombRows {
   // of it, every part's period is a whole number of bins.
   [[nodiscard]] std::uint32_t fitting_bins() const;
 
-  // Cuts a frame into slices, and moves its photons back along lines of this travel.
-  void load(const FoldedFrame& frame, double travel_ns, std::uint32_t slices);
+  // Cuts a frame into slices, and moves its photons back along lines of this range walk.
+  void load(const FoldedFrame& frame, double walk_ns, std::uint32_t slices);
 
   // The most photons that a cell can hold once the rows are filled.
   [[nodiscard]] double most_in_slice(double bin_ns) const;

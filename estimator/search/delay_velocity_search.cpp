@@ -12,7 +12,8 @@ namespace splid {
 
 // A grid with a period of each part has rows of these alone, and no need of the tree of the circle.
 // A grid of one slice is also looked at as a whole, by best_delays().
-DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows, std::span<const SearchGrid> grids) {
+DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows,
+                                                        std::span<const SearchGrid> grids) {
   Room room;
   for (const SearchGrid& grid : grids) {
     std::size_t part_cells = 0;
@@ -30,7 +31,7 @@ DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows, std::spa
 }
 
 DelayVelocitySearch::DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons,
-                       std::span<const SearchGrid> grids, VectorLevel level)
+                                         std::span<const SearchGrid> grids, VectorLevel level)
     : train_(train),
       kernels_(search_kernels(level)),
       rows_(train, max_photons, kernels_),
@@ -59,18 +60,19 @@ Count* DelayVelocitySearch::buffer(std::size_t which) {
   return reinterpret_cast<Count*>(memory_.data() + which * room_.buffer_cells);
 }
 
-std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame, const SearchGrid& grid,
-                                            double max_travel_ns, double about_travel_ns) {
+std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame,
+                                                     const SearchGrid& grid, double max_walk_ns,
+                                                     double about_walk_ns) {
   kept_.clear();
-  about_travel_ns_ = about_travel_ns;
-  rows_.load(frame, about_travel_ns, grid.slices);
+  about_walk_ns_ = about_walk_ns;
+  rows_.load(frame, about_walk_ns, grid.slices);
   const double most = rows_.most_in_slice(grid.bin_ns);
   if (most <= std::numeric_limits<std::uint8_t>::max()) {
-    search<std::uint8_t>(grid, max_travel_ns);
+    search<std::uint8_t>(grid, max_walk_ns);
   } else if (most <= std::numeric_limits<std::uint16_t>::max()) {
-    search<std::uint16_t>(grid, max_travel_ns);
+    search<std::uint16_t>(grid, max_walk_ns);
   } else {
-    search<std::uint32_t>(grid, max_travel_ns);
+    search<std::uint32_t>(grid, max_walk_ns);
   }
   best_.clear();
   for (const Kept& kept : kept_) best_.push_back(kept.cell);
@@ -78,9 +80,9 @@ std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame, c
 }
 
 template <class Count>
-void DelayVelocitySearch::search(const SearchGrid& grid, double max_travel_ns) {
+void DelayVelocitySearch::search(const SearchGrid& grid, double max_walk_ns) {
   const auto most = static_cast<std::size_t>(
-      std::min<double>(grid.slices - 1, std::ceil(max_travel_ns / grid.bin_ns)));
+      std::min<double>(grid.slices - 1, std::ceil(max_walk_ns / grid.bin_ns)));
   if (!rows_.part_bins(grid).empty()) {
     search_parts<Count>(grid, most);
     return;
@@ -91,14 +93,14 @@ void DelayVelocitySearch::search(const SearchGrid& grid, double max_travel_ns) {
   for (const int sign : {1, -1}) {
     for (std::size_t bin = 0; bin < grid.bins; bin += step) {
       const TaylorTree::Block block = {bin, std::min(step, grid.bins - bin), most, sign,
-                                     most_in_cell};
+                                       most_in_cell};
       tree_.add_up(rows, grid, block);
       keep_best(grid, block);
     }
   }
 }
 
-// Lines without travel come up with both signs, and are looked at with the first.
+// Lines without range walk come up with both signs, and are looked at with the first.
 void DelayVelocitySearch::keep_best(const SearchGrid& grid, const TaylorTree::Block& block) {
   for (std::size_t j = block.sign > 0 ? 0 : 1; j <= block.most; ++j) {
     const auto next = [&](std::size_t from) { return tree_.first_above(j, from, least_kept()); };
@@ -147,10 +149,10 @@ void DelayVelocitySearch::count_once(const SearchGrid& grid) {
   std::array<std::uint32_t, lines> twice{};
   cells_.assign(grid.slices * lines, std::numeric_limits<std::uint32_t>::max());
   for (std::size_t n = 0; n < kept_.size(); ++n) {
-    const auto& [bin, travel, sign] = kept_[n].line;
+    const auto& [bin, walk, sign] = kept_[n].line;
     for (std::size_t slice = 0; slice < grid.slices; ++slice) {
       const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-      std::size_t here = bin + TaylorTree::travelled(travel, grid.slices, slice);
+      std::size_t here = bin + TaylorTree::travelled(walk, grid.slices, slice);
       while (here >= grid.bins) here -= grid.bins;
       cells_[row * lines + n] = static_cast<std::uint32_t>(row * grid.bins + here);
     }
@@ -163,21 +165,23 @@ void DelayVelocitySearch::count_once(const SearchGrid& grid) {
   });
 }
 
-void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid) {
-  // At mid-frame the line is half of the travel further on than where it begins.
+void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons,
+                               const SearchGrid& grid) {
+  // At mid-frame the line is half of the range walk further on than where it begins.
   const double per_gap = grid.slices > 1 ? grid.slices / (grid.slices - 1.0) : 0.0;
-  const auto travel = static_cast<double>(line.travel);
-  const double delay_ns = (static_cast<double>(line.bin) + 0.5 + travel / 2) * grid.bin_ns;
+  const auto walk = static_cast<double>(line.walk);
+  const double delay_ns = (static_cast<double>(line.bin) + 0.5 + walk / 2) * grid.bin_ns;
   const double turn = std::floor(delay_ns / train_.circle_ns);
-  const double beside_ns = line.sign * travel * per_gap * grid.bin_ns;
-  const SearchCell cell = {{delay_ns - turn * train_.circle_ns, about_travel_ns_ + beside_ns},
+  const double beside_ns = line.sign * walk * per_gap * grid.bin_ns;
+  const SearchCell cell = {{delay_ns - turn * train_.circle_ns, about_walk_ns_ + beside_ns},
                            photons};
   const auto same_target = [&](const Kept& other) {
     double apart = std::abs(cell.line.delay_ns - other.cell.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);
-    // A line with a wrong travel still crosses a target's photons and counts some of them. In the
-    // plane the target shows as a bow tie, which is as wide in delay as half the travel's error.
-    const double off = std::abs(cell.line.travel_ns - other.cell.line.travel_ns);
+    // A line with a wrong range walk still crosses a target's photons and counts some of them. In
+    // the plane the target shows as a bow tie, which is as wide in delay as half the range walk's
+    // error.
+    const double off = std::abs(cell.line.walk_ns - other.cell.line.walk_ns);
     return off < 16.2 * grid.bin_ns && apart < 2.2 * grid.bin_ns + off / 2;
   };
   for (const Kept& other : kept_) {
@@ -190,9 +194,10 @@ void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons, cons
   if (kept_.size() > max_cells) kept_.pop_back();
 }
 
-std::span<const DelayCell> DelayVelocitySearch::best_delays(const FoldedFrame& frame, double travel_ns,
-                                                   const SearchGrid& grid) {
-  rows_.load(frame, travel_ns, 1);
+std::span<const DelayCell> DelayVelocitySearch::best_delays(const FoldedFrame& frame,
+                                                            double walk_ns,
+                                                            const SearchGrid& grid) {
+  rows_.load(frame, walk_ns, 1);
   delays_.clear();
   if (rows_.most_in_slice(grid.bin_ns) <= std::numeric_limits<std::uint16_t>::max()) {
     look_at_delays<std::uint16_t>(grid);

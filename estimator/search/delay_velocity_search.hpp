@@ -9,31 +9,31 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/vector_level.hpp"
 #include "estimator/search/comb_rows.hpp"
-#include "estimator/search/taylor_tree.hpp"
 #include "estimator/search/part_lines.hpp"
+#include "estimator/search/taylor_tree.hpp"
 
 namespace splid {
 
-// A cell of the plane of delay and travel: the number of photons along a line that is one delay bin
-// wide.
+// A cell of the plane of delay and range walk: the number of photons along a line that is one delay
+// bin wide.
 struct SearchCell {
-  DelayLine line;
+  DelayTrack line;
   std::uint32_t count = 0;
 };
 
-// A delay for a known travel: the number of photons in its bin, and that number together with the
-// fuller of the two neighbouring bins.
+// A delay for a known range walk: the number of photons in its bin, and that number together with
+// the fuller of the two neighbouring bins.
 struct DelayCell {
   double delay_ns = 0;
   std::uint32_t count = 0;
   std::uint32_t with_neighbour = 0;
 };
 
-// Searches all delays, and all travels up to a limit, at once. The frame is cut into slices so
-// short that the delay of the fastest target travels one bin in each. The photons of each slice are
+// Searches all delays, and all range walks up to a limit, at once. The frame is cut into slices so
+// short that the delay of the fastest target walks one bin in each. The photons of each slice are
 // correlated with the pulse train (CombRows), and a Taylor tree adds the slices along all straight
-// lines (TaylorTree). Of a comb that is made of periodic parts, each part is added up over one of its
-// periods (PartLines).
+// lines (TaylorTree). Of a comb that is made of periodic parts, each part is added up over one of
+// its periods (PartLines).
 //
 // Cost: that of CombRows, and 2 bins * slices * log2(slices) additions, where bins are those of the
 // circle, or of the parts' periods. Threads: one thread for each object. Errors: none. No
@@ -43,31 +43,31 @@ class DelayVelocitySearch {
   static constexpr std::size_t max_cells = 16;
 
   // train: outlives this. grids: all grids that run() and best_delays() will be given.
-  DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons, std::span<const SearchGrid> grids,
-             VectorLevel level = best_vector_level());
+  DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons,
+                      std::span<const SearchGrid> grids, VectorLevel level = best_vector_level());
   // What a search of these grids allocates, but for what grows with max_photons.
   static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
 
-  // The best cells, those with the most photons first. Lines whose travel is further than
-  // max_travel_ns (and a bin) from about_travel_ns are left out, and so are cells in the bow tie
+  // The best cells, those with the most photons first. Lines whose range walk is further than
+  // max_walk_ns (and a bin) from about_walk_ns are left out, and so are cells in the bow tie
   // that the photons of a better cell make (see keep()). Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
-                                  double max_travel_ns, double about_travel_ns = 0);
+                                  double max_walk_ns, double about_walk_ns = 0);
 
   static constexpr std::size_t max_delays = 5;
-  // The best delays for a known travel, those with the most photons first and at least four bins
-  // apart, in a grid of one slice. It is a look at all delays at once, for patterns that partly
-  // fall on themselves at other delays, as half of an interleaved pattern does. Valid until the
-  // next call.
-  std::span<const DelayCell> best_delays(const FoldedFrame& frame, double travel_ns,
+  // The best delays for a known range walk, those with the most photons first and at least four
+  // bins apart, in a grid of one slice. It is a look at all delays at once, for patterns that
+  // partly fall on themselves at other delays, as half of an interleaved pattern does. Valid until
+  // the next call.
+  std::span<const DelayCell> best_delays(const FoldedFrame& frame, double walk_ns,
                                          const SearchGrid& grid);
 
  private:
   // A line in the rows of a grid.
   struct GridLine {
-    std::size_t bin;     // where it begins: in the first slice, or in the last where sign < 0
-    std::size_t travel;  // bins on its way through all slices
-    int sign;            // of the travel
+    std::size_t bin;   // where it begins: in the first slice, or in the last where sign < 0
+    std::size_t walk;  // bins on its way through all slices
+    int sign;          // of the range walk
   };
   struct Kept {
     SearchCell cell;
@@ -83,7 +83,7 @@ class DelayVelocitySearch {
   };
   static Room room_for(CombRows& rows, std::span<const SearchGrid> grids);
   template <class Count>
-  void search(const SearchGrid& grid, double max_travel_ns);
+  void search(const SearchGrid& grid, double max_walk_ns);
   void keep_best(const SearchGrid& grid, const TaylorTree::Block& block);
   template <class Count>
   void search_parts(const SearchGrid& grid, std::size_t most);
@@ -105,7 +105,7 @@ class DelayVelocitySearch {
   TaylorTree tree_;
   PartLines part_lines_;
   std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
-  double about_travel_ns_ = 0;                // travels of lines are beside this one
+  double about_walk_ns_ = 0;                  // range walks of lines are beside this one
   std::vector<Kept> kept_;                    // the best cells so far
   std::vector<std::uint32_t> cells_;          // scratch: where their lines are in each slice
   std::vector<std::uint32_t> memory_;         // three buffers of rows, or the rows of all parts

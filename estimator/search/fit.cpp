@@ -6,7 +6,7 @@ namespace splid {
 
 likelihood::Model model_of(const FrameParameters& parameters) {
   likelihood::Model model;
-  model.add({{parameters.line.delay_ns, parameters.line.travel_ns}, parameters.signal_per_pulse});
+  model.add({{parameters.line.delay_ns, parameters.line.walk_ns}, parameters.signal_per_pulse});
   model.background_per_ns = parameters.background_per_ns;
   return model;
 }

@@ -33,9 +33,9 @@ constexpr double least_bend_widths = 0.01;
 
 }  // namespace
 
-double FrameSearch::max_travel_ns(const SceneOptions& scene, double length_ns) {
+double FrameSearch::max_walk_ns(const SceneOptions& scene, double length_ns) {
   const bool moves = scene.motion != Motion::static_target && scene.max_speed_mps > 0;
-  return moves ? travel_ns_at(scene.max_speed_mps, length_ns) : 0;
+  return moves ? walk_ns_at(scene.max_speed_mps, length_ns) : 0;
 }
 
 FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
@@ -48,7 +48,7 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
       must_bend_(scene.motion == Motion::accelerating),
       is_periodic_(pattern.mode == Mode::ambiguous),
       told_apart_ns_(is_periodic_ ? pattern.unambiguous_delay_ps * ns_per_ps : train.circle_ns),
-      max_travel_ns_(max_travel_ns(scene, length_ns)),
+      max_walk_ns_(max_walk_ns(scene, length_ns)),
       threshold_nats_(threshold_of(0, options.false_alarm_rate)),
       bent_threshold_nats_(threshold_nats_),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
@@ -61,21 +61,21 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
   }
 }
 
-// How far a delay that is looked at may travel: fits are not held to the speeds that the search
-// starts from. In a frame so short that the fastest target travels a few pulse widths, much of the
+// How far a delay that is looked at may range walk: fits are not held to the speeds that the search
+// starts from. In a frame so short that the fastest target walks a few pulse widths, much of the
 // plane that is looked at lies beyond the largest speed.
 double FrameSearch::threshold_of(double bend_ns, double false_alarm_rate) const {
   const double width_ns = shape_.width_ns();
-  const double travel_ns =
-      moves() ? max_travel_ns_ + 2 * TargetSearch::least_reach_widths * width_ns : 0;
-  return significance_threshold_nats({train_.circle_ns, travel_ns, width_ns, bend_ns},
+  const double walk_ns =
+      moves() ? max_walk_ns_ + 2 * TargetSearch::least_reach_widths * width_ns : 0;
+  return significance_threshold_nats({train_.circle_ns, walk_ns, width_ns, bend_ns},
                                      false_alarm_rate);
 }
 
 SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns,
                                bool may_be_dead) const {
-  return {length_ns,        max_travel_ns_,
-          threshold_nats_,  {told_apart_ns_, max_travel_ns_, shape_.width_ns()},
+  return {length_ns,        max_walk_ns_,
+          threshold_nats_,  {told_apart_ns_, max_walk_ns_, shape_.width_ns()},
           least_odds_nats_, options.effort,
           !is_periodic_,    may_be_dead};
 }
@@ -132,7 +132,7 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const FoldedFrame& photons = bends_ ? bends_->straightened(frame, bend_ns) : frame;
   Fit fit =
       search_.find_near(photons, {delay_ns / scale / (1 + beta) + bend_ns / 12,
-                                  travel_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
+                                  walk_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
   const double least_nats = std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns,
                                      threshold_nats_ + followed_margin_nats);
   if (fit.gain_nats < least_nats || !fit.has_covariance) return std::nullopt;

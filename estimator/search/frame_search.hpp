@@ -54,9 +54,9 @@ class FrameSearch {
   // Whether a followed target's signal is not what it was.
   static bool has_changed(const TargetTrack& track, const likelihood::Maximum& now);
 
-  // The largest travel over a frame of nominal length.
-  static double max_travel_ns(const SceneOptions& scene, double length_ns);
-  [[nodiscard]] bool moves() const { return max_travel_ns_ > 0; }
+  // The largest range walk over a frame of nominal length.
+  static double max_walk_ns(const SceneOptions& scene, double length_ns);
+  [[nodiscard]] bool moves() const { return max_walk_ns_ > 0; }
   [[nodiscard]] bool may_bend() const { return bends_ != nullptr; }
   // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then
   // leads to the path too.
@@ -94,7 +94,7 @@ class FrameSearch {
   bool must_bend_;    // motion `accelerating`
   bool is_periodic_;  // mode `ambiguous`: delays are told apart within the unambiguous delay
   double told_apart_ns_;
-  double max_travel_ns_;  // over a frame of nominal length
+  double max_walk_ns_;  // over a frame of nominal length
   double threshold_nats_, bent_threshold_nats_;
   double least_odds_nats_;  // that a range needs to be taken as known
   TargetSearch search_;

@@ -72,19 +72,19 @@ template void PartLines::add_up(const std::uint16_t*, const SearchGrid&, std::ui
 template void PartLines::add_up(const std::uint32_t*, const SearchGrid&, std::uint32_t, std::size_t,
                                 int, std::uint32_t);
 
-void PartLines::look_at(std::size_t travel) {
+void PartLines::look_at(std::size_t walk) {
   if (is_wide_) {
-    look_at_as<std::uint32_t>(travel);
+    look_at_as<std::uint32_t>(walk);
   } else {
-    look_at_as<std::uint16_t>(travel);
+    look_at_as<std::uint16_t>(walk);
   }
 }
 
 template <class Wide>
-void PartLines::look_at_as(std::size_t travel) {
+void PartLines::look_at_as(std::size_t walk) {
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     auto* line = reinterpret_cast<Wide*>(parts_[k].line);
-    trees_[k].write_line(travel, line);
+    trees_[k].write_line(walk, line);
     parts_[k].largest = largest_of(kernels_, line, parts_[k].bins);
   }
 }

@@ -35,8 +35,8 @@ class PartLines {
   void add_up(const Count* rows, const SearchGrid& grid, std::uint32_t bins, std::size_t most,
               int sign, std::uint32_t most_in_cell);
 
-  // Looks at all lines of this travel.
-  void look_at(std::size_t travel);
+  // Looks at all lines of this range walk.
+  void look_at(std::size_t walk);
   // Calls keep(bin, photons) for each line that holds more than least() photons. least() may grow
   // from call to call. bins: of the circle.
   template <class Least, class Keep>
@@ -52,7 +52,7 @@ class PartLines {
   struct Part {
     std::size_t bins;           // of its period
     std::size_t step;           // of these, that a period of the first part is longer than its own
-    std::uint32_t* line;        // sums of 16 or 32 bits, of the travel that is looked at
+    std::uint32_t* line;        // sums of 16 or 32 bits, of the range walk that is looked at
     std::uint32_t largest = 0;  // of these
   };
   // The grids of one period of a part, of which the circle has so many; cells of the longest line.
@@ -61,7 +61,7 @@ class PartLines {
   static std::size_t longest_line(std::span<const SearchGrid> grids,
                                   std::span<const std::uint32_t> copies);
   template <class Wide>
-  void look_at_as(std::size_t travel);
+  void look_at_as(std::size_t walk);
   template <class Wide>
   [[nodiscard]] static const Wide* line_of(const Part& part) {
     return reinterpret_cast<const Wide*>(part.line);

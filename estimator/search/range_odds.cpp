@@ -13,8 +13,9 @@ constexpr std::size_t most_peaks = 64;
 // width of each other.
 constexpr double same_peak_widths = 0.5;
 
-// A delay that is off by more than this is another range, as the studies count it. A travel that is
-// off by twice as much is another velocity, since its line is then as far off at the frame's ends.
+// A delay that is off by more than this is another range, as the studies count it. A range walk
+// that is off by twice as much is another velocity, since its line is then as far off at the
+// frame's ends.
 constexpr double same_range_widths = 5;
 
 // The width of a box that is as high as a gaussian hill and has its area (Laplace).
@@ -44,30 +45,30 @@ double log_add(double a, double b) {
 
 RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.reserve(most_peaks); }
 
-// The log of a fit's Laplace volume: of delay and travel, relative to the plane, where neither side
-// can be longer than the plane's, and of the signal.
+// The log of a fit's Laplace volume: of delay and range walk, relative to the plane, where neither
+// side can be longer than the plane's, and of the signal.
 double RangeOdds::volume_nats(const Fit& fit) const {
   const auto& C = fit.covariance;
   const double signal = std::min(spread(C(2, 2)), fit.parameters.signal_per_pulse);
   double delay_variance = C(0, 0);
-  double travel_nats = 0;
-  if (C(1, 1) > 0 && volume_.max_travel_ns > 0) {
-    // The delay's variance for a given travel, which rounding must not make negative.
+  double walk_nats = 0;
+  if (C(1, 1) > 0 && volume_.max_walk_ns > 0) {
+    // The delay's variance for a given range walk, which rounding must not make negative.
     delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
-    travel_nats = share_nats(fit.parameters.line.travel_ns, C(1, 1), volume_.max_travel_ns);
+    walk_nats = share_nats(fit.parameters.line.walk_ns, C(1, 1), volume_.max_walk_ns);
   }
   const double delay_share = std::min(1.0, spread(delay_variance) / volume_.period_ns);
-  return std::log(signal * delay_share) + travel_nats;
+  return std::log(signal * delay_share) + walk_nats;
 }
 
-double RangeOdds::apart_ns(DelayLine a, DelayLine b) const {
+double RangeOdds::apart_ns(DelayTrack a, DelayTrack b) const {
   return std::abs(std::remainder(a.delay_ns - b.delay_ns, volume_.period_ns));
 }
 
-bool RangeOdds::is_same_range(DelayLine a, DelayLine b) const {
+bool RangeOdds::is_same_range(DelayTrack a, DelayTrack b) const {
   const double width_ns = volume_.width_ns;
   return apart_ns(a, b) < same_range_widths * width_ns &&
-         std::abs(a.travel_ns - b.travel_ns) < 2 * same_range_widths * width_ns;
+         std::abs(a.walk_ns - b.walk_ns) < 2 * same_range_widths * width_ns;
 }
 
 void RangeOdds::add(const Fit& peak) {
@@ -75,13 +76,13 @@ void RangeOdds::add(const Fit& peak) {
   keep({peak.parameters.line, peak.gain_nats, has_volume ? volume_nats(peak) : 0, has_volume});
 }
 
-void RangeOdds::add(DelayLine line, double gain_nats) { keep({line, gain_nats, 0, false}); }
+void RangeOdds::add(DelayTrack line, double gain_nats) { keep({line, gain_nats, 0, false}); }
 
 void RangeOdds::keep(const Peak& peak) {
   const double near_ns = same_peak_widths * volume_.width_ns;
   for (Peak& other : peaks_) {
     if (apart_ns(peak.line, other.line) > near_ns ||
-        std::abs(peak.line.travel_ns - other.line.travel_ns) > near_ns) {
+        std::abs(peak.line.walk_ns - other.line.walk_ns) > near_ns) {
       continue;
     }
     if (peak.gain_nats > other.gain_nats) other = peak;
@@ -97,13 +98,13 @@ void RangeOdds::keep(const Peak& peak) {
   if (peak.gain_nats > least->gain_nats) *least = peak;
 }
 
-bool RangeOdds::is_one_of(DelayLine line, std::span<const DelayLine> lines) const {
+bool RangeOdds::is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const {
   return std::any_of(lines.begin(), lines.end(),
-                     [&](DelayLine other) { return is_same_range(line, other); });
+                     [&](DelayTrack other) { return is_same_range(line, other); });
 }
 
-std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine> lines,
-                                                       std::optional<DelayLine> own) const {
+std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayTrack> lines,
+                                                       std::optional<DelayTrack> own) const {
   std::optional<Place> best;
   for (const Peak& peak : peaks_) {
     if (is_one_of(peak.line, lines) || (own && is_same_range(peak.line, *own))) continue;
@@ -112,17 +113,18 @@ std::optional<RangeOdds::Place> RangeOdds::best_beside(std::span<const DelayLine
   return best;
 }
 
-double RangeOdds::gain_near(DelayLine line, double near_ns, std::span<const DelayLine> but) const {
+double RangeOdds::gain_near(DelayTrack line, double near_ns,
+                            std::span<const DelayTrack> but) const {
   double most_nats = 0;
   for (const Peak& peak : peaks_) {
     if (apart_ns(peak.line, line) > near_ns) continue;
-    if (std::abs(peak.line.travel_ns - line.travel_ns) > near_ns) continue;
+    if (std::abs(peak.line.walk_ns - line.walk_ns) > near_ns) continue;
     if (!is_one_of(peak.line, but)) most_nats = std::max(most_nats, peak.gain_nats);
   }
   return most_nats;
 }
 
-double RangeOdds::of(const Fit& best, std::span<const DelayLine> others) const {
+double RangeOdds::of(const Fit& best, std::span<const DelayTrack> others) const {
   const double own_nats = volume_nats(best);
   double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance
   for (const Peak& peak : peaks_) {

@@ -11,13 +11,13 @@
 namespace splid {
 
 // How sure a frame's range is: the logarithm of the posterior mass of its best peak over the mass
-// of everything else in the plane of delay and travel, where all delays and travels are taken as
-// equally likely beforehand. The range of a frame with odds of x nats is wrong with a probability
-// of about 1 / (1 + e^x).
+// of everything else in the plane of delay and range walk, where all delays and range walks are
+// taken as equally likely beforehand. The range of a frame with odds of x nats is wrong with a
+// probability of about 1 / (1 + e^x).
 //
 // The mass of a peak is exp(gain) times its Laplace volume: sqrt(det 2 pi covariance) of delay and
-// travel, relative to all that are possible, and of the signal, relative to the best peak's signal.
-// A peak that is partly beyond the largest speed has less mass. Against the best peak stand
+// range walk, relative to all that are possible, and of the signal, relative to the best peak's
+// signal. A peak that is partly beyond the largest speed has less mass. Against the best peak stand
 //  - the other peaks that the search climbed: those of other cells, and those at delays at which
 //    the comb (nearly) falls on itself;
 //  - chance, which is every place that nobody looked at. Light that has nothing to do with a place
@@ -32,8 +32,8 @@ namespace splid {
 // Threads: one thread for each object. Errors: none. No allocation after construction.
 class RangeOdds {
  public:
-  // volume: all delays and travels that are possible. Its period is the circle that delays are told
-  // apart on; in mode `ambiguous` that is the unambiguous delay, and the odds are those of the
+  // volume: all delays and range walks that are possible. Its period is the circle that delays are
+  // told apart on; in mode `ambiguous` that is the unambiguous delay, and the odds are those of the
   // delay within it.
   explicit RangeOdds(const SearchVolume& volume);
 
@@ -42,35 +42,35 @@ class RangeOdds {
   // strongest 64 are kept.
   void add(const Fit& peak);
   // Adds a place that was not climbed to, and whose gain is known only about.
-  void add(DelayLine line, double gain_nats);
+  void add(DelayTrack line, double gain_nats);
 
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
-  [[nodiscard]] double of(const Fit& best, std::span<const DelayLine> others = {}) const;
+  [[nodiscard]] double of(const Fit& best, std::span<const DelayTrack> others = {}) const;
   // Whether a line has the range and the velocity of one of these.
-  [[nodiscard]] bool is_one_of(DelayLine line, std::span<const DelayLine> lines) const;
+  [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
   // The strongest place that is not at one of these lines, nor at `own`, or none.
   struct Place {
-    DelayLine line;
+    DelayTrack line;
     double gain_nats = 0;
   };
-  [[nodiscard]] std::optional<Place> best_beside(std::span<const DelayLine> lines,
-                                                 std::optional<DelayLine> own = std::nullopt) const;
-  // The highest gain of a place whose delay and travel are within near_ns of a line's, less the
+  [[nodiscard]] std::optional<Place> best_beside(
+      std::span<const DelayTrack> lines, std::optional<DelayTrack> own = std::nullopt) const;
+  // The highest gain of a place whose delay and range walk are within near_ns of a line's, less the
   // places at the lines `but`; 0 where there is none.
-  [[nodiscard]] double gain_near(DelayLine line, double near_ns,
-                                 std::span<const DelayLine> but) const;
+  [[nodiscard]] double gain_near(DelayTrack line, double near_ns,
+                                 std::span<const DelayTrack> but) const;
 
  private:
   struct Peak {
-    DelayLine line;
+    DelayTrack line;
     double gain_nats;
     double volume_nats;  // log of the Laplace volume; where there is none, the best peak's counts
     bool has_volume;
   };
   [[nodiscard]] double volume_nats(const Fit& fit) const;
-  [[nodiscard]] double apart_ns(DelayLine a, DelayLine b) const;
-  [[nodiscard]] bool is_same_range(DelayLine a, DelayLine b) const;
+  [[nodiscard]] double apart_ns(DelayTrack a, DelayTrack b) const;
+  [[nodiscard]] bool is_same_range(DelayTrack a, DelayTrack b) const;
   void keep(const Peak& peak);
 
   SearchVolume volume_;

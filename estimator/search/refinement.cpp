@@ -11,7 +11,7 @@ Refinement::Refinement(const PulseShape& shape, const PulseTrain& train, std::si
                        bool may_be_blind)
     : maximizer_(shape, train, max_photons, {1, 1, may_be_blind}) {}
 
-Fit Refinement::climb(const FoldedFrame& frame, DelayLine start, bool moving, double to_beat_nats,
+Fit Refinement::climb(const FoldedFrame& frame, DelayTrack start, bool moving, double to_beat_nats,
                       bool roughly) {
   maximizer_.begin(frame);
   return fit_of(maximizer_.maximize(

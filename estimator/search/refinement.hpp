@@ -21,11 +21,11 @@ class Refinement {
              bool may_be_blind = false);
 
   // The maximum near `start`, which should be within two pulse widths of it. moving: false keeps
-  // the travel of `start`. to_beat_nats: a maximum that surely has less gain than this is given up
-  // before it is reached; the result then has the stop reason `beaten`, no covariance, and less
+  // the range walk of `start`. to_beat_nats: a maximum that surely has less gain than this is given
+  // up before it is reached; the result then has the stop reason `beaten`, no covariance, and less
   // gain. roughly: a thousandth of a deviation does not matter, as where a sample of a frame's
   // photons says where to look.
-  Fit climb(const FoldedFrame& frame, DelayLine start, bool moving,
+  Fit climb(const FoldedFrame& frame, DelayTrack start, bool moving,
             double to_beat_nats = -std::numeric_limits<double>::infinity(), bool roughly = false);
 
   // The likelihood and its curvature at given parameters, without a climb.

@@ -9,9 +9,9 @@ namespace {
 // The mean number of excursions above u that the field has in the volume.
 double excursions(const SearchVolume& volume, double u) {
   const double per_delay = 1 / (std::numbers::sqrt2 * volume.width_ns);
-  const double per_travel = per_delay / std::sqrt(12.0);
+  const double per_walk = per_delay / std::sqrt(12.0);
   const double circle = volume.period_ns * per_delay;
-  const double height = 2 * volume.max_travel_ns * per_travel;
+  const double height = 2 * volume.max_walk_ns * per_walk;
   const double depth = 2 * volume.max_bend_ns * per_delay / std::sqrt(180.0);
   const double two_pi = 2 * std::numbers::pi;
   const double fall = std::exp(-0.5 * u * u);

@@ -7,7 +7,7 @@
 namespace splid {
 namespace {
 
-// A travel of so many pulse widths needs no test whether there is any.
+// A range walk of so many pulse widths needs no test whether there is any.
 constexpr double surely_moves_widths = 20;
 
 // A fitted width is known to better than a half.
@@ -60,7 +60,7 @@ FittedTarget TargetFit::fit_anew(Look look, const FittedTarget& before, const Fo
   Start start = before.start;
   start.model = before.best.model;
   const DelayTrack& at = start.model.targets[0].track;
-  const DelayLine line = {at.delay_ns, at.walk_ns};
+  const DelayTrack line = {at.delay_ns, at.walk_ns};
   start.exact = search_.moves() ? search_.targets().fit_moving(frame, line)
                                 : search_.targets().fit_at_rest(frame, line.delay_ns);
   return fit(look, start, frame);

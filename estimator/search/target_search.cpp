@@ -61,7 +61,7 @@ std::uint32_t fitting_bins(const PulseTrain& train) {
 
 // most_cells: with bins of `widths`; finer ones are taken where they are cheap.
 SearchGrid level_grid(const PulseTrain& train, double width_ns, double widths,
-                      std::size_t most_cells, double max_travel_ns) {
+                      std::size_t most_cells, double max_walk_ns) {
   // A cell that is wider than half the pulses' spacing takes a pulse's neighbour for the pulse.
   // Only where pulses overlap are they one to the search.
   const double widest_ns = std::max(train.closest_ns / 2, finest_widths * width_ns);
@@ -70,7 +70,7 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, double widths,
   // A short frame has few cells, however fine they are, so that the finest cells cost nothing.
   double bin_ns = std::min(wanted_ns, finest_widths * width_ns);
   while (true) {
-    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_travel_ns, fitting);
+    const SearchGrid grid = SearchGrid::cover(train.circle_ns, bin_ns, max_walk_ns, fitting);
     const std::size_t most = bin_ns < wanted_ns ? cheap_cells : most_cells;
     if (grid.cells() <= most || bin_ns >= widest_ns) return grid;
     bin_ns = std::min(bin_ns < wanted_ns ? wanted_ns : widest_ns, bin_ns * 1.25);
@@ -78,16 +78,16 @@ SearchGrid level_grid(const PulseTrain& train, double width_ns, double widths,
 }
 
 // The grids of all levels, the coarsest first.
-std::vector<SearchGrid> level_grids(const PulseTrain& train, double width_ns, double max_travel_ns,
+std::vector<SearchGrid> level_grids(const PulseTrain& train, double width_ns, double max_walk_ns,
                                     Effort effort) {
   // For a target at rest the finest cells are a single row, so that a coarser level saves nothing.
-  if (!(max_travel_ns > 0)) {
-    return {level_grid(train, width_ns, finest_widths, level_cells[1], max_travel_ns)};
+  if (!(max_walk_ns > 0)) {
+    return {level_grid(train, width_ns, finest_widths, level_cells[1], max_walk_ns)};
   }
   std::vector<SearchGrid> grids;
   for (std::size_t level = 0; level < levels_of(effort); ++level) {
     const SearchGrid grid =
-        level_grid(train, width_ns, level_widths[level], level_cells[level], max_travel_ns);
+        level_grid(train, width_ns, level_widths[level], level_cells[level], max_walk_ns);
     if (grids.empty() || grid.cells() != grids.back().cells()) grids.push_back(grid);
   }
   return grids;
@@ -115,8 +115,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       volume_(scope.volume),
       threshold_nats_(scope.threshold_nats),
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
-      max_slope_(scope.max_travel_ns / scope.frame_length_ns),
-      moving_(scope.max_travel_ns > 0),
+      max_slope_(scope.max_walk_ns / scope.frame_length_ns),
+      moving_(scope.max_walk_ns > 0),
       levels_(make_levels(scope)),
       recheck_(recheck_grid(train, shape.width_ns())),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
@@ -136,7 +136,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
 std::vector<TargetSearch::Level> TargetSearch::make_levels(const SearchScope& scope) const {
   std::vector<Level> made;
   for (const SearchGrid& grid :
-       level_grids(train_, shape_.width_ns(), scope.max_travel_ns, scope.effort)) {
+       level_grids(train_, shape_.width_ns(), scope.max_walk_ns, scope.effort)) {
     const double reach_ns = std::max(1.5 * grid.bin_ns, least_reach_widths * shape_.width_ns());
     const double about_ns = 2 * reach_ns + 4 * shape_.width_ns();
     const double peak_ns = shape_.peak_offset_ns();
@@ -152,8 +152,8 @@ std::vector<SearchGrid> TargetSearch::grids() const {
 }
 
 std::size_t TargetSearch::table_bytes(const PulseTrain& train, const PulseShape& shape,
-                                      double max_travel_ns, Effort effort) {
-  std::vector<SearchGrid> grids = level_grids(train, shape.width_ns(), max_travel_ns, effort);
+                                      double max_walk_ns, Effort effort) {
+  std::vector<SearchGrid> grids = level_grids(train, shape.width_ns(), max_walk_ns, effort);
   grids.push_back(recheck_grid(train, shape.width_ns()));
   return DelayVelocitySearch::bytes(train, grids);
 }
@@ -190,18 +190,18 @@ std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most, Eff
 // in two of 6,000 frames with 19 signal photons.
 void TargetSearch::climb_beside(const FoldedFrame& photons, Fit& best) {
   constexpr double few = 40;  // photons of signal
-  // In delay and travel, pulse widths.
-  constexpr DelayLine places[] = {{-2, 0}, {2, 0}, {0, -4}, {0, 4}, {0, -8}, {0, 8}};
+  // In delay and range walk, pulse widths.
+  constexpr DelayTrack places[] = {{-2, 0}, {2, 0}, {0, -4}, {0, 4}, {0, -8}, {0, 8}};
   if (best.gain_nats < threshold_nats_ ||
       best.parameters.signal_per_pulse * Exposure(photons, train_).amplitude > few) {
     return;
   }
-  const DelayLine about = best.parameters.line;
+  const DelayTrack about = best.parameters.line;
   const double width_ns = shape_.width_ns();
-  for (const DelayLine& place : places) {
-    if (!moving_ && place.travel_ns != 0) continue;
-    const DelayLine from = {about.delay_ns + place.delay_ns * width_ns,
-                            about.travel_ns + place.travel_ns * width_ns};
+  for (const DelayTrack& place : places) {
+    if (!moving_ && place.walk_ns != 0) continue;
+    const DelayTrack from = {about.delay_ns + place.delay_ns * width_ns,
+                             about.walk_ns + place.walk_ns * width_ns};
     const Fit fit = climb(photons, from, best.gain_nats);
     if (fit.gain_nats > best.gain_nats) best = fit;
   }
@@ -271,7 +271,8 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   return best;
 }
 
-ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line) {
+ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level,
+                                   DelayTrack line) {
   // The search sees where the photons are, and a pulse may have its peak beside its time. A delay
   // outside the circle is brought back, as it would put the photons into the wrong stretch.
   line.delay_ns -= shape_.peak_offset_ns();
@@ -302,27 +303,28 @@ double TargetSearch::least_gain_nats(const Fit& best) const {
   return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
 }
 
-Fit TargetSearch::climb(const FoldedFrame& photons, DelayLine line, double to_beat_nats) {
+Fit TargetSearch::climb(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
   const bool roughly = &photons == &sample_;
   Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly);
   odds_.add(fit);
   return fit;
 }
 
-Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
+Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
                            double to_beat_nats) {
   return climb(photons, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
 // Tries the delays at which the comb falls on itself: an interleaved comb does so with half of its
 // pulses, a nearly even comb with all of them, but not quite. Where the best cell was at such a
-// shoulder, the peak has the same travel and another delay, and a near copy may have a near copy
-// that is better again. Every delay that is no better counts against the range of the best one.
+// shoulder, the peak has the same range walk and another delay, and a near copy may have a near
+// copy that is better again. Every delay that is no better counts against the range of the best
+// one.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best) {
-  const DelayLine found = best.parameters.line;
+  const DelayTrack found = best.parameters.line;
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true;
-  for (const DelayCell& cell : best_delays(photons, found.travel_ns)) {
+  for (const DelayCell& cell : best_delays(photons, found.walk_ns)) {
     const double apart =
         std::remainder(cell.delay_ns - shape_.peak_offset_ns() - found.delay_ns, train_.circle_ns);
     const double gain = delay_gain_nats(photons, cell);
@@ -331,7 +333,7 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     } else if (is_first || most_gain_nats(gain) > best.gain_nats - rival_nats_) {
       try_delay(photons, level, apart, found, best);
     } else {
-      odds_.add({found.delay_ns + apart, found.travel_ns}, gain);
+      odds_.add({found.delay_ns + apart, found.walk_ns}, gain);
     }
     is_first = false;
   }
@@ -343,18 +345,18 @@ void TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Fi
   constexpr int most_steps = 8;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
-    const DelayLine from = best.parameters.line;
+    const DelayTrack from = best.parameters.line;
     for (const double copy : copies_ns_) try_delay(photons, level, copy, from, best);
     if (best.gain_nats == before) return;
   }
 }
 
-// The best delays of a travel, which are those of a target and its highest shoulders. Where combs
-// meet, these are two targets and the places that both make, and one more says how far they stand
-// out.
-std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double travel_ns) {
+// The best delays of a range walk, which are those of a target and its highest shoulders. Where
+// combs meet, these are two targets and the places that both make, and one more says how far they
+// stand out.
+std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double walk_ns) {
   constexpr std::size_t of_one = 4;
-  const std::span<const DelayCell> all = search_.best_delays(photons, travel_ns, recheck_);
+  const std::span<const DelayCell> all = search_.best_delays(photons, walk_ns, recheck_);
   if (all.size() <= of_one) return all;
   const double least_nats = least_where_combs_meet * delay_gain_nats(photons, all.front());
   const bool do_meet = delay_gain_nats(photons, all[of_one - 1]) > least_nats;
@@ -367,11 +369,11 @@ double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell
 
 // Takes the maximum there where it is better.
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
-                             DelayLine from, Fit& best) {
+                             DelayTrack from, Fit& best) {
   if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Fit fit =
-      fit_cell(photons, level, {photons_at, from.travel_ns}, best.gain_nats - left_behind_nats);
+      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - left_behind_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
@@ -399,11 +401,11 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 }
 
 // Whether a line may be a shoulder of the best peak: a target that is surely there shows at all
-// delays at which the comb falls on itself in part, with the travel of the peak. recheck_delay()
-// looks at all of these delays at once.
-bool TargetSearch::is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const {
+// delays at which the comb falls on itself in part, with the range walk of the peak.
+// recheck_delay() looks at all of these delays at once.
+bool TargetSearch::is_shoulder(DelayTrack line, const SearchGrid& grid, const Fit& best) const {
   return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
-         std::abs(line.travel_ns - best.parameters.line.travel_ns) < 2.2 * grid.bin_ns;
+         std::abs(line.walk_ns - best.parameters.line.walk_ns) < 2.2 * grid.bin_ns;
 }
 
 std::size_t TargetSearch::levels(Effort most) const {
@@ -425,7 +427,7 @@ double TargetSearch::signal_photons(const FoldedFrame& photons, std::size_t leve
   return count - mean;
 }
 
-BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, DelayLine line,
+BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, DelayTrack line,
                                  double step_ns, int steps, bool is_cell) {
   if (is_cell) line.delay_ns -= shape_.peak_offset_ns();
   line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
@@ -450,7 +452,7 @@ Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {
   return refinement_.climb(frame, {delay_ns, 0}, false);
 }
 
-Fit TargetSearch::fit_moving(const FoldedFrame& frame, DelayLine line) {
+Fit TargetSearch::fit_moving(const FoldedFrame& frame, DelayTrack line) {
   return refinement_.climb(frame, line, true);
 }
 
@@ -458,7 +460,7 @@ Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
   return refinement_.judge(frame, at, moving_);
 }
 
-Fit TargetSearch::find_near(const FoldedFrame& frame, DelayLine line) {
+Fit TargetSearch::find_near(const FoldedFrame& frame, DelayTrack line) {
   begin();
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), line);
@@ -493,7 +495,7 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
   constexpr double no_shoulder = 0.75;
   const double deviation = std::sqrt(fit.covariance(2, 2)) / fit.parameters.signal_per_pulse;
   const double least_nats = fit.gain_nats * std::max(no_shoulder, 1 - deviations * deviation);
-  std::array<DelayLine, 4> seen = {fit.parameters.line};
+  std::array<DelayTrack, 4> seen = {fit.parameters.line};
   for (std::size_t count = 1; count < seen.size(); ++count) {
     const auto known = std::span(seen).first(count);
     const std::optional<RangeOdds::Place> place = odds_.best_beside(known);
@@ -522,7 +524,7 @@ void TargetSearch::keep_peaks(Peaks& kept) const {
 }
 
 std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(
-    std::span<const DelayLine> lines) const {
+    std::span<const DelayTrack> lines) const {
   std::optional<RangeOdds::Place> best = odds.best_beside(lines);
   for (const RangeOdds::Place& place : weaker) {
     if (odds.is_one_of(place.line, lines)) continue;
@@ -532,7 +534,7 @@ std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(
 }
 
 double TargetSearch::Peaks::range_odds_nats(const Fit& fit,
-                                            std::span<const DelayLine> others) const {
+                                            std::span<const DelayTrack> others) const {
   const double of_all = odds.of(fit, others);
   return sample_best ? std::min(odds.of(*sample_best, others), of_all) : of_all;
 }

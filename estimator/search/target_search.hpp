@@ -18,7 +18,7 @@
 #include "estimator/search/zoom.hpp"
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
-// travels. Open this file first. Its parts:
+// range walks. Open this file first. Its parts:
 //   frame_search.hpp    the looks at a frame: where the last target was, straight, bent
 //   target_fit.hpp      the fit of what a look has found
 //   fit.hpp             a maximum of one target; refinement.hpp: the maximum near a line
@@ -26,8 +26,8 @@
 //   range_odds.hpp      how sure a range is against all others
 //   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
-//   delay_velocity_search.hpp     the best cells of the plane, by a Taylor tree over slices of the frame
-//   taylor_tree.hpp       the tree: sums along all straight lines of a block of delays
+//   delay_velocity_search.hpp     the best cells of the plane, by a Taylor tree over slices of the
+//   frame taylor_tree.hpp       the tree: sums along all straight lines of a block of delays
 //   part_lines.hpp      the same for each rate of a comb that has several
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
 //   zoom.hpp            from a cell down to a place where the likelihood has a single hill
@@ -37,9 +37,9 @@ namespace splid {
 // What is looked for, and how hard.
 struct SearchScope {
   double frame_length_ns = 0;  // nominal
-  double max_travel_ns = 0;    // largest |g t_a| over such a frame; 0: the target is at rest
+  double max_walk_ns = 0;      // largest |g t_a| over such a frame; 0: the target is at rest
   double threshold_nats = 0;   // gain over no target from which on it is significant
-  SearchVolume volume;         // delays told apart and travels possible, for the odds
+  SearchVolume volume;         // delays told apart and range walks possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
   bool near_copies = true;    // whether delays at which the comb nearly falls on itself are tried
@@ -48,22 +48,22 @@ struct SearchScope {
 
 // Where a zoom over bends has ended (see BendSearch).
 struct BentSpot {
-  DelayLine line;
+  DelayTrack line;
   double bend_ns = 0;  // beside that of the frame
   double box_gain_nats = 0;
   double signal_photons = 0;  // in the box, beyond the background's
 };
 
-// Finds a frame's target. All delays and travels are searched, with coarse cells at first and with
-// finer cells only while nothing significant shows. The search zooms into the best cells and climbs
-// to the maximum of the likelihood from each that may be the best.
+// Finds a frame's target. All delays and range walks are searched, with coarse cells at first and
+// with finer cells only while nothing significant shows. The search zooms into the best cells and
+// climbs to the maximum of the likelihood from each that may be the best.
 //
 // Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
 // max_photons.
 class TargetSearch {
  public:
-  // A zoom reaches at least so many pulse widths in delay, and twice as far in travel. A near copy
-  // of the comb, and the wrong travel that makes up for its difference, are within that.
+  // A zoom reaches at least so many pulse widths in delay, and twice as far in range walk. A near
+  // copy of the comb, and the wrong range walk that makes up for its difference, are within that.
   static constexpr double least_reach_widths = 8;
   // So much must a target that is taken to be at rest gain by moving to be known to move: 10 nats
   // are 4.5 standard deviations of velocity, which a target at rest shows in 7 frames of a million.
@@ -72,23 +72,23 @@ class TargetSearch {
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
   // The tables of such a search, bytes: what it allocates but for what grows with max_photons.
-  // max_travel_ns and effort: see SearchScope.
+  // max_walk_ns and effort: see SearchScope.
   static std::size_t table_bytes(const PulseTrain& train, const PulseShape& shape,
-                                 double max_travel_ns, Effort effort);
+                                 double max_walk_ns, Effort effort);
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
   // are left out. least: the level to begin with, where nothing bright is there.
   std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::balanced,
                           Effort least = Effort::fast);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
-  Fit find_near(const FoldedFrame& frame, DelayLine line);
+  Fit find_near(const FoldedFrame& frame, DelayTrack line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
   // result is the best of them and the fit.
   Fit look_beside(const FoldedFrame& frame, const Fit& fit);
   // The maximum near a delay for a target at rest.
   Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
   // The maximum near a line for a target that may move.
-  Fit fit_moving(const FoldedFrame& frame, DelayLine line);
+  Fit fit_moving(const FoldedFrame& frame, DelayTrack line);
   // What the likelihood says of a target that was found by other means.
   Fit judge(const FoldedFrame& frame, const FrameParameters& at);
   // How sure a fit's range is, in nats (see RangeOdds), against the peaks that the last find(), or
@@ -111,9 +111,9 @@ class TargetSearch {
     std::vector<RangeOdds::Place> weaker;
     // The strongest place that is not at one of these lines.
     [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
-        std::span<const DelayLine> lines) const;
+        std::span<const DelayTrack> lines) const;
     // How sure the range of a fit is against these peaks, less those of other targets.
-    [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayLine> others) const;
+    [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayTrack> others) const;
   };
   // How a target was found.
   struct Search {
@@ -125,8 +125,8 @@ class TargetSearch {
   // Copies the peaks of the last find(), or find_near() and look_beside().
   void keep_peaks(Peaks& kept) const;
   // How sure the range of a target is that was not searched for, by a look at all delays with its
-  // travel, in a frame from which all others have been taken out. Nothing where another delay is
-  // better.
+  // range walk, in a frame from which all others have been taken out. Nothing where another delay
+  // is better.
   std::optional<double> range_odds_in(const FoldedFrame& rest, const Fit& fit);
 
   // What BendSearch needs to look for paths that bend, level by level.
@@ -145,7 +145,7 @@ class TargetSearch {
   std::span<const SearchCell> cells(const FoldedFrame& photons, std::size_t level);
   // Zooms into a cell, and tries `steps` bends on either side of none. is_cell: the line is where
   // the photons are, as a cell's is, and not where the target is.
-  BentSpot zoom_bent(const FoldedFrame& photons, std::size_t level, DelayLine line, double step_ns,
+  BentSpot zoom_bent(const FoldedFrame& photons, std::size_t level, DelayTrack line, double step_ns,
                      int steps, bool is_cell);
 
  private:
@@ -157,7 +157,7 @@ class TargetSearch {
   };
   // Where a zoom into a cell has ended.
   struct Spot {
-    DelayLine line;
+    DelayTrack line;
     double box_gain_nats;
   };
 
@@ -169,27 +169,27 @@ class TargetSearch {
   std::optional<Fit> find_by_sample(const FoldedFrame& frame);
   std::optional<Fit> find_in(const FoldedFrame& photons, Effort most, Effort least);
   std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
-  Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayLine line,
+  Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
                double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best);
-  std::span<const DelayCell> best_delays(const FoldedFrame& photons, double travel_ns);
+  std::span<const DelayCell> best_delays(const FoldedFrame& photons, double walk_ns);
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void climb_beside(const FoldedFrame& photons, Fit& best);
   void try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
-  void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayLine from,
+  void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayTrack from,
                  Fit& best);
-  Fit climb(const FoldedFrame& photons, DelayLine line,
+  Fit climb(const FoldedFrame& photons, DelayTrack line,
             double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
   [[nodiscard]] bool is_where_combs_meet(const Fit& fit) const;
-  ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayLine line);
+  ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayTrack line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
   [[nodiscard]] double least_gain_nats(const Fit& best) const;
   [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
-  [[nodiscard]] bool is_shoulder(DelayLine line, const SearchGrid& grid, const Fit& best) const;
+  [[nodiscard]] bool is_shoulder(DelayTrack line, const SearchGrid& grid, const Fit& best) const;
 
   const PulseTrain& train_;
   const PulseShape& shape_;

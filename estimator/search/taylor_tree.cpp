@@ -13,7 +13,7 @@ namespace {
 
 // Design note: the tree works on blocks of delay bins that are so small that all lines of a block
 // stay in the second-level cache (two times 256 KiB of bytes, or 512 KiB of 16-bit sums). Each
-// block looks at as many bins more as the delay of the fastest target travels. Over the whole
+// block looks at as many bins more as the delay of the fastest target walks. Over the whole
 // circle at once, a search of 15,120 bins in 256 slices takes three times as long.
 constexpr std::size_t block_lines_cells = std::size_t{1} << 18;
 constexpr std::size_t least_block_bins = 256;
@@ -108,11 +108,11 @@ std::size_t TaylorTree::block_bins(const SearchGrid& grid, std::size_t most) {
   return std::min<std::size_t>(wanted, grid.bins);
 }
 
-std::size_t TaylorTree::travelled(std::size_t travel, std::size_t slices, std::size_t slice) {
+std::size_t TaylorTree::travelled(std::size_t walk, std::size_t slices, std::size_t slice) {
   std::size_t bins = 0;
   for (std::size_t half = slices / 2; half > 0; half /= 2) {
-    if ((slice & half) != 0) bins += (travel + 1) / 2;
-    travel /= 2;
+    if ((slice & half) != 0) bins += (walk + 1) / 2;
+    walk /= 2;
   }
   return bins;
 }
@@ -124,8 +124,8 @@ TaylorTree::TaylorTree(const SearchKernels& kernels, std::span<const SearchGrid>
   zeros_.resize(widest_row(grids));
 }
 
-// Rows are longest for the largest limit of travel: a block of fewer lines has at most as many bins
-// more.
+// Rows are longest for the largest limit of range walk: a block of fewer lines has at most as many
+// bins more.
 std::size_t TaylorTree::longest_row(const SearchGrid& grid) {
   const std::size_t most = grid.slices - 1;
   return stride_of(std::min(block_bins(grid, most) + most, cells_around(grid)));
@@ -140,7 +140,7 @@ std::size_t TaylorTree::widest_row(std::span<const SearchGrid> grids) {
 std::size_t TaylorTree::buffer_cells(std::span<const SearchGrid> grids) {
   std::size_t cells = 0;
   for (const SearchGrid& grid : grids) {
-    // The last row is read beyond its end, by as much as a line travels.
+    // The last row is read beyond its end, by as much as a line walks.
     cells = std::max(cells, longest_row(grid) * grid.slices + grid.slices);
   }
   return stride_of(cells);
@@ -231,7 +231,7 @@ std::size_t TaylorTree::add_next_as(std::size_t half) {
   return 2;
 }
 
-// A line that travels j bins over 2n slices is made of two lines that travel floor(j/2) bins: one
+// A line that walks j bins over 2n slices is made of two lines that range walk floor(j/2) bins: one
 // over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
 template <class From, class To>
 void TaylorTree::add_pairs(std::size_t half) {
@@ -258,7 +258,7 @@ void TaylorTree::add_fours(std::size_t half) {
   const std::size_t all = lines(4 * half);
   for (std::size_t group = 0; group < slices_; group += 4 * half) {
     for (std::size_t j = 0; j < all; j += 4) {
-      const std::size_t n = j / 4;  // the bins that each quarter of the lines travels
+      const std::size_t n = j / 4;  // the bins that each quarter of the lines walks
       const std::size_t first = group + n;
       Count* four = out + (group + j) * stride_;
       add(four, stride_, row<Count>(first), row<Count>(first + half) + further(n),
@@ -325,60 +325,60 @@ void TaylorTree::widen() {
 }
 
 template <class Count>
-TaylorTree::Halves<Count> TaylorTree::halves(std::size_t travel) const {
+TaylorTree::Halves<Count> TaylorTree::halves(std::size_t walk) const {
   const auto* in = reinterpret_cast<const Count*>(in_);
   if (slices_ == 1) return {in, reinterpret_cast<const Count*>(zeros_.data())};
-  return {in + travel / 2 * stride_,
-          in + (slices_ / 2 + travel / 2) * stride_ + further((travel + 1) / 2)};
+  return {in + walk / 2 * stride_,
+          in + (slices_ / 2 + walk / 2) * stride_ + further((walk + 1) / 2)};
 }
 
-std::size_t TaylorTree::first_above(std::size_t travel, std::size_t from, std::uint32_t least) const {
+std::size_t TaylorTree::first_above(std::size_t walk, std::size_t from, std::uint32_t least) const {
   if (cell_bytes_ == 1) {
     if (least >= std::numeric_limits<std::uint8_t>::max()) return block_.bins;
-    const auto at = halves<std::uint8_t>(travel);
+    const auto at = halves<std::uint8_t>(walk);
     return kernels_.first_above_8(at.first, at.second, from, block_.bins,
                                   static_cast<std::uint8_t>(least));
   }
   if (cell_bytes_ == 2) {
     if (least >= std::numeric_limits<std::uint16_t>::max()) return block_.bins;
-    const auto at = halves<std::uint16_t>(travel);
+    const auto at = halves<std::uint16_t>(walk);
     return kernels_.first_above(at.first, at.second, from, block_.bins,
                                 static_cast<std::uint16_t>(least));
   }
-  const auto at = halves<std::uint32_t>(travel);
+  const auto at = halves<std::uint32_t>(walk);
   return kernels_.first_above_32(at.first, at.second, from, block_.bins, least);
 }
 
-std::uint32_t TaylorTree::photons(std::size_t travel, std::size_t bin) const {
+std::uint32_t TaylorTree::photons(std::size_t walk, std::size_t bin) const {
   const auto sum = [bin](auto at) { return std::uint32_t{at.first[bin]} + at.second[bin]; };
-  if (cell_bytes_ == 1) return sum(halves<std::uint8_t>(travel));
-  if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(travel));
-  return sum(halves<std::uint32_t>(travel));
+  if (cell_bytes_ == 1) return sum(halves<std::uint8_t>(walk));
+  if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(walk));
+  return sum(halves<std::uint32_t>(walk));
 }
 
 template <class Wide>
-void TaylorTree::write_line(std::size_t travel, Wide* line) const {
+void TaylorTree::write_line(std::size_t walk, Wide* line) const {
   const auto write = [&](auto at) {
     for (std::size_t bin = 0; bin < block_.bins; ++bin) {
       line[bin] = static_cast<Wide>(Wide{at.first[bin]} + at.second[bin]);
     }
   };
   if (cell_bytes_ == 1) {
-    const auto at = halves<std::uint8_t>(travel);
+    const auto at = halves<std::uint8_t>(walk);
     if constexpr (sizeof(Wide) == 2) {
       kernels_.add_8_to_16(line, at.first, at.second, block_.bins);
     } else {
       write(at);
     }
   } else if (cell_bytes_ == 2) {
-    const auto at = halves<std::uint16_t>(travel);
+    const auto at = halves<std::uint16_t>(walk);
     if constexpr (sizeof(Wide) == 2) {
       kernels_.add(line, at.first, at.second, block_.bins);
     } else {
       kernels_.add_16_to_32(line, at.first, at.second, block_.bins);
     }
   } else if constexpr (sizeof(Wide) == 4) {
-    const auto at = halves<std::uint32_t>(travel);
+    const auto at = halves<std::uint32_t>(walk);
     kernels_.add_32(line, at.first, at.second, block_.bins);
   }
 }
@@ -386,17 +386,17 @@ void TaylorTree::write_line(std::size_t travel, Wide* line) const {
 template void TaylorTree::write_line(std::size_t, std::uint16_t*) const;
 template void TaylorTree::write_line(std::size_t, std::uint32_t*) const;
 
-double TaylorTree::smooth_power(std::size_t travel) const {
+double TaylorTree::smooth_power(std::size_t walk) const {
   const std::size_t count = block_.bins - 2;
   if (cell_bytes_ == 1) {
-    const auto at = halves<std::uint8_t>(travel);
+    const auto at = halves<std::uint8_t>(walk);
     return kernels_.smooth_power_8(at.first, at.second, count);
   }
   if (cell_bytes_ == 2) {
-    const auto at = halves<std::uint16_t>(travel);
+    const auto at = halves<std::uint16_t>(walk);
     return kernels_.smooth_power(at.first, at.second, count);
   }
-  const auto at = halves<std::uint32_t>(travel);
+  const auto at = halves<std::uint32_t>(walk);
   return kernels_.smooth_power_32(at.first, at.second, count);
 }
 

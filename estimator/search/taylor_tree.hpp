@@ -11,8 +11,8 @@
 namespace splid {
 
 // Adds the slices of a frame along all straight lines that start in a block of delay bins and
-// travel 0, 1, ... `most` bins from the first slice to the last, in log2(slices) passes of plain
-// additions. Source: Taylor 1974, for the de-dispersion of pulsars.
+// range walk 0, 1, ... `most` bins from the first slice to the last, in log2(slices) passes of
+// plain additions. Source: Taylor 1974, for the de-dispersion of pulsars.
 //
 // Design note: the additions are bound by the memory that they pass over. Sums are kept in bytes
 // for as long as the largest of them allows, then in 16 bits, then in 32; in [P]'s frame the sums
@@ -34,18 +34,18 @@ class TaylorTree {
   // What a tree for these grids allocates.
   static std::size_t bytes(std::span<const SearchGrid> grids);
 
-  // How many delay bins a block has, for lines of up to `most` bins of travel.
+  // How many delay bins a block has, for lines of up to `most` bins of range walk.
   static std::size_t block_bins(const SearchGrid& grid, std::size_t most);
 
-  // How many bins a line has travelled where it comes to a slice. travel: from the first of all
+  // How many bins a line has travelled where it comes to a slice. range walk: from the first of all
   // slices to the last.
-  static std::size_t travelled(std::size_t travel, std::size_t slices, std::size_t slice);
+  static std::size_t travelled(std::size_t walk, std::size_t slices, std::size_t slice);
 
-  // Some bins of a circle, and how far the lines that start in them travel.
+  // Some bins of a circle, and how far the lines that start in them range walk.
   struct Block {
     std::size_t first_bin = 0;
     std::size_t bins = 0;            // up to block_bins()
-    std::size_t most = 0;            // bins of travel, below the number of slices
+    std::size_t most = 0;            // bins of range walk, below the number of slices
     int sign = 1;                    // -1: the slices are taken in the other order
     std::uint32_t most_in_cell = 0;  // that a cell of the rows holds; 0: not known
   };
@@ -53,22 +53,22 @@ class TaylorTree {
   template <class Count>
   void add_up(const Count* rows, const SearchGrid& grid, const Block& block);
 
-  // The first bin of the block, not before `from`, whose line of this travel holds more than
+  // The first bin of the block, not before `from`, whose line of this range walk holds more than
   // `least` photons; the number of the block's bins where there is none.
-  [[nodiscard]] std::size_t first_above(std::size_t travel, std::size_t from,
+  [[nodiscard]] std::size_t first_above(std::size_t walk, std::size_t from,
                                         std::uint32_t least) const;
   // Whether sums are of 32 bits.
   [[nodiscard]] bool has_wide_sums() const { return cell_bytes_ == sizeof(std::uint32_t); }
-  // Writes the lines of this travel, one for each bin of the block. Wide: of 32 bits, or of 16
+  // Writes the lines of this range walk, one for each bin of the block. Wide: of 32 bits, or of 16
   // where the sums are no wider.
   template <class Wide>
-  void write_line(std::size_t travel, Wide* line) const;
+  void write_line(std::size_t walk, Wide* line) const;
   // How many photons a line holds.
-  [[nodiscard]] std::uint32_t photons(std::size_t travel, std::size_t bin) const;
-  // How much stands out along the lines of this travel: the sum over the block's bins, without its
-  // first and its last, of (before + 2 here + after)^2, to seven digits. With before, here and
+  [[nodiscard]] std::uint32_t photons(std::size_t walk, std::size_t bin) const;
+  // How much stands out along the lines of this range walk: the sum over the block's bins, without
+  // its first and its last, of (before + 2 here + after)^2, to seven digits. With before, here and
   // after the photons of neighbouring lines. The block has three bins at least.
-  [[nodiscard]] double smooth_power(std::size_t travel) const;
+  [[nodiscard]] double smooth_power(std::size_t walk) const;
 
  private:
   // Two rows whose sum is a line.
@@ -78,7 +78,7 @@ class TaylorTree {
     const Count* second;
   };
   template <class Count>
-  [[nodiscard]] Halves<Count> halves(std::size_t travel) const;
+  [[nodiscard]] Halves<Count> halves(std::size_t walk) const;
   // Cells of a row, and of a buffer.
   static std::size_t longest_row(const SearchGrid& grid);
   static std::size_t widest_row(std::span<const SearchGrid> grids);
@@ -89,7 +89,7 @@ class TaylorTree {
   [[nodiscard]] std::size_t further(std::size_t bins) const {
     return circle_ > 0 ? bins % circle_ : bins;
   }
-  // The number of different travels that lines over so many slices have.
+  // The number of different range walks that lines over so many slices have.
   [[nodiscard]] std::size_t lines(std::size_t slices) const;
   // Rows of cells, one after the other.
   struct Rows {

@@ -20,7 +20,7 @@ Zoom::Zoom(double width_ns, double peak_offset_ns)
       counts_(bins) {}
 
 ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
-  DelayLine line = near.line;
+  DelayTrack line = near.line;
   double reach = reach_ns;
   while (true) {
     const double step = std::max(width_ns_, reach / max_steps);
@@ -32,9 +32,9 @@ ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
 }
 
 // Fills row r with the entries of slice r, by their distance in steps from the line `about`.
-void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double per_bin) {
+void Zoom::fill(const NearSet& near, DelayTrack about, double first_ns, double per_bin) {
   std::fill(rows_.begin(), rows_.end(), 0);
-  const double slope = about.travel_ns - near.line.travel_ns;
+  const double slope = about.walk_ns - near.line.walk_ns;
   const double start = about.delay_ns - near.line.delay_ns + peak_offset_ns_ + first_ns;
   for (std::size_t j = 0; j < near.entries(); ++j) {
     const double s = near.position[j];
@@ -45,20 +45,21 @@ void Zoom::fill(const NearSet& near, DelayLine about, double first_ns, double pe
   }
 }
 
-ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
+ZoomResult Zoom::best_of(const NearSet& near, DelayTrack about, double reach_ns, double step_ns,
                          bool moving) {
-  // Travels are tried in double steps: the ends of a line move by half of what its travel changes.
+  // Travels are tried in double steps: the ends of a line move by half of what its range walk
+  // changes.
   const int steps = std::min(max_steps, static_cast<int>(std::ceil(reach_ns / step_ns)));
-  const int travels = moving ? steps : 0;
+  const int walks = moving ? steps : 0;
   fill(near, about, -margin * step_ns, 1 / step_ns);
   ZoomResult best = {about, 0, box_steps * step_ns};
   const int first = margin - steps - box_steps / 2;  // the first bin that a box reaches
   const int count = 2 * steps + box_steps;
-  for (int travel = -travels; travel <= travels; ++travel) {
+  for (int walk = -walks; walk <= walks; ++walk) {
     std::fill_n(counts_.begin(), count, 0);
     for (int slice = 0; slice < slices; ++slice) {
       const double s = (slice + 0.5) / slices - 0.5;
-      const int shift = static_cast<int>(std::lround(2 * travel * s));
+      const int shift = static_cast<int>(std::lround(2 * walk * s));
       kernels_.accumulate_32(counts_.data(),
                              rows_.data() + std::ptrdiff_t{slice} * bins + first + shift,
                              static_cast<std::size_t>(count));
@@ -71,7 +72,7 @@ ZoomResult Zoom::best_of(const NearSet& near, DelayLine about, double reach_ns, 
       // The box ends with bin first + k, so that its middle is box_steps / 2 before that bin's end.
       const int middle = first + k + 1 - box_steps / 2 - margin;
       best.count = in_box;
-      best.line = {about.delay_ns + middle * step_ns, about.travel_ns + 2 * travel * step_ns};
+      best.line = {about.delay_ns + middle * step_ns, about.walk_ns + 2 * walk * step_ns};
     }
   }
   return best;

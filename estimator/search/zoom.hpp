@@ -10,7 +10,7 @@ namespace splid {
 
 // The line that a zoom ends with.
 struct ZoomResult {
-  DelayLine line;
+  DelayTrack line;
   std::uint32_t count = 0;  // entries within box_ns / 2 of the line
   double box_ns = 0;
 };
@@ -18,9 +18,9 @@ struct ZoomResult {
 // Finds the line with the most entries of a near set, by ever finer steps: from a search cell down
 // to boxes of four pulse widths that move by one width, at which the likelihood has a single hill.
 //
-// The set is cut into 32 slices of time, with a histogram each, and for every travel the histograms
-// are added along its line. So each stage passes over the photons once, and its other cost does not
-// grow with their number.
+// The set is cut into 32 slices of time, with a histogram each, and for every range walk the
+// histograms are added along its line. So each stage passes over the photons once, and its other
+// cost does not grow with their number.
 //
 // Threads: one thread for each object, which holds scratch. Errors: none. No allocation in find().
 class Zoom {
@@ -29,13 +29,13 @@ class Zoom {
   Zoom(double width_ns, double peak_offset_ns);
 
   // The line with the most entries whose delay is within reach_ns of that of near.line, and whose
-  // travel is within 2 reach_ns of it. moving: false keeps the travel.
+  // range walk is within 2 reach_ns of it. moving: false keeps the range walk.
   ZoomResult find(const NearSet& near, double reach_ns, bool moving);
 
  private:
-  ZoomResult best_of(const NearSet& near, DelayLine about, double reach_ns, double step_ns,
+  ZoomResult best_of(const NearSet& near, DelayTrack about, double reach_ns, double step_ns,
                      bool moving);
-  void fill(const NearSet& near, DelayLine about, double first_ns, double per_bin);
+  void fill(const NearSet& near, DelayTrack about, double first_ns, double per_bin);
 
   static constexpr int max_steps = 32;  // delay steps on either side of the middle
   static constexpr int slices = 32;

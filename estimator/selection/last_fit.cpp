@@ -201,8 +201,8 @@ const TargetSearch::Search* TargetSelection::searched_about(std::size_t target) 
   double most_nats = least_seen * selection_.targets[target].gain_nats;
   for (std::size_t k = 0; k < all_.model.count; ++k) {
     const Fit& seen = members_[k].search.fit;
-    const DelayLine line = seen.parameters.line;
-    const DelayTrack track = {line.delay_ns, line.travel_ns};
+    const DelayTrack line = seen.parameters.line;
+    const DelayTrack track = {line.delay_ns, line.walk_ns};
     if (!(seen.gain_nats > most_nats) || apart_widths(track, own) > one_pulse_widths) continue;
     most_nats = seen.gain_nats;
     best = &members_[k].search;

@@ -9,8 +9,8 @@ namespace {
 using likelihood::Target;
 
 Target target_of(const Fit& fit) {
-  const DelayLine line = fit.parameters.line;
-  return {{line.delay_ns, line.travel_ns}, fit.parameters.signal_per_pulse};
+  const DelayTrack line = fit.parameters.line;
+  return {{line.delay_ns, line.walk_ns}, fit.parameters.signal_per_pulse};
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ std::optional<RangeOdds::Place> TargetSelection::seen_beside() {
 
 // Whether a place may be a side lobe of a target that a member's search had not been freed from.
 bool TargetSelection::may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const {
-  const DelayTrack there = {place.line.delay_ns, place.line.travel_ns};
+  const DelayTrack there = {place.line.delay_ns, place.line.walk_ns};
   for (std::size_t k = member; k < all_.model.count; ++k) {
     if (parting_widths(all_.model.targets[k].track, there) < tail_widths &&
         place.gain_nats < no_side_lobe * members_[k].search.fit.gain_nats) {
@@ -79,17 +79,17 @@ std::optional<Target> TargetSelection::find_next(const FoldedFrame& rest, Effort
   search_.keep_peaks(search.peaks);
   Target found = target_of(*fit);
   if (fit->gain_nats < least_gain_nats(found)) return std::nullopt;
-  const DelayLine line = likeliest_alike(rest, *fit);
-  found.track = {line.delay_ns, line.travel_ns};
+  const DelayTrack line = likeliest_alike(rest, *fit);
+  found.track = {line.delay_ns, line.walk_ns};
   return found;
 }
 
 // Where a target has half of its pulses in common with one that has been taken out, what is left of
 // it is as high at all places at which the other half of its comb falls on itself. The right one of
 // these was a high place of the frame too.
-DelayLine TargetSelection::likeliest_alike(const FoldedFrame& rest, const Fit& found) {
+DelayTrack TargetSelection::likeliest_alike(const FoldedFrame& rest, const Fit& found) {
   constexpr std::size_t most_tried = 3;
-  const DelayLine line = found.parameters.line;
+  const DelayTrack line = found.parameters.line;
   const RangeOdds& seen = members_[0].search.peaks.odds;
   if (seen.gain_near(line, pair_widths * shape_.width_ns(), {}) > found.gain_nats) return line;
   lines_.clear();

@@ -43,7 +43,7 @@ struct Selection {
   std::size_t count = 0;
 };
 
-inline DelayLine line_of(const DelayTrack& track) { return {track.delay_ns, track.walk_ns}; }
+inline DelayTrack line_of(const DelayTrack& track) { return {track.delay_ns, track.walk_ns}; }
 
 // Finds the targets of a frame by one rule, one after the other:
 //
@@ -101,7 +101,7 @@ class TargetSelection {
   [[nodiscard]] bool may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const;
   [[nodiscard]] double least_gain_nats(const likelihood::Target& next) const;
   std::optional<likelihood::Target> find_next(const FoldedFrame& rest, Effort most);
-  DelayLine likeliest_alike(const FoldedFrame& rest, const Fit& found);
+  DelayTrack likeliest_alike(const FoldedFrame& rest, const Fit& found);
   bool add(const likelihood::Target& next);
   bool add_together(const likelihood::Target& next);
   void refine();
@@ -148,7 +148,7 @@ class TargetSelection {
   bool is_refined_ = false;      // all_ is a maximum of them together
   std::vector<Member> members_;  // of each target in all_, and room for more
   std::array<std::optional<double>, most_targets> pair_odds_nats_{};
-  std::vector<DelayLine> lines_;  // scratch
+  std::vector<DelayTrack> lines_;  // scratch
   Selection selection_;
 };
 

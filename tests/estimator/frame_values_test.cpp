@@ -13,10 +13,10 @@ namespace {
 constexpr double length_ns = 5e7;
 constexpr double circle_ns = 4000;
 
-// A target whose delay grows by travel_ns over the frame.
-Fit fit_at(double delay_ns, double travel_ns) {
+// A target whose delay grows by walk_ns over the frame.
+Fit fit_at(double delay_ns, double walk_ns) {
   Fit fit;
-  fit.parameters = {{delay_ns, travel_ns}, 0.001, 1e-4};
+  fit.parameters = {{delay_ns, walk_ns}, 0.001, 1e-4};
   return fit;
 }
 
@@ -33,8 +33,8 @@ Estimate values_of(const Fit& fit, const FrameUnits& units = {length_ns, circle_
 }
 
 TEST(FrameValues, TheDelayIsThatOfTheLineStretchedByTheMotion) {
-  const double travel_ns = travel_ns_at(30, length_ns);
-  const Estimate estimate = values_of(fit_at(1000, travel_ns));
+  const double walk_ns = walk_ns_at(30, length_ns);
+  const Estimate estimate = values_of(fit_at(1000, walk_ns));
   const double beta = 30 / speed_of_light_mps;
   EXPECT_TRUE(estimate.has_values);
   EXPECT_NEAR(estimate.velocity_mps, 30, 1e-9);
@@ -46,10 +46,10 @@ TEST(FrameValues, TheDelayIsThatOfTheLineStretchedByTheMotion) {
 // A copy of the delay, k circles on, is the same delay: it is folded before it is stretched, or it
 // would come out k beta circles further, which is 0.4 ps here.
 TEST(FrameValues, ACopyOfTheDelayIsTheDelay) {
-  const double travel_ns = travel_ns_at(30, length_ns);
-  const Estimate first = values_of(fit_at(1000, travel_ns));
-  EXPECT_NEAR(values_of(fit_at(1000 + circle_ns, travel_ns)).delay_ns, first.delay_ns, 1e-9);
-  EXPECT_NEAR(values_of(fit_at(1000 - 3 * circle_ns, travel_ns)).delay_ns, first.delay_ns, 1e-9);
+  const double walk_ns = walk_ns_at(30, length_ns);
+  const Estimate first = values_of(fit_at(1000, walk_ns));
+  EXPECT_NEAR(values_of(fit_at(1000 + circle_ns, walk_ns)).delay_ns, first.delay_ns, 1e-9);
+  EXPECT_NEAR(values_of(fit_at(1000 - 3 * circle_ns, walk_ns)).delay_ns, first.delay_ns, 1e-9);
 }
 
 TEST(FrameValues, DelaysAreInTheClockThatIsRight) {

@@ -171,10 +171,10 @@ void check_photons(const Plan& plan, const Calibration& found) {
 void check_rest(const Plan& plan, const RestReport& rest) {
   const std::string allowed =
       fmt::format(" where {:g} ps are allowed (--time-ps)", plan.goal.std_time_ps);
-  if (rest.moves() && std::abs(rest.travel_ps()) > plan.goal.std_time_ps) {
+  if (rest.moves() && std::abs(rest.walk_ps()) > plan.goal.std_time_ps) {
     refuse(plan,
            "the target moves, " + velocity(rest.delay_rate_ps_per_s, rest.std_delay_rate_ps_per_s) +
-               fmt::format(": {:.3g} ps of delay in {:.3g} s,", rest.travel_ps(), rest.seconds) +
+               fmt::format(": {:.3g} ps of delay in {:.3g} s,", rest.walk_ps(), rest.seconds) +
                allowed +
                "; record a target at rest, or for a shorter time if it is the "
                "electronics that drift");

@@ -30,7 +30,7 @@ double seconds_between(const KeptFrame& from, const KeptFrame& to) {
 }
 
 // How far the delay moves in time_s at this velocity.
-double travel_ns(double velocity_mps, double time_s) {
+double walk_ns(double velocity_mps, double time_s) {
   return 2e9 * velocity_mps / speed_of_light_mps * time_s;
 }
 
@@ -63,7 +63,7 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
     }
     // The neighbour's delay is moved to this frame's time by the neighbour's own velocity. What is
     // left to wrap is then small, however far the target moves in a frame.
-    const double moves_ns = travel_ns(result.velocity_mps, time_s);
+    const double moves_ns = walk_ns(result.velocity_mps, time_s);
     double there_ns = result.delay_ns + moves_ns;
     if (i > 0) {
       there_ns = straight_ns[0] + wrapped(there_ns - straight_ns[0], frames[at], unit);
@@ -73,8 +73,8 @@ std::optional<TargetState> between_neighbours(std::span<const KeptFrame> frames,
     state.velocity_mps += weights[i] * result.velocity_mps;
   }
   const auto [low, high] = std::minmax_element(straight_ns.begin(), straight_ns.end());
-  // The delay, and twice the travel over the frame, may each be as far off as they are on a right
-  // peak.
+  // The delay, and twice the range walk over the frame, may each be as far off as they are on a
+  // right peak.
   if (*high - *low > 3 * unit.wrong_delay_ns()) return std::nullopt;
   return state;
 }

@@ -72,7 +72,7 @@ TEST(RestCheck, AnEvenMotionIsMeasured) {
   const RestReport rest = report_of(watch([](double t) { return -80 * t; }, 3));
   EXPECT_TRUE(rest.moves());
   EXPECT_NEAR(rest.delay_rate_ps_per_s, -80, 4 * rest.std_delay_rate_ps_per_s);
-  EXPECT_NEAR(rest.travel_ps(), -80 * rest.seconds, 4);
+  EXPECT_NEAR(rest.walk_ps(), -80 * rest.seconds, 4);
 }
 
 // Fast and slow: one shows from frame to frame, the other in means over many.
@@ -82,7 +82,7 @@ TEST(RestCheck, ToAndFroIsWander) {
     const RestReport rest = report_of(watch(sway, 4));
     EXPECT_TRUE(rest.wanders()) << turns_per_s;
     EXPECT_NEAR(rest.wander_ps, 8 / std::sqrt(2.0), 1.2) << turns_per_s;
-    EXPECT_LT(std::abs(rest.travel_ps()), 5) << turns_per_s;
+    EXPECT_LT(std::abs(rest.walk_ps()), 5) << turns_per_s;
   }
 }
 

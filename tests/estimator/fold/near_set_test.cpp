@@ -26,7 +26,8 @@ TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
   const Comb& comb = train.stretches.front().comb;
   FoldedFrame folded(train, frame.photons_ps.size());
   folded.fold(frame.view(), train);
-  for (const DelayLine line : {DelayLine{1898, 1.4}, DelayLine{0.1, -5}, DelayLine{3779.95, 50}}) {
+  for (const DelayTrack line :
+       {DelayTrack{1898, 1.4}, DelayTrack{0.1, -5}, DelayTrack{3779.95, 50}}) {
     const std::vector<CombWindow> windows = comb_windows(train, -1.5, 2.5);
     NearSet near(folded.size(), folded.size());
     near.collect(folded, windows, train, line);
@@ -37,7 +38,7 @@ TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
       for (const double time : comb.times_ns) {
         const double residual =
             std::remainder(folded.phase_ns[i] - line.delay_ns -
-                               line.travel_ns * folded.time_ns[i] / folded.length_ns - time,
+                               line.walk_ns * folded.time_ns[i] / folded.length_ns - time,
                            comb.period_ns);
         if (residual < -1.5 || residual > 2.5) continue;
         expected.push_back(residual);
@@ -63,7 +64,7 @@ TEST(NearSet, GathersVeryManyPhotonsAtTheirMeans) {
   const PulseTrain train(bright.pattern);
   FoldedFrame folded(train, frame.photons_ps.size());
   folded.fold(frame.view(), train);
-  const DelayLine line = {2 * bright.distance_m / 0.299792458, 1.4};
+  const DelayTrack line = {2 * bright.distance_m / 0.299792458, 1.4};
   const double width_ns = 0.1;
   const std::vector<CombWindow> windows = comb_windows(train, -1, 1);
   NearSet all(folded.size(), folded.size());

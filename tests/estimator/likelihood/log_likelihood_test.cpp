@@ -309,7 +309,7 @@ TEST(LogLikelihood, ObservedInformationAveragesToTheExpected) {
   const auto shape = make_gaussian(made.sigma_ns);
   FoldedFrame folded(train, 4000);
   LogLikelihood likelihood(*shape, train, 4000, {});
-  const DelayLine line = {2 * made.distance_m / 0.299792458, 0};
+  const DelayTrack line = {2 * made.distance_m / 0.299792458, 0};
   for (int n = 0; n < frames; ++n) {
     const FrameMaker::Frame frame = made.make(100 + static_cast<std::uint64_t>(n));
     folded.fold(frame.view(), train);

@@ -58,8 +58,8 @@ TEST(BendSearch, AStraightenedFrameHasTheTargetOnALine) {
     EXPECT_NEAR(bend_ns, 13.34, 0.01);
     straight.straighten(bent, bend_ns, train);
     const double beta = made.velocity_mps / 299792458.0;
-    const DelayLine line = {2 * made.distance_m / bend_c_m_per_ns / (1 + beta) + bend_ns / 12,
-                            2 * beta / (1 + beta) * straight.length_ns};
+    const DelayTrack line = {2 * made.distance_m / bend_c_m_per_ns / (1 + beta) + bend_ns / 12,
+                             2 * beta / (1 + beta) * straight.length_ns};
     NearSet near(frame.photons_ps.size(), 2 * frame.photons_ps.size());
     near.collect(straight, comb_windows(train, -0.02, 0.02), train, line);
     // All but those in the few periods after a change of rate, when the last rate's light arrives.

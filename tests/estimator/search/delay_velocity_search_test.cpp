@@ -64,18 +64,18 @@ double gain_on(const NearSet& near, const Folded& folded) {
 }
 
 // The likelihood at every point of a grid of one pulse width: no tree, no bins.
-DelayLine brute_force(const Folded& folded, double max_travel_ns) {
+DelayTrack brute_force(const Folded& folded, double max_walk_ns) {
   NearSet near(folded.frame.size(), folded.frame.size() * 2);
   const std::vector<CombWindow> windows = comb_windows(folded.train, -1, 1);
-  DelayLine best;
+  DelayTrack best;
   double most = -std::numeric_limits<double>::infinity();
-  for (double travel = -max_travel_ns; travel <= max_travel_ns; travel += 0.2) {
+  for (double walk = -max_walk_ns; walk <= max_walk_ns; walk += 0.2) {
     for (double delay = 0; delay < folded.train.circle_ns; delay += 0.1) {
-      near.collect(folded.frame, windows, folded.train, {delay, travel});
+      near.collect(folded.frame, windows, folded.train, {delay, walk});
       const double gain = gain_on(near, folded);
       if (gain > most) {
         most = gain;
-        best = {delay, travel};
+        best = {delay, walk};
       }
     }
   }
@@ -89,13 +89,13 @@ TEST(DelayVelocitySearch, FindsWhatBruteForceFinds) {
     for (const double velocity : {0.0, 1100.0, -1450.0}) {
       const Folded folded(small_maker(pattern, velocity), 5);
       const double limit = 2 * 1500 / 299792458.0 * folded.frame.length_ns;  // 2 ns
-      const DelayLine expected = brute_force(folded, limit);
+      const DelayTrack expected = brute_force(folded, limit);
       const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.25, limit);
       DelayVelocitySearch search(folded.train, folded.frame.size(), {&grid, 1});
       const auto cells = search.run(folded.frame, grid, limit);
       ASSERT_FALSE(cells.empty());
       EXPECT_LT(apart(cells[0].line.delay_ns, expected.delay_ns, folded.train.circle_ns), 0.4);
-      EXPECT_NEAR(cells[0].line.travel_ns, expected.travel_ns, 0.8);
+      EXPECT_NEAR(cells[0].line.walk_ns, expected.walk_ns, 0.8);
       // And both are the target.
       EXPECT_LT(apart(expected.delay_ns, 2 * 7.3 / 0.299792458, folded.train.circle_ns), 0.3);
     }
@@ -117,7 +117,8 @@ TEST(DelayVelocitySearch, EveryVectorLevelGivesTheSameCells) {
     made.background_per_ns = background;
     const Folded folded(made, 3);
     const SearchGrid grid = SearchGrid::cover(folded.train.circle_ns, 0.5, 2);
-    DelayVelocitySearch generic(folded.train, folded.frame.size(), {&grid, 1}, VectorLevel::generic);
+    DelayVelocitySearch generic(folded.train, folded.frame.size(), {&grid, 1},
+                                VectorLevel::generic);
     const auto expected = generic.run(folded.frame, grid, 2);
     const SearchGrid row = SearchGrid::cover(folded.train.circle_ns, 0.5, 0);
     const auto delays = generic.best_delays(folded.frame, 0.4, row);
@@ -129,7 +130,7 @@ TEST(DelayVelocitySearch, EveryVectorLevelGivesTheSameCells) {
       for (std::size_t k = 0; k < cells.size(); ++k) {
         EXPECT_EQ(cells[k].count, expected[k].count);
         EXPECT_EQ(cells[k].line.delay_ns, expected[k].line.delay_ns);
-        EXPECT_EQ(cells[k].line.travel_ns, expected[k].line.travel_ns);
+        EXPECT_EQ(cells[k].line.walk_ns, expected[k].line.walk_ns);
       }
       const auto same = search.best_delays(folded.frame, 0.4, row);
       ASSERT_EQ(same.size(), delays.size());
@@ -156,9 +157,9 @@ TEST(DelayVelocitySearch, CountsPhotonsOfBothRatesOnce) {
     ASSERT_EQ(cells.size(), DelayVelocitySearch::max_cells);
     const double gap = (grid.slices - 1.0) / grid.slices;
     for (const SearchCell& cell : cells) {
-      const auto travel = std::llround(std::abs(cell.line.travel_ns) * gap / grid.bin_ns);
-      const int sign = cell.line.travel_ns < 0 ? -1 : 1;
-      const double begin = cell.line.delay_ns / grid.bin_ns - 0.5 - static_cast<double>(travel) / 2;
+      const auto walk = std::llround(std::abs(cell.line.walk_ns) * gap / grid.bin_ns);
+      const int sign = cell.line.walk_ns < 0 ? -1 : 1;
+      const double begin = cell.line.delay_ns / grid.bin_ns - 0.5 - static_cast<double>(walk) / 2;
       std::uint32_t held = 0;
       for (std::size_t i = 0; i < folded.frame.size(); ++i) {
         const auto slice = static_cast<std::size_t>(
@@ -166,7 +167,7 @@ TEST(DelayVelocitySearch, CountsPhotonsOfBothRatesOnce) {
                        grid.slices - 1.0));
         const std::size_t on_way = sign > 0 ? slice : grid.slices - 1 - slice;
         const double bin = begin + static_cast<double>(TaylorTree::travelled(
-                                       static_cast<std::size_t>(travel), grid.slices, on_way));
+                                       static_cast<std::size_t>(walk), grid.slices, on_way));
         for (const double pulse_ns : {0.0, 42.0, 63.0, 84.0}) {
           const double delay_ns = folded.frame.phase_ns[i] - pulse_ns;
           const double off = delay_ns / grid.bin_ns - bin;
@@ -199,7 +200,7 @@ TEST(DelayVelocitySearch, CellsAreDistinctAndInOrder) {
     EXPECT_LE(cells[k].count, cells[k - 1].count);
     for (std::size_t m = 0; m < k; ++m) {
       const bool same = apart(cells[k].line.delay_ns, cells[m].line.delay_ns, 126) < 1.1 &&
-                        std::abs(cells[k].line.travel_ns - cells[m].line.travel_ns) < 1.1;
+                        std::abs(cells[k].line.walk_ns - cells[m].line.walk_ns) < 1.1;
       EXPECT_FALSE(same);
     }
   }

@@ -30,12 +30,12 @@ struct PartsOfAComb {
     }
   }
   // What a line of the circle holds, slice by slice.
-  [[nodiscard]] std::uint32_t line(std::size_t bin, std::size_t travel, int sign) const {
+  [[nodiscard]] std::uint32_t line(std::size_t bin, std::size_t walk, int sign) const {
     std::uint32_t all = 0;
     for (std::size_t k = 0; k < bins.size(); ++k) {
       for (std::size_t slice = 0; slice < grid.slices; ++slice) {
         const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-        const std::size_t here = bin + TaylorTree::travelled(travel, grid.slices, slice);
+        const std::size_t here = bin + TaylorTree::travelled(walk, grid.slices, slice);
         all += rows[k][row * bins[k] + here % bins[k]];
       }
     }
@@ -55,17 +55,16 @@ void expect_lines_above(const PartsOfAComb<Count>& parts, const SearchKernels& k
     for (std::size_t k = 0; k < parts.bins.size(); ++k) {
       lines.add_up(parts.rows[k].data(), parts.grid, parts.bins[k], most, sign, 0);
     }
-    for (std::size_t travel = 0; travel <= most; travel += 3) {
-      lines.look_at(travel);
+    for (std::size_t walk = 0; walk <= most; walk += 3) {
+      lines.look_at(walk);
       std::map<std::size_t, std::uint32_t> all, above;
       std::uint32_t largest = 0;
       lines.visit_above(
           parts.grid.bins, [] { return 0U; },
           [&](std::size_t bin, std::uint32_t photons) { all[bin] = photons; });
       for (std::size_t bin = 0; bin < parts.grid.bins; ++bin) {
-        const std::uint32_t expected = parts.line(bin, travel, sign);
-        ASSERT_EQ(all.contains(bin) ? all[bin] : 0, expected)
-            << bin << ' ' << travel << ' ' << sign;
+        const std::uint32_t expected = parts.line(bin, walk, sign);
+        ASSERT_EQ(all.contains(bin) ? all[bin] : 0, expected) << bin << ' ' << walk << ' ' << sign;
         largest = std::max(largest, expected);
       }
       // Of those that are above all that came before, the last one is the largest.

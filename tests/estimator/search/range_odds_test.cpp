@@ -203,14 +203,14 @@ TEST(RangeOdds, OfThePapersMethodAreWeighedAgainstTheWholePlane) {
   EXPECT_EQ(tally.wrong_ok, 0);
 }
 
-// The posterior of a frame of a few photons, summed over delays, travels and signals point by
-// point. Prior: delays and travels alike, signals up to the best peak's.
+// The posterior of a frame of a few photons, summed over delays, range walks and signals point by
+// point. Prior: delays and range walks alike, signals up to the best peak's.
 class Summed {
  public:
-  Summed(const FrameView& view, const Pattern& pattern, double sigma_ns, double max_travel_ns)
+  Summed(const FrameView& view, const Pattern& pattern, double sigma_ns, double max_walk_ns)
       : period_ns_(pattern.segments[0].period_ps * 1e-3),
         sigma_ns_(sigma_ns),
-        max_travel_ns_(max_travel_ns) {
+        max_walk_ns_(max_walk_ns) {
     const auto length_ps = static_cast<long double>(view.end_ps - view.start_ps);
     const std::int64_t mid_ps = view.mid_ps();
     for (const std::int64_t photon_ps : view.photons_ps) {
@@ -221,27 +221,27 @@ class Summed {
   }
 
   // Log of the mass near best over the mass elsewhere.
-  [[nodiscard]] double odds_nats(double delay_ns, double travel_ns, double most_share) const {
+  [[nodiscard]] double odds_nats(double delay_ns, double walk_ns, double most_share) const {
     const long double step_ns = sigma_ns_ / 4;
     long double here = 0, elsewhere = 0;
     for (long double delay = 0; delay < period_ns_; delay += step_ns) {
-      for (long double travel = -max_travel_ns_; travel <= max_travel_ns_; travel += 2 * step_ns) {
+      for (long double walk = -max_walk_ns_; walk <= max_walk_ns_; walk += 2 * step_ns) {
         const bool same = std::abs(std::remainder(delay - delay_ns, period_ns_)) < 5 * sigma_ns_ &&
-                          std::abs(travel - travel_ns) < 10 * sigma_ns_;
-        (same ? here : elsewhere) += over_signals(delay, travel, most_share);
+                          std::abs(walk - walk_ns) < 10 * sigma_ns_;
+        (same ? here : elsewhere) += over_signals(delay, walk, most_share);
       }
     }
     return static_cast<double>(std::log(here / elsewhere));
   }
 
  private:
-  [[nodiscard]] long double over_signals(long double delay, long double travel,
+  [[nodiscard]] long double over_signals(long double delay, long double walk,
                                          long double most_share) const {
     std::vector<long double> ratio(position_.size());
     for (std::size_t k = 0; k < ratio.size(); ++k) {
       for (const double time : times_ns_) {
         const long double off =
-            std::remainder(phase_ns_[k] - delay - travel * position_[k] - time, period_ns_) /
+            std::remainder(phase_ns_[k] - delay - walk * position_[k] - time, period_ns_) /
             sigma_ns_;
         ratio[k] += std::exp(-off * off / 2);
       }
@@ -259,7 +259,7 @@ class Summed {
     return sum;
   }
 
-  long double period_ns_, sigma_ns_, max_travel_ns_;
+  long double period_ns_, sigma_ns_, max_walk_ns_;
   std::vector<long double> position_, phase_ns_;
   std::vector<double> times_ns_;
 };
@@ -278,11 +278,11 @@ TEST(RangeOdds, AgreeWithTheSumOverTheWholePlane) {
     FrameEstimator estimator(made.pattern, {}, {}, {}, made.length_ms, 1000);
     const Estimate e = estimator.estimate(frame.view());
     if (!e.has_values) continue;
-    const double max_travel_ns = 2 * 150 / 299792458.0 * 1e5;
-    const double travel_ns = 2 * e.velocity_mps / 299792458.0 * 1e5;
+    const double max_walk_ns = 2 * 150 / 299792458.0 * 1e5;
+    const double walk_ns = 2 * e.velocity_mps / 299792458.0 * 1e5;
     const double share = e.signal_per_pulse * 4 * 1250 / static_cast<double>(e.photons);
-    const double sum = Summed(frame.view(), made.pattern, 0.1, max_travel_ns)
-                           .odds_nats(e.delay_ns, travel_ns, std::min(1.0, share));
+    const double sum = Summed(frame.view(), made.pattern, 0.1, max_walk_ns)
+                           .odds_nats(e.delay_ns, walk_ns, std::min(1.0, share));
     // Beyond 20 nats all ranges are sure.
     worst_off =
         std::max(worst_off, std::abs(std::min(e.range_odds_nats, 20.0) - std::min(sum, 20.0)));
@@ -292,7 +292,7 @@ TEST(RangeOdds, AgreeWithTheSumOverTheWholePlane) {
   EXPECT_LT(worst_off, 2);
 }
 
-// Delay 0.01 of 100 ns, travel 0.02 of 20 ns, signal 0.1 of 1; both uncorrelated.
+// Delay 0.01 of 100 ns, range walk 0.02 of 20 ns, signal 0.1 of 1; both uncorrelated.
 Fit hill(double delay_ns, double gain_nats) {
   Fit fit;
   fit.parameters = {{delay_ns, 0}, 1, 1};
@@ -319,7 +319,7 @@ TEST(RangeOdds, AgainstChanceAreTheGainLessWhatWasSearched) {
   // As near around the circle's end as over it; another velocity is another range.
   EXPECT_NEAR(odds.of(hill(150, 40)), 0, 1e-6);
   Fit moving = hill(50, 45);
-  moving.parameters.line.travel_ns = 3;
+  moving.parameters.line.walk_ns = 3;
   odds.add(moving);
   EXPECT_NEAR(odds.of(best), -5, 0.01);
   odds.clear();
@@ -331,11 +331,11 @@ TEST(RangeOdds, OfWhatIsTooFastAreLower) {
   RangeOdds odds({100, 10, 0.1});
   Fit fast = hill(50, 40);
   const double slow_nats = odds.of(fast);
-  fast.parameters.line.travel_ns = 10;
+  fast.parameters.line.walk_ns = 10;
   EXPECT_NEAR(odds.of(fast), slow_nats - std::log(2), 1e-6);
-  fast.parameters.line.travel_ns = 10.08;  // four deviations
+  fast.parameters.line.walk_ns = 10.08;  // four deviations
   EXPECT_NEAR(odds.of(fast), slow_nats + std::log(0.5 * std::erfc(4 / std::sqrt(2))), 1e-3);
-  fast.parameters.line.travel_ns = 15;
+  fast.parameters.line.walk_ns = 15;
   EXPECT_NEAR(odds.of(fast), slow_nats - 20, 1e-6);
 }
 
@@ -345,10 +345,10 @@ TEST(RangeOdds, NameTheStrongestPlaceBesideKnownTargets) {
   odds.add({100, 1}, 50);
   odds.add({3779.9, 1}, 40);
   odds.add({100, 9}, 30);
-  const DelayLine known[] = {{100.2, 1.1}, {0.1, 1}};
+  const DelayTrack known[] = {{100.2, 1.1}, {0.1, 1}};
   EXPECT_EQ(odds.best_beside({})->gain_nats, 50);
   EXPECT_EQ(odds.best_beside(std::span(known).first(1))->gain_nats, 40);
-  EXPECT_EQ(odds.best_beside(known)->line.travel_ns, 9);
+  EXPECT_EQ(odds.best_beside(known)->line.walk_ns, 9);
 }
 
 TEST(RangeOdds, OfARiskAreItsLogit) {

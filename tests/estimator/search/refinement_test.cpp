@@ -16,7 +16,7 @@ struct RefinementScene {
   PulseTrain train;
   FoldedFrame folded;
   std::unique_ptr<PulseShape> shape = make_gaussian(0.1);
-  DelayLine truth;
+  DelayTrack truth;
 
   static test::FrameMaker maker(double velocity_mps) {
     test::FrameMaker made;
@@ -49,25 +49,25 @@ TEST(Refinement, BrightClimbsEndWithEachPhotonByItself) {
   folded.fold(photons.view(), train);
   const auto shape = make_gaussian(0.1);
   Refinement refinement(*shape, train, folded.size());
-  const DelayLine start = {RefinementScene(40).truth.delay_ns + 0.1,
-                           RefinementScene(40).truth.travel_ns};
+  const DelayTrack start = {RefinementScene(40).truth.delay_ns + 0.1,
+                            RefinementScene(40).truth.walk_ns};
   const Fit fit = refinement.climb(folded, start, true);
   EXPECT_NEAR(refinement.judge(folded, fit.parameters, true).gain_nats, fit.gain_nats, 1e-6);
   const Fit rough =
       refinement.climb(folded, start, true, -std::numeric_limits<double>::infinity(), true);
-  const DelayLine& a = fit.parameters.line;
-  const DelayLine& b = rough.parameters.line;
+  const DelayTrack& a = fit.parameters.line;
+  const DelayTrack& b = rough.parameters.line;
   EXPECT_NE(a.delay_ns, b.delay_ns);
   EXPECT_NEAR(a.delay_ns, b.delay_ns, 0.01 * std::sqrt(fit.covariance(0, 0)));
-  EXPECT_NEAR(a.travel_ns, b.travel_ns, 0.05 * std::sqrt(fit.covariance(1, 1)));
+  EXPECT_NEAR(a.walk_ns, b.walk_ns, 0.05 * std::sqrt(fit.covariance(1, 1)));
 }
 
 TEST(Refinement, ATargetAtRestKeepsItsTravel) {
   RefinementScene scene(0);
   Refinement refinement(*scene.shape, scene.train, scene.folded.size());
   const Fit fit = refinement.climb(scene.folded, {scene.truth.delay_ns - 0.2, 0}, false);
-  EXPECT_EQ(fit.parameters.line.travel_ns, 0);
-  EXPECT_EQ(fit.covariance(travel_index, travel_index), 0);
+  EXPECT_EQ(fit.parameters.line.walk_ns, 0);
+  EXPECT_EQ(fit.covariance(walk_index, walk_index), 0);
   ASSERT_TRUE(fit.has_covariance);
   const double off = fit.parameters.line.delay_ns - scene.truth.delay_ns;
   EXPECT_LT(std::abs(off), 4 * std::sqrt(fit.covariance(0, 0)));

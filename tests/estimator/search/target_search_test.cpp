@@ -20,7 +20,7 @@ constexpr double sigma_ns = 0.1;
 constexpr double light_speed = 299792458.0;
 
 // The likelihood by the book, for a scene small enough for it: every photon against every pulse, in
-// the tagger's own times, at every delay and travel of a grid finer than the pulse. No product
+// the tagger's own times, at every delay and range walk of a grid finer than the pulse. No product
 // code.
 class BruteForceSearch {
  public:
@@ -37,8 +37,8 @@ class BruteForceSearch {
 
   // The gain over no target of the best signal at a line: the maximum over f of the sum of
   // log(1 + f (r - 1)), where r is the density of the pulses' light at a photon over the flat one.
-  [[nodiscard]] double gain(DelayLine line) const {
-    const double g = line.travel_ns / length_ns_;
+  [[nodiscard]] double gain(DelayTrack line) const {
+    const double g = line.walk_ns / length_ns_;
     const double flat = static_cast<double>(pulses_.size()) / period_ns_;
     std::vector<double> ratios;
     for (std::size_t i = 0; i < time_ns_.size(); ++i) {
@@ -58,18 +58,18 @@ class BruteForceSearch {
     return best_gain(ratios);
   }
 
-  // The best line with a delay anywhere and a travel within the limit.
-  [[nodiscard]] DelayLine best(double max_travel_ns) const {
-    DelayLine line;
+  // The best line with a delay anywhere and a range walk within the limit.
+  [[nodiscard]] DelayTrack best(double max_walk_ns) const {
+    DelayTrack line;
     double most = -1;
-    for (double travel = -max_travel_ns; travel <= max_travel_ns; travel += 0.8 * sigma_ns) {
+    for (double walk = -max_walk_ns; walk <= max_walk_ns; walk += 0.8 * sigma_ns) {
       for (double delay = 0; delay < period_ns_; delay += 0.4 * sigma_ns) {
         // Few places are worth the sum: a gain of any size takes photons within three widths.
-        if (near(delay, travel) < nearest_wanted_) continue;
-        const double found = gain({delay, travel});
+        if (near(delay, walk) < nearest_wanted_) continue;
+        const double found = gain({delay, walk});
         if (found > most) {
           most = found;
-          line = {delay, travel};
+          line = {delay, walk};
         }
       }
     }
@@ -79,10 +79,10 @@ class BruteForceSearch {
   void want_near(int photons) { nearest_wanted_ = photons; }
 
  private:
-  [[nodiscard]] int near(double delay_ns, double travel_ns) const {
+  [[nodiscard]] int near(double delay_ns, double walk_ns) const {
     int count = 0;
     for (std::size_t i = 0; i < time_ns_.size(); ++i) {
-      const double at = phase_ns_[i] - delay_ns - travel_ns * time_ns_[i] / length_ns_;
+      const double at = phase_ns_[i] - delay_ns - walk_ns * time_ns_[i] / length_ns_;
       for (const double pulse_ps : pulses_) {
         if (std::abs(std::remainder(at - pulse_ps * 1e-3, period_ns_)) < 3 * sigma_ns) ++count;
       }
@@ -131,24 +131,24 @@ struct Searched {
   SearchVolume volume;
   TargetSearch search;
 
-  Searched(const test::FrameMaker& made, std::uint64_t seed, double max_travel_ns)
+  Searched(const test::FrameMaker& made, std::uint64_t seed, double max_walk_ns)
       : photons(made.make(seed)),
         train(made.pattern),
         frame(train, photons.photons_ps.size()),
-        volume{train.circle_ns, max_travel_ns, sigma_ns},
+        volume{train.circle_ns, max_walk_ns, sigma_ns},
         search(train, *shape,
-               {made.length_ms * 1e6, max_travel_ns, significance_threshold_nats(volume, 1e-3),
+               {made.length_ms * 1e6, max_walk_ns, significance_threshold_nats(volume, 1e-3),
                 volume, 7},
                photons.photons_ps.size()) {
     frame.fold(photons.view(), train);
   }
 
-  [[nodiscard]] double apart_ns(DelayLine a, DelayLine b) const {
+  [[nodiscard]] double apart_ns(DelayTrack a, DelayTrack b) const {
     return std::abs(std::remainder(a.delay_ns - b.delay_ns, train.circle_ns));
   }
 };
 
-double travel_of(double velocity_mps, double length_ns) {
+double walk_of(double velocity_mps, double length_ns) {
   const double beta = velocity_mps / light_speed;
   return 2 * beta / (1 + beta) * length_ns;
 }
@@ -160,14 +160,14 @@ TEST(TargetSearch, FindsTheMaximumThatBruteForceFinds) {
   for (const Pattern& pattern : patterns) {
     for (const double velocity_mps : {0.0, 1100.0, -1450.0}) {
       const test::FrameMaker made = small_scene(pattern, velocity_mps);
-      Searched s(made, 5, travel_of(1500, 1e5));
+      Searched s(made, 5, walk_of(1500, 1e5));
       BruteForceSearch brute(made, s.photons);
       brute.want_near(8);
-      const DelayLine expected = brute.best(travel_of(1500, 1e5));
+      const DelayTrack expected = brute.best(walk_of(1500, 1e5));
       const std::optional<Fit> fit = s.search.find(s.frame);
       ASSERT_TRUE(fit);
       EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << velocity_mps;
-      EXPECT_NEAR(fit->parameters.line.travel_ns, expected.travel_ns, 2 * sigma_ns);
+      EXPECT_NEAR(fit->parameters.line.walk_ns, expected.walk_ns, 2 * sigma_ns);
       // The same likelihood, and between the points of the grid a little more of it.
       EXPECT_NEAR(fit->gain_nats, brute.gain(fit->parameters.line), 1e-6);
       EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
@@ -182,10 +182,10 @@ TEST(TargetSearch, ATargetAtRestIsFoundWithoutTravel) {
     Searched s(made, seed, 0);
     BruteForceSearch brute(made, s.photons);
     brute.want_near(8);
-    const DelayLine expected = brute.best(0);
+    const DelayTrack expected = brute.best(0);
     const std::optional<Fit> fit = s.search.find(s.frame);
     ASSERT_TRUE(fit);
-    EXPECT_EQ(fit->parameters.line.travel_ns, 0);
+    EXPECT_EQ(fit->parameters.line.walk_ns, 0);
     EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << seed;
     EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
   }
@@ -194,11 +194,11 @@ TEST(TargetSearch, ATargetAtRestIsFoundWithoutTravel) {
 // Pulses at 0, 42, 63 and 84 ns in 126: moved by 42 ns, two of the four fall on others.
 TEST(TargetSearch, LookBesideLeavesAShoulderForThePeak) {
   const test::FrameMaker made = small_scene(test::interleaved_pattern({42000, 63000}, 126000), 300);
-  Searched s(made, 3, travel_of(1500, 1e5));
+  Searched s(made, 3, walk_of(1500, 1e5));
   const std::optional<Fit> peak = s.search.find(s.frame);
   ASSERT_TRUE(peak);
-  const DelayLine truth = peak->parameters.line;
-  const Fit shoulder = s.search.find_near(s.frame, {truth.delay_ns + 42, truth.travel_ns});
+  const DelayTrack truth = peak->parameters.line;
+  const Fit shoulder = s.search.find_near(s.frame, {truth.delay_ns + 42, truth.walk_ns});
   EXPECT_LT(s.apart_ns(shoulder.parameters.line, {truth.delay_ns + 42, 0}), 2 * sigma_ns);
   EXPECT_LT(shoulder.gain_nats, 0.7 * peak->gain_nats);
   const Fit beside = s.search.look_beside(s.frame, shoulder);
@@ -210,7 +210,7 @@ TEST(TargetSearch, LookBesideLeavesAShoulderForThePeak) {
 
 TEST(TargetSearch, JudgesAndFitsByTheSameLikelihood) {
   const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 700);
-  Searched s(made, 8, travel_of(1500, 1e5));
+  Searched s(made, 8, walk_of(1500, 1e5));
   const BruteForceSearch brute(made, s.photons);
   const std::optional<Fit> fit = s.search.find(s.frame);
   ASSERT_TRUE(fit);
@@ -221,7 +221,7 @@ TEST(TargetSearch, JudgesAndFitsByTheSameLikelihood) {
   const Fit moving = s.search.fit_moving(s.frame, fit->parameters.line);
   EXPECT_NEAR(moving.gain_nats, fit->gain_nats, 1e-6);
   const Fit rest = s.search.fit_at_rest(s.frame, fit->parameters.line.delay_ns);
-  EXPECT_EQ(rest.parameters.line.travel_ns, 0);
+  EXPECT_EQ(rest.parameters.line.walk_ns, 0);
   EXPECT_NEAR(rest.gain_nats, brute.gain(rest.parameters.line), 1e-6);
   EXPECT_LT(rest.gain_nats, fit->gain_nats);
 }
@@ -233,24 +233,24 @@ TEST(TargetSearch, AVeryBrightFrameIsRefinedOnAllPhotons) {
   made.distance_m = 20;
   made.signal_per_pulse = 1;
   made.background_per_ns = 0.015;
-  Searched s(made, 1, travel_of(150, 1e7));
+  Searched s(made, 1, walk_of(150, 1e7));
   ASSERT_GT(s.frame.size(), 200'000U);
   const std::optional<Fit> fit = s.search.find(s.frame);
   ASSERT_TRUE(fit);
   const double beta = 40 / light_speed;
-  const DelayLine truth = {2 * 20 / 0.299792458 / (1 + beta), travel_of(40, s.frame.length_ns)};
+  const DelayTrack truth = {2 * 20 / 0.299792458 / (1 + beta), walk_of(40, s.frame.length_ns)};
   // 100 ps from some 100,000 photons is 0.3 ps; of a sample it would be 0.6.
   ASSERT_TRUE(fit->has_covariance);
   EXPECT_NEAR(std::sqrt(fit->covariance(delay_index, delay_index)), 0.32e-3, 0.05e-3);
   EXPECT_LT(s.apart_ns(fit->parameters.line, truth), 2e-3);
-  EXPECT_NEAR(fit->parameters.line.travel_ns, truth.travel_ns, 6e-3);
+  EXPECT_NEAR(fit->parameters.line.walk_ns, truth.walk_ns, 6e-3);
   EXPECT_NEAR(fit->parameters.signal_per_pulse, 1, 0.02);
 }
 
 TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
   test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 0);
   made.signal_per_pulse = made.background_per_ns = 0;
-  Searched s(made, 1, travel_of(1500, 1e5));
+  Searched s(made, 1, walk_of(1500, 1e5));
   ASSERT_EQ(s.frame.size(), 0U);
   EXPECT_FALSE(s.search.find(s.frame));
 }

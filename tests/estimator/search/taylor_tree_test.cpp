@@ -21,17 +21,17 @@ struct Plane {
     std::uniform_int_distribution<std::uint32_t> any(0, most);
     for (Count& cell : rows) cell = static_cast<Count>(any(random));
   }
-  // A line by its definition: over the first half of the slices it travels half of its bins,
-  // rounded down, and over the last half as many, from where it would be after half of its travel,
-  // rounded up.
-  [[nodiscard]] std::uint64_t line(std::size_t first, std::size_t slices, std::size_t travel,
+  // A line by its definition: over the first half of the slices it walks half of its bins,
+  // rounded down, and over the last half as many, from where it would be after half of its range
+  // walk, rounded up.
+  [[nodiscard]] std::uint64_t line(std::size_t first, std::size_t slices, std::size_t walk,
                                    std::size_t bin, int sign) const {
     if (slices == 1) {
       const std::size_t row = sign > 0 ? first : grid.slices - 1 - first;
       return rows[row * grid.bins + bin % grid.bins];
     }
-    return line(first, slices / 2, travel / 2, bin, sign) +
-           line(first + slices / 2, slices / 2, travel / 2, bin + (travel + 1) / 2, sign);
+    return line(first, slices / 2, walk / 2, bin, sign) +
+           line(first + slices / 2, slices / 2, walk / 2, bin + (walk + 1) / 2, sign);
   }
 };
 
@@ -51,27 +51,27 @@ void expect_all_lines(const Plane<Count>& plane, std::size_t most, const SearchK
   for (const int sign : {1, -1}) {
     const TaylorTree::Block block = {plane.grid.bins / 2, plane.grid.bins / 3 + 1, most, sign};
     tree.add_up(plane.rows.data(), plane.grid, block);
-    for (std::size_t travel = 0; travel <= most; ++travel) {
+    for (std::size_t walk = 0; walk <= most; ++walk) {
       std::uint64_t largest = 0;
       std::vector<std::uint64_t> lines;
       for (std::size_t bin = 0; bin < block.bins; ++bin) {
         const std::uint64_t expected =
-            plane.line(0, plane.grid.slices, travel, block.first_bin + bin, sign);
-        ASSERT_EQ(tree.photons(travel, bin), expected) << travel << ' ' << bin << ' ' << sign;
+            plane.line(0, plane.grid.slices, walk, block.first_bin + bin, sign);
+        ASSERT_EQ(tree.photons(walk, bin), expected) << walk << ' ' << bin << ' ' << sign;
         largest = std::max(largest, expected);
         lines.push_back(expected);
       }
       if (largest < 1 << 29 && lines.size() > 2) {
         const double power = plain_power(lines);
-        EXPECT_NEAR(tree.smooth_power(travel), power, 1e-6 * power) << travel << ' ' << sign;
+        EXPECT_NEAR(tree.smooth_power(walk), power, 1e-6 * power) << walk << ' ' << sign;
       }
       const auto least = static_cast<std::uint32_t>(largest);
-      EXPECT_EQ(tree.first_above(travel, 0, least), block.bins);
+      EXPECT_EQ(tree.first_above(walk, 0, least), block.bins);
       if (largest == 0) continue;
-      const std::size_t at = tree.first_above(travel, 0, least - 1);
+      const std::size_t at = tree.first_above(walk, 0, least - 1);
       ASSERT_LT(at, block.bins);
-      EXPECT_EQ(tree.photons(travel, at), largest);
-      for (std::size_t bin = 0; bin < at; ++bin) EXPECT_LT(tree.photons(travel, bin), largest);
+      EXPECT_EQ(tree.photons(walk, at), largest);
+      for (std::size_t bin = 0; bin < at; ++bin) EXPECT_LT(tree.photons(walk, bin), largest);
     }
   }
 }

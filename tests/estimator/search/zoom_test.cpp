@@ -21,16 +21,16 @@ TEST(Zoom, EndsWithinAPulseOfTheTarget) {
     FoldedFrame folded(train, frame.photons_ps.size());
     folded.fold(frame.view(), train);
     const double beta = 20 / 299792458.0;
-    const DelayLine truth = {2 * made.distance_m / 0.299792458 / (1 + beta),
-                             2 * beta / (1 + beta) * folded.length_ns};
+    const DelayTrack truth = {2 * made.distance_m / 0.299792458 / (1 + beta),
+                              2 * beta / (1 + beta) * folded.length_ns};
     NearSet near(folded.size(), folded.size());
     for (const double off : {-1.0, -0.3, 0.0, 0.8}) {
       const double reach = 1.5;
       near.collect(folded, comb_windows(train, -2 * reach - 0.4, 2 * reach + 0.4), train,
-                   {truth.delay_ns + off, truth.travel_ns - 1.7 * off});
-      const DelayLine line = Zoom(sigma_ns, 0).find(near, reach, true).line;
+                   {truth.delay_ns + off, truth.walk_ns - 1.7 * off});
+      const DelayTrack line = Zoom(sigma_ns, 0).find(near, reach, true).line;
       EXPECT_NEAR(line.delay_ns, truth.delay_ns, 2.5 * sigma_ns) << off;
-      EXPECT_NEAR(line.travel_ns, truth.travel_ns, 6 * sigma_ns) << off;
+      EXPECT_NEAR(line.walk_ns, truth.walk_ns, 6 * sigma_ns) << off;
     }
   }
 }
@@ -45,8 +45,8 @@ TEST(Zoom, AtRestKeepsTheTravel) {
   NearSet near(folded.size(), folded.size());
   const double truth = 2 * made.distance_m / 0.299792458;
   near.collect(folded, comb_windows(train, -1, 1), train, {truth + 0.2, 0});
-  const DelayLine line = Zoom(0.1, 0).find(near, 0.4, false).line;
-  EXPECT_EQ(line.travel_ns, 0);
+  const DelayTrack line = Zoom(0.1, 0).find(near, 0.4, false).line;
+  EXPECT_EQ(line.walk_ns, 0);
   EXPECT_NEAR(line.delay_ns, truth, 0.1);  // it began 0.2 ns away
 }
 

@@ -116,7 +116,7 @@ TEST(PatternCalibration, AMillionPhotonsShowThePatternThatWasPlayed) {
     EXPECT_EQ(pattern_from_json(to_json(found.pattern), "found"), found.pattern);
     EXPECT_EQ(validate(found.pattern), std::nullopt);
     EXPECT_FALSE(found.rest.wanders());
-    EXPECT_LT(std::abs(found.rest.travel_ps()), 3);
+    EXPECT_LT(std::abs(found.rest.walk_ps()), 3);
   }
 }
 
