@@ -157,7 +157,7 @@ int check(const CheckCommand& options) {
 
 void add_check(CLI::App& app, Action& action) {
   CLI::App* command =
-      app.add_subcommand("check", "Say what is in a configuration, pattern or recording");
+      app.add_subcommand("check", "Show what a configuration, pattern or recording holds");
   const auto options = std::make_shared<CheckCommand>();
   command->add_option("files", options->files, "Files to look at");
   command->add_flag("--schema", options->schema, "Print the JSON schema of the configuration");

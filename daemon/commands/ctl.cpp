@@ -195,7 +195,7 @@ void add_calibrate_options(CLI::App& command, CtlCommand& options) {
 }  // namespace
 
 void add_ctl(CLI::App& app, Action& action) {
-  CLI::App* command = app.add_subcommand("ctl", "Ask a running splid, or have it do something");
+  CLI::App* command = app.add_subcommand("ctl", "Control a running splid, or show its status");
   const auto options = std::make_shared<CtlCommand>();
   CLI::Option* endpoint = command->add_option(
       "--endpoint,-e", options->endpoint,
@@ -218,7 +218,7 @@ void add_ctl(CLI::App& app, Action& action) {
     });
     return sub;
   };
-  add(command, "status", control::Command::status, "Say how it does");
+  add(command, "status", control::Command::status, "Show the status");
   add(command, "start", control::Command::start, "Open the source and measure");
   add(command, "stop", control::Command::stop, "Stop measuring and close the source; it stays");
   CLI::App* record = command->add_subcommand("record", "Keep the tags that it measures from");
@@ -226,7 +226,7 @@ void add_ctl(CLI::App& app, Action& action) {
   add(record, "start", control::Command::record_start, "Record into its record.folder");
   add(record, "stop", control::Command::record_stop, "End the recording");
   CLI::App* upload = add(command, "upload", control::Command::upload,
-                         "Have its waveform generator play its pattern");
+                         "Upload its pattern to its waveform generator");
   add_output(*upload, *options, "Pattern file to write: the pattern as it is played");
   CLI::App* calibrate = add(command, "calibrate", control::Command::calibrate,
                             "Find its pattern's pulses from what its source sends");

@@ -372,7 +372,9 @@ void add_truth_options(CLI::App& command, ListenCommand& options) {
       .add_option("--max-distance-rmse-mm", options.limits.max_distance_rmse_mm,
                   "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
       ->check(number_above_zero());
-  command.add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps, "Likewise")
+  command
+      .add_option("--max-velocity-rmse-cmps", options.limits.max_velocity_rmse_cmps,
+                  "With --truth: exit with 4 if it is larger, or a frame lost or wrong")
       ->check(number_above_zero());
 }
 

@@ -113,7 +113,8 @@ void add_kinds(CLI::App& pattern, PatternCommand& options, Action& action) {
   kind->add_option("--pulses", options.periodic_pulses, "Pulses a period")
       ->check(whole_number())
       ->capture_default_str();
-  kind->add_flag("--ambiguous", options.ambiguous, "Say that targets may be beyond the range");
+  kind->add_flag("--ambiguous", options.ambiguous,
+                 "Targets may be beyond the range: frames are ambiguous");
   kind = add_kind(pattern, "mrr", "Several repetition rates in turn", options, action, mrr);
   kind->add_option("--periods-ns", options.subperiods_ns, "Their periods, such as 180,189")
       ->delimiter(',')

@@ -77,14 +77,14 @@ int run_upload(const UploadCommand& options) {
 
 void add_upload(CLI::App& app, Action& action) {
   CLI::App* command =
-      app.add_subcommand("upload", "Have the waveform generator play the configured pattern");
+      app.add_subcommand("upload", "Upload the configured pattern to the waveform generator");
   const auto options = std::make_shared<UploadCommand>();
   command->add_option("--config,-c", options->config, "Configuration file: pattern, awg")
       ->required();
   command->add_option("--output,-o", options->output,
                       "Pattern file to write: the pattern as it is played");
   command->add_flag("--force", options->force, "Write over an existing file");
-  command->add_flag("--dry-run", options->dry_run, "Say what would be played; connect to nothing");
+  command->add_flag("--dry-run", options->dry_run, "Show what would be played; connect to nothing");
   command->add_flag("--stop", options->stop, "End play and switch the output off instead");
   add_log_options(*command);
   command->callback([&action, options] { action = [options] { return run_upload(*options); }; });
