@@ -95,11 +95,12 @@ std::vector<PixelOptions> read_csv_list(const std::string& text, const std::stri
       continue;
     }
     const std::string place = "line " + std::to_string(number);
+    const std::string where = std::string(file).append(": ").append(place);
     if (pixels.size() == most_pixels) {
-      refuse_pixels(file + ": " + place, "is one pixel more than the " +
-                                             std::to_string(most_pixels) + " that are the most");
+      refuse_pixels(where, "is one pixel more than the " + std::to_string(most_pixels) +
+                               " that are the most");
     }
-    const json row = row_value(columns, cells_of(line), file + ": " + place);
+    const json row = row_value(columns, cells_of(line), where);
     pixels.push_back(read_pixel(row, file, place));
   }
   if (pixels.empty()) {
@@ -124,7 +125,8 @@ std::optional<OptionFault> channel_fault(const Config& config, std::size_t i) {
     const auto channel = parse_channel(name);
     if (!channel || !channel->matches(photon)) continue;
     return OptionFault{"/pixels/" + std::to_string(i) + "/input",
-                       name + " is also " + pointer + "; a tag can have one meaning only"};
+                       std::string(name).append(" is also ").append(pointer) +
+                           "; a tag can have one meaning only"};
   }
   return std::nullopt;
 }

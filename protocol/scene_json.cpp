@@ -147,7 +147,7 @@ void read_pixels(const nlohmann::json& object, std::vector<Pixel>& pixels) {
     const std::string status = statuses[i].is_string() ? statuses[i].get<std::string>() : "";
     const auto* found = std::find(frame_status_names.begin(), frame_status_names.end(), status);
     if (found == frame_status_names.end()) {
-      refuse_scene("/status" + place + " has the unknown value " + status);
+      refuse_scene(std::string("/status").append(place).append(" has the unknown value ") + status);
     }
     pixels[i].frame.status = static_cast<FrameStatus>(found - frame_status_names.begin());
   }
