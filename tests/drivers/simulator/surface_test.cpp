@@ -65,7 +65,7 @@ TEST_F(Pictures, GiveDistanceAndVelocity) {
   PictureOptions options;
   options.distance = folder_.write("d.pgm", "P2\n# by hand\n3 2\n1000\n100 200 300\n0 500 1000\n");
   options.velocity =
-      folder_.write("v.pgm", std::string("P5 3 2 65535 \0\0\0\1\0\2\1\0\1\1\1\2", 27));
+      folder_.write("v.pgm", std::string("P5 3 2 65535 \0\0\0\1\0\2\1\0\1\1\1\2", 25));
   options.distance_m = 5;
   options.distance_step_m = 0.01;
   options.velocity_mps = -1;
