@@ -18,7 +18,6 @@ constexpr std::int64_t disorder_ps = 1'000'000;
 constexpr int backward_tags = 16;
 constexpr std::size_t most_corrected = 4096;
 constexpr std::uint64_t most_beyond = 1 << 20;  // in a frame, where a clock stands at its end
-constexpr std::size_t least_sync_room = 256;    // with less, runs would be too short to gain by
 constexpr std::size_t most_held = 4096;  // if more tags come within 1 us, the frame closes at once
 
 // Design note: the frame's end is placed when 99 % of the frame has passed, by a line through its
@@ -46,7 +45,7 @@ Framer::Framer(const FramerOptions& options, const ChannelMap& channels, FrameSi
       walk_(options.walk, channels.inputs()),
       corrected_(corrects() ? most_corrected : 0),
       held_(most_held),
-      rooms_(channels.pixels() > 0 ? channels.pixels() + 1 : 0) {
+      rooms_(channels.pixels()) {
   for (std::size_t i = 0; i < std::max<std::size_t>(channels.pixels(), 1); ++i) {
     last_photons_.emplace_back(Frame::most_before);
   }
@@ -76,142 +75,6 @@ Tag Framer::corrected(const Tag& tag) {
   if (walk_.is_none() || channels_.roles(tag) != role_photon) return photon;
   photon.time_ps = walk_.without(photon.time_ps, channels_.input(tag));
   return photon;
-}
-
-void Framer::push_in_time(std::span<const Tag> tags) {
-  const Tag* tag = tags.data();
-  const Tag* const last = tag + tags.size();
-  while (tag != last) {
-    if (frame_ != nullptr && !suspect_) {
-      tag = !rooms_.empty()    ? take_run_of_pixels(tag, last)
-            : surplus_from_ps_ ? take_run<false>(tag, last)
-                               : take_run<true>(tag, last);
-      if (tag == last) break;
-    }
-    take(*tag++);
-  }
-}
-
-// The hot loop: stores the photons and syncs of the open frame, and skips tags on channels that are
-// not used. Where the frame has no more room for photons (keeps_photons is false), it only counts
-// these. Nothing in it hangs on whether a tag is a photon or a sync, since no processor can guess
-// which comes next.
-template <bool keeps_photons>
-const Tag* Framer::take_run(const Tag* tag, const Tag* last) {
-  // The first sync of a stream places the frame's start, and a sync without room is lost: such
-  // syncs end the run.
-  std::int64_t no_sync = 0;
-  const std::span<std::int64_t> sync_room = frame_->syncs_ps.room();
-  const bool takes_syncs = ends_ != Ends::neither && sync_room.size() >= least_sync_room;
-  if (takes_syncs) last = tag + std::min<std::size_t>(last - tag, sync_room.size());
-  const std::span<std::int64_t> photon_room = frame_->photons_ps.room();
-  if (keeps_photons) last = tag + std::min<std::size_t>(last - tag, photon_room.size());
-
-  const Tag* const first = tag;
-  const Roles most = takes_syncs ? role_sync : role_photon;
-  const std::uint64_t start = frame_->start_ps;
-  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
-  std::int64_t* const first_photon = photon_room.data();
-  std::int64_t* const first_sync = takes_syncs ? sync_room.data() : &no_sync;
-  std::int64_t* photon = first_photon;
-  std::int64_t* sync = first_sync;
-  std::size_t surplus = 0;
-  for (; tag != last; ++tag) {
-    const Roles roles = channels_.roles(*tag);
-    if (roles > most || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
-    *sync = tag->time_ps;
-    sync += roles >> 1;
-    if constexpr (keeps_photons) {
-      *photon = tag->time_ps;
-      photon += roles & role_photon;
-    } else {
-      surplus += roles & role_photon;
-    }
-  }
-  const auto photons = static_cast<std::size_t>(photon - first_photon);
-  const auto syncs = static_cast<std::size_t>(sync - first_sync);
-  frame_->photons_ps.grow(photons);
-  frame_->syncs_ps.grow(syncs);
-  totals_.photons += photons;
-  totals_.syncs += syncs;
-  surplus_photons_ += surplus;
-  totals_.surplus += surplus;
-  lose(surplus);
-  if (keeps_photons && !frame_->photons_of_input.empty()) count_inputs(first, tag);
-  run_ended(photons + syncs + surplus, static_cast<std::size_t>(tag - first), tag);
-  return tag;
-}
-
-// The same for several pixels, each with a room of its own. A full room costs what another does.
-const Tag* Framer::take_run_of_pixels(const Tag* tag, const Tag* last) {
-  std::int64_t no_sync = 0;
-  const std::span<std::int64_t> sync_room = frame_->syncs_ps.room();
-  const bool takes_syncs = ends_ != Ends::neither && sync_room.size() >= least_sync_room;
-  if (takes_syncs) last = tag + std::min<std::size_t>(last - tag, sync_room.size());
-  if (rooms_grow_) last = end_of_room(tag, last);
-
-  const Tag* const first = tag;
-  const Roles most = takes_syncs ? role_sync : role_photon;
-  const std::uint64_t start = frame_->start_ps;
-  const std::uint64_t length = static_cast<std::uint64_t>(limit_ps_) - start;
-  std::int64_t* const first_sync = takes_syncs ? sync_room.data() : &no_sync;
-  std::int64_t* sync = first_sync;
-  std::size_t photons = 0;
-  std::size_t surplus = 0;
-  for (; tag != last; ++tag) {
-    const Roles roles = channels_.roles(*tag);
-    if (roles > most || static_cast<std::uint64_t>(tag->time_ps) - start >= length) break;
-    *sync = tag->time_ps;
-    sync += roles >> 1;
-    PixelRoom& pixel = rooms_[channels_.input(*tag)];
-    const std::uint32_t is_photon = roles & role_photon;
-    pixel.first[std::min(pixel.seen, pixel.room)] = tag->time_ps;
-    surplus += pixel.seen >= pixel.room ? is_photon : 0;
-    pixel.seen += is_photon;
-    photons += is_photon;
-  }
-  const auto syncs = static_cast<std::size_t>(sync - first_sync);
-  frame_->syncs_ps.grow(syncs);
-  totals_.photons += photons - surplus;
-  totals_.syncs += syncs;
-  totals_.surplus += surplus;
-  lose(surplus);
-  run_ended(photons + syncs, static_cast<std::size_t>(tag - first), tag);
-  return tag;
-}
-
-// Makes room for a run, where rooms grow: all of its tags may be of one pixel.
-const Tag* Framer::end_of_room(const Tag* tag, const Tag* last) {
-  constexpr std::ptrdiff_t most_tags = 1024;
-  last = tag + std::min(last - tag, most_tags);
-  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
-    PixelRoom& pixel = rooms_[i];
-    const std::size_t needed = pixel.seen + static_cast<std::size_t>(last - tag);
-    if (needed <= pixel.room) continue;
-    FixedArray<std::int64_t>& photons = frame_->pixels[i]->photons_ps;
-    photons.resize(std::min(pixel.seen, pixel.room));
-    while (needed >= photons.capacity() && photons.enlarge()) {
-    }
-    pixel.first = photons.begin();
-    pixel.room = static_cast<std::uint32_t>(photons.capacity() - 1);
-  }
-  return last;
-}
-
-// Counts the photons of a run by their input.
-void Framer::count_inputs(const Tag* tag, const Tag* last) {
-  for (; tag != last; ++tag) {
-    frame_->photons_of_input[channels_.input(*tag)] += channels_.roles(*tag) & role_photon;
-  }
-}
-
-void Framer::run_ended(std::size_t used, std::size_t taken, const Tag* next) {
-  if (taken == 0) return;
-  totals_.events += taken;
-  totals_.ignored += taken - used;
-  backward_run_ = beyond_run_ = 0;
-  last_ps_ = next[-1].time_ps;
-  frame_->arrival_ns = arrival_ns_;
 }
 
 void Framer::take(const Tag& tag) {
@@ -423,19 +286,13 @@ void Framer::place(const Tag& tag) {
 }
 
 bool Framer::place_photon(const Tag& tag) {
-  if (!rooms_.empty()) return place_photon_of_pixel(tag);
+  if (!rooms_.empty()) {
+    rooms_.make_room(&tag, &tag + 1);
+    return rooms_.rooms()[channels_.input(tag)].take(tag.time_ps, 1) == 0;
+  }
   if (!frame_->photons_ps.push(tag.time_ps)) return false;
   if (!frame_->photons_of_input.empty()) ++frame_->photons_of_input[channels_.input(tag)];
   return true;
-}
-
-bool Framer::place_photon_of_pixel(const Tag& tag) {
-  if (rooms_grow_) end_of_room(&tag, &tag + 1);
-  PixelRoom& pixel = rooms_[channels_.input(tag)];
-  const bool has_room = pixel.seen < pixel.room;
-  if (has_room) pixel.first[pixel.seen] = tag.time_ps;
-  ++pixel.seen;
-  return has_room;
 }
 
 void Framer::place_surplus_photon(std::int64_t time_ps) {
@@ -464,7 +321,7 @@ void Framer::begin_frame(std::int64_t start_ps, Ends ends) {
     part.before_ps.clear();
     for (const std::int64_t photon_ps : last_photons_[i].view()) part.before_ps.push(photon_ps);
   }
-  if (!rooms_.empty()) open_rooms();
+  rooms_.open(*frame_);
   frame_->lost_tags = totals_.unplaced;
   frame_->uncounted_losses = unplaced_uncounted_;
   frame_->arrival_ns = arrival_ns_;
@@ -540,7 +397,7 @@ std::int64_t Framer::end_by_last_sync() const {
 
 // The next frame is to know the photons that its detector may still be blind from.
 void Framer::keep_last_photons() {
-  settle_rooms();
+  rooms_.settle();
   for (std::size_t i = 0; i < last_photons_.size(); ++i) {
     FixedArray<std::int64_t>& last = last_photons_[i];
     const auto photons = (rooms_.empty() ? *frame_ : *frame_->pixels[i]).photons_ps.view();
@@ -550,39 +407,6 @@ void Framer::keep_last_photons() {
     std::copy(last.begin() + surplus, last.end(), last.begin());
     last.resize(last.size() - surplus);
     for (const std::int64_t photon_ps : photons.last(new_ones)) last.push(photon_ps);
-  }
-}
-
-// The rooms of the frame that begins.
-void Framer::open_rooms() {
-  rooms_grow_ = false;
-  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
-    FixedArray<std::int64_t>& photons = frame_->pixels[i]->photons_ps;
-    photons.clear();
-    rooms_[i] = {photons.begin(), 0, static_cast<std::uint32_t>(photons.capacity() - 1)};
-    rooms_grow_ = rooms_grow_ || photons.may_grow();
-  }
-  rooms_.back() = {&no_photon_, 0, 0};
-}
-
-// The photons of each pixel are those in its room.
-void Framer::settle_rooms() const {
-  if (rooms_.empty()) return;
-  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
-    frame_->pixels[i]->photons_ps.resize(std::min(rooms_[i].seen, rooms_[i].room));
-  }
-}
-
-// Each pixel gets what it shares with the others.
-void Framer::close_rooms() {
-  if (rooms_.empty()) return;
-  const auto surplus_of = [](const PixelRoom& pixel) {
-    return static_cast<std::uint64_t>(pixel.seen - std::min(pixel.seen, pixel.room));
-  };
-  std::uint64_t of_all = 0;
-  for (const PixelRoom& pixel : rooms_) of_all += surplus_of(pixel);
-  for (std::size_t i = 0; i < frame_->pixels.size(); ++i) {
-    frame_->share_with(*frame_->pixels[i], surplus_of(rooms_[i]), of_all);
   }
 }
 
@@ -596,14 +420,14 @@ void Framer::next_frame() {
 }
 
 void Framer::close_frame() {
-  settle_rooms();
+  rooms_.settle();
   if (loss_from_ps_) frame_->add_loss(*loss_from_ps_, frame_->end_ps, 0);
   if (surplus_from_ps_) frame_->add_loss(*surplus_from_ps_, frame_->end_ps, surplus_photons_);
   frame_->settle_losses();
   frame_->sync = clock_.fit(frame_->syncs_ps.view(), frame_->start_ps, frame_->end_ps);
   for (std::size_t n = silence_.mark(*frame_, clock_.period_ps()); n > 0; --n) lose_uncounted();
   diagnose();
-  close_rooms();
+  rooms_.share();
   ++sequence_;
   ++totals_.frames;
   frame_ = nullptr;
@@ -619,7 +443,7 @@ void Framer::cut_short() {
 }
 
 std::int64_t Framer::reached_ps() const {
-  settle_rooms();
+  rooms_.settle();
   std::int64_t latest_ps = last_ps_;
   const auto include = [&](const Frame& part) {
     for (const std::int64_t time_ps : part.photons_ps.view()) {
@@ -639,7 +463,7 @@ void Framer::finish() {
   if (frame_ == nullptr && std::exchange(beyond_run_, 0) == backward_tags) close_beyond();
   if (frame_ == nullptr) return;
   if (!held_.empty()) next_frame();
-  settle_rooms();
+  rooms_.settle();
   const bool used = frame_->photon_count() > 0 || !frame_->syncs_ps.empty() ||
                     !frame_->markers.empty() || frame_->lost_tags > 0 ||
                     frame_->uncounted_losses > 0;

@@ -9,6 +9,7 @@
 #include "daemon/stream/channel_map.hpp"
 #include "daemon/stream/frame.hpp"
 #include "daemon/stream/frame_plan.hpp"
+#include "daemon/stream/pixel_rooms.hpp"
 #include "daemon/stream/silence.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
 #include "daemon/stream/timing_walk.hpp"
@@ -102,7 +103,6 @@ class Framer {
   template <bool keeps_photons>
   const Tag* take_run(const Tag* tag, const Tag* last);
   const Tag* take_run_of_pixels(const Tag* tag, const Tag* last);
-  const Tag* end_of_room(const Tag* tag, const Tag* last);
   void count_inputs(const Tag* tag, const Tag* last);
   void run_ended(std::size_t used, std::size_t taken, const Tag* next);
 
@@ -122,14 +122,10 @@ class Framer {
 
   void place(const Tag& tag);
   bool place_photon(const Tag& tag);
-  bool place_photon_of_pixel(const Tag& tag);
   void place_surplus_photon(std::int64_t time_ps);
 
   void begin_frame(std::int64_t start_ps, Ends ends);
   void keep_last_photons();
-  void open_rooms();
-  void settle_rooms() const;
-  void close_rooms();
   void move_start(std::int64_t start_ps);
   void anchor(std::int64_t sync_ps);
   void fix_end();
@@ -177,17 +173,7 @@ class Framer {
   std::optional<std::int64_t> surplus_from_ps_;  // first photon for which there was no room
   std::uint64_t surplus_photons_ = 0;            // of the open frame
 
-  // Where there are several pixels: the room for photons of each in the open frame, and behind them
-  // one without room for the tags that are no photons. seen: how many have come; those beyond the
-  // room are written behind it, over each other.
-  struct PixelRoom {
-    std::int64_t* first = nullptr;
-    std::uint32_t seen = 0;
-    std::uint32_t room = 0;
-  };
-  std::vector<PixelRoom> rooms_;
-  bool rooms_grow_ = false;
-  std::int64_t no_photon_ = 0;
+  PixelRooms rooms_;
 
   FramerTotals totals_;
   std::uint64_t unplaced_uncounted_ = 0;  // uncounted losses while no frame is open
