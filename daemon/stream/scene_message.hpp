@@ -8,7 +8,7 @@
 
 namespace splid {
 
-// What is said of the frames of several pixels.
+// What a message `scene` holds of the frames of several pixels.
 //
 // Threads: one. Errors: none.
 class SceneMaker {

@@ -21,7 +21,7 @@ class Refinement {
              bool may_be_blind = false);
 
   // The maximum near `start`, which should be within two pulse widths of it. moving: false keeps
-  // the range walk of `start`. to_beat_nats: a maximum that surely has less gain than this is given
+  // the range walk of `start`. to_beat_nats: a maximum that cannot have this gain is given
   // up before it is reached; the result then has the stop reason `beaten`, no covariance, and less
   // gain. roughly: a thousandth of a deviation does not matter, as where a sample of a frame's
   // photons says where to look.
