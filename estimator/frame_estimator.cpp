@@ -53,6 +53,7 @@ struct FrameEstimator::Workspace {
   std::unique_ptr<paper::PaperMethod> by_paper;         // null: method search
   std::unique_ptr<selection::TargetSelection> several;  // null: a frame has one target
   std::unique_ptr<checks::FrameChecks> checks;          // null: findings are not asked for
+  bool has_recent_findings = true;
 
   Workspace(const Pattern& pattern, const PulseOptions& pulse, const SceneOptions& scene_options,
             const EstimatorOptions& options, double frame_length_ms, std::size_t max_photons,
@@ -138,11 +139,10 @@ Estimate FrameEstimator::Workspace::estimate(const FrameView& view, TargetTrack*
   estimate.threshold_nats = found->threshold_nats;
   estimate.significance_nats = found->targets[0].gain_nats;
   estimate.findings = found->verdicts[0].found;
-  if (found->best.model.count == 1 && found->is_no_target()) return estimate;
-  if (!found->is_target) return estimate;
-  if (checks) checks->sum_up(frame);
+  const bool is_none = found->best.model.count == 1 && found->is_no_target();
+  if (is_none || !found->is_target) return estimate;
   report(view, *found, estimate);
-  if (checks) estimate.recent_findings = checks->recent();
+  if (checks && has_recent_findings) estimate.recent_findings = checks->sum_up(frame);
   if (track != nullptr) search.remember(frame, view.mid_ps(), estimate, *track);
   return estimate;
 }
@@ -310,6 +310,7 @@ FrameEstimator::FrameEstimator(const Pattern& pattern, const PulseOptions& pulse
                                            max_photons, reference, detector, inputs);
 }
 
+void FrameEstimator::leave_out_recent_findings() { workspace_->has_recent_findings = false; }
 FrameEstimator::~FrameEstimator() = default;
 FrameEstimator::FrameEstimator(FrameEstimator&&) noexcept = default;
 

@@ -59,6 +59,10 @@ class FrameEstimator {
   ~FrameEstimator();
   FrameEstimator(FrameEstimator&&) noexcept;
 
+  // Of the frames that follow, no recent_findings: they are of several pixels in turn, and what
+  // many frames show together would be none of the pixels'.
+  void leave_out_recent_findings();
+
   // The estimate of one frame; see Estimate for units and for which members hold when.
   //
   // track: where to look first, and where to put what was found. Null: the whole range is searched.

@@ -53,6 +53,7 @@ EstimatorInUse make_estimators(const StreamOptions& options, std::size_t max_pho
   const std::vector<PixelOptions> kinds = kinds_of(pixels);
   for (const PixelOptions& kind : kinds) {
     made.estimators.push_back(make_frame_estimator(options_of_pixel(options, kind), max_photons));
+    if (options.pixels.size() > 1) made.estimators.back().leave_out_recent_findings();
   }
   for (const PixelOptions& pixel : pixels) {
     const auto same = std::find_if(kinds.begin(), kinds.end(), [&](const PixelOptions& kind) {

@@ -42,13 +42,15 @@ std::optional<Finding> FrameChecks::take_stray_light(FoldedFrame& frame, const D
 
 void FrameChecks::put_back(FoldedFrame& frame) { std::swap(cleaned_, frame); }
 
-void FrameChecks::sum_up(const FoldedFrame& frame) {
+const FoundList& FrameChecks::sum_up(const FoldedFrame& frame) {
   constexpr double fewest = 3, most = 50;
   for (FindingSums& sums : sums_) sums.add(frame);
   if (sums_.at(older_).frames() >= fewest) recent_ = sums_.at(older_).found();
-  if (sums_.at(1 - older_).frames() < most) return;
-  older_ = 1 - older_;
-  sums_.at(1 - older_).clear();
+  if (sums_.at(1 - older_).frames() >= most) {
+    older_ = 1 - older_;
+    sums_.at(1 - older_).clear();
+  }
+  return recent_;
 }
 
 }  // namespace splid::checks

@@ -34,9 +34,8 @@ class FrameChecks {
   // Gives a frame the light back that was taken out of it.
   void put_back(FoldedFrame& frame);
 
-  // Adds the frame that was judged last to what the last 50 to 100 frames show together.
-  void sum_up(const FoldedFrame& frame);
-  [[nodiscard]] const FoundList& recent() const { return recent_; }
+  // Adds the frame that was judged last, and returns what the last 50 to 100 frames show together.
+  const FoundList& sum_up(const FoldedFrame& frame);
 
  private:
   Findings findings_;

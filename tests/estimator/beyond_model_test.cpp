@@ -149,6 +149,24 @@ TEST(BeyondModel, BrightPulsesBeforeABlindDetectorAreInTheModel) {
   }
 }
 
+// Frames of several pixels in turn are not summed up.
+TEST(BeyondModel, RecentFindingsAreOfOnePixelOrOfNone) {
+  test::FrameMaker wide = beyond_scene();
+  wide.sigma_ns = 0.12;
+  FrameEstimator of_one = beyond_estimator(wide);
+  FrameEstimator of_several = beyond_estimator(wide);
+  of_several.leave_out_recent_findings();
+  Estimate one, several;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const auto frame = wide.make(seed);
+    one = of_one.estimate(frame.view());
+    several = of_several.estimate(frame.view());
+    EXPECT_EQ(one.delay_ns, several.delay_ns) << seed;
+  }
+  EXPECT_TRUE(one.recent_findings.has(FindingName::pulse_width));
+  EXPECT_TRUE(several.recent_findings.all().empty());
+}
+
 // A brighter wall, a period of the comb behind the followed one: half of its pulses fall on the old
 // place.
 TEST(BeyondModel, AFollowedTargetIsLeftWhereTheBeamStepsByAPeriodOfTheComb) {
