@@ -38,6 +38,7 @@ class Array {
       : field_(pixels, plate(light)),
         estimator_(plate(light).pattern, {}, {}, {.findings = findings}, 50, most_photons),
         estimates_(pixels) {
+    estimator_.leave_out_recent_findings();
     for (std::size_t k = 0; k < pixels; ++k) tracks_.emplace_back(k);
   }
 
