@@ -1,4 +1,4 @@
-// Prints the table of docs/evidence/calibration.md: how far off distances are where a gaussian
+// Prints the table docs/evidence/data/calibration.csv: how far off distances are where a gaussian
 // stands for a pulse with a tail, and where the shape stands that `splid calibrate` finds. The
 // pulse times are the calibrated ones in both cases.
 //

@@ -1,8 +1,9 @@
 // Measures how far each value is off in the light of a detector with a dead time: with the dead
 // time left out, and with the dead time modelled, over the same frames. Prints one row for each
-// light, for docs/evidence/dead-time.md. Then, for frames of 50 ms, light that is split unevenly
-// over inputs, with and without the counts of each input; these rows are all named `split`. And for
-// frames of 50 ms, light that varies within the frame; these rows are all named `flicker`.
+// light, for docs/evidence/data/dead-time.csv. Then, for frames of 50 ms, light that is split
+// unevenly over inputs, with and without the counts of each input; these rows are all named
+// `split`. And for frames of 50 ms, light that varies within the frame; these rows are all named
+// `flicker`.
 //
 //   dead_time [FRAMES [NAME]]    by default 1000 frames for each row; rows whose name has NAME
 

@@ -1,5 +1,5 @@
 // Two targets of the same signal, or nearly, whose places the combs of two rates may mix up: a
-// table of docs/evidence/false-alarms.md.
+// table docs/evidence/data/equal-targets.csv.
 //
 //   equal_targets [TRIALS]     by default 1000 frames for each row, which takes a minute
 

@@ -1,6 +1,6 @@
 // Where the time of a frame goes, on [P]'s experiment: each part by itself, beside the least time
-// that this processor needs for the part's passes over photons and cells. Prints the table of
-// docs/evidence/cost.md.
+// that this processor needs for the part's passes over photons and cells. Prints the table
+// docs/evidence/data/frame-parts.csv.
 //
 //   frame_parts    takes ten seconds
 

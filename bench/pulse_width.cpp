@@ -1,5 +1,5 @@
 // What a pulse costs that is not the configured one, how surely it is noticed, and what it costs to
-// fit its width: the table of docs/evidence/pulse-width.md.
+// fit its width: the table docs/evidence/data/pulse-width.csv.
 //
 //   pulse_width [TRIALS [NAME]]     by default 1000 frames for each row; rows whose scene has NAME.
 //                                   Those of bright pulses before a blind detector, which take a

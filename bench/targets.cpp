@@ -1,6 +1,6 @@
 // How several targets in a frame are told apart, what that costs, and how often a pulse of another
 // shape than the configured one is taken for several: the tables of
-// docs/evidence/several-returns.md.
+// docs/evidence/data/targets*.csv.
 //
 //   targets [TRIALS [NAME]]     by default 1000 frames for each row; rows whose scene has NAME, and
 //                               the table of two that are looked for as one by the name "as one",

@@ -1,5 +1,5 @@
 // How often two targets can be told from one whose pulse is not what the configuration says, by any
-// method: a table of docs/evidence/several-returns.md.
+// method: the table docs/evidence/data/told-apart.csv.
 //
 //   told_apart [FRAMES]     by default 20,000 frames for each row, which takes a minute
 //

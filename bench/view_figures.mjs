@@ -1,4 +1,4 @@
-// What the live page and the topic `fold` cost; prints the tables of docs/evidence/view.md.
+// What the live page and the topic `fold` cost; prints the tables docs/evidence/data/view*.csv.
 //
 //   scripts/test-view --figures
 //

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 
 #include "protocol/error.hpp"
 
@@ -18,11 +17,6 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 }  // namespace
 
 void write_report(const std::filesystem::path& folder, const std::filesystem::path& table) {
@@ -31,8 +25,7 @@ void write_report(const std::filesystem::path& folder, const std::filesystem::pa
   const auto beside = [&](const std::string& ending) {
     return table.parent_path() / (table.stem().string() + ending + table.extension().string());
   };
-  const std::string stage_csv = text_of(table.parent_path() / "studies" / "stage.csv");
-  write_file(table, reader_page(results, stage_csv));
+  write_file(table, reader_page(results));
   write_file(beside("-figures"), figures_page(results, "studies"));
   write_file(beside("-beyond"), beyond_page(results, "studies"));
 }

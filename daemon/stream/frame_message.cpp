@@ -37,11 +37,11 @@ double seen_ns(const Frame& frame) {
   return static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps * frame.seen_fraction;
 }
 
-// Where the dead time is modelled, the values hold in ever more light, but hang ever more on the
-// dead time's own value: with x would-be detections in a dead time, an error of 1 % in it is one of
-// x % in the light.
+// Where the dead time is modelled, the values hold in ever more light, but depend ever more on
+// the dead time's own value: with x would-be detections in a dead time, an error of 1 % in it is
+// one of x % in the light.
 //
-// Design note: docs/evidence/dead-time.md has the errors up to these limits.
+// Design note: docs/evidence/data/dead-time.csv has the errors up to these limits.
 constexpr double most_in_a_dead_time = 10;
 constexpr double most_in_a_pulse = 10;
 

@@ -13,7 +13,7 @@ namespace splid {
 // makes the signal low by S^2 V / 12 of itself, to the second order in S, with
 // V = sum f^3 - (sum f^2)^2. For both, 2.4 times that is taken. It is a measure to warn by: up to
 // one photon a pulse it says two thirds to all of what the signal is low by, and of three photons a
-// third, as their counts understate V too (docs/evidence/dead-time.md, rows `split`).
+// third, as their counts understate V too (docs/evidence/data/dead-time-split.csv).
 //
 // By how much of itself the signal of an estimate of this frame is low; 0 where the photons of each
 // input are not known. Threads: any. Errors: none.

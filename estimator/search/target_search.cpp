@@ -14,7 +14,7 @@ namespace {
 // Design note: in [P]'s background, bins of 10 pulse widths find a target of 1/7 of [P]'s signal
 // without a wrong peak, and bins of 5 widths one of 1/9. A level is only looked at where the level
 // before it found nothing significant. A third level with bins of 2.5 widths doubled the time to
-// find less than one target in a hundred more (docs/evidence/tradeoff.md).
+// find less than one target in a hundred more (docs/evidence/performance.md).
 constexpr double level_widths[] = {10, 5};
 constexpr std::size_t level_cells[] = {std::size_t{1} << 18, std::size_t{1} << 20};
 

@@ -406,7 +406,7 @@ def study(results: "Union[AnyPath, Iterable[AnyPath]]", name: str) -> Figure:
     results: one file of bench/studies/results or several; of a cell that is in several, the row
     with the most trials counts. name: of STUDIES. Markers are the RMSE of all frames with a value,
     wrong peaks included, where half of the frames or more have one. Source: [P] Figs. 2 to 5 and 9;
-    docs/evidence/accuracy-figures.md.
+    docs/evidence/accuracy.md.
 
     Errors: OSError; ValueError for another name, and for files without results of that study.
     """

@@ -1,7 +1,7 @@
 // Scenes at the edges of what can be asked: each frame is right within its stated deviation, or has
 // a status that says why not; never NaN, infinity, an exception or a hang.
 //
-// SPLID_EXTREMES=FILE writes the table of docs/evidence/extremes.md.
+// SPLID_EXTREMES=FILE writes the table of scripts/evidence extremes.
 
 #include <gtest/gtest.h>
 

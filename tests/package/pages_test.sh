@@ -2,9 +2,9 @@
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
 # leads to a file that is there. So is every source file that a page names, and every page that a
 # source file names. Tables, code and pictures may be wider, as they cannot be broken. No two tables of
-# a page begin with the same header and row, as where one was put in the place of another. Pages of
-# the manual begin with the most words that they may have; code and generated parts do not count. No page
-# has a phrase that readers stumbled over.
+# a page begin with the same header and row, as where one was put in the place of another. The tables
+# of the evidence show its data. Pages of the manual begin with the most words that they may have; code
+# and generated parts do not count. No page has a phrase that readers stumbled over.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -23,7 +23,7 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     failed=1
   fi
   case ${page#docs/} in
-  guide/* | reference/* | scale.md | architecture.md | estimation.md | README.md | CHANGELOG.md)
+  evidence/* | guide/* | reference/* | scale.md | architecture.md | estimation.md | README.md | CHANGELOG.md)
     limit=$(sed -n '1s/^<!-- at most \([0-9]*\) words -->$/\1/p' "$page")
     words=$(awk '/^<!-- Generated/ { made = !/up to here/ } !made && !/^(<!--|    |[|]-)/' \
       "$scratch/prose" | tr '|' ' ' | wc -w)
@@ -62,8 +62,13 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
   done <"$scratch/files"
 done
 
+# The tables of the evidence show its data.
+if command -v python3 >"$scratch/python" && ! scripts/evidence --check; then
+  failed=1
+fi
+
 # And the other way round: every page that a source file sends its reader to is there.
-grep -rhoE 'docs/[A-Za-z0-9/_-]+[.](md|svg|json|1)' protocol estimator drivers config daemon python tests \
+grep -rhoE 'docs/[A-Za-z0-9/_-]+[.](md|csv|svg|json|1)' protocol estimator drivers config daemon python tests \
   bench scripts systemd README.md --exclude-dir=data --exclude-dir=corpus | sort -u >"$scratch/named"
 while read -r file; do
   if [ ! -e "$file" ]; then

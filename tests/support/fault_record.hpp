@@ -7,8 +7,8 @@
 
 namespace splid::test {
 
-// What came of a fault that a test injected. scripts/reliability makes
-// docs/evidence/reliability.md's table of these lines.
+// What came of a fault that a test injected. scripts/reliability makes the
+// table faults.csv of docs/evidence/data of these lines.
 struct FaultRecord {
   std::string fault;
   std::string said;     // state and reason, or what the frames showed
