@@ -1,10 +1,11 @@
 #!/bin/sh
 # The pages that people read: no line of prose has more than 120 columns, and every link between pages
-# leads to a file that is there. So is every source file that a page names, and every page that a
-# source file names. Tables, code and pictures may be wider, as they cannot be broken. No two tables of
-# a page begin with the same header and row, as where one was put in the place of another. The tables
-# of the evidence show its data. Pages of the manual begin with the most words that they may have; code
-# and generated parts do not count. No page has a phrase that readers stumbled over.
+# leads to a file and a heading that are there. So is every source file that a page names, and every
+# page that a source file names. Tables, code and pictures may be wider, as they cannot be broken. No
+# two tables of a page begin with the same header and row, as where one was put in the place of another.
+# The tables of the evidence show its data. Pages of the manual begin with the most words that they may
+# have; code and generated parts do not count. All of them together have a limit too. No page has a
+# phrase that readers stumbled over.
 #
 #   pages_test.sh ROOT     ROOT: the source tree
 set -eu
@@ -14,6 +15,13 @@ export LC_ALL
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 failed=0
+all_words=0
+most_words=28000  # of all pages of the manual: what a reader can finish
+
+# The headings of a page, as links name them.
+headings() {
+  sed -n 's/^##* //p' "$1" | tr '[:upper:]' '[:lower:]' | sed 's/[^a-z0-9 _-]//g; s/ /-/g'
+}
 
 for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
   # Code between fences becomes empty lines, so that line numbers stay.
@@ -27,6 +35,7 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     limit=$(sed -n '1s/^<!-- at most \([0-9]*\) words -->$/\1/p' "$page")
     words=$(awk '/^<!-- Generated/ { made = !/up to here/ } !made && !/^(<!--|    |[|]-)/' \
       "$scratch/prose" | tr '|' ' ' | wc -w)
+    all_words=$((all_words + words))
     if [ -z "$limit" ] || [ "$words" -gt "$limit" ]; then
       echo "FAIL: $page has $words words; its first line, <!-- at most N words -->, allows ${limit:-none}"
       failed=1
@@ -44,10 +53,13 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     sed "s|^|FAIL: a table of $page stands there twice: |" "$scratch/twice"
     failed=1
   fi
-  grep -oE '\]\([^)]+\)' "$scratch/prose" | sed -E 's/^\]\(//; s/\)$//; s/#.*//' |
-    grep -vE '^([a-z]+:.*)?$' >"$scratch/links" || true
+  grep -oE '\]\([^)]+\)' "$scratch/prose" | sed -E 's/^\]\(//; s/\)$//' |
+    grep -vE '^[a-z]+:' >"$scratch/links" || true
   while read -r link; do
-    if [ ! -e "$(dirname "$page")/$link" ]; then
+    file=${link%%#*}
+    target=$(dirname "$page")/$file
+    [ -n "$file" ] || target=$page
+    if [ ! -e "$target" ] || { [ "$file" != "$link" ] && ! headings "$target" | grep -qxF "${link#*#}"; }; then
       echo "FAIL: $page links to $link, which is not there"
       failed=1
     fi
@@ -61,6 +73,11 @@ for page in *.md docs/*.md docs/*/*.md docs/*/*/*.md; do
     fi
   done <"$scratch/files"
 done
+
+if [ "$all_words" -gt "$most_words" ]; then
+  echo "FAIL: the manual has $all_words words, more than $most_words: cut what no reader acts on"
+  failed=1
+fi
 
 # The tables of the evidence show its data.
 if command -v python3 >"$scratch/python" && ! scripts/evidence --check; then
