@@ -195,7 +195,7 @@ void run_split(const Pattern& pattern, const SplitRow& row, int frames) {
 void run_all_splits(const Pattern& pattern, int frames) {
   std::printf(
       "\n| first's share, inputs | S | b t_d | t_d, ns | counts not known: mean error of delay, S, "
-      "b | spread | counts known: mean error | spread | S is said to be low by |\n");
+      "b | spread | counts known: mean error | spread | S is reported low by |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|\n");
   for (const SplitRow& row :
        {SplitRow{0.5, 0.1, 50, 0.5}, SplitRow{0.5, 0.1, 50, 0.55}, SplitRow{0.5, 0.1, 50, 0.7},

@@ -1,4 +1,4 @@
-// What a pulse costs that is not the configured one, how surely it is noticed, and what it costs to
+// What a pulse costs that is not the configured one, how often it is noticed, and what it costs to
 // fit its width: the table docs/evidence/data/pulse-width.csv.
 //
 //   pulse_width [TRIALS [NAME]]     by default 1000 frames for each row; rows whose scene has NAME.

@@ -34,7 +34,8 @@ constexpr std::string_view hdf5_next =
     "splid check says whether it is Photon-HDF5, and splid convert then makes a PTU of it";
 
 constexpr std::string_view text_next =
-    "a list of times can become a recording (docs/guide/recording.md, \"Files that are not read\")";
+    "a list of times can become a recording (docs/guide/recording.md, \"Files that splid cannot "
+    "read\")";
 constexpr std::string_view itself_next = "name the recording itself";
 
 constexpr FileKind histogram_kind = {

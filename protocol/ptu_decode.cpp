@@ -183,7 +183,7 @@ RecordDecoder::Progress PtuDecoder::decode(std::span<const std::byte> records, s
   const bool whole = denominator_ == 1;
   const std::size_t most = whole ? out.size() : scaled_tags;
   Progress progress;
-  // A record writes at most one tag: so many at a time as there is surely room for.
+  // A record writes at most one tag: so many at a time as there is room for in any case.
   while (true) {
     const auto rest = records.subspan(progress.bytes);
     const auto room = out.subspan(progress.tags, std::min(most, out.size() - progress.tags));

@@ -195,7 +195,7 @@ RecordDecoder::Progress PtuT3Decoder::decode(std::span<const std::byte> records,
   const auto next = [&](std::size_t most) {
     return std::min(most, (records.size() - progress.bytes) / ptu_record_bytes);
   };
-  // So many at a time as there is surely room for.
+  // So many at a time as there is room for in any case.
   while (const std::size_t count = next((out.size() - progress.tags) / most_tags)) {
     progress.tags +=
         decode_records(records.data() + progress.bytes, count, out.data() + progress.tags);

@@ -227,7 +227,7 @@ RecordDecoder::Progress SpcDecoder::decode(std::span<const std::byte> records, s
     }
   };
   drain();
-  // So many at a time as there is surely room for.
+  // So many at a time as there is room for in any case.
   while (const std::size_t count = next((out.size() - progress.tags) / most_spc_tags)) {
     progress.tags +=
         decode_some(records.data() + progress.bytes, count, out.data() + progress.tags);

@@ -12,7 +12,7 @@
 //   measure_part.hpp    from a recording to slices
 //   merge_slices.hpp    from slices to a table, and the summary
 //
-// Design note: a frame hangs on all frames before it: it begins where the frame before it ended,
+// Design note: a frame depends on all frames before it: it begins where the frame before it ended,
 // the pattern's clock starts from the period before, and dead time looks back to photons of the
 // frame before. So every shard cuts its recordings into frames from their begin, and estimates the
 // frames of its own part alone. This needs no index that shards would have to wait for, and gives

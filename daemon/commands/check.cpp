@@ -95,7 +95,7 @@ void check_config(const std::string& file) {
     what = "is neither a configuration or a pattern (JSON) nor a recording; " +
            std::string(recordings_in_words) +
            ", of which the last two are told by the name's ending alone; what a file must have to "
-           "become a recording stands in docs/guide/recording.md, \"Files that are not read\"";
+           "become a recording stands in docs/guide/recording.md, \"Files that splid cannot read\"";
   }
   throw Error(Fault::data, file + ": " + what);
 }

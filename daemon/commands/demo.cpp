@@ -79,7 +79,7 @@ class ViewThread {
     }
   }
 
-  // The address is said when there is something to see.
+  // The address is printed when there is something to see.
   void hear(view::Viewing::State state, const std::string& words) const {
     if (state == view::Viewing::State::connected) {
       log_info("open {} in a browser; Ctrl-C ends the demonstration", viewing_.url());

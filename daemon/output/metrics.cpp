@@ -67,7 +67,7 @@ constexpr std::array<const char*, 9> measurements = {
 std::array<Gauge*, measurements.size()> gauges_of_measurement(Registry& registry) {
   std::array<Gauge*, measurements.size()> all{};
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i] = &gauge(registry, "splid_measurement", "1 for what comes of the last second's frames",
+    all[i] = &gauge(registry, "splid_measurement", "1 for the measurement of the status, else 0",
                     {{"state", measurements[i]}});
   }
   return all;
@@ -86,7 +86,7 @@ void show(const std::array<Gauge*, N>& all, State state) {
 std::array<Counter*, 7> frames_by_status(Registry& registry) {
   std::array<Counter*, 7> all{};
   for (std::size_t i = 1; i < all.size(); ++i) {  // 0 is not_run, which is never published
-    all[i] = &counter(registry, "splid_frames_total", "Frames published, by status",
+    all[i] = &counter(registry, "splid_frames_total", "Frames published, by their status",
                       {{"status", to_string(static_cast<FrameStatus>(i))}});
   }
   return all;
@@ -94,18 +94,18 @@ std::array<Counter*, 7> frames_by_status(Registry& registry) {
 
 Counter& tags(Registry& registry, const char* channel) {
   return counter(registry, "splid_tags_total",
-                 "Tags in frames by what their channel means, and those of channels not used",
+                 "Tags in frames by channel; ignored: on channels that are not configured",
                  {{"channel", channel}});
 }
 
 Counter& lost(Registry& registry, const char* cause) {
-  return counter(registry, "splid_tags_lost_total", "Tags lost, known counts, by cause",
-                 {{"cause", cause}});
+  return counter(registry, "splid_tags_lost_total",
+                 "Lost tags, where their number is known, by cause", {{"cause", cause}});
 }
 
 Counter& let_go(Registry& registry, security::Refusal reason) {
   return counter(registry, "splid_connections_dropped_total",
-                 "Connections let go: too many of a peer, or it sent too much",
+                 "Connections cut off. crowd: too many of a peer; flood: it sent too much",
                  {{"reason", to_string(reason)}});
 }
 
@@ -118,12 +118,12 @@ void raise(Counter& shown, std::uint64_t total) {
 
 struct Metrics::Series {
   Series(const StatusOptions& run, const std::vector<SourceCounter>& counters, double now_unix_s) {
-    gauge(*registry, "splid_build_info", "1, with what runs as labels",
+    gauge(*registry, "splid_build_info", "1; the labels name what runs",
           {{"version", SPLID_VERSION},
            {"pattern", std::filesystem::path(run.pattern_file).stem().string()},
            {"mode", to_string(run.mode)}})
         .Set(1);
-    gauge(*registry, "process_start_time_seconds", "Start of the program, UTC").Set(now_unix_s);
+    gauge(*registry, "process_start_time_seconds", "When splid started, UTC").Set(now_unix_s);
     for (const SourceCounter& source : counters) {
       drivers.push_back(&counter(*registry, source.name, source.help, source.labels));
     }
@@ -154,7 +154,7 @@ struct Metrics::Series {
   Gauge& distance_std =
       gauge(*registry, "splid_distance_std_meters", "Standard deviation of that distance");
   Gauge& velocity = gauge(*registry, "splid_velocity_meters_per_second",
-                          "Radial velocity of the last valid frame, positive away");
+                          "Velocity of the last valid frame, positive away from the lidar");
   Gauge& velocity_std = gauge(*registry, "splid_velocity_std_meters_per_second",
                               "Standard deviation of that velocity");
   Gauge& signal = gauge(*registry, "splid_signal_counts_per_pulse",
@@ -174,32 +174,33 @@ struct Metrics::Series {
   Histogram& latency =
       histogram(*registry, "splid_frame_latency_seconds",
                 "From the arrival of a frame's last tag to its publication", latency_bounds_s);
-  Histogram& compute = histogram(*registry, "splid_frame_compute_seconds", "Estimation of a frame",
-                                 compute_bounds_s);
+  Histogram& compute = histogram(*registry, "splid_frame_compute_seconds",
+                                 "Estimation of a frame on its thread", compute_bounds_s);
 
-  Counter& read = counter(*registry, "splid_tags_read_total", "Tags taken from the source");
+  Counter& read =
+      counter(*registry, "splid_tags_read_total", "Photons, syncs and markers taken from the ring");
   Counter& photons = tags(*registry, "photon");
   Counter& syncs = tags(*registry, "sync");
   Counter& markers = tags(*registry, "encoder");
   Counter& ignored = tags(*registry, "ignored");
   Counter& shared = counter(*registry, "splid_tags_shared_total",
-                            "Uses of a tag beyond its first, where markers came together");
+                            "Further uses of a record with several marker bits");
   Counter& instrument = lost(*registry, "instrument");
   Counter& ring = lost(*registry, "ring");
   Counter& late = lost(*registry, "late");
   Counter& surplus = lost(*registry, "surplus");
   Counter& discarded = lost(*registry, "discarded");
-  Counter& uncounted = counter(*registry, "splid_losses_uncounted_total",
-                               "Losses of which nobody knows how many tags they took");
-  Counter& jumps =
-      counter(*registry, "splid_stream_jumps_total", "Gaps for which no frames were made");
+  Counter& uncounted =
+      counter(*registry, "splid_losses_uncounted_total", "Losses of an unknown number of tags");
+  Counter& jumps = counter(*registry, "splid_stream_jumps_total",
+                           "Gaps so long that no frames were made for them");
   Counter& resets =
       counter(*registry, "splid_stream_resets_total", "Times the tagger's clock was set anew");
   Gauge& ring_fill = gauge(*registry, "splid_ring_fill_ratio",
                            "Highest fill of the ring in the last second, 0 to 1");
 
   Counter& missing =
-      counter(*registry, "splid_syncs_missing_total", "Pattern periods without sync");
+      counter(*registry, "splid_syncs_missing_total", "Pattern periods without a sync");
   Counter& spurious =
       counter(*registry, "splid_syncs_spurious_total", "Syncs that fit no pattern period");
   Gauge& drift = gauge(*registry, "splid_sync_drift_ratio",
@@ -208,16 +209,16 @@ struct Metrics::Series {
                         "Root mean square of the last frame's syncs about their line");
 
   std::array<Gauge*, 5> state =
-      states<DaemonState, 5>(*registry, "splid_state", "1 for the state that the daemon is in");
+      states<DaemonState, 5>(*registry, "splid_state", "1 for the state of the status, else 0");
   std::array<Gauge*, measurements.size()> measurement = gauges_of_measurement(*registry);
   std::array<Gauge*, 3> device = states<DeviceState, 3>(
-      *registry, "splid_device_state", "1 for the state that the instrument is in");
+      *registry, "splid_device_state", "1 for the state of the instrument, else 0");
   Counter& refused = counter(*registry, "splid_connections_refused_total",
-                             "Connections refused: no allowed key, or no handshake");
+                             "Connections without an allowed key, or with a bad handshake");
   Counter& crowd = let_go(*registry, security::Refusal::crowd);
   Counter& flood = let_go(*registry, security::Refusal::flood);
   Counter& unsent = counter(*registry, "splid_messages_dropped_total",
-                            "Messages sent to nobody, since sending did not keep up");
+                            "Messages dropped, since sending did not keep up");
   std::vector<Counter*> drivers;  // in the order of TagSource::counters()
 };
 

@@ -178,7 +178,7 @@ void StatusReporter::judge(const StreamHealth& health) {
   const bool is_well = status_.state == DaemonState::streaming;
   if (is_well && !health.recording_fault.empty()) status_.state = DaemonState::degraded;
   add_reason(health.recording_fault);
-  // A fault that has just come is in a notice too, and is said once.
+  // A fault that has just come is in a notice too, and is reported once.
   if (health.recording_fault.empty() ||
       stream_.notice.find(health.recording_fault) == std::string::npos) {
     add_reason(stream_.notice);

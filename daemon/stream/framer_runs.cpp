@@ -27,7 +27,7 @@ void Framer::push_in_time(std::span<const Tag> tags) {
 
 // The hot loop: stores the photons and syncs of the open frame, and skips tags on channels that are
 // not used. Where the frame has no more room for photons (keeps_photons is false), it only counts
-// these. Nothing in it hangs on whether a tag is a photon or a sync, since no processor can guess
+// these. Nothing in it depends on whether a tag is a photon or a sync, since no processor can guess
 // which comes next.
 template <bool keeps_photons>
 const Tag* Framer::take_run(const Tag* tag, const Tag* last) {
