@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "config/pixel_list.hpp"
 #include "daemon/base/sha256.hpp"
 #include "daemon/recording/recording_facts.hpp"
 #include "daemon/stream/open_source.hpp"
@@ -66,6 +67,7 @@ Meter::Meter(Config config, std::int64_t jobs, Slicing slicing)
       pipeline_(config_.pipeline),
       jobs_(config_.estimator.tracked ? pipeline_.estimation_threads : jobs),
       slicing_(config_.estimator.tracked ? Slicing::whole() : slicing) {
+  require_one_pixel(config_, "splid batch");
   const recording::TableFacts facts = recording::table_facts(config_, "");
   facts_ = {facts.program, facts.config_json, facts.pattern_json, slicing_.frames};
 }

@@ -6,12 +6,12 @@
 #include <optional>
 #include <utility>
 
-#include "config/pixel_list.hpp"
 #include "daemon/base/clock.hpp"
 #include "daemon/base/log.hpp"
 #include "daemon/stream/encoder_feed.hpp"
 #include "daemon/stream/frame_message.hpp"
 #include "daemon/stream/open_source.hpp"
+#include "daemon/stream/scene_message.hpp"
 #include "daemon/stream/stream.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
 #include "drivers/encoder/encoder_source.hpp"
@@ -39,23 +39,39 @@ class Messages {
  public:
   Messages(const Config& config, bool syncs_are_counted) : context_(frame_context(config)) {
     context_.syncs_are_counted = syncs_are_counted;
+    if (config.pixels.size() > 1) {
+      scene_.emplace(config);
+      scene_->set_syncs_are_counted(syncs_are_counted);
+    }
     auto counts = open_encoder(config.encoder, config.source.get());
     if (counts) encoder_.emplace(std::move(counts), config.encoder, host_clock());
   }
 
-  FrameMessage of(const EstimationUnit& unit) {
-    const Frame& frame = unit.frame;
-    const auto reference = encoder_ ? encoder_->reference(frame) : std::nullopt;
-    const auto waited_ns = host_clock().steady_ns() - frame.arrival_ns;
-    FrameMessage message = make_frame_message(
-        frame, unit.estimate, context_,
-        {unit.mid_unix_s, unit.compute_ms, static_cast<double>(waited_ns) / 1e6, unit.effort});
-    message.reference = reference;
-    return message;
+  void give(const EstimationUnit& unit, const TakeFrame& take) {
+    const auto waited_ns = host_clock().steady_ns() - unit.frame.arrival_ns;
+    const double waited_ms = static_cast<double>(waited_ns) / 1e6;
+    if (!scene_) {
+      give_frame(unit, waited_ms, take);
+    } else if (unit.wanted) {
+      for (const SceneMessage::Pixel& pixel : scene_->make(unit, waited_ms).pixels) {
+        take(pixel.frame);
+      }
+    }
   }
 
  private:
+  // A frame that is not wanted has a message too, since the reference counts every frame.
+  void give_frame(const EstimationUnit& unit, double waited_ms, const TakeFrame& take) {
+    const Frame& frame = unit.frame;
+    const auto reference = encoder_ ? encoder_->reference(frame) : std::nullopt;
+    FrameMessage message = make_frame_message(
+        frame, unit.estimate, context_, {unit.mid_unix_s, unit.compute_ms, waited_ms, unit.effort});
+    message.reference = reference;
+    if (unit.wanted) take(message);
+  }
+
   FrameContext context_;
+  std::optional<SceneMaker> scene_;  // of several pixels
   std::optional<EncoderFeed> encoder_;
 };
 
@@ -79,7 +95,6 @@ void read_from(const std::string& recording, const std::string& counts, double s
 
 void measure_frames(const Config& config, std::unique_ptr<TagSource> source, const TakeFrame& take,
                     const GoOn& go_on, FrameChoice wanted) {
-  require_one_pixel(config, "splid batch, as the Python module,");
   Messages messages(config, source->info().syncs_are_counted);
   StreamOptions options = stream_options(config);
   options.wanted = std::move(wanted);
@@ -89,9 +104,7 @@ void measure_frames(const Config& config, std::unique_ptr<TagSource> source, con
   stream.start();
   while (!stream.ended()) {
     if (const EstimationUnit* unit = stream.next()) {
-      // A frame that is not wanted has a message too, since the reference counts every frame.
-      const FrameMessage message = messages.of(*unit);
-      if (unit->wanted) take(message);
+      messages.give(*unit, take);
       ++counts.frames;
       counts.locked_frames += unit->frame.sync.locked ? 1 : 0;
       stream.release();

@@ -25,7 +25,8 @@ namespace splid {
 void read_from(const std::string& recording, const std::string& counts, double speed,
                Config& config);
 
-// Takes each frame's message, in order.
+// Takes each frame's message, in order; of several pixels those of a frame one after the other, in
+// the order of the configuration.
 using TakeFrame = std::function<void(const FrameMessage&)>;
 // Asked between two frames, and at least twenty times a second. Returns false to end the stream.
 using GoOn = std::function<bool()>;

@@ -16,6 +16,7 @@
 #include "drivers/replay/replay.hpp"
 #include "protocol/error.hpp"
 #include "protocol/json_value.hpp"
+#include "tests/support/field_scene.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace splid {
@@ -74,6 +75,23 @@ TEST(ReplayFrames, AreTheSameWhereOthersAreNotEstimated) {
     ASSERT_TRUE(some[i].distance_m.has_value());
     EXPECT_EQ(some[i].distance_m, whole.distance_m);
     EXPECT_EQ(some[i].std_velocity_mps, whole.std_velocity_mps);
+  }
+}
+
+TEST(ReplayFrames, OfSeveralPixelsComeOneAfterTheOther) {
+  constexpr std::size_t pixels = 3;
+  const Config config = test::with_pixels(golden_config(), test::pixels_of(pixels));
+  std::vector<FrameMessage> frames;
+  measure_frames(
+      config, test::script(test::field_tags(pixels, 0.12, config.pattern)),
+      [&frames](const FrameMessage& message) { frames.push_back(message); }, [] { return true; });
+  ASSERT_GE(frames.size(), 2 * pixels);
+  for (std::size_t i = 0; i < 2 * pixels; ++i) {
+    const std::size_t pixel = i % pixels;
+    EXPECT_EQ(frames[i].pixel, std::to_string(pixel + 1));
+    EXPECT_EQ(frames[i].sequence, i / pixels);
+    EXPECT_EQ(frames[i].status, FrameStatus::ok);
+    EXPECT_NEAR(frames[i].distance_m.value_or(0), 30 + 3 * static_cast<double>(pixel), 0.3);
   }
 }
 
