@@ -248,6 +248,7 @@ int parse_and_run(int argc, char** argv) {
   add_check(app, action);
   add_pattern(app, action);
   add_calibrate(app, action);
+  add_cloud(app, action);
   add_plot(app, action);
   add_tradeoff(app, action);
   add_devices(app, action);

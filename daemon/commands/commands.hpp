@@ -41,6 +41,7 @@ void add_demo(CLI::App& app, Action& action);
 void add_check(CLI::App& app, Action& action);
 void add_pattern(CLI::App& app, Action& action);
 void add_calibrate(CLI::App& app, Action& action);
+void add_cloud(CLI::App& app, Action& action);
 void add_plot(CLI::App& app, Action& action);
 void add_tradeoff(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
