@@ -1,0 +1,131 @@
+"""The velocity of a sensor that moves through a room, solved from the clouds of `splid cloud`."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+TYPES = {("F", 4): "<f4", ("F", 8): "<f8", ("U", 4): "<u4"}
+COLUMNS, ROWS = 10, 6
+AZIMUTHS = np.linspace(-63, 63, COLUMNS)  # degrees, to the right
+ELEVATIONS = np.linspace(25, -25, ROWS)
+FIRST_MIDDLE_S = 0.025  # of the first frame
+
+SENSOR_VELOCITY = np.array([8.0, -1.5, 0.4])  # m/s: ahead, to the left, up
+TURN = np.array([0.05, -0.1, 0.3])  # rad/s
+# The room about the sensor: n x = c, m.
+WALLS = [((1, 0, 0), 14), ((0, 1, 0), 6), ((0, -1, 0), 9), ((0, 0, 1), 4), ((0, 0, -1), 3)]
+
+
+def read_pcd(file):
+    """A binary PCD as an array of its fields."""
+    head, _, data = file.read_bytes().partition(b"DATA binary\n")
+    lines = dict(line.split(" ", 1) for line in head.decode().splitlines() if line[0] != "#")
+    kinds = zip(lines["TYPE"].split(), map(int, lines["SIZE"].split()))
+    fields = list(zip(lines["FIELDS"].split(), (TYPES[kind] for kind in kinds)))
+    return np.frombuffer(data, dtype=fields, count=int(lines["POINTS"]))
+
+
+def directions():
+    """Of the pixels, row by row from the upper left."""
+    elevation, azimuth = np.radians(np.meshgrid(ELEVATIONS, AZIMUTHS, indexing="ij"))
+    return np.stack([np.cos(elevation) * np.cos(azimuth), -np.cos(elevation) * np.sin(azimuth),
+                     np.sin(elevation)], axis=-1).reshape(-1, 3)
+
+
+def cloud_of(distances, velocities, seconds, program, folder):
+    """The cloud of a field whose pixels see these distances, m, in the middle of the first frame."""
+    inputs, pixels = [], []
+    for k, (row, column) in enumerate(itertools.product(range(ROWS), range(COLUMNS))):
+        angles = {"azimuth_deg": AZIMUTHS[column], "elevation_deg": ELEVATIONS[row]}
+        pixels.append({"input": k + 1, **angles})
+        inputs.append({"input": k + 1, **angles, "velocity_mps": velocities[k],
+                       "distance_m": distances[k] - velocities[k] * FIRST_MIDDLE_S})
+    config = {
+        "schema": "splid.config", "v": [1, 0],
+        "source": {"driver": "simulator", "pace": "max",
+                   "array": {"columns": COLUMNS, "rows": ROWS, "pitch_deg": 1, "inputs": inputs}},
+        "pattern": {"file": str(ROOT / "config" / "patterns" / "interleaved-180-189.json")},
+        "scene": {"max_speed_mps": 20}, "pixels": pixels}
+    (folder / "room.json").write_text(json.dumps(config))
+    for arguments in (("simulate", "--seconds", seconds, "--output", folder / "room.ptu"),
+                      ("cloud", folder / "room.ptu", "--output", folder / "room.pcd")):
+        done = program.run(*arguments, "--config", folder / "room.json")
+        assert done.returncode == 0, done.stderr
+    return read_pcd(folder / "room.pcd")
+
+
+def solved(rows, values, stds):
+    """Weighted least squares: the solution and its covariance."""
+    weighted = rows / stds[:, None]
+    covariance = np.linalg.inv(weighted.T @ weighted)
+    return covariance @ weighted.T @ (values / stds), covariance
+
+
+def squared_pull(solution, truth, covariance):
+    """As chi-squared, of as many degrees of freedom as the solution has values."""
+    return (solution - truth) @ np.linalg.solve(covariance, solution - truth)
+
+
+def places(cloud):
+    return np.stack([cloud["x"], cloud["y"], cloud["z"]], axis=-1).astype(float)
+
+
+def ego_velocity(cloud):
+    """What Doppler odometry minimises: v + d v_s, each point weighted by its own deviation."""
+    d = places(cloud)
+    d /= np.linalg.norm(d, axis=1)[:, None]
+    return solved(d, -cloud["radial_velocity"], cloud["std_radial_velocity"])
+
+
+def test_surfaces_that_face_the_sensor_give_its_velocity(program, tmp_path):
+    d = directions()
+    distances = np.random.default_rng(1).uniform(5, 40, len(d))
+    cloud = cloud_of(distances, -d @ SENSOR_VELOCITY, 0.52, program, tmp_path)
+    times = np.unique(cloud["time"])
+    assert len(times) >= 10 and len(cloud) >= 0.99 * len(times) * len(d)
+    pulls = []
+    for time in times:
+        velocity, covariance = ego_velocity(cloud[cloud["time"] == time])
+        pulls.append(squared_pull(velocity, SENSOR_VELOCITY, covariance))
+        assert np.sqrt(np.diag(covariance)).max() < 0.05
+    # Of 3 degrees of freedom each: 30 with a deviation of 7.7 for ten frames.
+    expected = 3 * len(pulls)
+    assert sum(pulls) == pytest.approx(expected, abs=4 * np.sqrt(2 * expected))
+
+
+def facing(points):
+    """The normal of the plane through points, away from the sensor."""
+    normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
+    return normal * np.sign(normal @ points[0])
+
+
+def test_walls_give_velocity_and_turn_with_their_normals(program, tmp_path):
+    d = directions()
+    normals, offsets = (np.array(side, dtype=float) for side in zip(*WALLS))
+    with np.errstate(divide="ignore"):
+        reach = np.where(d @ normals.T > 1e-9, offsets / (d @ normals.T), np.inf)
+    wall, distances = reach.argmin(axis=1), reach.min(axis=1)
+    n = normals[wall]
+    # How the distance along a pixel changes while the sensor moves and turns.
+    moves = SENSOR_VELOCITY + np.cross(TURN, distances[:, None] * d)
+    velocities = -(n * moves).sum(axis=1) / (n * d).sum(axis=1)
+    cloud = cloud_of(distances, velocities, 0.052, program, tmp_path)
+    assert len(cloud) >= 58
+    points, of_wall = places(cloud), wall[cloud["pixel"]]
+    found = np.zeros_like(points)
+    for k in np.unique(of_wall):
+        assert np.sum(of_wall == k) >= 4
+        found[of_wall == k] = facing(points[of_wall == k])
+    along = (found * points).sum(axis=1) / np.linalg.norm(points, axis=1)
+    motion, covariance = solved(np.hstack([found, np.cross(points, found)]),
+                                -along * cloud["radial_velocity"],
+                                along * cloud["std_radial_velocity"])
+    # Of 6 degrees of freedom: 1e-5 of chance.
+    assert squared_pull(motion, np.hstack([SENSOR_VELOCITY, TURN]), covariance) < 32
+    assert np.sqrt(np.diag(covariance))[:3].max() < 0.1
+    # An oblique wall slides along under a pixel, of which v + d v_s knows nothing.
+    velocity, covariance = ego_velocity(cloud)
+    assert squared_pull(velocity, SENSOR_VELOCITY, covariance) > 1000
