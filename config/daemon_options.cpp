@@ -63,16 +63,12 @@ std::optional<std::string> control_fault(std::string_view endpoint) {
 
 void ChannelOptions::describe(OptionVisitor& visitor) {
   visitor.channels("photon", photon,
-                   "the detector's inputs; several are one detector split over inputs");
-  visitor.numbers(
-      "delays_ps", delays_ps, {-most_delay_ps, most_delay_ps},
-      "by how much later than the others' each photon input's tags come, such as by a "
-      "longer cable, ps, one value for each input; taken off their times. splid calibrate finds "
-      "them");
-  visitor.channel("sync", sync,
-                  "where the pattern generator's sync comes in, one a pattern period");
-  visitor.channel("encoder", encoder,
-                  "where the encoder's sample clock comes in; \"\" where there is none");
+                   "inputs of the detector; several inputs count as one detector");
+  visitor.numbers("delays_ps", delays_ps, {-most_delay_ps, most_delay_ps},
+                  "delay of each photon input, such as by a longer cable, ps, subtracted from its "
+                  "times; splid calibrate finds the delays");
+  visitor.channel("sync", sync, "channel of the pattern syncs, one for each pattern period");
+  visitor.channel("encoder", encoder, "channel of the encoder's sample clock; \"\": none");
 }
 
 std::vector<std::string> ChannelOptions::photon_names() const {
@@ -106,25 +102,25 @@ void FrameOptions::describe(OptionVisitor& visitor) {
   visitor.number("length_ms", length_ms, {0.1, 60000},
                  "length of a frame, rounded to a whole number of pattern periods, ms");
   visitor.number("min_seen_fraction", min_seen_fraction, {0, 1},
-                 "a frame of which less was seen, because tags were lost, is incomplete");
+                 "a frame of which a smaller fraction was seen, as tags were lost, is incomplete");
 }
 
 void RecordOptions::describe(OptionVisitor& visitor) {
   visitor.path("folder", folder,
-               "where splid run keeps the tags that it measures from, in files for splid replay, "
-               "and removes its oldest; made where it is not there; \"\": nowhere");
+               "folder for the recordings of splid run, made if it is not there; the oldest are "
+               "removed; \"\": none");
   static constexpr std::array<const char*, 2> times = {"always", "asked"};
   choose(visitor, "when", when, times,
-         "always: from the start; asked: once splid ctl record start asks for it");
+         "always: from the start; asked: after splid ctl record start");
   static constexpr std::array<const char*, 3> tables = {"off", "h5", "csv"};
   choose(visitor, "frames", frames, tables,
-         "h5, csv: beside each recording, its frames as a table, HDF5 or text, in "
-         "RECORDING.frames.h5 or .csv, of splid record too; off: no table");
+         "h5, csv: table of the frames beside each recording, of splid record too, as HDF5 or "
+         "text; off: none");
   visitor.number("max_file_mib", max_file_mib, {1, 1e6},
-                 "size from which on a new file is begun, MiB");
-  visitor.number("max_file_s", max_file_s, {1, 1e6}, "time that a file holds at most, s");
+                 "size of a file, MiB; then a new file begins");
+  visitor.number("max_file_s", max_file_s, {1, 1e6}, "length of a file, s; then a new file begins");
   visitor.number("max_folder_gib", max_folder_gib, {0.004, 1e6},
-                 "room of all recordings in the folder, GiB");
+                 "size of all recordings in the folder, GiB");
 }
 
 std::optional<OptionFault> RecordOptions::validate() const {
@@ -138,20 +134,18 @@ std::optional<OptionFault> RecordOptions::validate() const {
 
 void PipelineOptions::describe(OptionVisitor& visitor) {
   visitor.integer("ring_capacity_tags", ring_capacity_tags, 1024, 268'435'456,
-                  "tags of 16 bytes that fit between source and framer");
+                  "capacity of the ring between source and framer, tags of 16 bytes");
   visitor.integer("estimation_threads", estimation_threads, 1, 64,
-                  "frames that are estimated at the same time");
+                  "number of frames estimated at the same time");
 }
 
 void PublishOptions::describe(OptionVisitor& visitor) {
-  visitor.text(
-      "endpoint", endpoint,
-      "where subscribers connect: tcp://127.0.0.1:PORT or ipc://PATH; beyond this machine, "
-      "such as tcp://*:PORT, with the keys of security");
-  visitor.text(
-      "local_endpoint", local_endpoint,
-      "where viewers on this machine that have no keys connect too, tcp://127.0.0.1:PORT or "
-      "ipc://PATH; empty: nowhere");
+  visitor.text("endpoint", endpoint,
+               "endpoint for subscribers: tcp://127.0.0.1:PORT or ipc://PATH; for other machines, "
+               "such as tcp://*:PORT, with the keys of security");
+  visitor.text("local_endpoint", local_endpoint,
+               "second endpoint, for viewers on this machine without keys: tcp://127.0.0.1:PORT or "
+               "ipc://PATH; empty: none");
 }
 
 std::optional<OptionFault> PublishOptions::validate() const {
@@ -174,12 +168,12 @@ std::optional<OptionFault> PublishOptions::validate() const {
 
 void ControlOptions::describe(OptionVisitor& visitor) {
   visitor.text("endpoint", endpoint,
-               "where splid ctl asks: ipc:///PATH, a socket of this machine that its owner alone "
-               "can use, or tcp://HOST:PORT with allow_list; auto: /run/splid/control.sock for the "
-               "service, see docs/guide/control.md; off: nowhere");
+               "endpoint for splid ctl: ipc:///PATH, a socket for its owner only, or "
+               "tcp://HOST:PORT with allow_list; auto: /run/splid/control.sock for the service, "
+               "see docs/guide/control.md; off: none");
   visitor.path("allow_list", allow_list,
-               "for tcp://: public keys that may control, a line each: KEY name; read again on "
-               "SIGHUP; takes security.server_key");
+               "for tcp://: file of the public keys that may control, a line each: KEY name; read "
+               "again on SIGHUP; needs security.server_key");
 }
 
 std::optional<OptionFault> ControlOptions::validate() const {
@@ -201,12 +195,12 @@ std::optional<OptionFault> ControlOptions::validate() const {
 }
 
 void MetricsOptions::describe(OptionVisitor& visitor) {
-  visitor.path("file", file,
-               "written anew once a second, for node_exporter's textfile collector, which takes "
-               "names that end in .prom");
+  visitor.path(
+      "file", file,
+      "file for node_exporter's textfile collector, written once a second; its name ends in .prom");
   visitor.text("http", http,
-               "where Prometheus asks for /metrics, on this machine only: 127.0.0.1:PORT, such as "
-               "127.0.0.1:9873; empty: nowhere");
+               "address of /metrics for Prometheus, on this machine only, such as 127.0.0.1:9873; "
+               "empty: none");
 }
 
 std::optional<OptionFault> MetricsOptions::validate() const {

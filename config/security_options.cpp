@@ -10,12 +10,13 @@ namespace splid {
 void SecurityOptions::describe(OptionVisitor& visitor) {
   static constexpr std::array<const char*, 2> in_words = {"no", "anyone on the network may read"};
   visitor.path("server_key", server_key,
-               "the server's secret key, made by splid keys and readable by the service alone; "
-               "with it publish.endpoint speaks CURVE to those whom allow_list names");
-  visitor.path("allow_list", allow_list,
-               "public keys that may connect, a line each: KEY name; read again on SIGHUP");
+               "file of the server's secret key, made by splid keys and readable by the service "
+               "only; with it publish.endpoint speaks CURVE with the keys of allow_list");
+  visitor.path(
+      "allow_list", allow_list,
+      "file of the public keys that may connect, a line each: KEY name; read again on SIGHUP");
   choose(visitor, "unprotected", unprotected, in_words,
-         "what publish.endpoint may be without server_key when it is not on this machine");
+         "allows a publish.endpoint for other machines without server_key");
 }
 
 std::optional<OptionFault> SecurityOptions::validate() const {

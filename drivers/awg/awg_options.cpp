@@ -30,7 +30,7 @@ void Options::describe(OptionVisitor& visitor) {
   visitor.number("pulse_width_ns", pulse_width_ns, {0.01, 1e6},
                  "width of a trigger pulse, ns; played as a whole number of samples");
   visitor.number("min_spacing_ns", min_spacing_ns, {0.01, 1e6},
-                 "least time from pulse to pulse that the laser stands, ns");
+                 "least time between two pulses that the laser allows, ns");
   visitor.number("pulse_v", pulse_v, {-5, 5}, "level of a pulse into 50 ohm, V");
   visitor.number("rest_v", rest_v, {-5, 5}, "level between pulses into 50 ohm, V");
   visitor.number("marker_width_ns", marker_width_ns, {0.01, 1e6},

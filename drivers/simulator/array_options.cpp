@@ -21,9 +21,9 @@ void describe_input(ArrayInput& input, OptionVisitor& visitor) {
   visitor.number("delay_ps", input.delay_ps, {0, 1e7}, "delay of its cable, ps");
   visitor.number("dark_per_s", input.dark_per_s, {0, 1e9}, "its dark counts a second");
   visitor.number("distance_m", input.distance_m, {0, max_distance_m},
-                 "distance at the start of what it looks at, m; absent: the nearest surface");
+                 "distance of its target at the start, m; absent: the nearest surface");
   visitor.number("velocity_mps", input.velocity_mps, {-max_speed_mps, max_speed_mps},
-                 "velocity of it, where distance_m is given, m/s");
+                 "velocity of that target, with distance_m, m/s");
   visitor.number("signal_per_pulse", input.signal_per_pulse, {0, 1e3},
                  "mean detections of a pulse of amplitude 1; absent: the surface's");
 }
@@ -57,8 +57,9 @@ void ArrayOptions::describe(OptionVisitor& visitor) {
       "picture", [this](OptionVisitor& members) { picture.describe(members); },
       "pictures of distance and velocity that the pixels look at, as a plane of any shape");
   visitor.number("crosstalk_probability", crosstalk_probability, {0, 0.9},
-                 "detections that make a detection in a pixel beside, above or below");
-  visitor.number("crosstalk_ns", crosstalk_ns, {0, 1e4}, "mean time from the one to the other, ns");
+                 "probability that a detection makes another in a neighbouring pixel");
+  visitor.number("crosstalk_ns", crosstalk_ns, {0, 1e4},
+                 "mean time between the two detections, ns");
 }
 
 std::optional<OptionFault> ArrayOptions::validate(std::int64_t first_input) const {

@@ -8,17 +8,16 @@
 namespace splid::simulator {
 
 void DetectorModel::describe(OptionVisitor& visitor) {
-  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
-                 "time after each detection in which the detector is blind, ns");
+  visitor.number("dead_time_ns", dead_time_ns, {0, 1e6}, "dead time after each detection, ns");
   visitor.number("afterpulse_probability", afterpulse_probability, {0, 0.9},
-                 "detections that are followed by one without light");
+                 "probability of an afterpulse after a detection");
   visitor.number("afterpulse_ns", afterpulse_ns, {0, 1e6},
-                 "mean time from the end of the dead time to that afterpulse, ns");
+                 "mean time from the end of the dead time to the afterpulse, ns");
   visitor.pairs("walk", walk, {Bounds{0, 1e6}, Bounds{0, 1e4}},
-                "timing walk: waits since the detection before, ns, and by how much a detection "
-                "after such a wait is late, ps; linear in between, none behind the last");
+                "timing walk, rows of [wait, delay]: wait since the last detection, ns, and delay "
+                "of the detection after it, ps; linear in between, 0 above the last");
   visitor.integer("inputs", inputs, 1, 8,
-                  "detectors that the light is split over, on inputs from photon_input on; each "
+                  "number of detectors that share the light, on inputs from photon_input on; each "
                   "has its own dead time");
 }
 

@@ -25,7 +25,7 @@ void describe_light(Options& options, OptionVisitor& visitor) {
   visitor.number("sigma_ps", detection.sigma_ps, {0, 1e6},
                  "standard deviation of a detection's time, pulse and detector together, ps");
   visitor.number("tail_fraction", detection.tail_fraction, {0, 1},
-                 "laser detections that an exponential delay is added to");
+                 "fraction of the laser's detections with an exponential delay");
   visitor.number("tail_ps", detection.tail_ps, {0, 1e7}, "mean of that delay, ps");
   visitor.number("emission_jitter_ps", detection.emission_jitter_ps, {0, 1e6},
                  "standard deviation of a pulse's emission time, ps");
@@ -36,12 +36,11 @@ void describe_light(Options& options, OptionVisitor& visitor) {
 void describe_clocks(Options& options, OptionVisitor& visitor) {
   const double max_ppm = max_drift_ppm;
   visitor.number("drift_ppm", options.drift_ppm, {-max_ppm, max_ppm},
-                 "pattern period in the tagger's clock against the calibrated one, ppm");
+                 "pattern period in the tagger's clock over the calibrated period, less 1, ppm");
   visitor.number("drift_ramp_ppm_per_s", options.drift_ramp_ppm_per_s, {-100, 100},
                  "change of the drift, ppm a second, until it is 1000 ppm either way");
-  visitor.number(
-      "tagger_ppm", options.tagger_ppm, {-max_ppm, max_ppm},
-      "by which the tagger's clock is fast: an echo takes so much more of its time, ppm");
+  visitor.number("tagger_ppm", options.tagger_ppm, {-max_ppm, max_ppm},
+                 "how fast the tagger's clock goes: delays are longer in this clock, ppm");
   visitor.number("encoder_rate_hz", options.encoder_rate_hz, {0, 1e7},
                  "sample clock of an encoder on marker 1, Hz; 0: none");
   visitor.number("encoder_start_s", options.encoder_start_s, {0, 1e6},
@@ -49,7 +48,7 @@ void describe_clocks(Options& options, OptionVisitor& visitor) {
   visitor.integer("start_ps", options.start_ps, -4'000'000'000'000'000'000,
                   4'000'000'000'000'000'000, "tagger's clock at the stream's start, ps");
   visitor.integer("seed", options.seed, 0, std::numeric_limits<std::int64_t>::max(),
-                  "of the random numbers; one seed gives one stream");
+                  "seed of the random numbers; the same seed makes the same stream");
 }
 
 }  // namespace
@@ -58,8 +57,7 @@ void FogOptions::describe(OptionVisitor& visitor) {
   visitor.number("counts_per_pulse", counts_per_pulse, {0, 1e3},
                  "mean detections of a pulse of amplitude 1, from all of its depth; 0: no fog");
   visitor.number("distance_m", distance_m, {0, max_distance_m}, "where it begins, m");
-  visitor.number("depth_m", depth_m, {1e-3, 1e6},
-                 "mean way from there to where the light is sent back, m");
+  visitor.number("depth_m", depth_m, {1e-3, 1e6}, "mean depth of its returns behind distance_m, m");
 }
 
 void Options::describe(OptionVisitor& visitor) {
@@ -75,9 +73,7 @@ void Options::describe(OptionVisitor& visitor) {
         member.number("signal_per_pulse", other.signal_per_pulse, {0, 1e3},
                       "mean detections of a pulse of amplitude 1 from this target");
       },
-      more_targets.size(),
-      "further targets, each of which sends back light of its own, as a window before the target "
-      "does");
+      more_targets.size(), "further targets, such as a window before the target");
   visitor.object(
       "fog", [this](OptionVisitor& members) { fog.describe(members); },
       "fog or haze: a smooth return without a surface");

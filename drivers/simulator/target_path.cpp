@@ -75,11 +75,10 @@ void TargetOptions::describe(OptionVisitor& visitor) {
       },
       points.size(), "points: at least two, in the order of time");
   visitor.number("depth_m", depth_m, {0, 1e4},
-                 "the target sends back light from distance_m on to so much further, evenly, m; "
-                 "0: from one surface");
+                 "depth of the target behind distance_m, evenly lit, m; 0: one surface");
   visitor.number("edge_period_s", edge_period_s, {0, 1e9},
-                 "the light comes from the front and the back of depth_m alone, as of a beam that "
-                 "goes to and fro over an edge, once in so many s; 0: no edge");
+                 "period of a beam that goes to and fro over an edge: light comes from the front "
+                 "and the back of depth_m only, s; 0: no edge");
 }
 
 std::optional<OptionFault> TargetOptions::validate() const {

@@ -21,51 +21,45 @@ constexpr std::array<const char*, 2> width_names = {"fixed", "fitted"};
 const char* to_string(Effort effort) { return effort_names.at(static_cast<std::size_t>(effort)); }
 
 void SceneOptions::describe(OptionVisitor& visitor) {
-  choose(
-      visitor, "motion", motion, motion_names,
-      "static: velocity is zero and not estimated, a frame whose target moves has status "
-      "no_target; "
-      "moving: always estimated; auto: estimated, and "
-      "reported as zero where the photons do not ask for it, and with an acceleration where they "
-      "do ask for that; accelerating: velocity and acceleration are always estimated");
+  choose(visitor, "motion", motion, motion_names,
+         "static: velocity is zero, and a frame whose target moves is no_target; moving: velocity "
+         "is estimated; accelerating: velocity and acceleration are estimated; auto: each of them "
+         "only in frames that show it");
   visitor.number("max_speed_mps", max_speed_mps, {0, 30000},
-                 "largest speed along the line of sight that is searched, m/s");
-  visitor.number(
-      "max_acceleration_mps2", max_acceleration_mps2, {0, 1e5},
-      "accelerating, auto: largest acceleration along the line of sight that is searched, "
-      "m/s²");
+                 "largest speed along the line of sight that the search covers, m/s");
+  visitor.number("max_acceleration_mps2", max_acceleration_mps2, {0, 1e5},
+                 "accelerating, auto: largest acceleration along the line of sight that the search "
+                 "covers, m/s²");
   visitor.number("range_offset_m", range_offset_m, {-1e7, 1e7},
-                 "subtracted from every distance: cables, fibres, electronics, m");
+                 "offset of cables, fibres and electronics, subtracted from every distance, m");
   visitor.integer("targets", targets, 1, static_cast<std::int64_t>(most_targets),
-                  "surfaces that may send light back in one frame, as a window does before the "
-                  "target; with more than 1, a frame lists all that it shows");
+                  "largest number of targets in a frame, such as a window and what is behind it; "
+                  "with more than 1, frames list their targets");
   visitor.flag("rigid", rigid,
-               "pixels that see one rigid body share a velocity, each with its own distance; where "
-               "pixels have directions, the body may turn");
+               "pixels that see the same rigid body share a velocity; a body seen by pixels with "
+               "directions may turn");
   visitor.flag("pool", pool,
-               "a pixel with too few photons is estimated from those of 3 x 3 pixels about it, or "
-               "of 5 x 5; pixels need directions");
+               "a pixel with too few photons takes those of the 3 x 3 or 5 x 5 pixels about it; "
+               "pixels need directions");
 }
 
 void EstimatorOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "method", method, method_names,
-         "search: over all delays and velocities; paper: as [P] does, for comparison, which knows "
-         "neither several targets nor an acceleration");
+         "search: over all delays and velocities; paper: the method of [P], for comparison, "
+         "without several targets and acceleration");
   choose(visitor, "effort", effort, effort_names,
-         "balanced: where nothing significant shows, the search looks again with finer cells; "
-         "fast: it "
-         "does not");
+         "balanced: a frame without a significant target is searched again with finer cells; fast: "
+         "once only");
   visitor.flag("tracked", tracked,
-               "a frame first looks where the one before found its target, and searches where "
-               "it is not there, and every 20th frame");
+               "a frame first tries the target of the frame before; it is searched if the target "
+               "is not there, and every 20 frames");
   choose(visitor, "findings", findings, findings_names,
-         "on: each target's light is compared with richer models, and a frame's findings name "
-         "what explains it better; off: saves their time");
+         "on: richer models are tried on each target's photons, and findings name those that "
+         "explain them better; off: saves that time");
   visitor.number("false_alarm_rate", false_alarm_rate, {1e-12, 0.5},
-                 "fraction of frames without a target that may claim one");
+                 "fraction of frames without a target that may report a target");
   visitor.number("range_risk", range_risk, {1e-12, 0.5},
-                 "a frame whose range is wrong with a greater chance than this has status "
-                 "ambiguous");
+                 "a frame whose range is wrong with a greater probability is ambiguous");
 }
 
 // Motion automatic goes with the method of [P]: the photons decide whether the target moves, and no
@@ -90,12 +84,12 @@ std::optional<OptionFault> EstimatorOptions::validate(const SceneOptions& scene)
 
 void PulseOptions::describe(OptionVisitor& visitor) {
   choose(visitor, "shape", shape, shape_names,
-         "gaussian; tabulated takes the shape that the pattern file holds");
+         "gaussian, or tabulated: the shape in the pattern file");
   visitor.number("sigma_ps", sigma_ps, {1, 1e6},
-                 "standard deviation of a gaussian detected pulse, ps");
+                 "standard deviation of a Gaussian detected pulse (laser, detector, tagger), ps");
   choose(visitor, "width", width, width_names,
-         "fixed: as sigma_ps or the table says; fitted: the pulse's width is estimated in "
-         "each frame (pulse_sigma_ps), from a quarter of the configured one to four times that");
+         "fixed: the configured width; fitted: each frame estimates the width (pulse_sigma_ps), "
+         "from a quarter to four times the configured width");
 }
 
 std::optional<OptionFault> PulseOptions::validate(const EstimatorOptions& estimator) const {
@@ -107,15 +101,15 @@ std::optional<OptionFault> PulseOptions::validate(const EstimatorOptions& estima
 
 void DetectorOptions::describe(OptionVisitor& visitor) {
   visitor.number("dead_time_ns", dead_time_ns, {0, 1e6},
-                 "time after each detection in which the detector sees nothing, and which light in "
-                 "that time does not prolong, ns; 0: not known");
+                 "dead time of the detector after each detection, which light does not prolong, "
+                 "ns; 0: not known");
   choose(visitor, "dead_time", dead_time, dead_time_names,
-         "modelled: the estimate takes the dead time into account where it matters; flagged: "
-         "frames in which the dead time would bias the result are saturated");
+         "modelled: the likelihood has the dead time, where it matters; flagged: frames that the "
+         "dead time biases are saturated");
   visitor.pairs("walk", walk, {Bounds{0, 1e6}, Bounds{-1e4, 1e4}},
-                "timing walk: waits since the detection before on the same input, ns, ascending, "
-                "and by how much a detection after such a wait comes late, ps; linear in between, "
-                "as in the first row before it, and nothing behind the last");
+                "timing walk, rows of [wait, delay]: wait since the last detection on the same "
+                "input, ns, ascending, and delay of the detection after it, ps; linear in between, "
+                "constant below the first row, 0 above the last");
 }
 
 std::optional<OptionFault> DetectorOptions::validate() const {
@@ -139,8 +133,8 @@ void DriftOptions::describe(OptionVisitor& visitor) {
       "regression: line through all syncs; endpoints: first and last sync (Eq. 19, 20); off: the "
       "calibrated period");
   choose(visitor, "reference", reference, reference_names,
-         "whose oscillator is the better one, and distances are in its clock: the tagger's, or the "
-         "pattern's, whose period is then just what the pattern file says");
+         "clock with the better oscillator, which distances are measured in: the tagger's, or the "
+         "pattern generator's, with the period in the pattern file");
 }
 
 std::optional<OptionFault> DriftOptions::validate() const {
