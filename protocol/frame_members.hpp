@@ -23,7 +23,7 @@ void describe_deviations(Values& values, Visitor& see) {
   constexpr bool is_frame = std::same_as<std::remove_const_t<Values>, FrameMessage>;
   see.number({"distance_m", "m", "standard deviation of the distance"}, values.std_distance_m);
   see.number({"velocity_mps", "m/s",
-              "standard deviation of the velocity; none where the target is taken to be at rest"},
+              "standard deviation of the velocity; left out if the target is taken to be at rest"},
              values.std_velocity_mps);
   if constexpr (is_frame) {
     see.number({"acceleration_mps2", "m/s2", "standard deviation of the acceleration"},
@@ -32,10 +32,10 @@ void describe_deviations(Values& values, Visitor& see) {
   see.number({"signal_per_pulse", "counts/pulse", "standard deviation of the signal"},
              values.std_signal_per_pulse);
   if constexpr (is_frame) {
-    see.number({"background_per_s", "counts/s",
-                "standard deviation of the background; of a background of 0, which can only be too "
-                "low, one photon in the time seen"},
-               values.std_background_per_s);
+    see.number(
+        {"background_per_s", "counts/s",
+         "standard deviation of the background; of a background of 0, one photon in the time seen"},
+        values.std_background_per_s);
     see.number({"pulse_sigma_ps", "ps", "standard deviation of the pulse's width"},
                values.std_pulse_sigma_ps);
   }
@@ -44,13 +44,12 @@ void describe_deviations(Values& values, Visitor& see) {
 template <class Finding, class Visitor>
 void describe_finding(Finding& finding, Visitor& see) {
   see.text({"name", "", "[what it is](#findings)"}, finding.name);
-  see.number({"value", "", "how much of it there is, in its unit"}, finding.value);
-  see.number({"std", "", "one standard deviation of the value"}, finding.std);
-  see.text_if_any({"unit", "", "of the value; left out where that is a ratio"}, finding.unit);
-  see.number({"gain_nats", "nats", "log-likelihood gained by it over the configured model"},
+  see.number({"value", "", "size of the deviation from the model, in its unit"}, finding.value);
+  see.number({"std", "", "standard deviation of the value"}, finding.std);
+  see.text_if_any({"unit", "", "unit of the value; left out for a ratio"}, finding.unit);
+  see.number({"gain_nats", "nats", "log-likelihood gained over the configured model"},
              finding.gain_nats);
-  see.text({"advice", "", "what to do about it, with the key of the configuration"},
-           finding.advice);
+  see.text({"advice", "", "what to do, with the key of the configuration"}, finding.advice);
 }
 // The members that a frame has, and those of them that each of its targets has too.
 template <class Values, class Visitor>
@@ -59,32 +58,29 @@ void describe_values(Values& values, Visitor& see) {
   see.choice({"status", "", "[see below](#status-of-a-frame)"}, values.status);
   if constexpr (is_frame) {
     see.flag({"valid", "",
-              "true for `ok` and `ambiguous`: there is a target, and the values hold (those of "
-              "`ambiguous` if the range is the right one)"},
+              "true for `ok` and `ambiguous`: there is a target, and the values hold (for "
+              "`ambiguous`, if the range is right)"},
              values.valid());
-    see.choice(
-        {"mode", "", "of the pattern: `baseline`, `ambiguous`, `mrr`, `random`, `interleaved`"},
-        values.mode);
+    see.choice({"mode", "",
+                "mode of the pattern: `baseline`, `ambiguous`, `mrr`, `random`, `interleaved`"},
+               values.mode);
     see.whole({"start_ps", "ps", "begin of the frame, a string"}, values.start_ps);
-    see.number(
-        {"duration_ms", "ms", "length of the frame, which is a whole number of pattern periods"},
-        values.duration_ms);
+    see.number({"duration_ms", "ms", "length of the frame, a whole number of pattern periods"},
+               values.duration_ms);
   }
   see.number({"distance_m", "m", "distance, less `scene.range_offset_m`"}, values.distance_m);
   see.number({"velocity_mps", "m/s", "radial velocity"}, values.velocity_mps);
   if constexpr (is_frame) {
-    see.number({"acceleration_mps2", "m/s2",
-                "radial acceleration, constant over the frame, with `scene.motion` "
-                "`accelerating`, and with `auto` where the photons ask for one "
-                "([how](../estimation.md#a-target-that-accelerates))"},
-               values.acceleration_mps2);
+    see.number(
+        {"acceleration_mps2", "m/s2",
+         "radial acceleration, constant over the frame: with `scene.motion` `accelerating`, and "
+         "with `auto` in frames that show it ([how](../estimation.md#a-target-that-accelerates))"},
+        values.acceleration_mps2);
   }
-  see.number({"signal_per_pulse", "counts/pulse",
-              "detections of the target's light, for a pulse of amplitude 1"},
+  see.number({"signal_per_pulse", "counts/pulse", "detected returns of a pulse of amplitude 1"},
              values.signal_per_pulse);
   if constexpr (is_frame) {
-    see.number({"background_per_s", "counts/s",
-                "detections of all other light; 0 if no photon speaks for any"},
+    see.number({"background_per_s", "counts/s", "all other detections; 0 if the photons show none"},
                values.background_per_s);
   }
   see.number({"signal_per_period", "counts/period", "the signal in a pattern period"},
@@ -93,36 +89,33 @@ void describe_values(Values& values, Visitor& see) {
     see.number({"background_per_period", "counts/period", "the background in a pattern period"},
                values.background_per_period);
     see.number({"sbr", "",
-                "signal over background counts, where the background is at least two of its "
+                "signal over background counts; left out if the background is below two of its "
                 "deviations (some four photons)"},
                values.sbr);
   }
-  see.number({"delay_ns", "ns", "round trip at the begin of the frame"}, values.delay_ns);
+  see.number({"delay_ns", "ns", "round-trip time at the begin of the frame"}, values.delay_ns);
   see.number({"significance", "nats",
-              "log-likelihood gained over no target; of a target, over the frame's other targets"},
+              "log-likelihood gained over no target; in `targets`, over the other targets"},
              values.significance);
   see.number({"range_odds_nats", "nats",
-              "logarithm x of the odds that the range is the right one of all that the photons "
-              "could mean, so that it is wrong with a chance of 1 / (1 + e^x) "
-              "([range odds](../estimation.md#range-odds)); in mode `ambiguous` of the delay "
-              "within the pattern's own unambiguous delay"},
+              "logarithm x of the odds that the range is right: it is wrong with probability 1 / "
+              "(1 + e^x) ([range odds](../estimation.md#range-odds)); in mode `ambiguous`, within "
+              "the pattern's unambiguous range"},
              values.range_odds_nats);
   if constexpr (is_frame) {
     see.number({"pulse_sigma_ps", "ps",
-                "with `pulse.width` `fitted`: standard deviation of the detected pulse, where the "
-                "photons tell it"},
+                "with `pulse.width` `fitted`: standard deviation of the detected pulse, if the "
+                "photons show it"},
                values.pulse_sigma_ps);
-    see.number(
-        {"blind_fraction", "",
-         "share of the time seen in which the detector was dead (of several inputs that share "
-         "the light, of the light that came on a dead one), where the dead time is modelled"},
-        values.blind_fraction);
+    see.number({"blind_fraction", "",
+                "dead-time fraction of the time seen, if the dead time is modelled; of several "
+                "inputs, the fraction of the light on a dead input"},
+               values.blind_fraction);
   }
-  see.list_if_any({"findings", "",
-                   "what the photons say beyond the configured model: [see below](#findings); left "
-                   "out where there is none"},
-                  values.findings,
-                  [](auto& finding, auto& inner) { describe_finding(finding, inner); });
+  see.list_if_any(
+      {"findings", "",
+       "deviations from the configured model: [see below](#findings); left out without one"},
+      values.findings, [](auto& finding, auto& inner) { describe_finding(finding, inner); });
   see.group({"std", "", ""}, values, [](auto& of, auto& std) { describe_deviations(of, std); });
 }
 
@@ -131,11 +124,10 @@ void describe_sync(Sync& sync, Visitor& see) {
   see.count({"count", "", "syncs in the frame"}, sync.count);
   see.count({"missing", "", "pattern periods without a sync"}, sync.missing);
   see.count({"spurious", "", "syncs that fit no period"}, sync.spurious);
-  see.number({"period_ps", "ps", "the pattern's period, where the syncs give a clock"},
-             sync.period_ps);
-  see.number({"drift_ppm", "ppm", "relative difference of it from the calibrated period"},
+  see.number({"period_ps", "ps", "pattern period, if the syncs give a clock"}, sync.period_ps);
+  see.number({"drift_ppm", "ppm", "pattern period over the calibrated period, less 1"},
              sync.drift_ppm);
-  see.number({"jitter_ps", "ps", "root mean square of the syncs about that clock"}, sync.jitter_ps);
+  see.number({"jitter_ps", "ps", "root mean square of the syncs about this clock"}, sync.jitter_ps);
 }
 
 // Message: FrameMessage, const or not. Visitor: has a member function for each kind of member; see
@@ -146,40 +138,37 @@ void describe(Message& message, Visitor& see) {
              message.timestamp_s);
   see.count({"sequence", "", "counts frames from 0"}, message.sequence);
   describe_values(message, see);
-  see.list({"targets", "",
-            "there where `scene.targets` is more than 1: [the targets of the "
-            "frame](#several-targets)"},
-           message.targets, [](auto& target, auto& inner) { describe_values(target, inner); });
+  see.list(
+      {"targets", "", "with `scene.targets` above 1: [the targets of the frame](#several-targets)"},
+      message.targets, [](auto& target, auto& inner) { describe_values(target, inner); });
   see.count({"photons", "", "photons in the frame"}, message.photons);
-  see.count({"lost_tags", "", "tags lost in the frame's time, as far as their number is known"},
+  see.count({"lost_tags", "", "tags lost in the frame's time, where their number is known"},
             message.lost_tags);
-  see.count_if_any({"uncounted_losses", "",
-                    "losses that ended in the frame and took an unknown number of tags; there only "
-                    "if there were any"},
-                   message.uncounted_losses);
+  see.count_if_any(
+      {"uncounted_losses", "",
+       "losses of an unknown number of tags that ended in the frame; left out without one"},
+      message.uncounted_losses);
   see.number({"seen_fraction", "",
-              "0 to 1: share of the frame's time that was seen; time in which the instrument sent "
-              "nothing was not seen, if syncs come otherwise"},
+              "fraction of the frame's time that was seen, 0 to 1; time without any tag was not "
+              "seen, if syncs come otherwise"},
              message.seen_fraction);
-  see.part({"sync", "",
-            "left out where the syncs were counted and not timed, as in a [T3 "
-            "recording](../guide/recording.md#t3)"},
-           message.sync, [](auto& sync, auto& inner) { describe_sync(sync, inner); });
   see.part(
-      {"reference", "", "what the [encoder](../guide/instruments/encoder.md) says"},
+      {"sync", "",
+       "left out if the syncs have no times, as in a [T3 recording](../guide/recording.md#t3)"},
+      message.sync, [](auto& sync, auto& inner) { describe_sync(sync, inner); });
+  see.part(
+      {"reference", "", "values of the [encoder](../guide/instruments/encoder.md)"},
       message.reference, [](auto& reference, auto& inner) {
         inner.number({"distance_m", "m", "distance by the encoder"}, reference.distance_m);
         inner.number({"velocity_mps", "m/s", "velocity by the encoder"}, reference.velocity_mps);
       });
-  see.text({"effort", "",
-            "the effort that the estimate had: below `estimator.effort` if frames came too fast "
-            "for that"},
-           message.effort);
-  see.number({"compute_ms", "ms", "time that the estimate took on its thread"}, message.compute_ms);
+  see.text(
+      {"effort", "", "effort of the estimate: below `estimator.effort` if frames came too fast"},
+      message.effort);
+  see.number({"compute_ms", "ms", "time of the estimate on its thread"}, message.compute_ms);
   see.number({"latency_ms", "ms", "from the arrival of the frame's last tag to publication"},
              message.latency_ms);
-  see.text_if_any({"pixel", "", "with several pixels: the name of the one whose frame it is"},
-                  message.pixel);
+  see.text_if_any({"pixel", "", "with several pixels: name of the pixel"}, message.pixel);
 }
 
 }  // namespace splid
