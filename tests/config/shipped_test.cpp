@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "config/config.hpp"
+#include "drivers/simulator/array_pixels.hpp"
 #include "drivers/simulator/simulator_options.hpp"
 
 namespace splid {
@@ -27,8 +29,8 @@ std::vector<std::string> shipped() {
 
 TEST(ShippedConfig, ThereIsOneForEachUse) {
   EXPECT_THAT(shipped(), ::testing::ElementsAre(
-                             "ambiguous.json", "baseline.json", "demo.json", "dim.json",
-                             "encoder.json", "interleaved.json", "m8190a-mrr.json",
+                             "ambiguous.json", "array.json", "baseline.json", "demo.json",
+                             "dim.json", "encoder.json", "interleaved.json", "m8190a-mrr.json",
                              "m8195a-swabian.json", "mrr.json", "random.json", "replay.json",
                              "swabian-bridge.json", "tags16-usb.json", "tdc2.json"));
 }
@@ -53,6 +55,19 @@ TEST(ShippedConfig, TheDimSceneHasANinthOfTheDemosSignal) {
     return dynamic_cast<const simulator::Options&>(*config.source).detection.signal_per_pulse;
   };
   EXPECT_DOUBLE_EQ(signal(dim), signal(demo) / 9);
+}
+
+TEST(ShippedConfig, TheArraysPixelsLookWhereItsDetectorsDo) {
+  const Config config = load_config(folder + "array.json");
+  const auto detectors =
+      simulator::array_pixels(dynamic_cast<const simulator::Options&>(*config.source));
+  ASSERT_EQ(config.pixels.size(), detectors.size());
+  for (std::size_t i = 0; i < detectors.size(); ++i) {
+    EXPECT_EQ(config.pixels[i].input, detectors[i].scene.photon_input);
+    EXPECT_EQ(config.pixels[i].azimuth_deg, detectors[i].direction.azimuth_deg);
+    EXPECT_EQ(config.pixels[i].elevation_deg, detectors[i].direction.elevation_deg);
+    EXPECT_GT(detectors[i].scene.detection.signal_per_pulse, 0);
+  }
 }
 
 TEST(ShippedConfig, TheReplayNamesARecordingBesideIt) {
