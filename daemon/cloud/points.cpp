@@ -51,8 +51,9 @@ Points::Points(const Config& config) {
     const double azimuth = *pixel.azimuth_deg * degree;
     const double elevation = *pixel.elevation_deg * degree;
     places_.emplace(pixel.name, directions_.size());
+    // Straight ahead is 0 to the left, and not -0.
     directions_.push_back({std::cos(elevation) * std::cos(azimuth),
-                           -std::cos(elevation) * std::sin(azimuth), std::sin(elevation)});
+                           0 - std::cos(elevation) * std::sin(azimuth), std::sin(elevation)});
   }
 }
 

@@ -66,6 +66,7 @@ TEST(CloudPoints, ArePlacedWithXAheadYToTheLeftAndZUp) {
   ASSERT_EQ(above.size(), 1U);
   expect_at(right[0], 10 * std::sqrt(0.75), -5, 0);
   expect_at(above[0], 5, 0, 10 * std::sqrt(0.75));
+  EXPECT_FALSE(std::signbit(above[0].y));
   EXPECT_EQ(right[0].pixel, 0U);
   EXPECT_EQ(above[0].pixel, 1U);
   EXPECT_EQ(above[0].radial_velocity, -1.5);
