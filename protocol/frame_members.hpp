@@ -149,8 +149,8 @@ void describe(Message& message, Visitor& see) {
        "losses of an unknown number of tags that ended in the frame; left out without one"},
       message.uncounted_losses);
   see.number({"seen_fraction", "",
-              "fraction of the frame's time that was seen, 0 to 1; time without any tag was not "
-              "seen, if syncs come otherwise"},
+              "fraction of the frame's time that was seen, 0 to 1; in a stream with syncs, time "
+              "without any tag is not seen"},
              message.seen_fraction);
   see.part(
       {"sync", "",

@@ -134,7 +134,8 @@ TEST(RigidScene, LocksWhereSinglePixelsFail) {
       right += field.body(k) == 0 && std::abs(field.velocity_error(together, k)) < 0.5;
       ok += field.is_locked(together, k);
       wrong += together.status == FrameStatus::ok && !field.is_locked(together, k);
-      const test::FrameMaker::Frame frame = resting.make(1'000'000U + 1000U * static_cast<unsigned>(n) + k);
+      const test::FrameMaker::Frame frame =
+          resting.make(1'000'000U + 1000U * static_cast<unsigned>(n) + k);
       oracle_ok += oracle.estimate(frame.view()).status == FrameStatus::ok;
     }
     locks += right > 0;
