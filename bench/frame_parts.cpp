@@ -23,7 +23,7 @@
 #include "estimator/frame_estimator.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/search/delay_velocity_search.hpp"
-#include "estimator/search/refinement.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/search/target_search.hpp"
 #include "estimator/search/zoom.hpp"
 #include "tests/support/frame_maker.hpp"
@@ -204,11 +204,11 @@ class Parts {
             if (found.count > best.count) best = found;
           }
         });
-    Refinement refinement(*shape_, train_, frame_.size());
+    likelihood::Maximizer maximizer(*shape_, train_, frame_.size(), {});
     near.collect(frame_, comb_windows(train_, -2 * 10 * sigma_ns, 2 * 10 * sigma_ns), train_,
                  best.line);
-    row(level + ": a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
-        [&] { refinement.climb(frame_, best.line, true); });
+    row(level + ": the maximum", static_cast<double>(near.entries()), limits_.entry,
+        [&] { maximum_near(best.line, maximizer); });
   }
 
   // No line holds so many photons.
@@ -251,6 +251,11 @@ class Parts {
         limits_.increment, [&] { search.best_delays(frame_, line_.walk_ns, grid); });
   }
 
+  likelihood::Maximum maximum_near(const DelayTrack& line, likelihood::Maximizer& maximizer) {
+    maximizer.begin(frame_);
+    return maximizer.maximize(likelihood::model_of(line), {likelihood::free_set(1, 2)});
+  }
+
   void print_fit() {
     const auto photons = static_cast<double>(frame_.size());
     const std::vector<CombWindow> windows =
@@ -259,11 +264,11 @@ class Parts {
     row("photons near a line, once", photons, limits_.increment,
         [&] { near.collect(frame_, windows, train_, line_); });
     if (scene_.made.signal_per_pulse == 0) return;
-    Refinement refinement(*shape_, train_, frame_.size());
-    const FrameParameters at = refinement.climb(frame_, line_, true).parameters;
+    likelihood::Maximizer maximizer(*shape_, train_, frame_.size(), {});
+    const likelihood::Model at = maximum_near(line_, maximizer).model;
     likelihood::LogLikelihood likelihood(*shape_, train_, frame_.size(), {});
     likelihood.begin(frame_);
-    likelihood::Model model = model_of(at);
+    likelihood::Model model = at;
     likelihood.collect(model, NearSet::gathered_from);
     likelihood::Point point;
     row("the likelihood and its derivatives, once", static_cast<double>(near.entries()),
@@ -273,11 +278,11 @@ class Parts {
           found_ += point.value > 0 ? 1 : 0;
         });
     const DelayTrack beside = {line_.delay_ns + 0.1, line_.walk_ns - 0.1};
-    row("a climb to the maximum", static_cast<double>(near.entries()), limits_.entry,
-        [&] { refinement.climb(frame_, beside, true); });
+    row("the maximum", static_cast<double>(near.entries()), limits_.entry,
+        [&] { maximum_near(beside, maximizer); });
     checks::Findings findings(train_, *shape_, frame_.size());
     row("findings", photons, limits_.increment,
-        [&] { findings.judge(frame_, model_of(at), 0, {}); });
+        [&] { findings.judge(frame_, at, 0, {}); });
   }
 
   const Scene& scene_;

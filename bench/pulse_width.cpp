@@ -94,8 +94,8 @@ double bound_mm(const Scene& scene, const test::FrameMaker& made, bool is_fitted
                    false};
   at.width_unknown = is_fitted;
   at.detector = {scene.dead_time_ns, 1};
-  const GaussianPulse shape(scene.sigma_ns);
-  return mm_per_ns_of_delay * cramer_rao_bound(made.pattern, shape, at).delay_ns;
+  const auto shape = make_gaussian(scene.sigma_ns);
+  return mm_per_ns_of_delay * cramer_rao_bound(made.pattern, *shape, at).delay_ns;
 }
 
 void run(const Scene& scene, PulseWidth width, int trials) {

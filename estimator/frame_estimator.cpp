@@ -47,7 +47,6 @@ struct FrameEstimator::Workspace {
   bool is_width_fitted;
   FoldedFrame frame;
   std::optional<DeadTimeModel> dead_time;  // where it is modelled
-  likelihood::Maximizer maximizer;         // of what the search does not fit
   FrameSearch search;
   TargetFit target_fit;
   std::unique_ptr<paper::PaperMethod> by_paper;         // null: method search
@@ -65,14 +64,12 @@ struct FrameEstimator::Workspace {
         is_width_fitted(pulse.width == PulseWidth::fitted),
         frame(train, max_photons, reach_ns(frame_length_ms * 1e6)),
         dead_time(dead_time_of(detector, options, inputs, max_photons)),
-        maximizer(*shape, train, is_rich() ? max_photons : 0,
-                  {1, is_width_fitted ? TargetFit::most_width : 1, dead_time.has_value()}),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
-               maximizer,
                dead_time ? std::optional<BlindTime>(std::in_place, train, detector.dead_time_ns,
                                                     inputs, max_photons, frame.reach_ns())
                          : std::nullopt),
-        target_fit(search, maximizer, scene.motion, is_width_fitted, shape->width_ns()) {
+        target_fit(search, *shape, train, scene.motion, is_width_fitted, dead_time.has_value(),
+                   max_photons) {
     if (options.method == Method::paper) {
       by_paper = std::make_unique<paper::PaperMethod>(pattern, *shape, scene);
     }
@@ -93,10 +90,6 @@ struct FrameEstimator::Workspace {
   [[nodiscard]] double reach_ns(double length_ns) const {
     return FrameSearch::max_walk_ns(scene, length_ns) / 2 +
            std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()));
-  }
-  [[nodiscard]] bool is_rich() const {
-    return is_width_fitted || scene.motion == Motion::accelerating ||
-           scene.motion == Motion::automatic;
   }
   [[nodiscard]] std::optional<DeadTimeModel> dead_time_of(const DetectorOptions& detector,
                                                           const EstimatorOptions& options,
@@ -167,7 +160,7 @@ std::optional<Found> FrameEstimator::Workspace::find(const FrameView& view, Targ
   std::optional<Found> found = look_for(view, track, most);
   if (!found || !found->verdicts[0].is_wrong_pattern) return found;
   if (frame.blind != nullptr || found->best.model.count > 1) return found;
-  const auto stray = checks->take_stray_light(frame, found->best.model.targets[0].track);
+  const auto stray = checks->take_stray_light(frame, found->best.track());
   if (!stray) return found;
   std::optional<Found> beside = look_for(view, nullptr, most);
   if (!beside || !beside->is_target || beside->is_no_target()) {
@@ -211,7 +204,7 @@ Look FrameEstimator::Workspace::look_after(Look look, const std::optional<Found>
   }
   if (look == Look::bent || !search.may_bend()) return look;
   if (search.bends_little(frame.length_ns)) {
-    return is_target && found->start.gain_nats > search.settled_nats() ? look : Look::bent;
+    return is_target && found->start.at.gain_nats > search.settled_nats() ? look : Look::bent;
   }
   return is_target && checks && !found->has_findings() ? look : Look::bent;
 }
@@ -238,8 +231,7 @@ std::optional<Start> FrameEstimator::Workspace::start_by(Look look, const FrameV
 // Fit.
 Found FrameEstimator::Workspace::fit(Look look, const Start& start, const FrameView& view) {
   Found found{target_fit.fit(look, start, frame), {}, {}};
-  const double signal_per_pulse = found.best.model.targets[0].signal_per_pulse;
-  if (dead_time && dead_time->look_at_pulses(view, frame, signal_per_pulse)) {
+  if (dead_time && dead_time->look_at_pulses(view, frame, found.best.signal_per_pulse())) {
     found = {target_fit.fit_anew(look, found, frame), {}, {}};
   }
   found.targets[0] = {found.best.gain_nats, found.odds_nats};
@@ -252,7 +244,7 @@ void FrameEstimator::Workspace::select(Found& found, Effort most) {
   // Beside a target at rest another one may move.
   const std::size_t terms = std::max<std::size_t>(found.track_terms, search.moves() ? 2 : 1);
   const selection::Selection& selected =
-      several->select(frame, found.best.model, fit_of(found.best), terms, most);
+      several->select(frame, found.best, terms, most);
   if (selected.count < 2) return;
   found.track_terms = terms;
   if (!search.moves() && several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "estimator/model/pulse_shape.hpp"
+#include "estimator/likelihood/exposure.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -175,8 +175,8 @@ PhotonFold::Stack FrameFold::stack_of(const FoldedFrame& frame, DelayTrack line,
 
 // The sum over the near photons of log(1 + S sum_p a_p h / b), at another line than near_'s own.
 double FrameFold::log_gain(DelayTrack line, double signal_over_background) const {
-  const double delay = line.delay_ns - near_.line.delay_ns;
-  const double walk = line.walk_ns - near_.line.walk_ns;
+  const double delay = line.delay_ns - near_.track.delay_ns;
+  const double walk = line.walk_ns - near_.track.walk_ns;
   double sum = 0;
   for (std::size_t k = 0; k < near_.photons(); ++k) {
     double light = 0;

@@ -9,7 +9,7 @@
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
 #include "estimator/model/options.hpp"
-#include "estimator/search/fit.hpp"
+#include "estimator/model/pulse_shape.hpp"
 #include "protocol/fold_json.hpp"
 #include "protocol/pattern.hpp"
 

@@ -65,9 +65,8 @@ RigidScene::RigidScene(const Pattern& pattern, const PulseOptions& pulse, const 
       at_rest_(pattern, pulse, resting(scene), options, frame_length_ms, max_photons, reference,
                detector),
       folded_(train_, max_photons, reach_ns(*shape_, scene, frame_length_ms)),
-      maximizer_(*shape_, train_, 0, {}),
       search_(pattern, train_, *shape_, straight(scene), options, frame_length_ms * 1e6,
-              max_photons, maximizer_, std::nullopt),
+              max_photons, std::nullopt),
       shared_fit_(train_, *shape_, max_photons, reach_ns(*shape_, scene, frame_length_ms)) {
   votes_.reserve(rows_.size() * DelayVelocitySearch::max_cells);
   members_.reserve(rows_.size());
@@ -116,21 +115,23 @@ void RigidScene::vote_by_cells(const RigidFrame& frame) {
   }
 }
 
-// A vote for each of the best cells of a pixel, climbed to its maximum.
+// A vote for the maximum near each of the best cells of a pixel.
 void RigidScene::add_cells(const FrameView& view, std::size_t pixel) {
+  constexpr auto D = static_cast<Eigen::Index>(likelihood::delay);
+  constexpr auto W = static_cast<Eigen::Index>(likelihood::walk);
   TargetSearch& search = search_.targets();
   folded_.fold(view, train_);
   const auto best = search.cells(folded_, search.levels(Effort::balanced) - 1);
   cells_.assign(best.begin(), best.end());
   for (const SearchCell& cell : cells_) {
-    const Fit fit = search.find_near(
+    const likelihood::Maximum fit = search.find_near(
         folded_, {cell.line.delay_ns - shape_->peak_offset_ns(), cell.line.walk_ns});
     if (!fit.has_covariance || !(fit.gain_nats > 0)) continue;
-    const double g = fit.parameters.line.walk_ns / folded_.length_ns;
+    const double g = fit.track().walk_ns / folded_.length_ns;
     const double per_walk = 2 * speed_of_light_mps / ((2 - g) * (2 - g) * folded_.length_ns);
     const Velocity velocity = {speed_of_light_mps * g / (2 - g),
-                               std::sqrt(fit.covariance(walk_index, walk_index)) * per_walk};
-    const double std_ns = std::sqrt(fit.covariance(delay_index, delay_index)) * folded_.scale;
+                               std::sqrt(fit.covariance(W, W)) * per_walk};
+    const double std_ns = std::sqrt(fit.covariance(D, D)) * folded_.scale;
     const auto same = [&](const Vote& other) {
       return other.pixel == pixel &&
              std::abs(other.velocity.mps - velocity.mps) < velocity.std_mps / 100;

@@ -76,7 +76,6 @@ class RigidScene {
   std::vector<Terms> rows_;  // of each pixel
   FrameEstimator at_rest_;   // of a pixel whose velocity is known
   FoldedFrame folded_;
-  likelihood::Maximizer maximizer_;
   FrameSearch search_;
   SharedFit shared_fit_;
   SharedMaximum shared_;  // of the body that is being looked at

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/fold/drift_correction.hpp"
+#include "estimator/fold/kernel_choice.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid {
@@ -39,7 +39,7 @@ FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, doubl
 }
 
 void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
-  correct_times(frame, train.period_ns);  // [P] Eq. 20
+  correct_times(frame, train.period_ns);
   group_end.clear();
   if (train.single()) {
     group_end.push_back(size());
@@ -48,20 +48,31 @@ void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
   }
 }
 
+// [P] Eq. 20: a time in the tagger's clock, over `scale`, is the time in the clock of the calibrated
+// pattern. The line through the syncs gives the photon's phase, too.
+//
+// Design note: times are formed with whole picoseconds up to mid-frame, and are doubles from there
+// on, so that an epoch of 3.4e17 ps costs no picosecond: those of a frame of 50 ms are exact.
 void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
   const std::size_t count = frame.photons_ps.size();
   phase_ns.resize(count);
   time_ns.resize(count);
   phase_32.resize(count);
-  const DriftCorrection correction(frame, period_ns);
-  correction.correct(time_ns.data(), phase_ns.data(), phase_32.data());
-  scale = correction.scale();
-  length_ns = correction.length_ns();
-
-  seen_ns = static_cast<double>(frame.end_ps - frame.start_ps) * ns_per_ps;
-  for (const Loss& loss : frame.losses) {
-    seen_ns -= static_cast<double>(loss.end_ps - loss.begin_ps) * ns_per_ps;
-  }
+  const SyncFit& sync = frame.sync;
+  const std::int64_t mid_ps = frame.mid_ps();
+  scale = sync.period_ps * ns_per_ps / period_ns;
+  const double to_ns = ns_per_ps / scale;
+  const auto length_ps = static_cast<double>(frame.end_ps - frame.start_ps);
+  length_ns = length_ps * to_ns;
+  seen_ns = frame.seen_ns();
+  const double start_phase_ps =
+      static_cast<double>(sync.origin_ps - mid_ps) + sync.phase_ps - sync.bend_ps * sync.bend_zero;
+  const double turns_per_ps = 1 / sync.period_ps;
+  best_search_kernels().fold(
+      time_ns.data(), phase_ns.data(), phase_32.data(), frame.photons_ps.data(),
+      {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
+       sync.bend_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
+      count);
 }
 
 void FoldedFrame::group_by_stretch(const PulseTrain& train) {

@@ -12,8 +12,7 @@
 
 // The room fold/ turns the photons' times into what search/ works on. Open this file first.
 // Its parts:
-//   drift_correction.hpp   [P] Eq. 20: from the tagger's clock to the pattern's
-//   folded_frame.hpp       those times, and their phases in the pattern period
+//   folded_frame.hpp       times in the pattern's clock ([P] Eq. 20), and phases in its period
 //   blind_time.hpp         when the detector was blind
 //   near_set.hpp           the photons near one line, and how far from its pulses they are
 //   search_kernels.hpp     the inner loops of the search
@@ -25,7 +24,8 @@ struct BlindTime;
 
 // A frame's photons in the pattern's own clock: their times from mid-frame, and their phases, which
 // are these times folded on the pattern period. All times are in ns of the calibrated pattern;
-// `scale` turns them into the tagger's (DriftCorrection, [P] Eq. 20).
+// `scale`, the measured pattern period (Eq. 19) over the calibrated one, turns them into the
+// tagger's ([P] Eq. 20).
 //
 // A target that moves at v = c g / (2 - g), with delay D = tau / (1 + v/c) at mid-frame, has its
 // photons at phase = D + g time (+ pulse time), which is a straight line. This is [P] Eq. 1 solved

@@ -47,9 +47,9 @@ struct NearSet::Curve {
   double slope, curve;
 
   Curve(const NearSet& set, double length_ns)
-      : mid_ns(set.track().at_mid_frame_ns()),
-        slope(set.line.walk_ns / length_ns),
-        curve(6 * set.quadratic_ns / (length_ns * length_ns)) {}
+      : mid_ns(set.track.at_mid_frame_ns()),
+        slope(set.track.walk_ns / length_ns),
+        curve(6 * set.track.quadratic_ns / (length_ns * length_ns)) {}
   // When light left that came at a phase.
   [[nodiscard]] double left(double phase_ns, double time_ns) const {
     return phase_ns - mid_ns - slope * time_ns - curve * time_ns * time_ns;
@@ -71,17 +71,9 @@ NearSet::NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_in
 }
 
 void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
-                      const PulseTrain& train, DelayTrack about, double gather_width_ns,
+                      const PulseTrain& train, const DelayTrack& about, double gather_width_ns,
                       std::size_t gather_from) {
-  collect_along(frame, windows, train, {about.delay_ns, about.walk_ns}, gather_width_ns,
-                gather_from);
-}
-
-void NearSet::collect_along(const FoldedFrame& frame, std::span<const CombWindow> windows,
-                            const PulseTrain& train, const DelayTrack& about,
-                            double gather_width_ns, std::size_t gather_from) {
-  line = {about.delay_ns, about.walk_ns};
-  quadratic_ns = about.quadratic_ns;
+  track = about;
   beyond_ = 0;
   residual_ns.clear();
   position.clear();
@@ -114,7 +106,6 @@ void NearSet::collect_along(const FoldedFrame& frame, std::span<const CombWindow
     near_photons = static_cast<double>(first.size());
     weight.assign(first.size(), 1.0);
   }
-  far_photons = frame.size() - static_cast<std::size_t>(near_photons);
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
 }
 

@@ -18,14 +18,12 @@ namespace splid {
 //
 // Threads: one thread for each object. Errors: none.
 struct NearSet {
-  DelayTrack line;                   // that the residuals are taken from
-  double quadratic_ns = 0;           // the quadratic term of the track that they are taken from
+  DelayTrack track;                  // that the residuals are taken from
   std::vector<double> residual_ns;   // of each entry: emission time less pulse time
   std::vector<double> position;      // time / t_a, in [-1/2, 1/2]
   std::vector<double> amplitude;     // a_p
   std::vector<std::uint32_t> first;  // entries of photon k are [first[k], first[k + 1])
   std::vector<double> weight;        // photons that photon k stands for: 1, unless gathered
-  std::size_t far_photons = 0;       // photons without an entry
   double near_photons = 0;           // photons with an entry: the sum of the weights
   std::size_t likely_near = 0;       // photons that seemed to be near at a first look
   bool gathers = false;              // whether the photons have been gathered
@@ -36,7 +34,7 @@ struct NearSet {
   // then allocates nothing. notes_index: whether `index` is filled, for which photons must not be
   // gathered.
   NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index = false);
-  // Takes the photons that are near the line `about`. windows: how near, for each stretch of the
+  // Takes the photons that are near the track `about`. windows: how near, for each stretch of the
   // train.
   //
   // gather_width_ns: a pulse width, or 0. Where very many photons are near, each of them near one
@@ -47,11 +45,8 @@ struct NearSet {
   //
   // gather_from: so many near photons are very many.
   void collect(const FoldedFrame& frame, std::span<const CombWindow> windows,
-               const PulseTrain& train, DelayTrack about, double gather_width_ns = 0,
+               const PulseTrain& train, const DelayTrack& about, double gather_width_ns = 0,
                std::size_t gather_from = gathered_from);
-  void collect_along(const FoldedFrame& frame, std::span<const CombWindow> windows,
-                     const PulseTrain& train, const DelayTrack& about, double gather_width_ns = 0,
-                     std::size_t gather_from = gathered_from);
   // Design note: one evaluation of the likelihood of 16,384 entries takes a third of a millisecond,
   // which is worth the work of gathering them. On the way to a maximum, where a thousandth of a
   // deviation does not matter, gathering is worth it from a quarter of that on.
@@ -71,7 +66,6 @@ struct NearSet {
   // among those that have passed.
   [[nodiscard]] Passed passed(const FoldedFrame& frame, std::span<const CombWindow> windows,
                               const PulseTrain& train) const;
-  [[nodiscard]] DelayTrack track() const { return {line.delay_ns, line.walk_ns, quadratic_ns}; }
   [[nodiscard]] std::size_t photons() const { return first.size() - 1; }
   [[nodiscard]] std::size_t entries() const { return residual_ns.size(); }
 

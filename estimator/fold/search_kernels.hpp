@@ -69,7 +69,7 @@ struct SearchKernels {
   // The same with delay + times[i] * (slope + curve * times[i]).
   void (*curve_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,
                        double delay, double slope, double curve, std::size_t count);
-  // [P] Eq. 20 and the folding on the pattern period, for DriftCorrection. With x = photons_ps[i] -
+  // [P] Eq. 20 and the folding on the pattern period, for FoldedFrame. With x = photons_ps[i] -
   // zero_ps:
   //   times_ns[i]  = x * ns_per_ps, where ns_per_ps holds the ratio of Eq. 20
   //   turns        = x * turns_per_ps - turns_at_zero - bend * x^2

@@ -44,10 +44,10 @@ void HiddenLight::collect(const FoldedFrame& frame, const NearPhotons& near, std
   for (std::size_t k = 0; k < targets; ++k) {
     OfTarget& target = targets_[k];
     const NearSet& photons = near.near(k);
-    const DelayTrack about = photons.track();
-    target.last.collect_along(dead.ends, near.windows(), train_, about,
+    const DelayTrack about = photons.track;
+    target.last.collect(dead.ends, near.windows(), train_, about,
                               near.gathers() ? near.width_ns() : 0);
-    target.other_begins.collect_along(dead.begins, near.windows(), train_, about);
+    target.other_begins.collect(dead.begins, near.windows(), train_, about);
     take(target.last, 1, target.ends[0]);
     take(photons, -1, target.ends[1]);
     take(target.other_begins, -1, target.ends[2]);
@@ -83,7 +83,7 @@ HiddenLight::Amplitude HiddenLight::of(std::size_t target, const Model& at, doub
 void HiddenLight::add(const Ends& ends, const DelayTrack& track, double dilation, double log_width,
                       Amplitude& sum) {
   const NearSet& near = *ends.near;
-  const DelayTrack from = near.track();
+  const DelayTrack from = near.track;
   const double narrow = std::exp(-log_width);
   const std::size_t entries = near.entries();
   for (auto* values : {&offset_, &h_, &d1_, &d2_, &integral_}) values->resize(entries);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "estimator/likelihood/kernel_choice.hpp"
-#include "estimator/likelihood/log_sum.hpp"
 
 namespace splid::likelihood {
 namespace {
@@ -73,7 +72,7 @@ void LogLikelihood::load(const Model& at) {
   for (const NearPhotons::Group& group : near_.groups()) {
     for (std::size_t t = 0; t < group.target_count; ++t) {
       const std::size_t k = group.targets[t];
-      const LikelihoodKernels::Placing placing = placing_of(at, k, near_.near(k).track());
+      const LikelihoodKernels::Placing placing = placing_of(at, k, near_.near(k).track);
       for (std::size_t pulse = 0; pulse < group.pulses; ++pulse) {
         const std::size_t first = group.entries_of(t) + pulse * group.photons;
         kernels_.offsets(offset_.data() + first, near_.residuals_ns().data() + first,
@@ -228,17 +227,20 @@ void LogLikelihood::add_logs(const Batch& of, Point& point) const {
   std::array<double, batch / NearPhotons::lanes> products;
   kernels_.products(products.data(), intensity_.data(), of.count);
   const double* weights = near_.weights().data() + of.first_photon();
-  LogSum logs;
+  double logs = 0, product = 1;
   for (std::size_t n = 0; n * NearPhotons::lanes < of.count; ++n) {
     if (!near_.gathers() && products[n] > least && products[n] < most) {
-      logs.add(products[n]);
+      product *= products[n];
+      if (product > least && product < most) continue;
+      logs += std::log(product);
+      product = 1;
       continue;
     }
     for (std::size_t i = n * NearPhotons::lanes; i < (n + 1) * NearPhotons::lanes; ++i) {
       if (weights[i] > 0) point.value += weights[i] * std::log(intensity_[i]);
     }
   }
-  point.value += logs.value();
+  point.value += logs + std::log(product);
 }
 
 // Adds a target's columns, and what the second derivatives of lambda itself by the terms of its

@@ -14,6 +14,10 @@ struct Maximum {
   SmallMatrix covariance;       // in the places of model.hpp; rows of held parameters are 0
   bool has_covariance = false;  // false where the likelihood does not fall off in all directions
   Stop stop = Stop::not_run;
+
+  // Of the first target.
+  [[nodiscard]] const DelayTrack& track() const { return model.targets[0].track; }
+  [[nodiscard]] double signal_per_pulse() const { return model.targets[0].signal_per_pulse; }
 };
 
 // Maximizes the likelihood in all free parameters at once: Newton's method with exact derivatives,

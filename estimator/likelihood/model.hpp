@@ -43,6 +43,15 @@ struct Model {
   void add(const Target& target) { targets.at(count++) = target; }
 };
 
+// One target. Rates that are 0 are to be fitted.
+inline Model model_of(const DelayTrack& track, double signal_per_pulse = 0,
+                      double background_per_ns = 0) {
+  Model model;
+  model.add({track, signal_per_pulse});
+  model.background_per_ns = background_per_ns;
+  return model;
+}
+
 // The places of the parameters in gradients, matrices and sets: four for each target, then the
 // width and the background. A model of k targets has 4 k + 2 of them.
 enum OfTarget : std::size_t { delay, walk, quadratic, signal, of_target };

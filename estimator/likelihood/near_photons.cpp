@@ -59,7 +59,7 @@ NearPhotons::NearPhotons(const PulseTrain& train, const PulseShape& shape, std::
 bool NearPhotons::serves(const Model& at) const {
   if (collected_ != at.count) return false;
   for (std::size_t k = 0; k < at.count; ++k) {
-    if (apart_ns(near_[k].track(), at.targets[k].track) > margin_ns_) return false;
+    if (apart_ns(near_[k].track, at.targets[k].track) > margin_ns_) return false;
   }
   return true;
 }
@@ -71,10 +71,10 @@ void NearPhotons::collect(const FoldedFrame& frame, const Model& about, std::siz
   for (std::size_t k = 0; k < about.count; ++k) {
     NearSet& near = near_[k];
     const DelayTrack& track = about.targets[k].track;
-    const bool is_held = k < before && apart_ns(near.track(), track) <= margin_ns_ &&
+    const bool is_held = k < before && apart_ns(near.track, track) <= margin_ns_ &&
                          (about.count == 1) == (before == 1);
     if (is_held && about.count > 1) continue;
-    near.collect_along(frame, windows_, train_, track, about.count == 1 ? width_ns_ : 0,
+    near.collect(frame, windows_, train_, track, about.count == 1 ? width_ns_ : 0,
                        gather_from);
     is_new = true;
   }
@@ -84,7 +84,7 @@ void NearPhotons::collect(const FoldedFrame& frame, const Model& about, std::siz
 double NearPhotons::count_within(std::size_t target, const DelayTrack& track,
                                  double reach_ns) const {
   const NearSet& near = near_[target];
-  const DelayTrack from = near.track();
+  const DelayTrack from = near.track;
   const DelayTrack moved = {track.delay_ns - from.delay_ns + peak_ns_, track.walk_ns - from.walk_ns,
                             track.quadratic_ns - from.quadratic_ns};
   double count = 0;

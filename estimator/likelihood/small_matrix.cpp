@@ -17,8 +17,4 @@ std::optional<SmallVector> solution_of_positive(const SmallMatrix& matrix,
   return cholesky.solve(right);
 }
 
-SmallMatrix solution_of_semidefinite(const SmallMatrix& matrix, const SmallMatrix& right) {
-  return matrix.ldlt().solve(right);
-}
-
 }  // namespace splid

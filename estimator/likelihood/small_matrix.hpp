@@ -25,8 +25,4 @@ std::optional<SmallMatrix> inverse_of_positive(const SmallMatrix& matrix);
 std::optional<SmallVector> solution_of_positive(const SmallMatrix& matrix,
                                                 const SmallVector& right);
 
-// The same for a matrix that may be only semidefinite, with one column of `right` each for a
-// solution.
-SmallMatrix solution_of_semidefinite(const SmallMatrix& matrix, const SmallMatrix& right);
-
 }  // namespace splid

@@ -7,21 +7,14 @@
 #include "estimator/model/units.hpp"
 
 namespace splid {
+namespace {
 
-Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per_ps) {
-  for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
-    if (segment.amplitudes[p] <= 0) continue;
-    times_ns.push_back(segment.pulse_times_ps[p] * ns_per_ps);
-    amplitudes.push_back(segment.amplitudes[p]);
-    total_amplitude += segment.amplitudes[p];
-    uniform = uniform && segment.amplitudes[p] == amplitudes.front();
-  }
-  closest_ns = period_ns;
-  for (std::size_t p = 0; p < times_ns.size(); ++p) {
-    const double next = p + 1 < times_ns.size() ? times_ns[p + 1] : times_ns.front() + period_ns;
-    closest_ns = std::min(closest_ns, next - times_ns[p]);
-  }
-}
+// How much of a comb's light falls on its own pulses again after a shift, from 0 to 1, and how far
+// these pulses are from those that they fall on, on average.
+struct LightOnItself {
+  double share = 0;
+  double offset_ns = 0;
+};
 
 LightOnItself light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns) {
   double light = 0;
@@ -40,6 +33,23 @@ LightOnItself light_on_itself(const Comb& comb, double shift_ns, double toleranc
     moment += comb.amplitudes[p] * nearest;
   }
   return {light / comb.total_amplitude, light > 0 ? moment / light : 0};
+}
+
+}  // namespace
+
+Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per_ps) {
+  for (std::size_t p = 0; p < segment.pulse_times_ps.size(); ++p) {
+    if (segment.amplitudes[p] <= 0) continue;
+    times_ns.push_back(segment.pulse_times_ps[p] * ns_per_ps);
+    amplitudes.push_back(segment.amplitudes[p]);
+    total_amplitude += segment.amplitudes[p];
+    uniform = uniform && segment.amplitudes[p] == amplitudes.front();
+  }
+  closest_ns = period_ns;
+  for (std::size_t p = 0; p < times_ns.size(); ++p) {
+    const double next = p + 1 < times_ns.size() ? times_ns[p + 1] : times_ns.front() + period_ns;
+    closest_ns = std::min(closest_ns, next - times_ns[p]);
+  }
 }
 
 std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
@@ -82,7 +92,6 @@ CombWindow::CombWindow(const Comb& comb, double first_ns, double last_ns)
       pulses_.push_back({comb.times_ns[p] + turn * comb.period_ns, comb.amplitudes[p]});
     }
   }
-  first_of_period_ = static_cast<std::size_t>(before) * comb.times_ns.size();
   amplitudes_before_.assign(1, 0.0);
   for (const Pulse& pulse : pulses_) {
     amplitudes_before_.push_back(amplitudes_before_.back() + pulse.amplitude);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,14 +22,6 @@ struct Comb {
   // segment: valid. Pulses of amplitude zero are left out.
   explicit Comb(const PatternSegment& segment);
 };
-
-// How much of a comb's light falls on its own pulses again after a shift, from 0 to 1, and how far
-// these pulses are from those that they fall on, on average.
-struct LightOnItself {
-  double share = 0;
-  double offset_ns = 0;
-};
-LightOnItself light_on_itself(const Comb& comb, double shift_ns, double tolerance_ns);
 
 // The comb's near copies: shifts in (0, period), ns, ascending, by which at least 70 % of the
 // comb's light falls on its own pulses again, to within tolerance_ns. A frame can take a delay that
@@ -65,14 +56,6 @@ class CombWindow {
   }
   // Its sum over many phases.
   [[nodiscard]] double amplitude_before(std::span<const std::uint32_t> phases_32) const;
-  // How many of the comb's pulses come at phase_ns, in [0, period), or before; phase_32: the same
-  // phase.
-  [[nodiscard]] std::size_t pulses_up_to(double phase_ns, std::uint32_t phase_32) const {
-    const Range range = buckets_[phase_32 >> shift_];
-    std::size_t k = range.begin;
-    while (k < range.begin + range.count && pulses_[k].time_ns <= phase_ns) ++k;
-    return std::clamp(k, first_of_period_, first_of_period_ + pulses_a_period_) - first_of_period_;
-  }
   [[nodiscard]] double amplitude_per_ns() const { return amplitude_per_ns_; }
   // Which of the comb's pulses a candidate is.
   [[nodiscard]] std::size_t index_of(const Pulse& pulse) const {
@@ -99,7 +82,6 @@ class CombWindow {
   double uniform_amplitude_;
   std::size_t max_overlap_ = 0;
   std::size_t pulses_a_period_;
-  std::size_t first_of_period_ = 0;  // in pulses_
   double amplitude_per_ns_;
   std::vector<Pulse> pulses_;  // ascending in time, with their copies in the periods around
   std::vector<double> amplitudes_before_;  // of each of them, and of a pulse after the last

@@ -12,7 +12,35 @@
 namespace splid {
 namespace {
 
-constexpr double gaussian_reach_sigmas = 10;
+class Gaussian final : public PulseShape {
+ public:
+  explicit Gaussian(double sigma_ns)
+      : sigma_ns_(sigma_ns), peak_(1 / (sigma_ns * std::sqrt(2 * std::numbers::pi))) {}
+
+  void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const override {
+    const PulseKernels& kernels = pulse_kernels(best_vector_level());
+    kernels.gaussian(values.h.data(), values.d1.data(), values.d2.data(), offsets_ns.data(),
+                     1 / sigma_ns_, peak_, offsets_ns.size());
+  }
+  void integrate(std::span<const double> offsets_ns, std::span<double> integrals) const override {
+    const double inverse = 1 / (sigma_ns_ * std::numbers::sqrt2);
+    for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
+      integrals[i] = 0.5 * std::erfc(-offsets_ns[i] * inverse);
+    }
+  }
+  [[nodiscard]] double log_h(double offset_ns) const override {
+    const double x = offset_ns / sigma_ns_;
+    return std::log(peak_) - 0.5 * x * x;
+  }
+  [[nodiscard]] double first_ns() const override { return -reach_sigmas * sigma_ns_; }
+  [[nodiscard]] double last_ns() const override { return reach_sigmas * sigma_ns_; }
+  [[nodiscard]] double width_ns() const override { return sigma_ns_; }
+  [[nodiscard]] double peak_offset_ns() const override { return 0; }
+
+ private:
+  static constexpr double reach_sigmas = 10;
+  double sigma_ns_, peak_;
+};
 
 // Design note: the shape is a quadratic B-spline with the table as its coefficients. It is nowhere
 // negative where the table is not, its integral is the table's sum times the step, and h' is
@@ -115,34 +143,8 @@ class Tabulated final : public PulseShape {
 
 }  // namespace
 
-void GaussianPulse::set_sigma_ns(double sigma_ns) {
-  sigma_ns_ = sigma_ns;
-  peak_ = 1 / (sigma_ns * std::sqrt(2 * std::numbers::pi));
-}
-
-void GaussianPulse::evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const {
-  const PulseKernels& kernels = pulse_kernels(best_vector_level());
-  kernels.gaussian(values.h.data(), values.d1.data(), values.d2.data(), offsets_ns.data(),
-                   1 / sigma_ns_, peak_, offsets_ns.size());
-}
-
-void GaussianPulse::integrate(std::span<const double> offsets_ns,
-                              std::span<double> integrals) const {
-  const double inverse = 1 / (sigma_ns_ * std::numbers::sqrt2);
-  for (std::size_t i = 0; i < offsets_ns.size(); ++i) {
-    integrals[i] = 0.5 * std::erfc(-offsets_ns[i] * inverse);
-  }
-}
-
-double GaussianPulse::log_h(double offset_ns) const {
-  const double x = offset_ns / sigma_ns_;
-  return std::log(peak_) - 0.5 * x * x;
-}
-double GaussianPulse::first_ns() const { return -gaussian_reach_sigmas * sigma_ns_; }
-double GaussianPulse::last_ns() const { return gaussian_reach_sigmas * sigma_ns_; }
-
 std::unique_ptr<PulseShape> make_gaussian(double sigma_ns) {
-  return std::make_unique<GaussianPulse>(sigma_ns);
+  return std::make_unique<Gaussian>(sigma_ns);
 }
 
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table) {

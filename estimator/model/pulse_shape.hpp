@@ -42,33 +42,11 @@ class PulseShape {
   [[nodiscard]] virtual double peak_offset_ns() const = 0;
 };
 
-// A gaussian pulse, whose width may be set anew: for fits of the width.
-//
-// Threads: const, any; set_sigma_ns() must not run beside other calls.
-class GaussianPulse final : public PulseShape {
- public:
-  // sigma_ns > 0.
-  explicit GaussianPulse(double sigma_ns) { set_sigma_ns(sigma_ns); }
-  void set_sigma_ns(double sigma_ns);
-
-  void evaluate(std::span<const double> offsets_ns, const ShapeValues& values) const override;
-  void integrate(std::span<const double> offsets_ns, std::span<double> integrals) const override;
-  [[nodiscard]] double log_h(double offset_ns) const override;
-  [[nodiscard]] double first_ns() const override;
-  [[nodiscard]] double last_ns() const override;
-  [[nodiscard]] double width_ns() const override { return sigma_ns_; }
-  [[nodiscard]] double peak_offset_ns() const override { return 0; }
-
- private:
-  double sigma_ns_ = 1;
-  double peak_ = 1;
-};
-
 // sigma_ns > 0.
 std::unique_ptr<PulseShape> make_gaussian(double sigma_ns);
 
 // A shape that interpolates the table by a quadratic B-spline, so that h' is continuous, as the
-// refinement needs. The table is scaled to an integral of 1. Errors: none for a valid table.
+// likelihood needs. The table is scaled to an integral of 1. Errors: none for a valid table.
 std::unique_ptr<PulseShape> make_tabulated(const TabulatedPulse& table);
 
 // The detected pulse that the configuration asks for. Errors: Error(Fault::usage) where it asks for

@@ -69,17 +69,6 @@ std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
   return copies;
 }
 
-double light_on_itself(const PulseTrain& train, double shift_ns, double tolerance_ns) {
-  double light = 0, fallen = 0;
-  for (const PulseTrain::Stretch& stretch : train.stretches) {
-    const double periods = (stretch.end_ns - stretch.begin_ns) / stretch.comb.period_ns;
-    const double own = periods * stretch.comb.total_amplitude;
-    light += own;
-    fallen += own * light_on_itself(stretch.comb, shift_ns, tolerance_ns).share;
-  }
-  return fallen / light;
-}
-
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns) {
   std::vector<CombWindow> windows;
   for (const PulseTrain::Stretch& stretch : train.stretches) {

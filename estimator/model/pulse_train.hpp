@@ -45,9 +45,6 @@ struct PulseTrain {
 // difference: with 99.9 and 104.1 ns, 124 periods of the first are 119 of the second less 0.3 ns.
 std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns);
 
-// The share of a train's light, from 0 to 1, that falls on its own pulses again after a shift.
-double light_on_itself(const PulseTrain& train, double shift_ns, double tolerance_ns);
-
 // The windows of each stretch's comb, one for each stretch.
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns);
 

@@ -29,11 +29,10 @@ constexpr double least_signal_kept = 0.6;
 
 }  // namespace
 
-BendSearch::BendSearch(TargetSearch& search, likelihood::Maximizer& maximizer,
-                       const PulseTrain& train, double width_ns, double max_acceleration_mps2,
-                       std::size_t max_photons, std::optional<BlindTime> straight_blind)
+BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
+                       double max_acceleration_mps2, std::size_t max_photons,
+                       std::optional<BlindTime> straight_blind)
     : search_(search),
-      maximizer_(maximizer),
       train_(train),
       width_ns_(width_ns),
       max_acceleration_mps2_(max_acceleration_mps2),
@@ -64,20 +63,20 @@ const FoldedFrame& BendSearch::straightened(const FoldedFrame& frame, double ben
 std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Start> start = find_start(frame, most);
   if (!start) return std::nullopt;
-  BentFit found = {refine(frame, start->line, start->bend_ns), {}};
-  const likelihood::Target& target = found.best.model.targets[0];
+  BentFit found = {maximize(frame, start->line, start->bend_ns), {}};
+  const DelayTrack track = found.best.track();
   // The frame without this bend is searched as any other, since the delay may be one at which the
   // comb falls on itself in part, and for the odds of the range.
-  const double bend_ns = bend_per_quadratic * target.track.quadratic_ns;
-  const std::optional<Fit> straight = search_.find(straightened(frame, bend_ns), most);
+  const double bend_ns = bend_per_quadratic * track.quadratic_ns;
+  const std::optional<likelihood::Maximum> straight = search_.find(straightened(frame, bend_ns), most);
   if (!straight) return std::nullopt;
   found.straight = *straight;
-  const DelayTrack there = straight->parameters.line;
+  const DelayTrack there = straight->track();
   const double apart_ns =
-      std::abs(std::remainder(there.delay_ns - target.track.delay_ns, train_.circle_ns)) +
-      std::abs(there.walk_ns - target.track.walk_ns) / 2;
+      std::abs(std::remainder(there.delay_ns - track.delay_ns, train_.circle_ns)) +
+      std::abs(there.walk_ns - track.walk_ns) / 2;
   if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
-    found.best = refine(frame, there, bend_ns);
+    found.best = maximize(frame, there, bend_ns);
   }
   return found;
 }
@@ -161,11 +160,10 @@ BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t 
   return at;
 }
 
-likelihood::Maximum BendSearch::refine(const FoldedFrame& frame, DelayTrack line, double bend_ns) {
-  likelihood::Model start = model_of({line});
-  start.targets[0].track.quadratic_ns = bend_ns / bend_per_quadratic;
-  maximizer_.begin(frame);
-  return maximizer_.maximize(start, {likelihood::free_set(1, 3)});
+likelihood::Maximum BendSearch::maximize(const FoldedFrame& frame, DelayTrack line,
+                                         double bend_ns) {
+  line.quadratic_ns = bend_ns / bend_per_quadratic;
+  return search_.fit(frame, line, 3);
 }
 
 std::string BendSearch::too_many_looks_text(double length_ns) const {

@@ -10,7 +10,6 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/options.hpp"
-#include "estimator/search/fit.hpp"
 #include "estimator/search/target_search.hpp"
 
 namespace splid {
@@ -20,7 +19,7 @@ struct BentFit {
   likelihood::Maximum best;
   // The target's straight line in the frame without its bend, as TargetSearch found it there: for
   // the odds of the range.
-  Fit straight;
+  likelihood::Maximum straight;
 };
 
 // Finds targets that accelerate. The delay of a target with the acceleration a is, at the share s
@@ -30,7 +29,7 @@ struct BentFit {
 // the frame by it; what is left is a straight line for TargetSearch. The bends that are tried lie
 // so close that between them a path stays in a delay bin of the search, and all photons count for
 // each of them. The best cells of all bends are then looked into with finer bends, and the
-// likelihood is climbed in the bend too.
+// likelihood is maximized in the bend too.
 //
 // Design note: cost grows with the bends that are possible, a t_a^2 / c. At 100 m/s^2 and bins of
 // ten widths of 0.1 ns a frame of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
@@ -40,13 +39,13 @@ struct BentFit {
 class BendSearch {
  public:
   // How far beyond the largest bend is looked, in pulse widths, for the threshold: what a zoom and
-  // a climb may add.
+  // the maximum may add.
   static constexpr double least_reach_widths = 20;
 
-  // search, maximizer and train: outlive this. max_acceleration_mps2: >= 0, towards and away.
+  // search, train: outlive this. max_acceleration_mps2: >= 0, towards and away.
   // straight_blind: room for the blind time of a straightened frame; empty: frames come without.
-  BendSearch(TargetSearch& search, likelihood::Maximizer& maximizer, const PulseTrain& train,
-             double width_ns, double max_acceleration_mps2, std::size_t max_photons,
+  BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
+             double max_acceleration_mps2, std::size_t max_photons,
              std::optional<BlindTime> straight_blind = std::nullopt);
 
   // How far a path may bend in a frame of this length: the largest |bend|.
@@ -79,8 +78,8 @@ class BendSearch {
     double box_gain_nats;
     double signal_photons;  // in the box
   };
-  [[nodiscard]] likelihood::Maximum refine(const FoldedFrame& frame, DelayTrack line,
-                                           double bend_ns);
+  [[nodiscard]] likelihood::Maximum maximize(const FoldedFrame& frame, DelayTrack line,
+                                             double bend_ns);
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
@@ -91,7 +90,6 @@ class BendSearch {
   Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
 
   TargetSearch& search_;
-  likelihood::Maximizer& maximizer_;
   const PulseTrain& train_;
   double width_ns_;
   double max_acceleration_mps2_;

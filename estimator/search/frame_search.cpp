@@ -12,6 +12,8 @@
 namespace splid {
 namespace {
 
+using likelihood::Maximum;
+
 // A target that is followed gains about as much in each frame. Half of that gain is asked for: it
 // leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
 // half of an interleaved comb falls on itself.
@@ -41,10 +43,9 @@ double FrameSearch::max_walk_ns(const SceneOptions& scene, double length_ns) {
 FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
                          const SceneOptions& scene, const EstimatorOptions& options,
                          double length_ns, std::size_t max_photons,
-                         likelihood::Maximizer& maximizer, std::optional<BlindTime> blind)
+                         std::optional<BlindTime> blind)
     : train_(train),
       shape_(shape),
-      maximizer_(maximizer),
       must_bend_(scene.motion == Motion::accelerating),
       is_periodic_(pattern.mode == Mode::ambiguous),
       told_apart_ns_(is_periodic_ ? pattern.unambiguous_delay_ps * ns_per_ps : train.circle_ns),
@@ -83,7 +84,7 @@ SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns
 void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_rate,
                                  double length_ns, std::size_t max_photons,
                                  std::optional<BlindTime> blind) {
-  bends_ = std::make_unique<BendSearch>(search_, maximizer_, train_, shape_.width_ns(),
+  bends_ = std::make_unique<BendSearch>(search_, train_, shape_.width_ns(),
                                         scene.max_acceleration_mps2, max_photons, std::move(blind));
   const double bend_ns = bends_->max_bend_ns(length_ns);
   const bool too_many = bends_->looks(length_ns) > BendSearch::most_looks;
@@ -99,24 +100,24 @@ void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_r
 }
 
 std::optional<Start> FrameSearch::straight(const FoldedFrame& frame, Effort most) {
-  const std::optional<Fit> fit = search_.find(frame, most);
+  const std::optional<Maximum> fit = search_.find(frame, most);
   if (!fit) return std::nullopt;
-  const double odds_nats = fit->has_covariance ? search_.range_odds_nats(*fit) : 0;
-  return Start{model_of(fit->parameters), fit->gain_nats, odds_nats, fit};
+  return Start{*fit, odds_of(*fit), true};
 }
 
-Start FrameSearch::judged(const FoldedFrame& frame, const FrameParameters& at) {
-  const Fit fit = search_.judge(frame, at);
-  const double odds_nats = fit.has_covariance ? search_.range_odds_nats(fit) : 0;
-  return {model_of(at), fit.gain_nats, odds_nats, fit};
+Start FrameSearch::judged(const FoldedFrame& frame, const likelihood::Model& at) {
+  const Maximum fit = search_.judge(frame, at);
+  return {fit, odds_of(fit), true};
+}
+
+double FrameSearch::odds_of(const Maximum& fit) const {
+  return fit.has_covariance ? search_.range_odds_nats(fit) : 0;
 }
 
 std::optional<Start> FrameSearch::bent(const FoldedFrame& frame, Effort most) {
   const std::optional<BentFit> found = bends_->find(frame, most);
   if (!found) return std::nullopt;
-  const Fit& line = found->straight;
-  const double odds_nats = line.has_covariance ? search_.range_odds_nats(line) : 0;
-  return Start{found->best.model, found->best.gain_nats, odds_nats, std::nullopt};
+  return Start{found->best, odds_of(found->straight), false};
 }
 
 std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetTrack& track,
@@ -130,7 +131,7 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
   const double bend_ns = track.acceleration_mps2 / acceleration_of_bend(1, frame.length_ns);
   const FoldedFrame& photons = bends_ ? bends_->straightened(frame, bend_ns) : frame;
-  Fit fit =
+  Maximum fit =
       search_.find_near(photons, {delay_ns / scale / (1 + beta) + bend_ns / 12,
                                   walk_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
   const double least_nats = std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns,
@@ -140,16 +141,14 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const bool is_sure = expected_nats >= sure_odds_nats;
   if (!is_sure) fit = search_.look_beside(photons, fit);
   const double odds_nats = search_.range_odds_nats(fit);
-  Start start = {model_of(fit.parameters), fit.gain_nats,
-                 is_sure ? std::min(odds_nats, expected_nats) : odds_nats, std::nullopt};
-  start.model.targets[0].track.quadratic_ns = bends_ ? bend_ns / bend_per_quadratic : 0;
-  if (!bends_) start.exact = fit;
+  Start start = {fit, is_sure ? std::min(odds_nats, expected_nats) : odds_nats, !bends_};
+  start.at.model.targets[0].track.quadratic_ns = bends_ ? bend_ns / bend_per_quadratic : 0;
   return start;
 }
 
-bool FrameSearch::has_changed(const TargetTrack& track, const likelihood::Maximum& now) {
+bool FrameSearch::has_changed(const TargetTrack& track, const Maximum& now) {
   constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
-  const double changed = now.model.targets[0].signal_per_pulse - track.signal_per_pulse;
+  const double changed = now.signal_per_pulse() - track.signal_per_pulse;
   const double deviation = std::hypot(std::sqrt(now.covariance(S, S)), track.std_signal_per_pulse);
   return std::abs(changed) > changed_deviations * deviation;
 }

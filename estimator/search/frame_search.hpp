@@ -21,10 +21,9 @@ enum class Look { follow, straight, bent };
 
 // Where a look has found the target.
 struct Start {
-  likelihood::Model model;   // of one target, whose rates may be 0: to be fitted
-  double gain_nats = 0;      // as far as the look has fitted it
-  double odds_nats = 0;      // of its range; 0 where it is not significant
-  std::optional<Fit> exact;  // where the look ended at the maximum of a straight line
+  likelihood::Maximum at;  // of one target, as far as the look has fitted it
+  double odds_nats = 0;    // of its range; 0 where it is not significant
+  bool is_exact = false;   // the maximum of a straight line
 };
 
 // Finds the target of a frame by the look that is asked for.
@@ -33,12 +32,11 @@ struct Start {
 // paths may bend in too many ways. No allocation in the calls for frames of up to max_photons.
 class FrameSearch {
  public:
-  // pattern, train, shape, maximizer: outlive this. blind: of the detector whose dead time is
+  // pattern, train, shape: outlive this. blind: of the detector whose dead time is
   // modelled.
   FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
               const SceneOptions& scene, const EstimatorOptions& options, double length_ns,
-              std::size_t max_photons, likelihood::Maximizer& maximizer,
-              std::optional<BlindTime> blind);
+              std::size_t max_photons, std::optional<BlindTime> blind);
 
   std::optional<Start> straight(const FoldedFrame& frame, Effort most);
   std::optional<Start> bent(const FoldedFrame& frame, Effort most);
@@ -50,7 +48,7 @@ class FrameSearch {
   void remember(const FoldedFrame& frame, std::int64_t mid_ps, const Estimate& estimate,
                 TargetTrack& track) const;
   // What a fit by other means is, beside the peaks of straight().
-  Start judged(const FoldedFrame& frame, const FrameParameters& at);
+  Start judged(const FoldedFrame& frame, const likelihood::Model& at);
   // Whether a followed target's signal is not what it was.
   static bool has_changed(const TargetTrack& track, const likelihood::Maximum& now);
 
@@ -86,11 +84,11 @@ class FrameSearch {
                                   bool may_be_dead) const;
   void look_for_bends(const SceneOptions& scene, double false_alarm_rate, double length_ns,
                       std::size_t max_photons, std::optional<BlindTime> blind);
+  [[nodiscard]] double odds_of(const likelihood::Maximum& fit) const;
   [[nodiscard]] double threshold_of(double bend_ns, double false_alarm_rate) const;
 
   const PulseTrain& train_;
   const PulseShape& shape_;
-  likelihood::Maximizer& maximizer_;
   bool must_bend_;    // motion `accelerating`
   bool is_periodic_;  // mode `ambiguous`: delays are told apart within the unambiguous delay
   double told_apart_ns_;

@@ -7,10 +7,11 @@
 namespace splid {
 namespace {
 
+using likelihood::Maximum;
+
 constexpr std::size_t most_peaks = 64;
 
-// Peaks closer than this are one maximum: climbs to the same maximum end within a millionth of a
-// width of each other.
+// Peaks closer than this are one maximum, which the maximizer finds to a millionth of a width.
 constexpr double same_peak_widths = 0.5;
 
 // A delay that is off by more than this is another range, as the studies count it. A range walk
@@ -18,15 +19,15 @@ constexpr double same_peak_widths = 0.5;
 // frame's ends.
 constexpr double same_range_widths = 5;
 
-// The width of a box that is as high as a gaussian hill and has its area (Laplace).
+// The width of a box that is as high as a gaussian peak and has its area (Laplace).
 double spread(double variance) { return std::sqrt(2 * std::numbers::pi * variance); }
 
-// The logarithm of the area that a gaussian hill at `at` has within +-most, over that of a box of
-// the hill's height there.
+// The logarithm of the area that a gaussian peak at `at` has within +-most, over that of a box of
+// the peak's height there.
 //
 // Design note: fits are not held to the speeds that the search starts from. In a short frame two
 // photons of the target and one of the background look like a faster target, with a gain that
-// chance alone does not have, so that hills beyond the largest speed lose mass. They lose 20 nats
+// chance alone does not have, so that peaks beyond the largest speed lose mass. They lose 20 nats
 // at most, so that a bright target which is faster than the configuration says is still found.
 double share_nats(double at, double variance, double most) {
   constexpr double least_nats = -20;
@@ -47,15 +48,16 @@ RangeOdds::RangeOdds(const SearchVolume& volume) : volume_(volume) { peaks_.rese
 
 // The log of a fit's Laplace volume: of delay and range walk, relative to the plane, where neither
 // side can be longer than the plane's, and of the signal.
-double RangeOdds::volume_nats(const Fit& fit) const {
+double RangeOdds::volume_nats(const Maximum& fit) const {
+  constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
   const auto& C = fit.covariance;
-  const double signal = std::min(spread(C(2, 2)), fit.parameters.signal_per_pulse);
+  const double signal = std::min(spread(C(S, S)), fit.signal_per_pulse());
   double delay_variance = C(0, 0);
   double walk_nats = 0;
   if (C(1, 1) > 0 && volume_.max_walk_ns > 0) {
     // The delay's variance for a given range walk, which rounding must not make negative.
     delay_variance *= std::max(1e-12, 1 - C(0, 1) * C(0, 1) / (C(0, 0) * C(1, 1)));
-    walk_nats = share_nats(fit.parameters.line.walk_ns, C(1, 1), volume_.max_walk_ns);
+    walk_nats = share_nats(fit.track().walk_ns, C(1, 1), volume_.max_walk_ns);
   }
   const double delay_share = std::min(1.0, spread(delay_variance) / volume_.period_ns);
   return std::log(signal * delay_share) + walk_nats;
@@ -71,9 +73,9 @@ bool RangeOdds::is_same_range(DelayTrack a, DelayTrack b) const {
          std::abs(a.walk_ns - b.walk_ns) < 2 * same_range_widths * width_ns;
 }
 
-void RangeOdds::add(const Fit& peak) {
+void RangeOdds::add(const Maximum& peak) {
   const bool has_volume = peak.has_covariance && peak.covariance(0, 0) > 0;
-  keep({peak.parameters.line, peak.gain_nats, has_volume ? volume_nats(peak) : 0, has_volume});
+  keep({peak.track(), peak.gain_nats, has_volume ? volume_nats(peak) : 0, has_volume});
 }
 
 void RangeOdds::add(DelayTrack line, double gain_nats) { keep({line, gain_nats, 0, false}); }
@@ -124,11 +126,11 @@ double RangeOdds::gain_near(DelayTrack line, double near_ns,
   return most_nats;
 }
 
-double RangeOdds::of(const Fit& best, std::span<const DelayTrack> others) const {
+double RangeOdds::of(const Maximum& best, std::span<const DelayTrack> others) const {
   const double own_nats = volume_nats(best);
-  double elsewhere = std::log(best.parameters.signal_per_pulse);  // chance
+  double elsewhere = std::log(best.signal_per_pulse());  // chance
   for (const Peak& peak : peaks_) {
-    if (is_same_range(peak.line, best.parameters.line)) continue;
+    if (is_same_range(peak.line, best.track())) continue;
     if (is_one_of(peak.line, others)) continue;
     elsewhere =
         log_add(elsewhere, peak.gain_nats + (peak.has_volume ? peak.volume_nats : own_nats));

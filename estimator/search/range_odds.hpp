@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "estimator/search/refinement.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/search/significance.hpp"
 
 namespace splid {
@@ -18,8 +18,8 @@ namespace splid {
 // The mass of a peak is exp(gain) times its Laplace volume: sqrt(det 2 pi covariance) of delay and
 // range walk, relative to all that are possible, and of the signal, relative to the best peak's
 // signal. A peak that is partly beyond the largest speed has less mass. Against the best peak stand
-//  - the other peaks that the search climbed: those of other cells, and those at delays at which
-//    the comb (nearly) falls on itself;
+//  - the other maxima that the search found: those of other cells, and those at side lobes
+//    of the comb's autocorrelation;
 //  - chance, which is every place that nobody looked at. Light that has nothing to do with a place
 //    gains nothing there on average: the likelihood ratio to no target has the mean 1 over the
 //    plane, whatever the pattern, the signal and the number of photons. The mass of chance is that
@@ -40,13 +40,13 @@ class RangeOdds {
   void clear() { peaks_.clear(); }
   // Adds a maximum of the likelihood. A maximum may be added several times and counts once; the
   // strongest 64 are kept.
-  void add(const Fit& peak);
-  // Adds a place that was not climbed to, and whose gain is known only about.
+  void add(const likelihood::Maximum& peak);
+  // Adds a place that is no maximum, and whose gain is known only about.
   void add(DelayTrack line, double gain_nats);
 
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
-  [[nodiscard]] double of(const Fit& best, std::span<const DelayTrack> others = {}) const;
+  [[nodiscard]] double of(const likelihood::Maximum& best, std::span<const DelayTrack> others = {}) const;
   // Whether a line has the range and the velocity of one of these.
   [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
   // The strongest place that is not at one of these lines, nor at `own`, or none.
@@ -68,7 +68,7 @@ class RangeOdds {
     double volume_nats;  // log of the Laplace volume; where there is none, the best peak's counts
     bool has_volume;
   };
-  [[nodiscard]] double volume_nats(const Fit& fit) const;
+  [[nodiscard]] double volume_nats(const likelihood::Maximum& fit) const;
   [[nodiscard]] double apart_ns(DelayTrack a, DelayTrack b) const;
   [[nodiscard]] bool is_same_range(DelayTrack a, DelayTrack b) const;
   void keep(const Peak& peak);

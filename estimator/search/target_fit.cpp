@@ -15,20 +15,20 @@ constexpr double most_uncertain_width = 0.5;
 
 }  // namespace
 
-TargetFit::TargetFit(FrameSearch& search, likelihood::Maximizer& maximizer, Motion motion,
-                     bool is_width_fitted, double width_ns)
-    : search_(search),
-      maximizer_(maximizer),
-      motion_(motion),
-      is_width_fitted_(is_width_fitted),
-      width_ns_(width_ns) {}
+TargetFit::TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train,
+                     Motion motion, bool is_width_fitted, bool may_be_dead, std::size_t max_photons)
+    : search_(search), motion_(motion), width_ns_(shape.width_ns()) {
+  if (!is_width_fitted) return;
+  wide_.emplace(shape, train, max_photons, likelihood::Scope{1, most_width, may_be_dead});
+}
 
 likelihood::Maximum TargetFit::maximum_with(const likelihood::Model& model, std::size_t track_terms,
                                             bool width_too) {
-  maximizer_.begin(*frame_);
+  likelihood::Maximizer& maximizer = width_too ? *wide_ : search_.targets().maximizer();
+  maximizer.begin(*frame_);
   likelihood::Maximum best =
-      maximizer_.maximize(model, {likelihood::free_set(model.count, track_terms, width_too)});
-  if (!search_.is_possible(best.model.targets[0].track, frame_->length_ns)) {
+      maximizer.maximize(model, {likelihood::free_set(model.count, track_terms, width_too)});
+  if (!search_.is_possible(best.track(), frame_->length_ns)) {
     best.has_covariance = false;
   }
   return best;
@@ -52,17 +52,17 @@ FittedTarget TargetFit::fit(Look look, const Start& start, const FoldedFrame& fr
     target.odds_nats += std::min(0.0, std::log(share));
   }
   if (!search_.moves() && moves_after_all(target)) target.is_target = false;
-  if (is_width_fitted_ && target.is_target) fit_width(target);
+  if (wide_ && target.is_target) fit_width(target);
   return target;
 }
 
 FittedTarget TargetFit::fit_anew(Look look, const FittedTarget& before, const FoldedFrame& frame) {
   Start start = before.start;
-  start.model = before.best.model;
-  const DelayTrack& at = start.model.targets[0].track;
-  const DelayTrack line = {at.delay_ns, at.walk_ns};
-  start.exact = search_.moves() ? search_.targets().fit_moving(frame, line)
-                                : search_.targets().fit_at_rest(frame, line.delay_ns);
+  start.at.model = before.best.model;
+  if (start.is_exact) {
+    const DelayTrack& at = before.best.track();
+    start.at = search_.targets().fit(frame, {at.delay_ns, at.walk_ns}, search_.moves() ? 2 : 1);
+  }
   return fit(look, start, frame);
 }
 
@@ -71,9 +71,9 @@ void TargetFit::fit_path(Look look, FittedTarget& target) {
   target.track_terms = is_bent ? 3 : search_.moves() ? 2 : 1;
   const Start& start = target.start;
   if (is_bent) {
-    target.best = maximum_with(start.model, target.track_terms);
+    target.best = maximum_with(start.at.model, target.track_terms);
   } else if (look != Look::bent) {
-    target.best = start.exact ? maximum_of(*start.exact) : maximum_with(start.model, 2);
+    target.best = start.is_exact ? start.at : maximum_with(start.at.model, 2);
   }
   if (motion_ == Motion::automatic && search_.moves()) fit_richer_path(look, target);
 }
@@ -82,7 +82,7 @@ void TargetFit::fit_path(Look look, FittedTarget& target) {
 void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
   const double straight_nats = look == Look::bent ? 0 : target.best.gain_nats;
   if (search_.may_bend()) {
-    const likelihood::Maximum bent = maximum_with(target.start.model, 3);
+    const likelihood::Maximum bent = maximum_with(target.start.at.model, 3);
     const double least_nats =
         std::max(search_.bent_threshold_nats(), straight_nats + nats_for_richer_path);
     if (look == Look::bent || (bent.has_covariance && bent.gain_nats >= least_nats)) {
@@ -91,10 +91,9 @@ void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
       return;
     }
   }
-  const DelayTrack& track = target.best.model.targets[0].track;
+  const DelayTrack& track = target.best.track();
   if (std::abs(track.walk_ns) > surely_moves_widths * width_ns_) return;
-  const likelihood::Maximum rest =
-      maximum_of(search_.targets().fit_at_rest(*frame_, track.delay_ns));
+  const likelihood::Maximum rest = search_.targets().fit(*frame_, {track.delay_ns}, 1);
   if (target.best.gain_nats - rest.gain_nats >= nats_for_richer_path) return;
   target.best = rest;
   target.track_terms = 1;
@@ -116,8 +115,8 @@ void TargetFit::fit_width(FittedTarget& target) {
 // Scene `static`, but the photons say that the target moves: the deviations of a fit at rest would
 // then be far too small.
 bool TargetFit::moves_after_all(const FittedTarget& target) {
-  const DelayTrack& track = target.best.model.targets[0].track;
-  return search_.targets().fit_moving(*frame_, {track.delay_ns, track.walk_ns}).gain_nats >
+  const DelayTrack& track = target.best.track();
+  return search_.targets().fit(*frame_, {track.delay_ns, track.walk_ns}, 2).gain_nats >
          target.best.gain_nats + TargetSearch::nats_for_motion_at_rest;
 }
 

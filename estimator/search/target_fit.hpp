@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
@@ -31,9 +32,9 @@ class TargetFit {
   // the acceleration.
   static constexpr double nats_for_richer_path = 4.5;
 
-  // search, maximizer: outlive this. width_ns: of the configured pulse.
-  TargetFit(FrameSearch& search, likelihood::Maximizer& maximizer, Motion motion,
-            bool is_width_fitted, double width_ns);
+  // search, shape, train: outlive this.
+  TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train, Motion motion,
+            bool is_width_fitted, bool may_be_dead, std::size_t max_photons);
 
   [[nodiscard]] FittedTarget fit(Look look, const Start& start, const FoldedFrame& frame);
   // The same, where the frame has got its blind time since.
@@ -49,9 +50,8 @@ class TargetFit {
   [[nodiscard]] bool moves_after_all(const FittedTarget& target);
 
   FrameSearch& search_;
-  likelihood::Maximizer& maximizer_;
+  std::optional<likelihood::Maximizer> wide_;  // where the width is fitted
   Motion motion_;
-  bool is_width_fitted_;
   double width_ns_;
   const FoldedFrame* frame_ = nullptr;
 };

@@ -11,6 +11,8 @@
 namespace splid {
 namespace {
 
+using likelihood::Maximum;
+
 // Design note: in [P]'s background, bins of 10 pulse widths find a target of 1/7 of [P]'s signal
 // without a wrong peak, and bins of 5 widths one of 1/9. A level is only looked at where the level
 // before it found nothing significant. A third level with bins of 2.5 widths doubled the time to
@@ -27,10 +29,10 @@ constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a 
 // which it reaches the threshold.
 constexpr double settled_margin_nats = 6;
 
-// A gain this far above the threshold tells a target's peak from its shoulders, which are the
-// delays at which the comb falls on itself in part: they gain two thirds of the peak's gain at
-// most. In weaker frames every cell is tried.
-constexpr double shoulder_margin_nats = 60;
+// A gain this far above the threshold tells a target's peak from the side lobes of the comb's
+// autocorrelation, which gain two thirds of the peak's gain at most. In weaker frames every cell is
+// tried.
+constexpr double side_lobe_margin_nats = 60;
 
 // Peaks that are further below the best one than the least odds and this margin do not count
 // against its range.
@@ -38,7 +40,7 @@ constexpr double rival_margin_nats = 3;
 
 // Design note: to search 65,536 (sampled_photons) of a million photons takes 3 ms instead of 20. A
 // target that stands 30 nats above the threshold in such a sample is not there by chance, and is
-// not mistaken for one of its own shoulders.
+// not mistaken for one of its own side lobes.
 constexpr double sample_margin_nats = 30;
 
 // Near copies of a comb have near copies of their own, which lead back to the same delays. Each
@@ -48,7 +50,7 @@ constexpr std::size_t most_tried = 256;
 // Where combs meet, the places that two targets make have so much of the best one's gain.
 constexpr double least_where_combs_meet = 0.7;
 
-// A climb is given up where it surely ends so much below the best maximum.
+// A maximum is given up that is surely so much below the best one.
 constexpr double left_behind_nats = 60;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
@@ -117,6 +119,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       rival_nats_(scope.least_odds_nats + rival_margin_nats),
       max_slope_(scope.max_walk_ns / scope.frame_length_ns),
       moving_(scope.max_walk_ns > 0),
+      free_(likelihood::free_set(1, moving_ ? 2 : 1)),
       levels_(make_levels(scope)),
       recheck_(recheck_grid(train, shape.width_ns())),
       copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
@@ -126,7 +129,7 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       search_(train, max_photons, grids()),
       near_(max_photons, max_photons * widest_level_overlap()),
       zoom_(shape.width_ns(), shape.peak_offset_ns()),
-      refinement_(shape, train, max_photons, scope.may_be_blind),
+      maximizer_(shape, train, max_photons, {1, 1, scope.may_be_dead}),
       odds_(scope.volume) {
   spots_.reserve(DelayVelocitySearch::max_cells);
   weaker_.reserve(DelayVelocitySearch::max_cells);
@@ -164,8 +167,7 @@ std::size_t TargetSearch::widest_level_overlap() const {
   return overlap;
 }
 
-// Whether there are delays at which the train falls on itself in part.
-bool TargetSearch::has_shoulders() const {
+bool TargetSearch::has_side_lobes() const {
   return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
 }
 
@@ -175,73 +177,73 @@ void TargetSearch::begin() {
   sample_odds_nats_.reset();
 }
 
-std::optional<Fit> TargetSearch::find(const FoldedFrame& frame, Effort most, Effort least) {
+std::optional<Maximum> TargetSearch::find(const FoldedFrame& frame, Effort most, Effort least) {
   begin();
   if (frame.size() >= sampled_from) {
-    if (std::optional<Fit> found = find_by_sample(frame)) return found;
+    if (std::optional<Maximum> found = find_by_sample(frame)) return found;
   }
-  std::optional<Fit> best = find_in(frame, most, least);
-  if (best) climb_beside(frame, *best);
+  std::optional<Maximum> best = find_in(frame, most, least);
+  if (best) maximize_beside(frame, *best);
   return best;
 }
 
 // Design note: a few photons of a target and of the background line up along several tracks that
-// are some ten deviations apart. A zoom ends in one of these hills, which was not the highest one
+// are some ten deviations apart. A zoom ends at one of these maxima, which was not the highest one
 // in two of 6,000 frames with 19 signal photons.
-void TargetSearch::climb_beside(const FoldedFrame& photons, Fit& best) {
+void TargetSearch::maximize_beside(const FoldedFrame& photons, Maximum& best) {
   constexpr double few = 40;  // photons of signal
   // In delay and range walk, pulse widths.
   constexpr DelayTrack places[] = {{-2, 0}, {2, 0}, {0, -4}, {0, 4}, {0, -8}, {0, 8}};
   if (best.gain_nats < threshold_nats_ ||
-      best.parameters.signal_per_pulse * Exposure(photons, train_).amplitude > few) {
+      best.signal_per_pulse() * Exposure(photons, train_).amplitude > few) {
     return;
   }
-  const DelayTrack about = best.parameters.line;
+  const DelayTrack about = best.track();
   const double width_ns = shape_.width_ns();
   for (const DelayTrack& place : places) {
     if (!moving_ && place.walk_ns != 0) continue;
     const DelayTrack from = {about.delay_ns + place.delay_ns * width_ns,
                              about.walk_ns + place.walk_ns * width_ns};
-    const Fit fit = climb(photons, from, best.gain_nats);
+    const Maximum fit = maximize(photons, from, best.gain_nats);
     if (fit.gain_nats > best.gain_nats) best = fit;
   }
 }
 
 // A target that shows plainly in a sample of the photons is found by the sample, and then refined
 // with all photons.
-std::optional<Fit> TargetSearch::find_by_sample(const FoldedFrame& frame) {
+std::optional<Maximum> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   sample_.take_every(frame.size() / sampled_photons, frame);
-  const std::optional<Fit> found = find_at_level(sample_, levels_.front());
+  const std::optional<Maximum> found = find_at_level(sample_, levels_.front());
   if (!found || found->gain_nats < threshold_nats_ + sample_margin_nats) return std::nullopt;
   sample_odds_nats_ = odds_.of(*found);
   sample_best_ = found;
-  return climb(frame, found->parameters.line);
+  return maximize(frame, found->track());
 }
 
-std::optional<Fit> TargetSearch::find_in(const FoldedFrame& photons, Effort most, Effort least) {
-  std::optional<Fit> best;
+std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort most, Effort least) {
+  std::optional<Maximum> best;
   const std::size_t end = levels(most);
   for (std::size_t n = std::min(levels_of(least), end) - 1; n < end; ++n) {
     const Level& level = levels_[n];
-    std::optional<Fit> found = find_at_level(photons, level);
+    std::optional<Maximum> found = find_at_level(photons, level);
     if (found && (!best || found->gain_nats > best->gain_nats)) best = found;
     if (best && best->gain_nats > threshold_nats_ + settled_margin_nats) break;
   }
   return best;
 }
 
-std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
+std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
   const Exposure exposure(photons, train_);
   const double limit_ns = max_slope_ * photons.length_ns;
-  std::optional<Fit> best;
+  std::optional<Maximum> best;
   const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
-  const auto climb_from = [&](const Spot& spot) {
-    if (best && is_shoulder(spot.line, level.grid, *best)) return;
+  const auto maximize_from = [&](const Spot& spot) {
+    if (best && is_side_lobe(spot.line, level.grid, *best)) return;
     if (best && most_gain_nats(spot.box_gain_nats) < least_gain_nats(*best)) {
       if (is_sure(spot)) weaker_.push_back({spot.line, spot.box_gain_nats});
       return;
     }
-    const Fit fit = climb(photons, spot.line);
+    const Maximum fit = maximize(photons, spot.line);
     if (!best || fit.gain_nats > best->gain_nats) best = fit;
   };
   spots_.clear();
@@ -250,22 +252,22 @@ std::optional<Fit> TargetSearch::find_at_level(const FoldedFrame& photons, const
   for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
     if (best &&
         (best->gain_nats - rival_nats_ > best_possible_gain(photons, cell, level.grid, exposure) ||
-         is_shoulder(cell.line, level.grid, *best))) {
+         is_side_lobe(cell.line, level.grid, *best))) {
       continue;
     }
     const ZoomResult zoomed = zoom_into(photons, level, cell.line);
     const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed.count, zoomed.box_ns)};
-    // A cell that surely holds a target is climbed at once, since it settles most of the others.
+    // The maximum of a cell that surely holds a target comes first: it settles most of the others.
     if (is_sure(spot)) {
-      climb_from(spot);
+      maximize_from(spot);
     } else {
       spots_.push_back(spot);
     }
   }
   std::sort(spots_.begin(), spots_.end(),
             [](const Spot& a, const Spot& b) { return a.box_gain_nats > b.box_gain_nats; });
-  for (const Spot& spot : spots_) climb_from(spot);
-  if (best && has_shoulders() && best->gain_nats > threshold_nats_) {
+  for (const Spot& spot : spots_) maximize_from(spot);
+  if (best && has_side_lobes() && best->gain_nats > threshold_nats_) {
     recheck_delay(photons, level, *best);
   }
   return best;
@@ -297,31 +299,32 @@ double TargetSearch::box_gain_nats(const FoldedFrame& photons, std::uint32_t cou
 // gains more than 1.5 times the box's gain and six nats was not seen in 10,000 frames.
 double TargetSearch::most_gain_nats(double box_gain_nats) { return 1.5 * box_gain_nats + 6; }
 
-// The least gain that is worth a climb beside the best peak so far: that of a peak which may be
+// The least gain that is worth a maximum beside the best peak so far: that of a peak which may be
 // better, or, where the best peak is significant, of one which counts against its range.
-double TargetSearch::least_gain_nats(const Fit& best) const {
+double TargetSearch::least_gain_nats(const Maximum& best) const {
   return best.gain_nats < threshold_nats_ ? threshold_nats_ : best.gain_nats - rival_nats_;
 }
 
-Fit TargetSearch::climb(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
-  const bool roughly = &photons == &sample_;
-  Fit fit = refinement_.climb(photons, line, moving_, to_beat_nats, roughly);
+Maximum TargetSearch::maximize(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
+  maximizer_.begin(photons);
+  Maximum fit = maximizer_.maximize(likelihood::model_of(line),
+                                {free_, to_beat_nats, likelihood::Maximizer::exact_nats,
+                                 &photons == &sample_});
   odds_.add(fit);
   return fit;
 }
 
-Fit TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
+Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
                            double to_beat_nats) {
-  return climb(photons, zoom_into(photons, level, line).line, to_beat_nats);
+  return maximize(photons, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
-// Tries the delays at which the comb falls on itself: an interleaved comb does so with half of its
-// pulses, a nearly even comb with all of them, but not quite. Where the best cell was at such a
-// shoulder, the peak has the same range walk and another delay, and a near copy may have a near
+// Tries the side lobes: delays at which half of an interleaved comb's pulses fall on others, or all
+// pulses of a nearly even comb, but not quite. Where the best cell was at a side lobe, the peak has the same range walk and another delay, and a near copy may have a near
 // copy that is better again. Every delay that is no better counts against the range of the best
 // one.
-void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best) {
-  const DelayTrack found = best.parameters.line;
+void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best) {
+  const DelayTrack found = best.track();
   tried_ns_.assign(1, found.delay_ns);
   bool is_first = true;
   for (const DelayCell& cell : best_delays(photons, found.walk_ns)) {
@@ -341,17 +344,17 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
 }
 
 // Tries the near copies of the best one's comb, and those of a copy that is better.
-void TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Fit& best) {
+void TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Maximum& best) {
   constexpr int most_steps = 8;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
-    const DelayTrack from = best.parameters.line;
+    const DelayTrack from = best.track();
     for (const double copy : copies_ns_) try_delay(photons, level, copy, from, best);
     if (best.gain_nats == before) return;
   }
 }
 
-// The best delays of a range walk, which are those of a target and its highest shoulders. Where
+// The best delays of a range walk, which are those of a target and its highest side lobes. Where
 // combs meet, these are two targets and the places that both make, and one more says how far they
 // stand out.
 std::span<const DelayCell> TargetSearch::best_delays(const FoldedFrame& photons, double walk_ns) {
@@ -369,10 +372,10 @@ double TargetSearch::delay_gain_nats(const FoldedFrame& photons, const DelayCell
 
 // Takes the maximum there where it is better.
 void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, double shift_ns,
-                             DelayTrack from, Fit& best) {
+                             DelayTrack from, Maximum& best) {
   if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
-  const Fit fit =
+  const Maximum fit =
       fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - left_behind_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
@@ -400,12 +403,11 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
   return signal * std::log1p(signal / exposure.amplitude * peak_density / background);
 }
 
-// Whether a line may be a shoulder of the best peak: a target that is surely there shows at all
-// delays at which the comb falls on itself in part, with the range walk of the peak.
+// Whether a line may be a side lobe of the best peak, which has the range walk of the peak.
 // recheck_delay() looks at all of these delays at once.
-bool TargetSearch::is_shoulder(DelayTrack line, const SearchGrid& grid, const Fit& best) const {
-  return best.gain_nats > threshold_nats_ + shoulder_margin_nats &&
-         std::abs(line.walk_ns - best.parameters.line.walk_ns) < 2.2 * grid.bin_ns;
+bool TargetSearch::is_side_lobe(DelayTrack line, const SearchGrid& grid, const Maximum& best) const {
+  return best.gain_nats > threshold_nats_ + side_lobe_margin_nats &&
+         std::abs(line.walk_ns - best.track().walk_ns) < 2.2 * grid.bin_ns;
 }
 
 std::size_t TargetSearch::levels(Effort most) const {
@@ -448,39 +450,37 @@ BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, 
   return spot;
 }
 
-Fit TargetSearch::fit_at_rest(const FoldedFrame& frame, double delay_ns) {
-  return refinement_.climb(frame, {delay_ns, 0}, false);
+Maximum TargetSearch::fit(const FoldedFrame& frame, const DelayTrack& line, std::size_t track_terms) {
+  maximizer_.begin(frame);
+  return maximizer_.maximize(likelihood::model_of(line), {likelihood::free_set(1, track_terms)});
 }
 
-Fit TargetSearch::fit_moving(const FoldedFrame& frame, DelayTrack line) {
-  return refinement_.climb(frame, line, true);
+Maximum TargetSearch::judge(const FoldedFrame& frame, const likelihood::Model& at) {
+  maximizer_.begin(frame);
+  return maximizer_.judge(at, free_);
 }
 
-Fit TargetSearch::judge(const FoldedFrame& frame, const FrameParameters& at) {
-  return refinement_.judge(frame, at, moving_);
-}
-
-Fit TargetSearch::find_near(const FoldedFrame& frame, DelayTrack line) {
+Maximum TargetSearch::find_near(const FoldedFrame& frame, DelayTrack line) {
   begin();
   line.delay_ns += shape_.peak_offset_ns();
   return fit_cell(frame, levels_.front(), line);
 }
 
-Fit TargetSearch::look_beside(const FoldedFrame& frame, const Fit& fit) {
-  Fit best = fit;
-  if (has_shoulders()) recheck_delay(frame, levels_.front(), best);
+Maximum TargetSearch::look_beside(const FoldedFrame& frame, const Maximum& fit) {
+  Maximum best = fit;
+  if (has_side_lobes()) recheck_delay(frame, levels_.front(), best);
   return best;
 }
 
-std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Fit& fit) {
+std::optional<double> TargetSearch::range_odds_in(const FoldedFrame& rest, const Maximum& fit) {
   begin();
   odds_.add(fit);
-  const Fit best = look_beside(rest, fit);
+  const Maximum best = look_beside(rest, fit);
   if (best.gain_nats > fit.gain_nats) return std::nullopt;
   return odds_.of(fit);
 }
 
-double TargetSearch::range_odds_nats(const Fit& fit) const {
+double TargetSearch::range_odds_nats(const Maximum& fit) const {
   const double of_all = odds_.of(fit);
   const double odds_nats = sample_odds_nats_ ? std::min(*sample_odds_nats_, of_all) : of_all;
   return odds_nats > 0 && is_where_combs_meet(fit) ? 0 : odds_nats;
@@ -488,14 +488,15 @@ double TargetSearch::range_odds_nats(const Fit& fit) const {
 
 // Design note: a place where two combs meet has a half of the photons of each target. It is higher
 // than the brighter of the two, by chance, only where their photons differ by some deviations. The
-// combs of two shoulders meet at the target itself, but share its photons: one of the two gains
+// combs of two side lobes meet at the target itself, but share its photons: one of the two gains
 // half of what it does at most.
-bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
+bool TargetSearch::is_where_combs_meet(const Maximum& fit) const {
   constexpr double deviations = 4;
-  constexpr double no_shoulder = 0.75;
-  const double deviation = std::sqrt(fit.covariance(2, 2)) / fit.parameters.signal_per_pulse;
-  const double least_nats = fit.gain_nats * std::max(no_shoulder, 1 - deviations * deviation);
-  std::array<DelayTrack, 4> seen = {fit.parameters.line};
+  constexpr double no_side_lobe = 0.75;
+  constexpr auto S = static_cast<Eigen::Index>(likelihood::signal);
+  const double deviation = std::sqrt(fit.covariance(S, S)) / fit.signal_per_pulse();
+  const double least_nats = fit.gain_nats * std::max(no_side_lobe, 1 - deviations * deviation);
+  std::array<DelayTrack, 4> seen = {fit.track()};
   for (std::size_t count = 1; count < seen.size(); ++count) {
     const auto known = std::span(seen).first(count);
     const std::optional<RangeOdds::Place> place = odds_.best_beside(known);
@@ -503,7 +504,7 @@ bool TargetSearch::is_where_combs_meet(const Fit& fit) const {
     seen.at(count) = place->line;
     for (std::size_t k = 1; k < count; ++k) {
       if (meetings_.do_meet(place->line.delay_ns, seen.at(k).delay_ns,
-                            fit.parameters.line.delay_ns)) {
+                            fit.track().delay_ns)) {
         return true;
       }
     }
@@ -533,7 +534,7 @@ std::optional<RangeOdds::Place> TargetSearch::Peaks::best_beside(
   return best;
 }
 
-double TargetSearch::Peaks::range_odds_nats(const Fit& fit,
+double TargetSearch::Peaks::range_odds_nats(const Maximum& fit,
                                             std::span<const DelayTrack> others) const {
   const double of_all = odds.of(fit, others);
   return sample_best ? std::min(odds.of(*sample_best, others), of_all) : of_all;

@@ -8,29 +8,28 @@
 #include <vector>
 
 #include "estimator/fold/folded_frame.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/comb_meetings.hpp"
 #include "estimator/model/options.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/model/pulse_train.hpp"
 #include "estimator/search/delay_velocity_search.hpp"
 #include "estimator/search/range_odds.hpp"
-#include "estimator/search/refinement.hpp"
 #include "estimator/search/zoom.hpp"
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // range walks. Open this file first. Its parts:
 //   frame_search.hpp    the looks at a frame: where the last target was, straight, bent
 //   target_fit.hpp      the fit of what a look has found
-//   fit.hpp             a maximum of one target; refinement.hpp: the maximum near a line
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others
-//   target_search.hpp   the search of a frame: coarse cells, zoom, climb, delays that look alike
+//   target_search.hpp   the search of a frame: coarse cells, zoom, maximum, side lobes
 //   bend_search.hpp     the same for paths that bend, of targets that accelerate
-//   delay_velocity_search.hpp     the best cells of the plane, by a Taylor tree over slices of the
-//   frame taylor_tree.hpp       the tree: sums along all straight lines of a block of delays
+//   delay_velocity_search.hpp  the best cells of the plane, by a Taylor tree over slices of a frame
+//   taylor_tree.hpp     the tree: sums along all straight lines of a block of delays
 //   part_lines.hpp      the same for each rate of a comb that has several
 //   comb_rows.hpp       the rows that the tree adds up: a slice's photons at each delay
-//   zoom.hpp            from a cell down to a place where the likelihood has a single hill
+//   zoom.hpp            from a cell down to a place where the likelihood has a single maximum
 
 namespace splid {
 
@@ -42,8 +41,8 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and range walks possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;    // whether delays at which the comb nearly falls on itself are tried
-  bool may_be_blind = false;  // whether frames may come with their blind time
+  bool near_copies = true;   // whether delays at which the comb nearly falls on itself are tried
+  bool may_be_dead = false;  // whether frames may come with their dead time
 };
 
 // Where a zoom over bends has ended (see BendSearch).
@@ -56,12 +55,13 @@ struct BentSpot {
 
 // Finds a frame's target. All delays and range walks are searched, with coarse cells at first and
 // with finer cells only while nothing significant shows. The search zooms into the best cells and
-// climbs to the maximum of the likelihood from each that may be the best.
+// finds the maximum of the likelihood near each that may be the best.
 //
 // Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
 // max_photons.
 class TargetSearch {
  public:
+  using Maximum = likelihood::Maximum;
   // A zoom reaches at least so many pulse widths in delay, and twice as far in range walk. A near
   // copy of the comb, and the wrong range walk that makes up for its difference, are within that.
   static constexpr double least_reach_widths = 8;
@@ -78,26 +78,25 @@ class TargetSearch {
 
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
   // are left out. least: the level to begin with, where nothing bright is there.
-  std::optional<Fit> find(const FoldedFrame& frame, Effort most = Effort::balanced,
+  std::optional<Maximum> find(const FoldedFrame& frame, Effort most = Effort::balanced,
                           Effort least = Effort::fast);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
-  Fit find_near(const FoldedFrame& frame, DelayTrack line);
+  Maximum find_near(const FoldedFrame& frame, DelayTrack line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
   // result is the best of them and the fit.
-  Fit look_beside(const FoldedFrame& frame, const Fit& fit);
-  // The maximum near a delay for a target at rest.
-  Fit fit_at_rest(const FoldedFrame& frame, double delay_ns);
-  // The maximum near a line for a target that may move.
-  Fit fit_moving(const FoldedFrame& frame, DelayTrack line);
+  Maximum look_beside(const FoldedFrame& frame, const Maximum& fit);
+  // The maximum near a line, with so many free terms of the track (likelihood::free_set).
+  Maximum fit(const FoldedFrame& frame, const DelayTrack& line, std::size_t track_terms);
   // What the likelihood says of a target that was found by other means.
-  Fit judge(const FoldedFrame& frame, const FrameParameters& at);
+  Maximum judge(const FoldedFrame& frame, const likelihood::Model& at);
+  [[nodiscard]] likelihood::Maximizer& maximizer() { return maximizer_; }
   // How sure a fit's range is, in nats (see RangeOdds), against the peaks that the last find(), or
   // find_near() and look_beside(), came by. Where the last frame was settled by a sample of its
   // photons, the odds are not above those of the sample.
   //
   // There are no odds, 0, where the combs of two other places meet at the fit's that are as high as
   // it is: then either pair may be the two targets of the frame, and the highest one is chance.
-  [[nodiscard]] double range_odds_nats(const Fit& fit) const;
+  [[nodiscard]] double range_odds_nats(const Maximum& fit) const;
   [[nodiscard]] const PulseShape& shape() const { return shape_; }
   // Where the combs of two targets meet.
   [[nodiscard]] const CombMeetings& meetings() const { return meetings_; }
@@ -105,19 +104,19 @@ class TargetSearch {
   struct Peaks {
     RangeOdds odds;
     // What a sample of the photons found, where it settled the search.
-    std::optional<Fit> sample_best;
-    // Places with more light than chance makes and less than the best place has. The search did not
-    // climb there.
+    std::optional<Maximum> sample_best;
+    // Places with more light than chance makes and less than the best place has, whose maximum the
+    // search did not look for.
     std::vector<RangeOdds::Place> weaker;
     // The strongest place that is not at one of these lines.
     [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
         std::span<const DelayTrack> lines) const;
     // How sure the range of a fit is against these peaks, less those of other targets.
-    [[nodiscard]] double range_odds_nats(const Fit& fit, std::span<const DelayTrack> others) const;
+    [[nodiscard]] double range_odds_nats(const Maximum& fit, std::span<const DelayTrack> others) const;
   };
   // How a target was found.
   struct Search {
-    Fit fit;
+    Maximum fit;
     Peaks peaks;
   };
   // With room for as many peaks as a search keeps.
@@ -127,7 +126,7 @@ class TargetSearch {
   // How sure the range of a target is that was not searched for, by a look at all delays with its
   // range walk, in a frame from which all others have been taken out. Nothing where another delay
   // is better.
-  std::optional<double> range_odds_in(const FoldedFrame& rest, const Fit& fit);
+  std::optional<double> range_odds_in(const FoldedFrame& rest, const Maximum& fit);
 
   // What BendSearch needs to look for paths that bend, level by level.
   static constexpr std::size_t sampled_photons = 65536;
@@ -164,32 +163,32 @@ class TargetSearch {
   [[nodiscard]] std::vector<Level> make_levels(const SearchScope& scope) const;
   [[nodiscard]] std::vector<SearchGrid> grids() const;
   [[nodiscard]] std::size_t widest_level_overlap() const;
-  [[nodiscard]] bool has_shoulders() const;
+  [[nodiscard]] bool has_side_lobes() const;
   void begin();
-  std::optional<Fit> find_by_sample(const FoldedFrame& frame);
-  std::optional<Fit> find_in(const FoldedFrame& photons, Effort most, Effort least);
-  std::optional<Fit> find_at_level(const FoldedFrame& photons, const Level& level);
-  Fit fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
+  std::optional<Maximum> find_by_sample(const FoldedFrame& frame);
+  std::optional<Maximum> find_in(const FoldedFrame& photons, Effort most, Effort least);
+  std::optional<Maximum> find_at_level(const FoldedFrame& photons, const Level& level);
+  Maximum fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
                double to_beat_nats = -std::numeric_limits<double>::infinity());
-  void recheck_delay(const FoldedFrame& photons, const Level& level, Fit& best);
+  void recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best);
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double walk_ns);
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
-  void climb_beside(const FoldedFrame& photons, Fit& best);
-  void try_copies(const FoldedFrame& photons, const Level& level, Fit& best);
+  void maximize_beside(const FoldedFrame& photons, Maximum& best);
+  void try_copies(const FoldedFrame& photons, const Level& level, Maximum& best);
   void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayTrack from,
-                 Fit& best);
-  Fit climb(const FoldedFrame& photons, DelayTrack line,
-            double to_beat_nats = -std::numeric_limits<double>::infinity());
+                 Maximum& best);
+  Maximum maximize(const FoldedFrame& photons, DelayTrack line,
+               double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
-  [[nodiscard]] bool is_where_combs_meet(const Fit& fit) const;
+  [[nodiscard]] bool is_where_combs_meet(const Maximum& fit) const;
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayTrack line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
-  [[nodiscard]] double least_gain_nats(const Fit& best) const;
+  [[nodiscard]] double least_gain_nats(const Maximum& best) const;
   [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
-  [[nodiscard]] bool is_shoulder(DelayTrack line, const SearchGrid& grid, const Fit& best) const;
+  [[nodiscard]] bool is_side_lobe(DelayTrack line, const SearchGrid& grid, const Maximum& best) const;
 
   const PulseTrain& train_;
   const PulseShape& shape_;
@@ -198,6 +197,7 @@ class TargetSearch {
   double rival_nats_;  // peaks that are no further below the best one than this count against it
   double max_slope_;   // the largest g of a line
   bool moving_;
+  likelihood::FreeSet free_;
   std::vector<Level> levels_;
   SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
   std::vector<double> copies_ns_;  // see near_copies_ns
@@ -206,12 +206,12 @@ class TargetSearch {
   DelayVelocitySearch search_;
   NearSet near_;
   Zoom zoom_;
-  Refinement refinement_;
+  likelihood::Maximizer maximizer_;
   std::vector<Spot> spots_;
   std::vector<RangeOdds::Place> weaker_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
-  std::optional<Fit> sample_best_;          // what the sample found then
+  std::optional<Maximum> sample_best_;          // what the sample found then
   std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
 };
 

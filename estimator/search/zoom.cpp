@@ -20,7 +20,7 @@ Zoom::Zoom(double width_ns, double peak_offset_ns)
       counts_(bins) {}
 
 ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
-  DelayTrack line = near.line;
+  DelayTrack line = near.track;
   double reach = reach_ns;
   while (true) {
     const double step = std::max(width_ns_, reach / max_steps);
@@ -34,8 +34,8 @@ ZoomResult Zoom::find(const NearSet& near, double reach_ns, bool moving) {
 // Fills row r with the entries of slice r, by their distance in steps from the line `about`.
 void Zoom::fill(const NearSet& near, DelayTrack about, double first_ns, double per_bin) {
   std::fill(rows_.begin(), rows_.end(), 0);
-  const double slope = about.walk_ns - near.line.walk_ns;
-  const double start = about.delay_ns - near.line.delay_ns + peak_offset_ns_ + first_ns;
+  const double slope = about.walk_ns - near.track.walk_ns;
+  const double start = about.delay_ns - near.track.delay_ns + peak_offset_ns_ + first_ns;
   for (std::size_t j = 0; j < near.entries(); ++j) {
     const double s = near.position[j];
     const double bin = (near.residual_ns[j] - slope * s - start) * per_bin;

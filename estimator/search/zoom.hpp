@@ -28,7 +28,7 @@ class Zoom {
   // width_ns, peak_offset_ns: those of the PulseShape.
   Zoom(double width_ns, double peak_offset_ns);
 
-  // The line with the most entries whose delay is within reach_ns of that of near.line, and whose
+  // The line with the most entries whose delay is within reach_ns of that of near.track, and whose
   // range walk is within 2 reach_ns of it. moving: false keeps the range walk.
   ZoomResult find(const NearSet& near, double reach_ns, bool moving);
 

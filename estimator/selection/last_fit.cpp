@@ -168,7 +168,7 @@ double TargetSelection::range_odds_nats(std::size_t target) {
   for (std::size_t k = 0; k < all_.model.count; ++k) {
     if (k == target) continue;
     const DelayTrack& other = all_.model.targets[k].track;
-    lines_.push_back(line_of(other));
+    lines_.push_back(other);
     if (!pair_odds_nats_[target] || parting_widths(own.track, other) > same_walk_widths) continue;
     const auto places = search_.meetings().find(own.track.delay_ns, other.delay_ns);
     for (const double delay_ns : places.delays_ns()) {
@@ -185,8 +185,9 @@ double TargetSelection::range_odds_nats(std::size_t target) {
     if (own.track.quadratic_ns != 0 && bends_ != nullptr) {
       rest = &bends_->straightened(*rest, 6 * own.track.quadratic_ns);
     }
-    const Fit fit = search_.judge(
-        *rest, {line_of(own.track), own.signal_per_pulse, all_.model.background_per_ns});
+    const Maximum fit =
+        search_.judge(*rest, likelihood::model_of({own.track.delay_ns, own.track.walk_ns}, own.signal_per_pulse,
+                                                  all_.model.background_per_ns));
     odds_nats = search_.range_odds_in(*rest, fit).value_or(0);
   }
   return std::min(odds_nats, pair_odds_nats_[target].value_or(odds_nats));
@@ -200,10 +201,9 @@ const TargetSearch::Search* TargetSelection::searched_about(std::size_t target) 
   const TargetSearch::Search* best = nullptr;
   double most_nats = least_seen * selection_.targets[target].gain_nats;
   for (std::size_t k = 0; k < all_.model.count; ++k) {
-    const Fit& seen = members_[k].search.fit;
-    const DelayTrack line = seen.parameters.line;
-    const DelayTrack track = {line.delay_ns, line.walk_ns};
-    if (!(seen.gain_nats > most_nats) || apart_widths(track, own) > one_pulse_widths) continue;
+    const Maximum& seen = members_[k].search.fit;
+    if (!(seen.gain_nats > most_nats)) continue;
+    if (apart_widths(seen.track(), own) > one_pulse_widths) continue;
     most_nats = seen.gain_nats;
     best = &members_[k].search;
   }

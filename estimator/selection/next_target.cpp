@@ -6,12 +6,8 @@
 namespace splid::selection {
 namespace {
 
+using likelihood::Maximum;
 using likelihood::Target;
-
-Target target_of(const Fit& fit) {
-  const DelayTrack line = fit.parameters.line;
-  return {{line.delay_ns, line.walk_ns}, fit.parameters.signal_per_pulse};
-}
 
 }  // namespace
 
@@ -21,15 +17,15 @@ std::optional<Target> TargetSelection::find_seen(const FoldedFrame& rest) {
   if (terms_ == 3) return std::nullopt;
   const auto place = seen_beside();
   if (!place || place->gain_nats < scope_.threshold_nats + plain_margin_nats) return std::nullopt;
-  const Fit there = search_.find_near(rest, place->line);
+  const Maximum there = search_.find_near(rest, place->line);
   if (!there.has_covariance || there.gain_nats < no_side_lobe * place->gain_nats ||
-      !is_plain(target_of(there), there.gain_nats)) {
+      !is_plain(there.model.targets[0], there.gain_nats)) {
     return std::nullopt;
   }
   TargetSearch::Search& search = members_[all_.model.count].search;
   search.fit = search_.look_beside(rest, there);
   search_.keep_peaks(search.peaks);
-  return target_of(search.fit);
+  return search.fit.model.targets[0];
 }
 
 // The strongest place of the searches so far that is not at one of the targets, nor at what may be
@@ -39,7 +35,7 @@ std::optional<RangeOdds::Place> TargetSelection::seen_beside() {
   for (std::size_t m = 0; m < all_.model.count; ++m) {
     lines_.clear();
     for (std::size_t k = 0; k < all_.model.count; ++k) {
-      lines_.push_back(line_of(all_.model.targets[k].track));
+      lines_.push_back(all_.model.targets[k].track);
     }
     while (lines_.size() < lines_.capacity()) {
       const auto place = members_[m].search.peaks.best_beside(lines_);
@@ -53,7 +49,7 @@ std::optional<RangeOdds::Place> TargetSelection::seen_beside() {
 
 // Whether a place may be a side lobe of a target that a member's search had not been freed from.
 bool TargetSelection::may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const {
-  const DelayTrack there = {place.line.delay_ns, place.line.walk_ns};
+  const DelayTrack& there = place.line;
   for (std::size_t k = member; k < all_.model.count; ++k) {
     if (parting_widths(all_.model.targets[k].track, there) < tail_widths &&
         place.gain_nats < no_side_lobe * members_[k].search.fit.gain_nats) {
@@ -73,35 +69,34 @@ std::optional<Target> TargetSelection::find_next(const FoldedFrame& rest, Effort
     search_.keep_peaks(search.peaks);
     return bent->best.model.targets.front();
   }
-  const std::optional<Fit> fit = search_.find(rest, most, Effort::balanced);
+  const std::optional<Maximum> fit = search_.find(rest, most, Effort::balanced);
   if (!fit || !fit->has_covariance) return std::nullopt;
   search.fit = *fit;
   search_.keep_peaks(search.peaks);
-  Target found = target_of(*fit);
+  Target found = fit->model.targets[0];
   if (fit->gain_nats < least_gain_nats(found)) return std::nullopt;
-  const DelayTrack line = likeliest_alike(rest, *fit);
-  found.track = {line.delay_ns, line.walk_ns};
+  found.track = likeliest_lobe(rest, *fit);
   return found;
 }
 
 // Where a target has half of its pulses in common with one that has been taken out, what is left of
-// it is as high at all places at which the other half of its comb falls on itself. The right one of
-// these was a high place of the frame too.
-DelayTrack TargetSelection::likeliest_alike(const FoldedFrame& rest, const Fit& found) {
+// it is as high at all side lobes of the other half of its comb. The right place was a high one of
+// the frame too.
+DelayTrack TargetSelection::likeliest_lobe(const FoldedFrame& rest, const Maximum& found) {
   constexpr std::size_t most_tried = 3;
-  const DelayTrack line = found.parameters.line;
+  const DelayTrack line = found.track();
   const RangeOdds& seen = members_[0].search.peaks.odds;
   if (seen.gain_near(line, pair_widths * shape_.width_ns(), {}) > found.gain_nats) return line;
   lines_.clear();
   for (std::size_t k = 0; k < all_.model.count; ++k) {
-    lines_.push_back(line_of(all_.model.targets[k].track));
+    lines_.push_back(all_.model.targets[k].track);
   }
   for (std::size_t tried = 0; tried < most_tried; ++tried) {
     const auto place = seen.best_beside(lines_);
     if (!place || place->gain_nats < found.gain_nats) break;
-    FrameParameters there = found.parameters;
-    there.line = place->line;
-    if (search_.judge(rest, there).gain_nats > no_side_lobe * found.gain_nats) return there.line;
+    likelihood::Model there = found.model;
+    there.targets[0].track = place->line;
+    if (search_.judge(rest, there).gain_nats > no_side_lobe * found.gain_nats) return place->line;
     lines_.push_back(place->line);
   }
   return line;

@@ -102,7 +102,7 @@ std::optional<std::array<Target, 2>> TargetSelection::pair_about(std::size_t tar
   middle.walk_ns += share * (last.track.walk_ns - one.track.walk_ns);
   double square = 0, cross = 0, bow = 0;
   for (int round = 0; round < most_rounds; ++round) {
-    const DelayTrack from = near.track();
+    const DelayTrack from = near.track;
     double photons = -dark, o1 = 0, os = 0, oo = 0, oos = 0, ooss = 0;
     for (std::size_t n = 0; n < near.photons(); ++n) {
       for (std::size_t j = near.first[n]; j < near.first[n + 1]; ++j) {

@@ -34,7 +34,7 @@ PulseTail::PulseTail(const PulseShape& shape, const PulseTrain& train, std::size
 void PulseTail::count(const FoldedFrame& frame, const likelihood::Model& about) {
   about_ = about.targets.front().track;
   exposure_ = Exposure(frame, train_);
-  near_.collect_along(frame, windows_, train_, about_);
+  near_.collect(frame, windows_, train_, about_);
   counts_.fill(0);
   for (const double residual_ns : near_.residual_ns) {
     const double cell = (residual_ns - first_ns_) / cell_ns_;

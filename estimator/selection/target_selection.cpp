@@ -46,18 +46,18 @@ TargetSelection::TargetSelection(TargetSearch& search, BendSearch* bends, const 
   lines_.reserve(most_targets + most_targets * CombMeetings::most_places);
 }
 
-const Selection& TargetSelection::select(const FoldedFrame& frame, const Model& first,
-                                         const Fit& fit, std::size_t track_terms, Effort most) {
+const Selection& TargetSelection::select(const FoldedFrame& frame, const Maximum& first,
+                                         std::size_t track_terms, Effort most) {
   frame_ = &frame;
   terms_ = track_terms;
   maximizer_.begin(frame);
   wide_.begin(frame);
   all_ = {};
-  all_.model = first;
-  all_.gain_nats = fit.gain_nats;
+  all_.model = first.model;
+  all_.gain_nats = first.gain_nats;
   is_refined_ = !scope_.is_width_free;
   pair_odds_nats_ = {};
-  members_[0].search.fit = fit;
+  members_[0].search.fit = first;
   members_[0].is_claimed = true;
   search_.keep_peaks(members_[0].search.peaks);
   // What is not claimed stays, and leaves room for as many more.
@@ -96,7 +96,7 @@ bool TargetSelection::add(const Target& next) {
   if (!is_plain(next, gain_nats)) return add_together(next);
   is_refined_ = false;
   all_.model.add(next);
-  all_.model.background_per_ns = member.search.fit.parameters.background_per_ns;
+  all_.model.background_per_ns = member.search.fit.model.background_per_ns;
   all_.gain_nats += gain_nats;
   return true;
 }

@@ -43,8 +43,6 @@ struct Selection {
   std::size_t count = 0;
 };
 
-inline DelayTrack line_of(const DelayTrack& track) { return {track.delay_ns, track.walk_ns}; }
-
 // Finds the targets of a frame by one rule, one after the other:
 //
 //  1. The light of those found is taken out of the frame (Thinning). A place that a search has seen
@@ -69,9 +67,9 @@ class TargetSelection {
   TargetSelection(TargetSearch& search, BendSearch* bends, const PulseTrain& train,
                   const PulseShape& shape, const SelectionScope& scope, std::size_t max_photons);
 
-  // first: the frame's best target, which `search` has just found, by `fit`. track_terms: see
+  // first: the frame's best target, which `search` has just found. track_terms: see
   // likelihood::free_set(). Valid until the next call.
-  const Selection& select(const FoldedFrame& frame, const likelihood::Model& first, const Fit& fit,
+  const Selection& select(const FoldedFrame& frame, const likelihood::Maximum& first,
                           std::size_t track_terms, Effort most);
   // What the last frame gains where its targets may move that were taken to be at rest.
   double gain_by_moving_nats();
@@ -101,7 +99,7 @@ class TargetSelection {
   [[nodiscard]] bool may_be_side_lobe(const RangeOdds::Place& place, std::size_t member) const;
   [[nodiscard]] double least_gain_nats(const likelihood::Target& next) const;
   std::optional<likelihood::Target> find_next(const FoldedFrame& rest, Effort most);
-  DelayTrack likeliest_alike(const FoldedFrame& rest, const Fit& found);
+  DelayTrack likeliest_lobe(const FoldedFrame& rest, const likelihood::Maximum& found);
   bool add(const likelihood::Target& next);
   bool add_together(const likelihood::Target& next);
   void refine();

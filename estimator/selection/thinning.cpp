@@ -48,7 +48,7 @@ const FoldedFrame& Thinning::rest(const FoldedFrame& frame, const likelihood::Mo
 void Thinning::add_light(const FoldedFrame& frame, const likelihood::Model& model,
                          std::size_t target, std::vector<double>& light) {
   const likelihood::Target& own = model.targets.at(target);
-  near_.collect_along(frame, windows_, train_, own.track);
+  near_.collect(frame, windows_, train_, own.track);
   const double narrow = std::exp(-model.log_width);
   const double to_offset = frame.scale / (1 - own.track.walk_ns / frame.length_ns) * narrow;
   const std::size_t entries = near_.entries();

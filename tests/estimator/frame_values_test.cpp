@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "estimator/model/units.hpp"
-#include "estimator/search/fit.hpp"
 
 namespace splid {
 namespace {
@@ -14,16 +13,17 @@ constexpr double length_ns = 5e7;
 constexpr double circle_ns = 4000;
 
 // A target whose delay grows by walk_ns over the frame.
-Fit fit_at(double delay_ns, double walk_ns) {
-  Fit fit;
-  fit.parameters = {{delay_ns, walk_ns}, 0.001, 1e-4};
+likelihood::Maximum fit_at(double delay_ns, double walk_ns) {
+  likelihood::Maximum fit;
+  fit.model = likelihood::model_of({delay_ns, walk_ns}, 0.001, 1e-4);
+  constexpr auto size = static_cast<Eigen::Index>(likelihood::parameters_of(1));
+  fit.covariance = SmallMatrix::Zero(size, size);
   return fit;
 }
 
-Estimate values_of(const Fit& fit, const FrameUnits& units = {length_ns, circle_ns, 1},
+Estimate values_of(likelihood::Maximum at, const FrameUnits& units = {length_ns, circle_ns, 1},
                    const SyncFit& sync = {}, double bend_ns = 0,
                    const checks::Widening& wider = {}) {
-  likelihood::Maximum at = maximum_of(fit);
   DelayTrack& track = at.model.targets[0].track;
   track.quadratic_ns = bend_ns / bend_per_quadratic;
   track.delay_ns += track.quadratic_ns / 2;  // the fit's delay is that at mid-frame
@@ -69,7 +69,7 @@ TEST(FrameValues, ABendMovesTheDelayAtTheStart) {
 
 // Shifts add in quadrature; a larger deviation that the photons show takes the fit's place.
 TEST(FrameValues, FindingsWidenTheDeviations) {
-  Fit fit = fit_at(1000, 0);
+  likelihood::Maximum fit = fit_at(1000, 0);
   fit.has_covariance = true;
   fit.covariance(0, 0) = 0.03 * 0.03;
   fit.covariance(1, 1) = 0.1 * 0.1;
@@ -84,7 +84,7 @@ TEST(FrameValues, FindingsWidenTheDeviations) {
 }
 
 TEST(FrameValues, TheSyncsNoiseIsPartOfTheDeviations) {
-  Fit fit = fit_at(1000, 0);
+  likelihood::Maximum fit = fit_at(1000, 0);
   fit.has_covariance = true;
   fit.covariance(0, 0) = 0.03 * 0.03;
   fit.covariance(1, 1) = 0.1 * 0.1;

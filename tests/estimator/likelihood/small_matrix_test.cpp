@@ -29,14 +29,5 @@ TEST(SmallMatrix, WhatIsNotPositiveHasNoInverseAndNoSolution) {
   EXPECT_FALSE(solution_of_positive(matrix, SmallVector::Ones(2)));
 }
 
-TEST(SmallMatrix, ASemidefiniteMatrixIsSolvedForEachColumn) {
-  SmallMatrix matrix(2, 2), right(2, 2);
-  matrix << 2, 0, 0, 0;
-  right << 4, 6, 0, 0;
-  const SmallMatrix x = solution_of_semidefinite(matrix, right);
-  EXPECT_NEAR(x(0, 0), 2, 1e-15);
-  EXPECT_NEAR(x(0, 1), 3, 1e-15);
-}
-
 }  // namespace
 }  // namespace splid

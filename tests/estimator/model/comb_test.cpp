@@ -37,20 +37,6 @@ TEST(Comb, NearlyEvenPulsesHaveNearCopies) {
   EXPECT_TRUE(near_copies_ns(even, 0.005).empty());
 }
 
-TEST(Comb, FallsOnItselfInPart) {
-  // Of the 40 pulses of [P]'s comb 21 are multiples of 180 ns, and 20 of 189 ns.
-  const PulseTrain interleaved(test::interleaved_pattern({180000, 189000}, 3780000));
-  EXPECT_DOUBLE_EQ(light_on_itself(interleaved, 180, 0.3), 21.0 / 40);
-  EXPECT_DOUBLE_EQ(light_on_itself(interleaved, -189, 0.3), 20.0 / 40);
-  EXPECT_DOUBLE_EQ(light_on_itself(interleaved, 9, 0.3), 2.0 / 40);
-  EXPECT_DOUBLE_EQ(light_on_itself(interleaved, 4.5, 0.3), 0);
-  EXPECT_NEAR(light_on_itself(interleaved.stretches.front().comb, 179.9, 0.3).offset_ns, 0.1, 1e-9);
-  // For a third of the time the pulses are 180 ns apart.
-  const PulseTrain turns(test::mrr_pattern({180000, 189000, 200000}, 37800000, 37800000));
-  EXPECT_NEAR(light_on_itself(turns, 360, 0.3), 0.35, 0.01);
-  EXPECT_DOUBLE_EQ(light_on_itself(turns, 100, 0.3), 0);
-}
-
 TEST(Comb, InterleavedAndRandomPulsesHaveNoNearCopies) {
   EXPECT_TRUE(near_copies_ns(
                   Comb(test::interleaved_pattern({180000, 189000}, 3780000).segments.front()), 0.3)

@@ -293,33 +293,34 @@ TEST(RangeOdds, AgreeWithTheSumOverTheWholePlane) {
 }
 
 // Delay 0.01 of 100 ns, range walk 0.02 of 20 ns, signal 0.1 of 1; both uncorrelated.
-Fit hill(double delay_ns, double gain_nats) {
-  Fit fit;
-  fit.parameters = {{delay_ns, 0}, 1, 1};
+likelihood::Maximum peak_at(double delay_ns, double gain_nats) {
+  likelihood::Maximum fit;
+  fit.model = likelihood::model_of({delay_ns}, 1, 1);
   fit.gain_nats = gain_nats;
-  fit.covariance.diagonal() << 1e-4, 4e-4, 1e-2, 1;
+  fit.covariance = SmallMatrix::Zero(6, 6);
+  fit.covariance.diagonal() << 1e-4, 4e-4, 0, 1e-2, 0, 1;
   fit.has_covariance = true;
   return fit;
 }
 
 TEST(RangeOdds, AgainstChanceAreTheGainLessWhatWasSearched) {
   RangeOdds odds({100, 10, 0.1});
-  const Fit best = hill(50, 40);
+  const likelihood::Maximum best = peak_at(50, 40);
   odds.add(best);
   const double volume = std::pow(2 * pi, 1.5) * 0.01 / 100 * 0.02 / 20 * 0.1;
   const double alone = 40 + std::log(volume);
   EXPECT_NEAR(odds.of(best), alone, 1e-9);
   // Its own foot and a place far below are no rivals; an equal one leaves nothing.
-  odds.add(hill(50.4, 39));
+  odds.add(peak_at(50.4, 39));
   odds.add({20, 0}, 0);
   EXPECT_NEAR(odds.of(best), alone, 1e-4);
-  odds.add(hill(70, 40));
-  odds.add(hill(70.01, 39.9));  // the same once more
+  odds.add(peak_at(70, 40));
+  odds.add(peak_at(70.01, 39.9));  // the same once more
   EXPECT_NEAR(odds.of(best), 0, 1e-6);
   // As near around the circle's end as over it; another velocity is another range.
-  EXPECT_NEAR(odds.of(hill(150, 40)), 0, 1e-6);
-  Fit moving = hill(50, 45);
-  moving.parameters.line.walk_ns = 3;
+  EXPECT_NEAR(odds.of(peak_at(150, 40)), 0, 1e-6);
+  likelihood::Maximum moving = peak_at(50, 45);
+  moving.model.targets[0].track.walk_ns = 3;
   odds.add(moving);
   EXPECT_NEAR(odds.of(best), -5, 0.01);
   odds.clear();
@@ -329,13 +330,13 @@ TEST(RangeOdds, AgainstChanceAreTheGainLessWhatWasSearched) {
 // What is faster than was looked for needs so much more, but no more than 20 nats.
 TEST(RangeOdds, OfWhatIsTooFastAreLower) {
   RangeOdds odds({100, 10, 0.1});
-  Fit fast = hill(50, 40);
+  likelihood::Maximum fast = peak_at(50, 40);
   const double slow_nats = odds.of(fast);
-  fast.parameters.line.walk_ns = 10;
+  fast.model.targets[0].track.walk_ns = 10;
   EXPECT_NEAR(odds.of(fast), slow_nats - std::log(2), 1e-6);
-  fast.parameters.line.walk_ns = 10.08;  // four deviations
+  fast.model.targets[0].track.walk_ns = 10.08;  // four deviations
   EXPECT_NEAR(odds.of(fast), slow_nats + std::log(0.5 * std::erfc(4 / std::sqrt(2))), 1e-3);
-  fast.parameters.line.walk_ns = 15;
+  fast.model.targets[0].track.walk_ns = 15;
   EXPECT_NEAR(odds.of(fast), slow_nats - 20, 1e-6);
 }
 

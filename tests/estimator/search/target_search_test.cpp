@@ -16,6 +16,8 @@
 namespace splid {
 namespace {
 
+using likelihood::Maximum;
+
 constexpr double sigma_ns = 0.1;
 constexpr double light_speed = 299792458.0;
 
@@ -164,14 +166,14 @@ TEST(TargetSearch, FindsTheMaximumThatBruteForceFinds) {
       BruteForceSearch brute(made, s.photons);
       brute.want_near(8);
       const DelayTrack expected = brute.best(walk_of(1500, 1e5));
-      const std::optional<Fit> fit = s.search.find(s.frame);
+      const std::optional<Maximum> fit = s.search.find(s.frame);
       ASSERT_TRUE(fit);
-      EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << velocity_mps;
-      EXPECT_NEAR(fit->parameters.line.walk_ns, expected.walk_ns, 2 * sigma_ns);
+      EXPECT_LT(s.apart_ns(fit->track(), expected), sigma_ns) << velocity_mps;
+      EXPECT_NEAR(fit->track().walk_ns, expected.walk_ns, 2 * sigma_ns);
       // The same likelihood, and between the points of the grid a little more of it.
-      EXPECT_NEAR(fit->gain_nats, brute.gain(fit->parameters.line), 1e-6);
+      EXPECT_NEAR(fit->gain_nats, brute.gain(fit->track()), 1e-6);
       EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
-      EXPECT_LT(s.apart_ns(fit->parameters.line, {2 * 7.3 / 0.299792458, 0}), 3 * sigma_ns);
+      EXPECT_LT(s.apart_ns(fit->track(), {2 * 7.3 / 0.299792458, 0}), 3 * sigma_ns);
     }
   }
 }
@@ -183,46 +185,46 @@ TEST(TargetSearch, ATargetAtRestIsFoundWithoutTravel) {
     BruteForceSearch brute(made, s.photons);
     brute.want_near(8);
     const DelayTrack expected = brute.best(0);
-    const std::optional<Fit> fit = s.search.find(s.frame);
+    const std::optional<Maximum> fit = s.search.find(s.frame);
     ASSERT_TRUE(fit);
-    EXPECT_EQ(fit->parameters.line.walk_ns, 0);
-    EXPECT_LT(s.apart_ns(fit->parameters.line, expected), sigma_ns) << seed;
+    EXPECT_EQ(fit->track().walk_ns, 0);
+    EXPECT_LT(s.apart_ns(fit->track(), expected), sigma_ns) << seed;
     EXPECT_GT(fit->gain_nats, brute.gain(expected) - 1e-9);
   }
 }
 
 // Pulses at 0, 42, 63 and 84 ns in 126: moved by 42 ns, two of the four fall on others.
-TEST(TargetSearch, LookBesideLeavesAShoulderForThePeak) {
+TEST(TargetSearch, LookBesideLeavesASideLobeForThePeak) {
   const test::FrameMaker made = small_scene(test::interleaved_pattern({42000, 63000}, 126000), 300);
   Searched s(made, 3, walk_of(1500, 1e5));
-  const std::optional<Fit> peak = s.search.find(s.frame);
+  const std::optional<Maximum> peak = s.search.find(s.frame);
   ASSERT_TRUE(peak);
-  const DelayTrack truth = peak->parameters.line;
-  const Fit shoulder = s.search.find_near(s.frame, {truth.delay_ns + 42, truth.walk_ns});
-  EXPECT_LT(s.apart_ns(shoulder.parameters.line, {truth.delay_ns + 42, 0}), 2 * sigma_ns);
-  EXPECT_LT(shoulder.gain_nats, 0.7 * peak->gain_nats);
-  const Fit beside = s.search.look_beside(s.frame, shoulder);
-  EXPECT_LT(s.apart_ns(beside.parameters.line, truth), 1e-4);
+  const DelayTrack truth = peak->track();
+  const Maximum side_lobe = s.search.find_near(s.frame, {truth.delay_ns + 42, truth.walk_ns});
+  EXPECT_LT(s.apart_ns(side_lobe.track(), {truth.delay_ns + 42, 0}), 2 * sigma_ns);
+  EXPECT_LT(side_lobe.gain_nats, 0.7 * peak->gain_nats);
+  const Maximum beside = s.search.look_beside(s.frame, side_lobe);
+  EXPECT_LT(s.apart_ns(beside.track(), truth), 1e-4);
   EXPECT_NEAR(beside.gain_nats, peak->gain_nats, 1e-6);
-  // From the shoulder's view the peak is another range, and the better one.
-  EXPECT_LT(s.search.range_odds_nats(shoulder), 0);
+  // From the side_lobe's view the peak is another range, and the better one.
+  EXPECT_LT(s.search.range_odds_nats(side_lobe), 0);
 }
 
 TEST(TargetSearch, JudgesAndFitsByTheSameLikelihood) {
   const test::FrameMaker made = small_scene(test::random_pattern(126000, 5, 9000, 2), 700);
   Searched s(made, 8, walk_of(1500, 1e5));
   const BruteForceSearch brute(made, s.photons);
-  const std::optional<Fit> fit = s.search.find(s.frame);
+  const std::optional<Maximum> fit = s.search.find(s.frame);
   ASSERT_TRUE(fit);
-  EXPECT_NEAR(s.search.judge(s.frame, fit->parameters).gain_nats, fit->gain_nats, 1e-6);
-  FrameParameters darker = fit->parameters;
-  darker.signal_per_pulse /= 2;
+  EXPECT_NEAR(s.search.judge(s.frame, fit->model).gain_nats, fit->gain_nats, 1e-6);
+  likelihood::Model darker = fit->model;
+  darker.targets[0].signal_per_pulse /= 2;
   EXPECT_LT(s.search.judge(s.frame, darker).gain_nats, fit->gain_nats - 1);
-  const Fit moving = s.search.fit_moving(s.frame, fit->parameters.line);
+  const Maximum moving = s.search.fit(s.frame, fit->track(), 2);
   EXPECT_NEAR(moving.gain_nats, fit->gain_nats, 1e-6);
-  const Fit rest = s.search.fit_at_rest(s.frame, fit->parameters.line.delay_ns);
-  EXPECT_EQ(rest.parameters.line.walk_ns, 0);
-  EXPECT_NEAR(rest.gain_nats, brute.gain(rest.parameters.line), 1e-6);
+  const Maximum rest = s.search.fit(s.frame, {fit->track().delay_ns}, 1);
+  EXPECT_EQ(rest.track().walk_ns, 0);
+  EXPECT_NEAR(rest.gain_nats, brute.gain(rest.track()), 1e-6);
   EXPECT_LT(rest.gain_nats, fit->gain_nats);
 }
 
@@ -235,16 +237,16 @@ TEST(TargetSearch, AVeryBrightFrameIsRefinedOnAllPhotons) {
   made.background_per_ns = 0.015;
   Searched s(made, 1, walk_of(150, 1e7));
   ASSERT_GT(s.frame.size(), 200'000U);
-  const std::optional<Fit> fit = s.search.find(s.frame);
+  const std::optional<Maximum> fit = s.search.find(s.frame);
   ASSERT_TRUE(fit);
   const double beta = 40 / light_speed;
   const DelayTrack truth = {2 * 20 / 0.299792458 / (1 + beta), walk_of(40, s.frame.length_ns)};
   // 100 ps from some 100,000 photons is 0.3 ps; of a sample it would be 0.6.
   ASSERT_TRUE(fit->has_covariance);
-  EXPECT_NEAR(std::sqrt(fit->covariance(delay_index, delay_index)), 0.32e-3, 0.05e-3);
-  EXPECT_LT(s.apart_ns(fit->parameters.line, truth), 2e-3);
-  EXPECT_NEAR(fit->parameters.line.walk_ns, truth.walk_ns, 6e-3);
-  EXPECT_NEAR(fit->parameters.signal_per_pulse, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(fit->covariance(0, 0)), 0.32e-3, 0.05e-3);
+  EXPECT_LT(s.apart_ns(fit->track(), truth), 2e-3);
+  EXPECT_NEAR(fit->track().walk_ns, truth.walk_ns, 6e-3);
+  EXPECT_NEAR(fit->signal_per_pulse(), 1, 0.02);
 }
 
 TEST(TargetSearch, NothingIsFoundInAFrameWithoutPhotons) {
