@@ -227,7 +227,7 @@ void print_fog(const Scenes& scenes) {
     std::snprintf(name, sizeof name, "fog alone, %g a pulse", counts);
     scenes.power(name, [=](auto& m) {
       m.photons = 0.02 * counts * 529000, m.track.walk_ns = 0;
-      const std::vector<double> times = m.train.stretches.front().comb.times_ns;
+      const std::vector<double> times = m.train.segments.front().comb.times_ns;
       m.foreign = [=](auto& others, auto& r) {
         for (int n = 0; n < 529000 * counts; ++n) {
           others.emplace_back(

@@ -145,7 +145,7 @@ class Parts {
     const auto found = rows.part_bins(grid);
     const std::vector<std::uint32_t> parts(found.begin(), found.end());
     const double pulses = parts.empty()
-                              ? static_cast<double>(train_.stretches[0].comb.times_ns.size())
+                              ? static_cast<double>(train_.segments[0].comb.times_ns.size())
                               : static_cast<double>(parts.size());
     const double counts = pulses * static_cast<double>(frame_.size());
     row(cells + ": counts of photons in the slices", counts, limits_.increment, [&] {

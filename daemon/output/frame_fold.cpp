@@ -63,21 +63,21 @@ FrameFold::FrameFold(const Pattern& pattern, const PulseOptions& pulse, ClockRef
   densities_.resize(points);
   std::vector<double> slope(points), curve(points);
   shape_->evaluate(offsets, {densities_, slope, curve});
-  for (std::size_t s = 0; s < train_.stretches.size(); ++s) {
-    add_light(train_.stretches[s], windows_[s]);
+  for (std::size_t s = 0; s < train_.segments.size(); ++s) {
+    add_light(train_.segments[s], windows_[s]);
   }
 }
 
-// Adds a stretch's light about its pulses: the sum over pulses p of sum_q a_q h(t_p + x - t_q), for
+// Adds a segment's light about its pulses: the sum over pulses p of sum_q a_q h(t_p + x - t_q), for
 // a ns of the whole period.
-void FrameFold::add_light(const PulseTrain::Stretch& stretch, const CombWindow& window) {
-  const Comb& comb = stretch.comb;
+void FrameFold::add_light(const PulseTrain::Segment& segment, const CombWindow& window) {
+  const Comb& comb = segment.comb;
   const double bin_ns = bin_ns_of(*shape_);
   const std::size_t step = 1 + comb.times_ns.size() / most_pulses_looked_at;
   const double looked_at =
       std::ceil(static_cast<double>(comb.times_ns.size()) / static_cast<double>(step));
   const double weight = static_cast<double>(comb.times_ns.size()) / looked_at / comb.period_ns *
-                        (stretch.end_ns - stretch.begin_ns) / train_.period_ns;
+                        (segment.end_ns - segment.begin_ns) / train_.period_ns;
   for (std::size_t p = 0; p < comb.times_ns.size(); p += step) {
     const double turns = comb.times_ns[p] / comb.period_ns;
     const auto phase = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));

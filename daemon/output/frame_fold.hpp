@@ -50,7 +50,7 @@ class FrameFold {
                                            const Estimate& estimate, double share);
   [[nodiscard]] PhotonFold::Plane plane_of(const FoldedFrame& frame, DelayTrack line,
                                            const Estimate& estimate, double share);
-  void add_light(const PulseTrain::Stretch& stretch, const CombWindow& window);
+  void add_light(const PulseTrain::Segment& segment, const CombWindow& window);
   [[nodiscard]] double density(double offset_ns) const;
   [[nodiscard]] double log_gain(DelayTrack line, double signal_over_background) const;
 

@@ -23,7 +23,7 @@ DetectorWatch::DetectorWatch(const Pattern& pattern, const PulseOptions& pulse,
       reference_(reference),
       inputs_(inputs),
       reach_ns_(return_widths * shape_->width_ns()),
-      window_(train_.stretches.front().comb, -reach_ns_, reach_ns_),
+      window_(train_.segments.front().comb, -reach_ns_, reach_ns_),
       folded_(train_, most_photons),
       waits_(detector.dead_time_ns) {}
 
@@ -64,7 +64,7 @@ void DetectorWatch::add_returns(const FrameView& frame, const Estimate& estimate
   const double to_reference = reference_ == ClockReference::tagger ? folded_.scale : 1;
   const double delay_ns = estimate.delay_ns / to_reference / (1 + beta);
   const double rise = walk_ns_at(estimate.velocity_mps, folded_.length_ns) / folded_.length_ns;
-  const double period_ns = train_.stretches.front().comb.period_ns;
+  const double period_ns = train_.segments.front().comb.period_ns;
   for (std::size_t i = 1; i < folded_.size(); ++i) {
     const double on_path = folded_.phase_ns[i] - delay_ns - rise * folded_.time_ns[i];
     const double turns = on_path / period_ns;

@@ -360,7 +360,7 @@ void Findings::find_sandwich() {
 }
 
 PulseLight Findings::expected_at(std::size_t p) const {
-  const Comb& comb = train_.stretches.front().comb;
+  const Comb& comb = train_.segments.front().comb;
   const double pulses = static_cast<double>(comb.times_ns.size());
   const double seen = seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p];
   return {light_of_pulses_ * comb.amplitudes[p] * seen / seen_amplitude_,
@@ -374,7 +374,7 @@ void Findings::judge_pulses() {
   light_of_pulses_ = 0;
   if (counts.empty()) return;
   seen_amplitude_ = 0;
-  const std::vector<double>& amplitudes = train_.stretches.front().comb.amplitudes;
+  const std::vector<double>& amplitudes = train_.segments.front().comb.amplitudes;
   for (std::size_t p = 0; p < counts.size(); ++p) {
     seen_amplitude_ += amplitudes[p] * (seen_->of_pulse.empty() ? 1 : seen_->of_pulse[p]);
   }

@@ -90,7 +90,7 @@ class Findings {
   [[nodiscard]] const FrameScores& scores() const { return scores_; }
   [[nodiscard]] const ResidualMap& map() const { return map_; }
   [[nodiscard]] MapFit& fit() { return fit_; }
-  // Of pulse p of a train of a single stretch, in the frame that was judged last.
+  // Of pulse p of a train of a single segment, in the frame that was judged last.
   [[nodiscard]] PulseLight expected_at(std::size_t p) const;
   // The share of the light in phase bin k that the detector could see in that frame.
   [[nodiscard]] double seen_at_phase(std::size_t k) const {

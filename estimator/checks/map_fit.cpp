@@ -64,7 +64,7 @@ MapFit::MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable
   for (auto* cells : {&early_, &late_}) {
     for (double& share : *cells) share = flat > 0 ? share / (flat * map_parts) : 0;
   }
-  const Comb& comb = train.stretches.front().comb;
+  const Comb& comb = train.segments.front().comb;
   if (!train.single() || comb.times_ns.size() > most_paired_pulses) return;
   std::vector<std::pair<double, double>> pairs;
   for (const double to : comb.times_ns) {
@@ -175,7 +175,7 @@ void MapFit::add_other(double light, double apart_ns, std::size_t part) {
     }
     return add_pulse(part, light, std::remainder(apart_ns, train_.circle_ns));
   }
-  const double period_ns = train_.stretches.front().comb.period_ns;
+  const double period_ns = train_.segments.front().comb.period_ns;
   const double reach_ns = map_.reach_ns() + 10 * pulse_.width_ns() * std::exp(log_width_);
   double first_ns = -reach_ns - apart_ns;
   first_ns -= period_ns * std::floor(first_ns / period_ns);

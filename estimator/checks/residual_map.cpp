@@ -37,7 +37,7 @@ ResidualMap::ResidualMap(const PulseTrain& train, const PulseShape& shape, std::
   phases_32_.resize(max_photons);
   picked_.resize(max_photons);
   if (!train.single()) return;
-  by_pulse_.resize(train.stretches.front().comb.times_ns.size());
+  by_pulse_.resize(train.segments.front().comb.times_ns.size());
   add_phases(shape);
 }
 
@@ -61,7 +61,7 @@ void ResidualMap::add_cells() {
 }
 
 void ResidualMap::add_phases(const PulseShape& shape) {
-  const Comb& comb = train_.stretches.front().comb;
+  const Comb& comb = train_.segments.front().comb;
   const double wish = std::ceil(comb.period_ns / (widths_a_phase * shape.width_ns()));
   const auto bins = std::min(
       most_phases, std::bit_floor(std::max<std::size_t>(2, static_cast<std::size_t>(wish))));
@@ -93,16 +93,16 @@ void ResidualMap::fill(const FoldedFrame& frame, const DelayTrack& track) {
   std::fill(by_pulse_.begin(), by_pulse_.end(), 0.0);
   std::fill(by_phase_.begin(), by_phase_.end(), 0);
   near_ = 0;
-  for (std::size_t s = 0; s < train_.stretches.size(); ++s) fill_stretch(frame, track, s);
+  for (std::size_t s = 0; s < train_.segments.size(); ++s) fill_segment(frame, track, s);
   if (!train_.single()) fill_between(frame, track);
   elsewhere_ = static_cast<double>(frame.size()) - near_;
 }
 
 // Phases in 2^-32 of a period are exact to a millionth of a width.
-void ResidualMap::fill_stretch(const FoldedFrame& frame, const DelayTrack& track, std::size_t s) {
+void ResidualMap::fill_segment(const FoldedFrame& frame, const DelayTrack& track, std::size_t s) {
   const SearchKernels& kernels = best_search_kernels();
   const std::size_t begin = frame.group_begin(s), count = frame.group_end[s] - begin;
-  const double period_ns = train_.stretches[s].comb.period_ns;
+  const double period_ns = train_.segments[s].comb.period_ns;
   const double to_32 = 0x1p32 / period_ns, per_ns = 1 / frame.length_ns;
   std::uint32_t* phases = phases_32_.data();
   kernels.line_phases(phases, frame.phase_32.data() + begin, frame.time_ns.data() + begin,
@@ -128,19 +128,19 @@ void ResidualMap::fill_stretch(const FoldedFrame& frame, const DelayTrack& track
   }
 }
 
-// The photons of the last group: the track tells when they left, and so in which stretch.
+// The photons of the last group: the track tells when they left, and so in which segment.
 void ResidualMap::fill_between(const FoldedFrame& frame, const DelayTrack& track) {
   const double per_ns = 1 / frame.length_ns;
-  for (std::size_t i = frame.group_begin(train_.stretches.size()); i < frame.size(); ++i) {
+  for (std::size_t i = frame.group_begin(train_.segments.size()); i < frame.size(); ++i) {
     const double share = frame.time_ns[i] * per_ns;
     double left = frame.phase_ns[i] - track.at(share);
     left -= train_.period_ns * std::floor(left / train_.period_ns);
-    const std::size_t s = train_.stretch_at(left);
-    const PulseTrain::Stretch& stretch = train_.stretches[s];
-    double turns = (left - stretch.begin_ns) / stretch.comb.period_ns;
+    const std::size_t s = train_.segment_at(left);
+    const PulseTrain::Segment& segment = train_.segments[s];
+    double turns = (left - segment.begin_ns) / segment.comb.period_ns;
     turns -= std::floor(turns);
     const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
-    count(turns * stretch.comb.period_ns, share, windows_[s], phase_32);
+    count(turns * segment.comb.period_ns, share, windows_[s], phase_32);
   }
 }
 

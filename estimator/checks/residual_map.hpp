@@ -56,21 +56,21 @@ class ResidualMap {
     return std::span(counts_).subspan(part * most_cells, cells_);
   }
   [[nodiscard]] double elsewhere() const { return elsewhere_; }  // photons outside of the map
-  // Photons within two widths of each pulse's peak, of a train of a single stretch; else empty.
+  // Photons within two widths of each pulse's peak, of a train of a single segment; else empty.
   // Such a window holds 95 % of a gaussian pulse's light, and not much background.
   [[nodiscard]] std::span<const double> by_pulse() const { return by_pulse_; }
   static constexpr double half_pulse_widths = 2;
   // After which offset a pulse's first photons come.
   [[nodiscard]] double first_light_ns() const { return peak_ns_ - 2 * half_pulse_ns_; }
   // Photons by phase, in bins of some eight widths, and which bins no pulse reaches (1). Empty
-  // where the pulses leave less than a quarter of the phases, and for trains of several stretches.
+  // where the pulses leave less than a quarter of the phases, and for trains of several segments.
   [[nodiscard]] std::span<const std::uint32_t> by_phase() const { return by_phase_; }
   [[nodiscard]] std::span<const std::uint8_t> is_free() const { return is_free_; }
 
  private:
   void add_cells();
   void add_phases(const PulseShape& shape);
-  void fill_stretch(const FoldedFrame& frame, const DelayTrack& track, std::size_t s);
+  void fill_segment(const FoldedFrame& frame, const DelayTrack& track, std::size_t s);
   void fill_between(const FoldedFrame& frame, const DelayTrack& track);
   void count(double phase_ns, double share, const CombWindow& window, std::uint32_t phase_32);
 

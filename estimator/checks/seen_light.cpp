@@ -47,7 +47,7 @@ SeenLightFinder::SeenLightFinder(const PulseTrain& train, const ResidualMap& map
                                  double dead_time_ns)
     : train_(train) {
   if (dead_time_ns > 0) {
-    pulses_before_ = train.single() ? pulses_within(train.stretches.front().comb, dead_time_ns)
+    pulses_before_ = train.single() ? pulses_within(train.segments.front().comb, dead_time_ns)
                                     : dead_time_ns * train.pulses_per_ns;
   }
   seen_.of_phase.reserve(map.by_phase().size());
@@ -97,7 +97,7 @@ void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map
 
 void SeenLightFinder::see_phases(const FoldedFrame& frame, const ResidualMap& map) {
   const std::span<const std::uint32_t> counts = map.by_phase();
-  const Comb& comb = train_.stretches.front().comb;
+  const Comb& comb = train_.segments.front().comb;
   const std::size_t bins = counts.size();
   const double bin_ns = comb.period_ns / static_cast<double>(bins);
   const double periods = frame.seen_ns / frame.scale / comb.period_ns;

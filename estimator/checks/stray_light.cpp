@@ -16,7 +16,7 @@ constexpr double stray_ratio = 4, stray_deviations = 6;
 
 StrayLight::StrayLight(const PulseTrain& train, double width_ns, std::size_t max_photons)
     : train_(train), reach_ns_(reach_widths * width_ns) {
-  sorted_.reserve(train.single() ? train.stretches.front().comb.times_ns.size() : 0);
+  sorted_.reserve(train.single() ? train.segments.front().comb.times_ns.size() : 0);
   stays_.reserve(max_photons);
 }
 
@@ -35,7 +35,7 @@ std::optional<Finding> StrayLight::look(const ResidualMap& map, const FoldedFram
   for (std::size_t p = 0; p < counts.size(); ++p) {
     if (counts[p] <= most) continue;
     if (stray == most_stray) return std::nullopt;
-    at_ns[stray++] = train_.stretches.front().comb.times_ns[p];
+    at_ns[stray++] = train_.segments.front().comb.times_ns[p];
     photons += counts[p] - usual;
     gain_nats += counts[p] * std::log(counts[p] / usual) - (counts[p] - usual);
   }

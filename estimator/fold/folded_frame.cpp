@@ -31,7 +31,7 @@ FoldedFrame::FoldedFrame(const PulseTrain& train, std::size_t max_photons, doubl
     : reach_ns_(reach_ns) {
   for (auto* values : {&phase_ns, &time_ns}) values->reserve(max_photons);
   phase_32.reserve(max_photons);
-  group_end.reserve(train.stretches.size() + 1);
+  group_end.reserve(train.segments.size() + 1);
   if (train.single()) return;
   group_.reserve(max_photons);
   for (auto* values : {&phases_, &times_}) values->reserve(max_photons);
@@ -44,7 +44,7 @@ void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
   if (train.single()) {
     group_end.push_back(size());
   } else {
-    group_by_stretch(train);
+    group_by_segment(train);
   }
 }
 
@@ -75,19 +75,19 @@ void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
       count);
 }
 
-void FoldedFrame::group_by_stretch(const PulseTrain& train) {
-  const std::size_t between = train.stretches.size();
+void FoldedFrame::group_by_segment(const PulseTrain& train) {
+  const std::size_t between = train.segments.size();
   group_.resize(size());
   group_end.assign(between + 1, 0);
   for (std::size_t i = 0; i < size(); ++i) {
-    const std::size_t s = train.stretch_at(phase_ns[i]);
-    const PulseTrain::Stretch& stretch = train.stretches[s];
-    const double since = phase_ns[i] - stretch.begin_ns;
-    const double turns = since / stretch.comb.period_ns;
+    const std::size_t s = train.segment_at(phase_ns[i]);
+    const PulseTrain::Segment& segment = train.segments[s];
+    const double since = phase_ns[i] - segment.begin_ns;
+    const double turns = since / segment.comb.period_ns;
     phase_32[i] = static_cast<std::uint32_t>(
         static_cast<std::uint64_t>((turns - std::floor(turns)) * 0x1p32));
-    const bool sure = stretch.copies > 0 && since >= train.circle_ns + reach_ns_ &&
-                      phase_ns[i] < stretch.end_ns - reach_ns_;
+    const bool sure = segment.copies > 0 && since >= train.circle_ns + reach_ns_ &&
+                      phase_ns[i] < segment.end_ns - reach_ns_;
     group_[i] = static_cast<std::uint8_t>(sure ? s : between);
     ++group_end[group_[i]];
   }
@@ -120,8 +120,8 @@ void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const Puls
   const double share = 1 / length_ns;
   for (std::size_t group = 0; group < group_end.size(); ++group) {
     // The photons of the last group of several are taken by their phase alone.
-    const std::size_t stretch = std::min(group, train.stretches.size() - 1);
-    const double to_turns = 1 / train.stretches[stretch].comb.period_ns;
+    const std::size_t segment = std::min(group, train.segments.size() - 1);
+    const double to_turns = 1 / train.segments[segment].comb.period_ns;
     for (std::size_t i = group_begin(group); i < group_end[group]; ++i) {
       const double s = time_ns[i] * share;
       const double shift = bend_ns * (s * s - 1.0 / 12);

@@ -35,15 +35,15 @@ struct BlindTime;
 // Design note: g is computed and kept as itself, never as a difference from 1: at v = 10 nm/s g is
 // 6.7e-17, which would be lost.
 //
-// The photons stand in groups. There is one group for each stretch of the pulse train, with the
-// photons that can only have left in the stretch in which they came in. In a train of several
-// stretches a last group holds the others: photons that came so soon after a stretch's begin that
-// they may have left in the stretch before, and photons of stretches whose period does not fit into
+// The photons stand in groups. There is one group for each segment of the pulse train, with the
+// photons that can only have left in the segment in which they came in. In a train of several
+// segments a last group holds the others: photons that came so soon after a segment's begin that
+// they may have left in the segment before, and photons of segments whose period does not fit into
 // the circle of delays.
 struct FoldedFrame {
   std::vector<double> phase_ns;         // in [0, pattern period)
   std::vector<double> time_ns;          // from mid-frame, in [-length / 2, length / 2]
-  std::vector<std::uint32_t> phase_32;  // from the stretch's begin, in 2^-32 of its
+  std::vector<std::uint32_t> phase_32;  // from the segment's begin, in 2^-32 of its
                                         // comb's period: wraps by itself
   std::vector<std::size_t> group_end;   // photons of group k end here
   double length_ns = 0;                 // t_a
@@ -78,7 +78,7 @@ struct FoldedFrame {
 
  private:
   void correct_times(const FrameView& frame, double period_ns);
-  void group_by_stretch(const PulseTrain& train);
+  void group_by_segment(const PulseTrain& train);
 
   double reach_ns_;
   std::vector<std::uint8_t> group_;       // scratch: one a photon

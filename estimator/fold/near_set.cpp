@@ -115,7 +115,7 @@ void NearSet::straighten(double bend_ns) {
   }
 }
 
-// Notes which photons of each stretch may be near the line, and returns how many these are.
+// Notes which photons of each segment may be near the line, and returns how many these are.
 std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombWindow> windows,
                                  const PulseTrain& train) {
   const SearchKernels& kernels = best_search_kernels();
@@ -124,10 +124,10 @@ std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombW
   picked_.resize(frame.size());
   picks_.clear();
   std::size_t sum = 0;
-  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+  for (std::size_t s = 0; s < train.segments.size(); ++s) {
     const std::size_t begin = frame.group_begin(s);
     const std::size_t count = frame.group_end[s] - begin;
-    const double period_ns = train.stretches[s].comb.period_ns;
+    const double period_ns = train.segments[s].comb.period_ns;
     const double to_32 = 0x1p32 / period_ns;
     std::uint32_t* phases = phase_32_.data() + begin;
     const std::uint32_t* folded = frame.phase_32.data() + begin;
@@ -149,17 +149,17 @@ std::size_t NearSet::pick_groups(const FoldedFrame& frame, std::span<const CombW
 template <class Add>
 void NearSet::visit_near(const FoldedFrame& frame, std::span<const CombWindow> windows,
                          const PulseTrain& train, const Add& add) const {
-  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
-    visit_group(frame, s, windows[s], train.stretches[s], add);
+  for (std::size_t s = 0; s < train.segments.size(); ++s) {
+    visit_group(frame, s, windows[s], train.segments[s], add);
   }
   if (!train.single()) visit_between(frame, windows, train, add);
 }
 
 template <class Add>
 void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const CombWindow& window,
-                          const PulseTrain::Stretch& stretch, const Add& add) const {
+                          const PulseTrain::Segment& segment, const Add& add) const {
   const std::size_t begin = frame.group_begin(group);
-  const double period_ns = stretch.comb.period_ns;
+  const double period_ns = segment.comb.period_ns;
   const Curve curve(*this, frame.length_ns);
   const double to_32 = 0x1p32 / period_ns;
   const double turns_per_ns = 1 / period_ns;
@@ -169,27 +169,27 @@ void NearSet::visit_group(const FoldedFrame& frame, std::size_t group, const Com
     const std::size_t i = begin + picked_[begin + n];
     const std::uint32_t phase_32 = phase_32_[i];
     const double coarse = phase_32 / to_32;
-    const double phase = curve.left(frame.phase_ns[i] - stretch.begin_ns, frame.time_ns[i]);
+    const double phase = curve.left(frame.phase_ns[i] - segment.begin_ns, frame.time_ns[i]);
     const double apart = phase - coarse;
     add(i, coarse + (apart - period_ns * whole(apart * turns_per_ns)), window.candidates(phase_32),
         window);
   }
 }
 
-// The photons of the last group: the line tells when they left, and so in which stretch.
+// The photons of the last group: the line tells when they left, and so in which segment.
 template <class Add>
 void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                             const PulseTrain& train, const Add& add) const {
   const Curve curve(*this, frame.length_ns);
-  for (std::size_t i = frame.group_begin(train.stretches.size()); i < frame.size(); ++i) {
+  for (std::size_t i = frame.group_begin(train.segments.size()); i < frame.size(); ++i) {
     double left = curve.left(frame.phase_ns[i], frame.time_ns[i]);
     left -= train.period_ns * std::floor(left / train.period_ns);
-    const std::size_t s = train.stretch_at(left);
-    const PulseTrain::Stretch& stretch = train.stretches[s];
-    double turns = (left - stretch.begin_ns) / stretch.comb.period_ns;
+    const std::size_t s = train.segment_at(left);
+    const PulseTrain::Segment& segment = train.segments[s];
+    double turns = (left - segment.begin_ns) / segment.comb.period_ns;
     turns -= std::floor(turns);
     const auto phase_32 = static_cast<std::uint32_t>(static_cast<std::uint64_t>(turns * 0x1p32));
-    add(i, turns * stretch.comb.period_ns, windows[s].candidates(phase_32), windows[s]);
+    add(i, turns * segment.comb.period_ns, windows[s].candidates(phase_32), windows[s]);
   }
 }
 
@@ -198,7 +198,7 @@ void NearSet::visit_between(const FoldedFrame& frame, std::span<const CombWindow
 void NearSet::take_photons(const FoldedFrame& frame, std::span<const CombWindow> windows,
                            const PulseTrain& train) {
   std::size_t between = 0;
-  if (!train.single()) between = frame.size() - frame.group_begin(train.stretches.size());
+  if (!train.single()) between = frame.size() - frame.group_begin(train.segments.size());
   const std::size_t most = likely_near + between;
   for (auto* values : {&residual_ns, &position, &amplitude}) {
     values->resize(most * widest_overlap(windows));
@@ -261,11 +261,11 @@ NearSet::Passed NearSet::passed(const FoldedFrame& frame, std::span<const CombWi
                                 const PulseTrain& train) const {
   Passed sum;
   sum.amplitude = beyond_;
-  for (std::size_t s = 0; s < train.stretches.size(); ++s) {
+  for (std::size_t s = 0; s < train.segments.size(); ++s) {
     const CombWindow& window = windows[s];
     const std::span phases = std::span(phase_32_).subspan(
         frame.group_begin(s), frame.group_end[s] - frame.group_begin(s));
-    const double to_32 = 0x1p32 / train.stretches[s].comb.period_ns;
+    const double to_32 = 0x1p32 / train.segments[s].comb.period_ns;
     const double mean_ns = static_cast<double>(sum_of(phases)) / to_32;
     sum.amplitude += window.amplitude_before(phases) - window.amplitude_per_ns() * mean_ns;
     sum.amplitude_per_ns += window.amplitude_per_ns() * static_cast<double>(phases.size());

@@ -34,7 +34,7 @@ struct NearSet {
   // then allocates nothing. notes_index: whether `index` is filled, for which photons must not be
   // gathered.
   NearSet(std::size_t max_photons, std::size_t max_entries, bool notes_index = false);
-  // Takes the photons that are near the track `about`. windows: how near, for each stretch of the
+  // Takes the photons that are near the track `about`. windows: how near, for each segment of the
   // train.
   //
   // gather_width_ns: a pulse width, or 0. Where very many photons are near, each of them near one
@@ -86,7 +86,7 @@ struct NearSet {
                   const PulseTrain& train, const Add& add) const;
   template <class Add>
   void visit_group(const FoldedFrame& frame, std::size_t group, const CombWindow& window,
-                   const PulseTrain::Stretch& stretch, const Add& add) const;
+                   const PulseTrain::Segment& segment, const Add& add) const;
   template <class Add>
   void visit_between(const FoldedFrame& frame, std::span<const CombWindow> windows,
                      const PulseTrain& train, const Add& add) const;
@@ -102,7 +102,7 @@ struct NearSet {
   bool notes_index_;
   double beyond_ = 0;  // amplitude of the candidates whose windows lie before their photons
   std::vector<std::uint32_t> phase_32_, picked_;  // scratch: one a photon of the frame
-  std::vector<std::size_t> picks_;                // scratch: picked photons of each stretch
+  std::vector<std::size_t> picks_;                // scratch: picked photons of each segment
   std::vector<Cell> cells_;                       // scratch of gathering
 };
 

@@ -55,7 +55,7 @@ std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb,
   return lit;
 }
 
-// The information that a ns of a stretch of the train has about the delays, signals, background and
+// The information that a ns of a segment of the train has about the delays, signals, background and
 // width, with the targets' combs so much apart.
 SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
                                std::span<const CombLight> lights, const Model& at,
@@ -111,7 +111,7 @@ SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
   return J / comb.period_ns;
 }
 
-// How much of the frame a stretch of the train takes, with the means there of the products of the
+// How much of the frame a segment of the train takes, with the means there of the products of the
 // track's terms 1, s and P_2.
 Eigen::Matrix3d terms_over(double from, double to) {
   std::array<double, 5> m{};
@@ -125,15 +125,15 @@ Eigen::Matrix3d terms_over(double from, double to) {
   return terms;
 }
 
-Eigen::Matrix3d terms_of(const PulseTrain& train, const PulseTrain::Stretch& stretch,
+Eigen::Matrix3d terms_of(const PulseTrain& train, const PulseTrain::Segment& segment,
                          double length_ns) {
   if (train.single()) return terms_over(-0.5, 0.5);
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
   const auto turns = static_cast<std::size_t>(std::ceil(length_ns / train.period_ns));
   for (std::size_t n = 0; n < turns; ++n) {
     const double turn = static_cast<double>(n) * train.period_ns;
-    terms += terms_over(std::min(1.0, (turn + stretch.begin_ns) / length_ns) - 0.5,
-                        std::min(1.0, (turn + stretch.end_ns) / length_ns) - 0.5);
+    terms += terms_over(std::min(1.0, (turn + segment.begin_ns) / length_ns) - 0.5,
+                        std::min(1.0, (turn + segment.end_ns) / length_ns) - 0.5);
   }
   return terms;
 }
@@ -206,7 +206,7 @@ SmallMatrix expected_information(const PulseShape& shape, const PulseTrain& trai
       });
   std::array<CombLight, most_targets> lights;
   const std::span all = std::span(lights).first(at.count);
-  for (const PulseTrain::Stretch& part : train.stretches) {
+  for (const PulseTrain::Segment& part : train.segments) {
     const auto information_at = [&](double share, double steps_a_width) {
       for (std::size_t k = 0; k < at.count; ++k) {
         const likelihood::Target& own = at.targets[k];

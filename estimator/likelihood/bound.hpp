@@ -16,7 +16,7 @@ namespace splid {
 // model.hpp, at the true values: J = integral of (d lambda)(d lambda)^T / lambda over the time
 // seen. Its inverse bounds the covariance of any unbiased estimate (Cramer and Rao). Source: [P]
 // Eq. 12 and 13, generalised to unequal amplitudes, any number of pulses and of targets, any pulse
-// shape, overlapping pulses, several stretches and the steady state, with the delay at mid-frame.
+// shape, overlapping pulses, several segments and the steady state, with the delay at mid-frame.
 // Of a detector with a dead time the integral is over the time that it is alive, by the chance of
 // being so at each phase.
 //

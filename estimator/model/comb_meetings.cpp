@@ -8,12 +8,12 @@ namespace splid {
 CombMeetings::CombMeetings(const PulseTrain& train, double width_ns)
     : circle_ns_(train.circle_ns), tolerance_ns_(3 * width_ns) {
   if (train.single()) {
-    periods_ns_ = train.stretches.front().subperiods_ns;
+    periods_ns_ = train.segments.front().subperiods_ns;
   } else {
-    for (const PulseTrain::Stretch& stretch : train.stretches) {
-      if (stretch.comb.times_ns.size() == 1) periods_ns_.push_back(stretch.comb.period_ns);
+    for (const PulseTrain::Segment& segment : train.segments) {
+      if (segment.comb.times_ns.size() == 1) periods_ns_.push_back(segment.comb.period_ns);
     }
-    if (periods_ns_.size() < train.stretches.size()) periods_ns_.clear();
+    if (periods_ns_.size() < train.segments.size()) periods_ns_.clear();
   }
   if (periods_ns_.size() < 2) periods_ns_.clear();
 }

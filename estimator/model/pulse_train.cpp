@@ -15,10 +15,10 @@ PulseTrain::PulseTrain(const Pattern& pattern) : period_ns(pattern_period_ps(pat
   for (const PatternSegment& segment : pattern.segments) {
     const double repeats = pattern.segments.size() == 1 ? 1 : static_cast<double>(segment.repeats);
     const double end_ns = begin_ns + repeats * segment.period_ps * ns_per_ps;
-    stretches.push_back({Comb(segment), begin_ns, end_ns, 1, {}});
-    amplitude += repeats * stretches.back().comb.total_amplitude;
-    pulses += repeats * static_cast<double>(stretches.back().comb.times_ns.size());
-    closest_ns = std::min(closest_ns, stretches.back().comb.closest_ns);
+    segments.push_back({Comb(segment), begin_ns, end_ns, 1, {}});
+    amplitude += repeats * segments.back().comb.total_amplitude;
+    pulses += repeats * static_cast<double>(segments.back().comb.times_ns.size());
+    closest_ns = std::min(closest_ns, segments.back().comb.closest_ns);
     begin_ns = end_ns;
   }
   amplitude_per_ns = amplitude / period_ns;
@@ -27,43 +27,43 @@ PulseTrain::PulseTrain(const Pattern& pattern) : period_ns(pattern_period_ps(pat
   if (single()) {
     if (pattern.mode == Mode::interleaved) {
       for (const double t_k : pattern.subperiods_ps) {
-        stretches.front().subperiods_ns.push_back(t_k * ns_per_ps);
+        segments.front().subperiods_ns.push_back(t_k * ns_per_ps);
       }
     }
     return;
   }
   circle_ns = std::min(period_ns, pattern.unambiguous_delay_ps * ns_per_ps);
-  for (Stretch& stretch : stretches) {
-    const double copies = std::round(circle_ns / stretch.comb.period_ns);
-    const bool fits = std::abs(copies * stretch.comb.period_ns - circle_ns) < 1e-6 * circle_ns;
-    stretch.copies = fits ? static_cast<std::uint32_t>(copies) : 0;
+  for (Segment& segment : segments) {
+    const double copies = std::round(circle_ns / segment.comb.period_ns);
+    const bool fits = std::abs(copies * segment.comb.period_ns - circle_ns) < 1e-6 * circle_ns;
+    segment.copies = fits ? static_cast<std::uint32_t>(copies) : 0;
   }
 }
 
-std::size_t PulseTrain::stretch_at(double time_ns) const {
+std::size_t PulseTrain::segment_at(double time_ns) const {
   std::size_t s = 0;
-  while (s + 1 < stretches.size() && time_ns >= stretches[s].end_ns) ++s;
+  while (s + 1 < segments.size() && time_ns >= segments[s].end_ns) ++s;
   return s;
 }
 
 std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
-  if (train.single()) return near_copies_ns(train.stretches.front().comb, 3 * width_ns);
+  if (train.single()) return near_copies_ns(train.segments.front().comb, 3 * width_ns);
   constexpr std::size_t most_copies = 32;
   const double tolerance_ns = 8 * width_ns;
-  const double first_period_ns = train.stretches.front().comb.period_ns;
+  const double first_period_ns = train.segments.front().comb.period_ns;
   std::vector<double> copies;
   const auto turns = static_cast<std::size_t>((train.circle_ns - tolerance_ns) / first_period_ns);
   for (std::size_t n = 1; n <= turns; ++n) {
     const double shift = static_cast<double>(n) * first_period_ns;
     double sum_ns = 0;
     double worst_ns = 0;
-    for (const PulseTrain::Stretch& stretch : train.stretches) {
-      const double off_ns = std::remainder(shift, stretch.comb.period_ns);
+    for (const PulseTrain::Segment& segment : train.segments) {
+      const double off_ns = std::remainder(shift, segment.comb.period_ns);
       sum_ns += off_ns;
       worst_ns = std::max(worst_ns, std::abs(off_ns));
     }
     if (worst_ns > tolerance_ns) continue;
-    copies.push_back(shift - sum_ns / static_cast<double>(train.stretches.size()));
+    copies.push_back(shift - sum_ns / static_cast<double>(train.segments.size()));
     if (copies.size() == most_copies) break;
   }
   return copies;
@@ -71,8 +71,8 @@ std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
 
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns) {
   std::vector<CombWindow> windows;
-  for (const PulseTrain::Stretch& stretch : train.stretches) {
-    windows.emplace_back(stretch.comb, first_ns, last_ns);
+  for (const PulseTrain::Segment& segment : train.segments) {
+    windows.emplace_back(segment.comb, first_ns, last_ns);
   }
   return windows;
 }

@@ -40,7 +40,7 @@ std::vector<double> log_intensity(const EmissionTimes& emission, const PulseShap
 // The share of the pattern period that lies within half_ns of a pulse. Random patterns have one
 // train.
 double share_near_pulses(const EmissionTimes& emission, double half_ns) {
-  const std::vector<double>& times_ns = emission.trains().front().times_ns;
+  const std::vector<double>& times_ns = emission.train().segments.front().comb.times_ns;
   double covered_ns = 0;
   for (std::size_t p = 0; p < times_ns.size(); ++p) {
     const double next_ns =
@@ -91,7 +91,7 @@ Counting count_signal(const CorrectedTimes& frame, const EmissionTimes& emission
   }
   const auto photons = static_cast<double>(frame.time_ns.size());
   const double outside_ns = (1 - inside_share) * frame.seen_ns;
-  const double amplitude = emission.amplitude_per_ns() * frame.seen_ns;
+  const double amplitude = emission.train().amplitude_per_ns * frame.seen_ns;
   if (inside_share > 1 - least_outside) {
     return {photons / 2 / amplitude, photons / 2 / frame.seen_ns};
   }

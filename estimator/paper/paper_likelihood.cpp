@@ -22,7 +22,7 @@ PaperLikelihood::PaperLikelihood(const CorrectedTimes& frame, const EmissionTime
       shape_(shape),
       photons_(static_cast<double>(frame.time_ns.size())),
       seen_ns_(frame.seen_ns * frame.scale),
-      amplitude_(emission.amplitude_per_ns() * frame.seen_ns) {}
+      amplitude_(emission.train().amplitude_per_ns * frame.seen_ns) {}
 
 // How far a photon may be from where it was when the near ones were noted, at most, with what the
 // window has grown by.

@@ -26,50 +26,53 @@ PaperStart::PaperStart(const Pattern& pattern, const EmissionTimes& emission,
       repetitions_.push_back(subperiod_of(subperiod_ps * ns_per_ps));
     }
   } else {
-    for (const auto& train : emission.trains()) repetitions_.push_back(repetition_of(train));
+    for (const auto& segment : emission.train().segments) {
+      repetitions_.push_back(repetition_of(segment.comb));
+    }
   }
 }
 
 // A train whose pulses are not evenly spaced is no periodic mode of [P]. Its strongest pulse then
 // stands for all of them.
-PaperStart::Repetition PaperStart::repetition_of(const EmissionTimes::Train& train) const {
-  const auto pulses = static_cast<double>(train.times_ns.size());
-  const double spacing_ns = train.period_ns / pulses;
+PaperStart::Repetition PaperStart::repetition_of(const Comb& comb) const {
+  const auto pulses = static_cast<double>(comb.times_ns.size());
+  const double spacing_ns = comb.period_ns / pulses;
   bool even = true;
-  for (std::size_t p = 0; p < train.times_ns.size(); ++p) {
-    const double place_ns = train.times_ns.front() + static_cast<double>(p) * spacing_ns;
-    even = even && std::abs(train.times_ns[p] - place_ns) <= shape_.width_ns();
+  for (std::size_t p = 0; p < comb.times_ns.size(); ++p) {
+    const double place_ns = comb.times_ns.front() + static_cast<double>(p) * spacing_ns;
+    even = even && std::abs(comb.times_ns[p] - place_ns) <= shape_.width_ns();
   }
-  if (even) return {spacing_ns, train.times_ns.front(), train.amplitude / pulses};
-  const auto strongest = std::max_element(train.amplitudes.begin(), train.amplitudes.end());
-  const auto place = static_cast<std::size_t>(strongest - train.amplitudes.begin());
-  return {train.period_ns, train.times_ns[place], *strongest};
+  if (even) return {spacing_ns, comb.times_ns.front(), comb.total_amplitude / pulses};
+  const auto strongest = std::max_element(comb.amplitudes.begin(), comb.amplitudes.end());
+  const auto place = static_cast<std::size_t>(strongest - comb.amplitudes.begin());
+  return {comb.period_ns, comb.times_ns[place], *strongest};
 }
 
 // The pulses of a sub-period are where most of the pattern's light lies modulo t_k. That is at 0,
 // except in a calibrated pattern, whose times may have any origin.
 PaperStart::Repetition PaperStart::subperiod_of(double nominal_ns) const {
-  const EmissionTimes::Train& train = emission_.trains().front();
-  const double turns = std::round(train.period_ns / nominal_ns);
-  const double period_ns = train.period_ns / turns;
+  const Comb& comb = emission_.train().segments.front().comb;
+  const double turns = std::round(comb.period_ns / nominal_ns);
+  const double period_ns = comb.period_ns / turns;
   std::vector<double> rests_ns;
-  for (const double time_ns : train.times_ns) rests_ns.push_back(fold_on(time_ns, period_ns));
+  for (const double time_ns : comb.times_ns) rests_ns.push_back(fold_on(time_ns, period_ns));
   const Cluster cluster =
-      find_largest_cluster(rests_ns, train.amplitudes, period_ns, shape_.width_ns());
+      find_largest_cluster(rests_ns, comb.amplitudes, period_ns, shape_.width_ns());
   return {period_ns, cluster.middle_ns, cluster.weight / turns};
 }
 
 TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t index) const {
-  const EmissionTimes::Train& train = emission_.trains()[index];
+  const PulseTrain::Segment& train = emission_.train().segments[index];
+  const double length_ns = train.end_ns - train.begin_ns;
   const Repetition& repetition = repetitions_[index];
   TrainPhotons photons;
   photons.period_ns = repetition.period_ns;
   // Where the frame starts while the train plays, the train is seen from the frame's start on.
   const double into_ns = fold_on(frame.start_phase_ns - train.begin_ns, frame.period_ns);
-  photons.start_ns = into_ns < train.length_ns ? 0 : frame.period_ns - into_ns;
+  photons.start_ns = into_ns < length_ns ? 0 : frame.period_ns - into_ns;
   for (std::size_t j = 0; j < frame.time_ns.size(); ++j) {
     const double within_ns = frame.phase_ns[j] - train.begin_ns;
-    if (within_ns < 0 || within_ns >= train.length_ns) continue;
+    if (within_ns < 0 || within_ns >= length_ns) continue;
     photons.phase_ns.push_back(fold_on(within_ns - repetition.offset_ns, repetition.period_ns));
     photons.time_ns.push_back(frame.time_ns[j] - photons.start_ns);
   }
@@ -77,7 +80,7 @@ TrainPhotons PaperStart::photons_of(const CorrectedTimes& frame, std::size_t ind
   const auto on_ns = [&](double time_ns) {
     const double since_ns = time_ns + into_ns;
     const double turns = std::floor(since_ns / frame.period_ns);
-    return turns * train.length_ns + std::min(since_ns - turns * frame.period_ns, train.length_ns);
+    return turns * length_ns + std::min(since_ns - turns * frame.period_ns, length_ns);
   };
   for (const auto& span : frame.seen) photons.seen_ns += on_ns(span.end_ns) - on_ns(span.begin_ns);
   photons.amplitude = repetition.amplitude * photons.seen_ns / repetition.period_ns;

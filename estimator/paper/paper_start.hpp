@@ -26,13 +26,13 @@ class PaperStart {
   [[nodiscard]] std::optional<PaperParameters> find(const CorrectedTimes& frame) const;
 
  private:
-  // The evenly spaced pulses of a train, taken as one pulse in each of their spacings.
+  // The evenly spaced pulses of a comb, taken as one pulse in each of their spacings.
   struct Repetition {
     double period_ns;
     double offset_ns;  // where the pulse is in that period
     double amplitude;  // of the pulse; the mean where several differ
   };
-  [[nodiscard]] Repetition repetition_of(const EmissionTimes::Train& train) const;
+  [[nodiscard]] Repetition repetition_of(const Comb& comb) const;
   [[nodiscard]] Repetition subperiod_of(double nominal_ns) const;
   [[nodiscard]] TrainPhotons photons_of(const CorrectedTimes& frame, std::size_t index) const;
   [[nodiscard]] TrainPhotons photons_of_subperiod(const CorrectedTimes& frame,

@@ -66,8 +66,8 @@ SearchGrid SearchGrid::cover(double circle_ns, double bin_ns, double max_walk_ns
 CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels)
     : train_(train), kernels_(kernels) {
   std::size_t parts = 0;
-  for (const PulseTrain::Stretch& stretch : train.stretches) {
-    parts_.push_back(parts_of(stretch));
+  for (const PulseTrain::Segment& segment : train.segments) {
+    parts_.push_back(parts_of(segment));
     parts += parts_.back().size();
   }
   beside_.reserve(parts);
@@ -77,21 +77,21 @@ CombRows::CombRows(const PulseTrain& train, std::size_t max_photons, const Searc
   in_slice_.reserve(most_slices);
 }
 
-CombRows::Part CombRows::whole_part(const PulseTrain::Stretch& stretch) {
+CombRows::Part CombRows::whole_part(const PulseTrain::Segment& segment) {
   Part part;
-  part.copies = stretch.copies;
-  for (const double time_ns : stretch.comb.times_ns) {
-    part.pulses_32.push_back(to_32(time_ns / stretch.comb.period_ns));
+  part.copies = segment.copies;
+  for (const double time_ns : segment.comb.times_ns) {
+    part.pulses_32.push_back(to_32(time_ns / segment.comb.period_ns));
   }
   return part;
 }
 
-std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Stretch& stretch) {
+std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Segment& segment) {
   std::vector<Part> parts;
-  const Comb& comb = stretch.comb;
+  const Comb& comb = segment.comb;
   std::vector<int> counted(comb.times_ns.size(), 0);  // how many parts have each pulse
-  bool made_of_parts = !stretch.subperiods_ns.empty();
-  for (const double t_k : stretch.subperiods_ns) {
+  bool made_of_parts = !segment.subperiods_ns.empty();
+  for (const double t_k : segment.subperiods_ns) {
     const double turns = std::round(comb.period_ns / t_k);
     const double tolerance_ns = 1e-6 * comb.period_ns;
     for (double n = 0; n < turns && made_of_parts; ++n) {
@@ -105,7 +105,7 @@ std::vector<CombRows::Part> CombRows::parts_of(const PulseTrain::Stretch& stretc
   }
   made_of_parts = made_of_parts && std::find(counted.begin(), counted.end(), 0) == counted.end();
   if (!made_of_parts) {
-    parts = {whole_part(stretch)};
+    parts = {whole_part(segment)};
   } else {
     Part twice;
     twice.taken_off = true;
@@ -143,11 +143,11 @@ void CombRows::load(const FoldedFrame& frame, double walk_ns, std::uint32_t slic
   phase_32_ = frame.phase_32.data();
   if (walk_ns != 0) {
     moved_.resize(frame.size());
-    for (std::size_t s = 0; s < train_.stretches.size(); ++s) {
+    for (std::size_t s = 0; s < train_.segments.size(); ++s) {
       const std::size_t begin = frame.group_begin(s);
       kernels_.line_phases(
           moved_.data() + begin, frame.phase_32.data() + begin, frame.time_ns.data() + begin, 0,
-          slope_ * 0x1p32 / train_.stretches[s].comb.period_ns, frame.group_end[s] - begin);
+          slope_ * 0x1p32 / train_.segments[s].comb.period_ns, frame.group_end[s] - begin);
     }
     phase_32_ = moved_.data();
   }
@@ -390,25 +390,25 @@ void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const
   }
 }
 
-// Counts the photons that may have left in one of several stretches, at every pulse that left
+// Counts the photons that may have left in one of several segments, at every pulse that left
 // within the last circle of delays.
 template <class Count>
 void CombRows::count_between(const SearchGrid& grid, Count* rows) {
   const double bins_per_ns = grid.bins / train_.circle_ns;
-  const std::size_t stretches = train_.stretches.size();
-  for (std::size_t i = frame_->group_begin(stretches); i < frame_->size(); ++i) {
+  const std::size_t segments = train_.segments.size();
+  for (std::size_t i = frame_->group_begin(segments); i < frame_->size(); ++i) {
     Count* row = rows + std::size_t{slice_[i]} * grid.bins;
     double came = frame_->phase_ns[i] - slope_ * frame_->time_ns[i];
     came -= train_.period_ns * std::floor(came / train_.period_ns);
     const double earliest = came - train_.circle_ns;
-    std::size_t s = train_.stretch_at(came);
-    double turn_ns = 0;  // begin of the pattern period that the stretch is in
-    while (turn_ns + train_.stretches[s].end_ns > earliest) {
-      const PulseTrain::Stretch& stretch = train_.stretches[s];
-      const double begin = turn_ns + stretch.begin_ns;
-      const double end = std::min(came, turn_ns + stretch.end_ns);
-      const double period = stretch.comb.period_ns;
-      for (const double time_ns : stretch.comb.times_ns) {
+    std::size_t s = train_.segment_at(came);
+    double turn_ns = 0;  // begin of the pattern period that the segment is in
+    while (turn_ns + train_.segments[s].end_ns > earliest) {
+      const PulseTrain::Segment& segment = train_.segments[s];
+      const double begin = turn_ns + segment.begin_ns;
+      const double end = std::min(came, turn_ns + segment.end_ns);
+      const double period = segment.comb.period_ns;
+      for (const double time_ns : segment.comb.times_ns) {
         const double first = begin + time_ns;
         double n = std::max(0.0, std::floor((earliest - first) / period) + 1);
         for (; first + n * period <= end; ++n) {
@@ -418,7 +418,7 @@ void CombRows::count_between(const SearchGrid& grid, Count* rows) {
         }
       }
       if (s == 0) turn_ns -= train_.period_ns;
-      s = (s == 0 ? stretches : s) - 1;
+      s = (s == 0 ? segments : s) - 1;
     }
   }
 }

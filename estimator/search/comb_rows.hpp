@@ -29,7 +29,7 @@ struct SearchGrid {
 // that a target with the delay of bin d explains. Amplitudes do not count.
 //
 // A comb that is made of periodic parts is taken apart into them, as interleaved combs and the
-// stretches of MRR trains are. A photon is then counted once for each part, in a row that is one
+// segments of MRR trains are. A photon is then counted once for each part, in a row that is one
 // period of the part long; copies of that row side by side make the whole row. With other combs a
 // photon is counted once for each pulse, or rows of photons are shifted and added pulse by pulse,
 // whichever is less work.
@@ -88,8 +88,8 @@ class CombRows {
   };
 
   void count_in_slices(std::uint32_t slices);
-  static Part whole_part(const PulseTrain::Stretch& stretch);
-  static std::vector<Part> parts_of(const PulseTrain::Stretch& stretch);
+  static Part whole_part(const PulseTrain::Segment& segment);
+  static std::vector<Part> parts_of(const PulseTrain::Segment& segment);
   [[nodiscard]] static bool fits_in_bins(const SearchGrid& grid, const Part& part);
   [[nodiscard]] bool stands_beside(const SearchGrid& grid, std::size_t group,
                                    const Part& part) const;
@@ -112,7 +112,7 @@ class CombRows {
 
   const PulseTrain& train_;
   const SearchKernels& kernels_;
-  std::vector<std::vector<Part>> parts_;  // of each stretch
+  std::vector<std::vector<Part>> parts_;  // of each segment
   const FoldedFrame* frame_ = nullptr;
   double slope_ = 0;  // of the lines that the photons were moved back along
   const std::uint32_t* phase_32_ = nullptr;

@@ -168,7 +168,7 @@ std::size_t TargetSearch::widest_level_overlap() const {
 }
 
 bool TargetSearch::has_side_lobes() const {
-  return !train_.single() || train_.stretches.front().comb.times_ns.size() > 1;
+  return !train_.single() || train_.segments.front().comb.times_ns.size() > 1;
 }
 
 void TargetSearch::begin() {
@@ -276,7 +276,7 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
 ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level,
                                    DelayTrack line) {
   // The search sees where the photons are, and a pulse may have its peak beside its time. A delay
-  // outside the circle is brought back, as it would put the photons into the wrong stretch.
+  // outside the circle is brought back, as it would put the photons into the wrong segment.
   line.delay_ns -= shape_.peak_offset_ns();
   line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
   near_.collect(photons, level.windows, train_, line);

@@ -152,7 +152,7 @@ class TargetSearch {
   struct Level {
     SearchGrid grid;
     double reach_ns;
-    std::vector<CombWindow> windows;  // one for each stretch
+    std::vector<CombWindow> windows;  // one for each segment
   };
   // Where a zoom into a cell has ended.
   struct Spot {

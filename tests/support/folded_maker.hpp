@@ -50,7 +50,7 @@ struct FoldedMaker {
 
   void make(FoldedFrame& frame, std::uint64_t seed) const {
     std::mt19937_64 random(seed);
-    const Comb& comb = train.stretches.front().comb;
+    const Comb& comb = train.segments.front().comb;
     std::uniform_real_distribution<double> uniform(0, 1);
     std::normal_distribution<double> normal(0, 1);
     frame.length_ns = frame.seen_ns = length_ns;

@@ -143,7 +143,7 @@ TEST(Findings, JudgeATargetByTheLightBesideItsPulses) {
   FoldedMaker made = interleaved_maker();
   made.photons = 100;
   made.track.walk_ns = 0;
-  const std::vector<double> times = made.train.stretches.front().comb.times_ns;
+  const std::vector<double> times = made.train.segments.front().comb.times_ns;
   made.foreign = [&](auto& others, Random& random) {
     for (int n = 0; n < 2000; ++n) {
       others.emplace_back(1898 + times[random() % 40] + 4 * (drawn(random) - 0.5),
@@ -182,7 +182,7 @@ TEST(Findings, DoubtATargetAmongOtherLight) {
 TEST(Findings, KnowTheLightOfOtherTargetsOutsideOfTheMap) {
   FoldedMaker made = interleaved_maker();
   const DelayTrack other = {made.track.delay_ns + 44.7, made.track.walk_ns};
-  const Comb& comb = made.train.stretches.front().comb;
+  const Comb& comb = made.train.segments.front().comb;
   made.foreign = [&](std::vector<std::pair<double, double>>& photons, Random& random) {
     std::uniform_int_distribution<std::size_t> pulse(0, comb.times_ns.size() - 1);
     std::uniform_real_distribution<double> share(-0.5, 0.5);

@@ -33,7 +33,7 @@ TEST(ResidualMap, CountsEachPhotonAtItsOffsetAndPart) {
     bool is_near = false;
     for (std::size_t p = 0; p < 40; ++p) {
       const double offset = std::remainder(
-          frame.phase_ns[i] - made.track.at(share) - made.train.stretches.front().comb.times_ns[p],
+          frame.phase_ns[i] - made.track.at(share) - made.train.segments.front().comb.times_ns[p],
           3780.0);
       if (std::abs(offset) >= 1.6) continue;
       is_near = true;

@@ -23,7 +23,7 @@ test::FrameMaker near_maker() {
 TEST(NearSet, HoldsEveryPhotonInTheWindowAndNoOther) {
   const auto frame = near_maker().make(3);
   const PulseTrain train(near_maker().pattern);
-  const Comb& comb = train.stretches.front().comb;
+  const Comb& comb = train.segments.front().comb;
   FoldedFrame folded(train, frame.photons_ps.size());
   folded.fold(frame.view(), train);
   for (const DelayTrack line :
@@ -73,6 +73,7 @@ TEST(NearSet, GathersVeryManyPhotonsAtTheirMeans) {
   ASSERT_GT(all.photons(), 80'000U);
   EXPECT_LT(gathered.photons(), 10'000U);
   EXPECT_EQ(gathered.near_photons, all.near_photons);
+  EXPECT_EQ(gathered.far_photons, all.far_photons);
 
   struct Sums {
     double weight = 0, residual = 0, square = 0, slant = 0;

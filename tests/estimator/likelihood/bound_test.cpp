@@ -97,7 +97,7 @@ TEST(Bound, AgreesWithAPlainIntegralWherePulsesOverlap) {
   const int steps = 200000;
   long double dd = 0, ss = 0, bb = 0, ds = 0;
   for (int n = 0; n < steps; ++n) {
-    const Comb& comb = train.stretches.front().comb;
+    const Comb& comb = train.segments.front().comb;
     const long double x = comb.period_ns * n / steps;
     long double h = 0, d1 = 0;
     for (int turn = -2; turn <= 2; ++turn) {

@@ -75,8 +75,8 @@ TEST(EmissionTimes, FindsThePulsesThatAListHas) {
 TEST(EmissionTimes, KnowsPeriodAndMeanAmplitude) {
   const EmissionTimes emission(patterns()[2]);
   EXPECT_DOUBLE_EQ(emission.period_ns(), 3 * 90 + 99 + 5 * 101);
-  EXPECT_DOUBLE_EQ(emission.amplitude_per_ns() * emission.period_ns(), 3 + 3.5 + 5);
-  EXPECT_DOUBLE_EQ(emission.trains()[2].begin_ns, 3 * 90 + 99);
+  EXPECT_DOUBLE_EQ(emission.train().amplitude_per_ns * emission.period_ns(), 3 + 3.5 + 5);
+  EXPECT_DOUBLE_EQ(emission.train().segments[2].begin_ns, 3 * 90 + 99);
 }
 
 }  // namespace

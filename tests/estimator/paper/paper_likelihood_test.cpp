@@ -46,7 +46,7 @@ long double brute_force(const test::PaperScene& scene, const PaperParameters& at
     density /= sigma * std::sqrt(2 * std::numbers::pi_v<long double>);
     value += std::log(at.background_per_ns + at.signal_per_pulse * density);
   }
-  const long double amplitude = scene.emission.amplitude_per_ns() * length / scale;
+  const long double amplitude = scene.emission.train().amplitude_per_ns * length / scale;
   return value - at.background_per_ns * length -
          at.signal_per_pulse * amplitude * (1 - beta) / (1 + beta);
 }

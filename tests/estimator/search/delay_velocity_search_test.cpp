@@ -50,7 +50,7 @@ double gain_on(const NearSet& near, const Folded& folded) {
     }
     excess[n] -= 1;
   }
-  const auto far = static_cast<double>(folded.frame.size()) - near.near_photons;
+  const auto far = static_cast<double>(frame.size()) - near.near_photons;
   double low = 0, high = 1;
   for (int round = 0; round < 25; ++round) {
     const double f = (low + high) / 2;
