@@ -62,7 +62,7 @@ struct FrameEstimator::Workspace {
         scene(scene_options),
         shape(configured_pulse(pattern, pulse)),
         is_width_fitted(pulse.width == PulseWidth::fitted),
-        frame(train, max_photons, reach_ns(frame_length_ms * 1e6)),
+        frame(train, max_photons, FrameSearch::reach_ns(scene, *shape, frame_length_ms * 1e6)),
         dead_time(dead_time_of(detector, options, inputs, max_photons)),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
                dead_time ? std::optional<BlindTime>(std::in_place, train, detector.dead_time_ns,
@@ -87,10 +87,6 @@ struct FrameEstimator::Workspace {
     }
   }
 
-  [[nodiscard]] double reach_ns(double length_ns) const {
-    return FrameSearch::max_walk_ns(scene, length_ns) / 2 +
-           std::max(std::abs(shape->first_ns()), std::abs(shape->last_ns()));
-  }
   [[nodiscard]] std::optional<DeadTimeModel> dead_time_of(const DetectorOptions& detector,
                                                           const EstimatorOptions& options,
                                                           std::size_t inputs,

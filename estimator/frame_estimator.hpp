@@ -31,6 +31,11 @@
 //   paper/        PaperMethod does what search/ does as [P] does it, for comparison.
 //   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
 //
+// Unless a header says otherwise, in all rooms: an object serves one thread, and its const calls and
+// free functions any; what a constructor takes by reference outlives the object; nothing fails; and
+// nothing allocates after construction, for frames of up to max_photons, but in paper/ and
+// calibration/.
+//
 // [P] is TR2026-050, "Unambiguous Range Extension for Doppler Single-Photon Lidar" (Optics Express
 // 2026). docs/estimation.md tells the whole as a text, with the reasons.
 

@@ -20,8 +20,6 @@ struct FrameUnits {
 // deviations if the maximum has a covariance. Delay, velocity and acceleration are those at
 // mid-frame. What the syncs of the frame leave uncertain of the pattern's clock adds to the
 // deviations, and so does `wider`: nothing else changes them.
-//
-// Threads: any. Errors: none. No allocation.
 void fill_values(Estimate& estimate, const likelihood::Maximum& at, std::size_t target,
                  const checks::Widening& wider, const FrameUnits& units, const SyncFit& sync);
 

@@ -14,7 +14,7 @@ namespace splid {
 // speed: a cell for each delay and slice of a frame, and the sums along all lines. The others grow
 // with the photons of a frame.
 //
-// Arguments: as those of FrameEstimator. Threads: any. Errors: std::bad_alloc alone.
+// Arguments: as those of FrameEstimator. Errors: std::bad_alloc alone.
 std::size_t search_table_bytes(const Pattern& pattern, const PulseOptions& pulse,
                                const SceneOptions& scene, const EstimatorOptions& options,
                                double frame_length_ms);

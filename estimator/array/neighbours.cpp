@@ -65,10 +65,4 @@ std::span<const std::size_t> Neighbours::around(std::size_t pixel, std::size_t r
   return std::span(near_).subspan(begin, ends_[pixel * (rings_ + 1) + ring] - begin);
 }
 
-std::size_t Neighbours::most_around(std::size_t ring) const {
-  std::size_t most = 0;
-  for (std::size_t k = 0; k < pixels(); ++k) most = std::max(most, around(k, ring).size());
-  return most;
-}
-
 }  // namespace splid::array

@@ -14,8 +14,6 @@ struct PixelDirection {
 
 // Which pixels look beside each other. The pitch of the field is the median distance from a pixel
 // to the nearest other one; directions need not be on a grid.
-//
-// Threads: const, any. Errors: none.
 class Neighbours {
  public:
   // rings: how many pitches away the farthest neighbours are, in azimuth and in elevation.
@@ -26,8 +24,6 @@ class Neighbours {
   [[nodiscard]] std::span<const std::size_t> around(std::size_t pixel, std::size_t ring) const;
   [[nodiscard]] std::size_t rings() const { return rings_; }
   [[nodiscard]] std::size_t pixels() const { return ends_.size() / (rings_ + 1); }
-  // The most pixels that are up to so many rings around one.
-  [[nodiscard]] std::size_t most_around(std::size_t ring) const;
 
  private:
   std::size_t rings_;

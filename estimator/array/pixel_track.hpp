@@ -14,8 +14,6 @@ namespace splid::array {
 // saw its own target last, or, if it has none, where its nearest neighbour saw one. FrameEstimator
 // searches a pixel whose likelihood asks for it, and each pixel anew after 20 frames; not all of
 // them in one frame, as each pixel begins to count at a number of its own.
-//
-// Threads: one for each object. Errors: none. Allocates nothing.
 class PixelTrack {
  public:
   // pixel: its number, which spreads the searches of an array over the frames.
@@ -38,8 +36,6 @@ class PixelTrack {
 };
 
 // Chooses the neighbours that help.
-//
-// Threads: const, any. Errors: none. Allocates nothing after construction.
 class NeighboursHelp {
  public:
   explicit NeighboursHelp(std::span<const PixelDirection> directions)

@@ -25,8 +25,7 @@ struct PooledFrame {
 // nothing, there is nothing to refine. The rates of a pooled estimate are those of one pixel, on
 // average; its distance is that of the surface that most of the pool sees.
 //
-// Threads: one thread for each object. Errors: as FrameEstimator's constructor. No allocation in
-// estimate().
+// Errors: as FrameEstimator's constructor.
 class PooledScene {
  public:
   static constexpr std::size_t rings = 2;  // 5 x 5

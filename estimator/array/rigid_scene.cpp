@@ -25,11 +25,6 @@ SceneOptions straight(SceneOptions scene) {
   return scene;
 }
 
-double reach_ns(const PulseShape& shape, const SceneOptions& scene, double length_ms) {
-  return FrameSearch::max_walk_ns(scene, length_ms * 1e6) / 2 +
-         std::max(std::abs(shape.first_ns()), std::abs(shape.last_ns()));
-}
-
 // 1, and the place in the field from its middle.
 std::vector<Terms> rows_of(std::span<const PixelDirection> directions) {
   PixelDirection middle;
@@ -64,10 +59,10 @@ RigidScene::RigidScene(const Pattern& pattern, const PulseOptions& pulse, const 
       rows_(rows_of(directions)),
       at_rest_(pattern, pulse, resting(scene), options, frame_length_ms, max_photons, reference,
                detector),
-      folded_(train_, max_photons, reach_ns(*shape_, scene, frame_length_ms)),
+      folded_(train_, max_photons, FrameSearch::reach_ns(scene, *shape_, frame_length_ms * 1e6)),
       search_(pattern, train_, *shape_, straight(scene), options, frame_length_ms * 1e6,
               max_photons, std::nullopt),
-      shared_fit_(train_, *shape_, max_photons, reach_ns(*shape_, scene, frame_length_ms)) {
+      shared_fit_(train_, *shape_, max_photons, FrameSearch::reach_ns(scene, *shape_, frame_length_ms * 1e6)) {
   votes_.reserve(rows_.size() * DelayVelocitySearch::max_cells);
   members_.reserve(rows_.size());
   cells_.reserve(DelayVelocitySearch::max_cells);

@@ -32,7 +32,7 @@ struct RigidFrame {
 // other are the next body. A body turns where a velocity that changes evenly over the field gains
 // nine nats.
 //
-// Threads: one thread for each object. Errors: as FrameEstimator's constructor.
+// Errors: as FrameEstimator's constructor.
 class RigidScene {
  public:
   // The arguments are those of FrameEstimator. directions: of each pixel; where they are all one, a

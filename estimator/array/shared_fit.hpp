@@ -44,12 +44,9 @@ struct SharedMaximum {
 // information (the Schur complement) to the sums over the pixels.
 //
 // A detector's dead time is not in this likelihood: it moves delays, and not velocities.
-//
-// Threads: one thread for each object. Errors: none. No allocation in fit() for frames of up to
-// max_photons.
 class SharedFit {
  public:
-  // train, shape: outlive this. reach_ns: of FoldedFrame.
+  // reach_ns: of FoldedFrame.
   SharedFit(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
             double reach_ns);
 

@@ -56,7 +56,7 @@ struct Calibration {
 // fold: that of a target at rest. width_ps: standard deviation of a detected pulse, to within a
 // factor of two; see find_pulses() for what it decides.
 //
-// Threads: any. Errors: none. Allocates; takes some seconds for folds of 10^7 bins.
+// Allocates; takes some seconds for folds of 10^7 bins.
 std::optional<Calibration> calibrate(const PhaseHistogram& fold, double width_ps);
 
 // The model of the fold that a calibration came from, by the calibration's values.

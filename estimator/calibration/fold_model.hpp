@@ -15,11 +15,9 @@ namespace splid::calibration {
 // one and the same shape,
 //   rate(x) = background + sum_p counts_p h(x - time_p)
 // Times are in ps, h is in 1/ps.
-//
-// Threads: one thread for each object. Errors: none. Allocates.
 class FoldModel {
  public:
-  // The pulses start as gaussians of width_ps. fold: outlives this. pulses: at least one.
+  // The pulses start as gaussians of width_ps. pulses: at least one.
   FoldModel(const PhaseHistogram& fold, const std::vector<FoundPulse>& pulses, double width_ps);
 
   // The part of the fold that a pulse reaches: the bins from `first` on (any whole number, see

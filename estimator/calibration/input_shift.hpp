@@ -17,8 +17,6 @@ struct InputShift {
 // do not have the same number of pulses, or where at no shift all pulses fall on one another, to
 // within a fifth of a pulse width or five of their own deviations. Of shifts that are equally good,
 // as an even comb has them, the smallest is taken.
-//
-// Threads: any. Errors: none.
 std::optional<InputShift> shift_between(const Calibration& first, const Calibration& second);
 
 }  // namespace splid::calibration

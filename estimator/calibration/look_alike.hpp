@@ -30,8 +30,8 @@ struct PatternLight {
 // stay alike, however much light there is. For a calibrated pattern, the part that the deviations
 // of its own times make is taken off.
 //
-// Segments of more than 2,000 pulses are not looked at, and the result is then empty. Threads: any.
-// Errors: none. Allocates; takes a second for 2,000 pulses.
+// Segments of more than 2,000 pulses are not looked at, and the result is then empty. Allocates;
+// takes a second for 2,000 pulses.
 std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& shape,
                                    const PatternLight& light = {}, std::size_t most = 64);
 

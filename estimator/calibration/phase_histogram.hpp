@@ -29,8 +29,8 @@ class FramePhase {
 // widens a pulse by 0.004 %. A long period has wider bins: there are 2^23 at most, which take 32
 // MiB.
 //
-// Threads: one thread for each object. Errors: none. Frames that are not locked to their syncs are
-// passed over. Losses are taken to fall on all phases alike.
+// Frames that are not locked to their syncs are passed over. Losses are taken to fall on all phases
+// alike.
 class PhaseHistogram {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, standard deviation, > 0.

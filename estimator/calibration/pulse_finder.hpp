@@ -15,7 +15,7 @@ struct FoundPulse {
 // Finds the pulses in a fold, when nobody knows what was played: the places at which the photons
 // stand out of the background by eight deviations, and by a twentieth of the strongest pulse.
 // width_ps: standard deviation of a detected pulse. Pulses that are closer than six widths count as
-// one. Ascending in time; empty where nothing stands out. Threads: any. Errors: none.
+// one. Ascending in time; empty where nothing stands out.
 std::vector<FoundPulse> find_pulses(const PhaseHistogram& fold, double width_ps);
 
 }  // namespace splid::calibration

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/chi_squared.hpp"
+
 namespace splid::calibration {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr double surely_deviations = 5;
 struct Sums {
   double w = 0, t = 0, x = 0;
 };
-
-// A chi-square as the deviations of a normal variable that is as rare (Wilson and Hilferty 1931).
-// This is good to 0.1 from two degrees of freedom on.
-double deviations_of(double chi_square, double free) {
-  const double part = 2 / (9 * free);
-  return (std::cbrt(chi_square / free) - (1 - part)) / std::sqrt(part);
-}
 
 }  // namespace
 

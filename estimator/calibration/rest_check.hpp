@@ -32,7 +32,7 @@ struct RestReport {
 // even motion, and at time scales from a frame to a quarter of the recording for wander beyond the
 // photons' noise.
 //
-// Threads: one thread for each object. Errors: none. Grows by 24 bytes for each frame.
+// Grows by 24 bytes for each frame.
 class RestCheck {
  public:
   // fold: that of the recording, from which the calibration came.

@@ -22,7 +22,7 @@ struct StackedPhotons {
 // Stacks the photons of the model's fold, with background and neighbours by the model's values. The
 // step follows the counts N as the error of a quadratic spline asks: half a width at 10^4 photons,
 // falling as N^(-1/7); at most half a width, and at least an eighth of a width and two bins.
-// Threads: any, with a model each. Errors: none. Allocates.
+//
 StackedPhotons stack_photons(FoldModel& model);
 
 // Gives the model the shape that all its pulses have in common, by the model's times, counts and

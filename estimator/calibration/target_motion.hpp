@@ -17,7 +17,7 @@ namespace splid::calibration {
 // before it at the shift that fits best, by correlation over the whole circle; it keeps the shift
 // of the last slice unless another shift is better by six deviations.
 //
-// Threads: one thread for each object. Errors: none. Takes 33 MB at most.
+// Takes 33 MB at most.
 class TargetMotion {
  public:
   // period_ps: nominal, > 0; width_ps: of a detected pulse, > 0.

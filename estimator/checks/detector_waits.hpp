@@ -24,7 +24,7 @@ namespace splid::checks {
 // - timing_walk: returns soon after a detection are late on average, against returns after waits of
 //   more than 2 us.
 //
-// Threads: one. Errors: none. No allocation in the calls but walk().
+// No allocation in the calls but walk().
 class DetectorWaits {
  public:
   using Times = std::span<const std::int64_t>;

@@ -23,8 +23,7 @@ namespace splid::checks {
 // detector that is split over several inputs say nothing. Of a frame up to 65,536 photons are
 // looked at.
 //
-// Threads: one. Errors: none but the constructor's. add() allocates where a frame is fuller than
-// all before it.
+// Errors: none but the constructor's. add() allocates where a frame is fuller than all before it.
 class DetectorWatch {
  public:
   // reference: whose clock the estimates' delays are in. inputs: that share the light.

@@ -11,8 +11,6 @@ namespace splid::checks {
 // The findings of many frames of a target together, each of which may show nothing. What keeps its
 // sign from frame to frame (pulse shape, amplitudes, other light) is the same test on sums over the
 // frames; of what changes its sign (paths, fading) the gains add up.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls.
 class FindingSums {
  public:
   // findings: judges the frames, and outlives this.

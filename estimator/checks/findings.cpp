@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/model/chi_squared.hpp"
+
 namespace splid::checks {
 namespace {
 
 // Rows that chance screens out in all but two frames of a hundred are not fitted.
 constexpr double screen_squares = 5.41, screen_deviations = 2.05;
-constexpr double sure_deviations = 4.75;
 // A SquareSum has one side only.
-constexpr double sure_squares_of_sums = sure_deviations * sure_deviations;
+constexpr double sure_squares_of_sums = million_deviations * million_deviations;
 constexpr double likely_squares = 9;
 constexpr std::size_t most_fitted = 3;
 // With fewer photons of signal richer fits have more false alarms than they say.
@@ -37,17 +38,10 @@ constexpr double walk_of_spread = 0.4;
 // A target whose pulses are lit alike to so much is none that other light makes up.
 constexpr double most_uneven_of_target = 0.25, deviations_of_even = 3;
 
-// Chi squared of so many degrees that a normal number's deviations correspond to, by Wilson and
-// Hilferty.
-double squares_of(double degrees, double deviations) {
-  const double part = 2 / (9 * degrees);
-  return degrees * std::pow(1 - part + deviations * std::sqrt(part), 3);
-}
-
 }  // namespace
 
 double sure_squares_of(double degrees) {
-  return degrees <= 1 ? sure_squares : squares_of(degrees, sure_deviations);
+  return degrees <= 1 ? sure_squares : chi_squared_of(million_deviations, degrees);
 }
 
 void RowScore::add(const RowScore& more) {
@@ -168,7 +162,7 @@ void Findings::score_row(std::size_t row) {
   const bool is_flat = terms_[first_term_[row]].shape == Shape::early;
   const double photons = std::max(fewest_photons, photons_a_term * said.degrees);
   if (!is_flat && fit_.signal() < photons) return;
-  const double limit = k == 1 ? screen_squares : squares_of(said.degrees, screen_deviations);
+  const double limit = k == 1 ? screen_squares : chi_squared_of(screen_deviations, said.degrees);
   if (said.squares <= limit) return;
   candidates_[candidate_count_++].row = row;
   if (is_flat && said.score[0] + said.score[1] > 0) judge_beside();

@@ -75,11 +75,8 @@ struct FrameScores {
 
 // Judges a fitted target by the residual map about its track: screens all rows of finding_table()
 // by their scores, and decides those that stand out by a fit of the richer model to the map.
-//
-// Threads: one thread for each object. Errors: none. No allocation in judge().
 class Findings {
  public:
-  // train, shape: outlive this.
   // dead_time_ns: of frames that come with it; else 0.
   Findings(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
            double dead_time_ns = 0);

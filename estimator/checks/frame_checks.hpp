@@ -13,13 +13,9 @@
 namespace splid::checks {
 
 // What is looked for beyond the fitted model, in each frame and over the last ones.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class FrameChecks {
  public:
-  // train, shape: outlive this. dead_time_ns: where it is modelled; else 0. reach_ns: of the
-  // frames.
+  // dead_time_ns: where it is modelled; else 0. reach_ns: of the frames.
   FrameChecks(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
               double dead_time_ns, double reach_ns);
 

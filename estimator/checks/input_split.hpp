@@ -16,7 +16,7 @@ namespace splid {
 // third, as their counts understate V too (docs/evidence/data/dead-time-split.csv).
 //
 // By how much of itself the signal of an estimate of this frame is low; 0 where the photons of each
-// input are not known. Threads: any. Errors: none.
+// input are not known.
 double low_by_split(const FrameView& frame, const Estimate& estimate, const PulseTrain& train);
 
 }  // namespace splid

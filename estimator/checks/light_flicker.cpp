@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "estimator/checks/chi_squared.hpp"
+#include "estimator/model/chi_squared.hpp"
 
 namespace splid {
 namespace {
@@ -97,7 +97,8 @@ void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double sh
   if (!signal.may_be_low() && !background.may_be_low()) return;
   const PartCounts counts = count(frame);
   const double by_chance = counts.mean * (signal.rise() + background.rise());
-  if (!(counts.variance > by_chance * million_of_chi_squared(counts.parts - 1))) return;
+  const double degrees = counts.parts - 1;
+  if (!(counts.variance > by_chance * chi_squared_of(million_deviations, degrees) / degrees)) return;
   const double excess = (counts.variance - by_chance) / (counts.mean * counts.mean);
   const auto widen = [&](const SwingingLight& light, double& deviation) {
     const double variance = excess / (light.rise() * light.rise());

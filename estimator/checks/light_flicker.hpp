@@ -26,7 +26,6 @@ namespace splid {
 // What the signal or the background may then be low by goes into its deviation, where it is more
 // than half of that. frame: locked to its syncs, with its dead time modelled. share: of the light
 // that a detection blinds (see BlindTime). estimate: of that frame, with values.
-// Threads: any. Errors: none. No allocation.
 void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double share,
                       Estimate& estimate);
 

@@ -52,11 +52,8 @@ struct Member {
 // The photons that a residual map is expected to have under a fitted model and under the members of
 // its family, with the slopes of the log-likelihood of a map (counts of Poisson in each cell and
 // elsewhere) in any of their terms.
-//
-// Threads: one thread for each object. Errors: none. No allocation but in the constructor.
 class MapFit {
  public:
-  // map, train, pulse: outlive this.
   MapFit(const ResidualMap& map, const PulseTrain& train, const PulseTable& pulse);
   // The fitted model, about whose track `target` the map was filled.
   void begin(const FoldedFrame& frame, const likelihood::Model& model, std::size_t target,

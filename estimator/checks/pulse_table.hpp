@@ -8,8 +8,6 @@ namespace splid::checks {
 
 // The configured pulse and its light, tabulated in steps of a 16th of its width, so that residual
 // maps of any fit cost a look-up a place: to 1e-7 of the pulse's light.
-//
-// Threads: const, any. Errors: none.
 class PulseTable {
  public:
   // How long the exponential of a tail is, in pulse widths. Tails of detectors are 2 to 5 widths

@@ -33,11 +33,8 @@ inline constexpr std::size_t most_cells = 32;
 // The offsets reach to 16 widths on both sides of the pulse's peak, or to where the next pulse is
 // nearer. Cells are half a width long up to 4.5 widths from the peak, then one width up to 8.5,
 // then 2.5 widths: there is nothing but flat light and tails. A photon is in one cell at most.
-//
-// Threads: one thread for each object. Errors: none. No allocation in fill().
 class ResidualMap {
  public:
-  // train: outlives this.
   ResidualMap(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons);
   void fill(const FoldedFrame& frame, const DelayTrack& track);
 

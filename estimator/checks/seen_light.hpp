@@ -31,11 +31,9 @@ struct SeenLight {
 
 // Finds it for frames with their dead time. A detector is dead where a detection came within the
 // dead time before: how often that is at a phase follows from the detections at earlier phases.
-//
-// Threads: one thread for each object. Errors: none. No allocation in look().
 class SeenLightFinder {
  public:
-  // train: outlives this. map: as it will be filled. dead_time_ns: 0 where none is modelled.
+  // map: as it will be filled. dead_time_ns: 0 where none is modelled.
   SeenLightFinder(const PulseTrain& train, const ResidualMap& map, double dead_time_ns);
   // map: of this frame.
   const SeenLight& look(const FoldedFrame& frame, const ResidualMap& map, const SeenParts& parts);

@@ -16,12 +16,8 @@ namespace splid::checks {
 // Light that comes at one place of the pattern's period, as a pick-up of the syncs does. The search
 // takes it for a target whose other pulses are dark, and a target of less light beside it is not
 // seen.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class StrayLight {
  public:
-  // train: outlives this.
   StrayLight(const PulseTrain& train, double width_ns, std::size_t max_photons);
   // Looks for pulses of a track that have far more light than most others. map: of this frame,
   // about the track. Empty where no pulse has, or many have.

@@ -24,9 +24,6 @@ namespace splid {
 // light that an input got is c_k / (1 - c_k f), where f is the part of all light that comes within
 // a dead time of one detection. Which input a photon came on need not be known. Where the c_k are
 // not known, the light is shared evenly.
-//
-// Threads: one thread for each object. Errors: none. find() allocates nothing for frames of up to
-// max_photons.
 struct BlindTime {
   FoldedFrame ends;
   FoldedFrame begins;     // those that are no photons of the frame

@@ -12,12 +12,9 @@ namespace splid {
 
 // Says of each frame whether the detector's dead time is part of what is fitted: where it moves a
 // value by more than 0.05 deviations, and detections do not contradict it.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction for frames of
-// up to max_photons.
 class DeadTimeModel {
  public:
-  // Arguments: as for BlindTime. train: outlives this.
+  // Arguments: as for BlindTime.
   DeadTimeModel(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
                 std::size_t max_photons, double reach_ns);
 

@@ -6,7 +6,6 @@
 namespace splid {
 
 // The kernels of a level, which must be one that this processor runs, and those of the best level.
-// Threads: any.
 const SearchKernels& search_kernels(VectorLevel level);
 const SearchKernels& best_search_kernels();
 

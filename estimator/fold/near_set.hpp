@@ -15,8 +15,6 @@ namespace splid {
 // The photons near the pulses of a line, as the likelihood needs them: one entry for each pair of a
 // photon and a pulse whose residual lies in the window. Photons without an entry are too far from
 // every pulse, and are background to the likelihood.
-//
-// Threads: one thread for each object. Errors: none.
 struct NearSet {
   DelayTrack track;                  // that the residuals are taken from
   std::vector<double> residual_ns;   // of each entry: emission time less pulse time

@@ -8,7 +8,7 @@ namespace splid {
 
 // The loops that the search spends its time in, and the Fourier analysis of method `paper`,
 // compiled once for each vector level (see kernel_choice.hpp). All arrays belong to the caller, and
-// no two of them overlap. Every level gives the same bits. Threads: any. Errors: none.
+// no two of them overlap. Every level gives the same bits.
 struct SearchKernels {
   // out[i] = a[i] + b[i], in numbers of 8, 16 or 32 bits
   void (*add_8)(std::uint8_t* out, const std::uint8_t* a, const std::uint8_t* b, std::size_t count);

@@ -28,7 +28,7 @@ struct CombLight {
 // width, in each of which a detection is exponential, until a period repeats the one before.
 //
 // Accuracy: 1e-3, but for dead times beyond half a million pulse widths, which are taken as if the
-// light were steady. Threads: any. Errors: none. For studies: a period of 4 us takes milliseconds.
+// light were steady. For studies: a period of 4 us takes milliseconds.
 class AliveFraction {
  public:
   // lights: of one target or more. b: in the tagger's ns, of which the first one's dilation tells

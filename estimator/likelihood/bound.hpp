@@ -21,9 +21,8 @@ namespace splid {
 // being so at each phase.
 //
 // Accuracy: 1e-6 relative for gaussian pulses of targets that move alike, else 1e-4. Losses count
-// by their share of the time, and the frame is taken to begin with the pattern. Threads: any.
-// Errors: none. Allocates, and integrates over all pulses of the period: it is for studies, not for
-// every frame.
+// by their share of the time, and the frame is taken to begin with the pattern. Allocates, and
+// integrates over all pulses of the period: it is for studies, not for every frame.
 SmallMatrix expected_information(const PulseShape& shape, const PulseTrain& train,
                                  const Exposure& exposure, const likelihood::Model& at,
                                  const BlindDetector& detector = {});
@@ -54,7 +53,7 @@ struct Bound {
   double pulse_sigma_ns = 0;
 };
 
-// The bound of a scene, from expected_information(). scene: signal_per_pulse > 0. Threads: any.
+// The bound of a scene, from expected_information(). scene: signal_per_pulse > 0.
 Bound cramer_rao_bound(const Pattern& pattern, const PulseShape& shape, const BoundScene& scene);
 
 // The same of several targets together, one bound for each. scenes: one for each target, of the

@@ -24,9 +24,6 @@ namespace splid::likelihood {
 // pulses are counted once for each collect(), by how much light the comb has sent up to each end.
 // Only the ends near a pulse are integrated over, for each model anew. An interval begins at a
 // photon, or is one of those that FoldedFrame's `blind` lists beside them.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class HiddenLight {
  public:
   HiddenLight(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,

@@ -5,7 +5,7 @@
 
 namespace splid::likelihood {
 
-// The kernels of a level, which must be one that this processor runs. Threads: any.
+// The kernels of a level, which must be one that this processor runs.
 const LikelihoodKernels& likelihood_kernels(VectorLevel level);
 
 }  // namespace splid::likelihood

@@ -7,7 +7,7 @@ namespace splid {
 
 // The loops that the likelihood spends its time in beside the pulse's own, compiled once for each
 // vector level (see vector_level.hpp). All arrays belong to the caller, and no two of them overlap.
-// Every level gives the same bits. Counts are multiples of 8. Threads: any. Errors: none.
+// Every level gives the same bits. Counts are multiples of 8.
 struct LikelihoodKernels {
   // How far photons are from a target's pulses: offsets[i] = scale (residuals[i] - delay -
   // walk shares[i] - quadratic P_2), with P_2 at the share; see DelayTrack.

@@ -38,12 +38,8 @@ struct Scope {
 // Design note: how the pattern is stretched by the target's velocity is in the value, and not in
 // the derivatives of a photon's place: an offset of 1 ns is stretched by 2e-9 for each ns of range
 // walk in a frame of 0.5 ms, which is 2e-8 of what the walk moves it at the frame's end.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction for frames of
-// up to max_photons.
 class LogLikelihood {
  public:
-  // shape, train: outlive this.
   LogLikelihood(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
                 const Scope& scope);
 

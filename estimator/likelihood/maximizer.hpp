@@ -23,9 +23,6 @@ struct Maximum {
 // Maximizes the likelihood in all free parameters at once: Newton's method with exact derivatives,
 // damped as Levenberg and Marquardt do where the surface is not concave. [P] runs L-BFGS on (S, b)
 // and (tau, v) in turn; the maximum is the same.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class Maximizer {
  public:
   // What is left to gain, in nats, at which a last step is taken. That step is a hundredth of a

@@ -16,9 +16,6 @@ namespace splid::likelihood {
 
 // A frame's photons near the tracks of a model's targets, sorted by which targets these are, so
 // that sums over them are loops over vectors without a choice.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction for frames of
-// up to max_photons.
 class NearPhotons {
  public:
   // Photons stand in groups whose sizes are multiples of this.

@@ -33,7 +33,7 @@ std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns);
 // may lie in, by one look into a table. Pulses of the periods before and after are among them, at
 // t_p + m period.
 //
-// Threads: const, any. Memory: 9 bytes a bucket, at most 288 KiB.
+// Memory: 9 bytes a bucket, at most 288 KiB.
 class CombWindow {
  public:
   // first_ns < last_ns.

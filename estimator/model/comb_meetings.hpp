@@ -13,8 +13,6 @@ namespace splid {
 // have each of its pulses, at one rate or another, where one of the two has such pulses. With 180
 // and 189 ns, two targets whose delays differ by a multiple of 9 ns meet at two more delays: one
 // has the first target's pulses at 180 ns and the second one's at 189 ns, and one has the others.
-//
-// Threads: const, any. Errors: none.
 class CombMeetings {
  public:
   // Patterns that are not of several rates have no meetings. width_ns: of the pulse; what is within

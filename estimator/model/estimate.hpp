@@ -34,44 +34,35 @@ enum class Stop {
                  // maximum that has been found already
 };
 
-// One of a frame's targets. Members: as those of Estimate, of this target. Deviations are those
-// with the other targets unknown too; the significance is what this target adds to the others.
+// A target of a frame. Where has_values is true all values are finite. Delays are in the clock of
+// `drift.reference`, the tagger's by default; rates count the tagger's nanoseconds. The velocity is
+// the same in either clock, as it is a ratio of two rates that the same tagger has counted. std_*:
+// one standard deviation, from the observed information.
 struct TargetEstimate {
-  FrameStatus status = FrameStatus::not_run;  // ok, or ambiguous where its range is not sure
-  double delay_ns = 0, std_delay_ns = 0;
-  double delay_start_ns = 0;
-  double velocity_mps = 0, std_velocity_mps = 0;
-  double signal_per_pulse = 0, std_signal_per_pulse = 0;
-  double significance_nats = 0;
-  double range_odds_nats = 0;
-  FoundList findings;
-};
-
-// What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
-// no_target, ambiguous, no_sync and, before the estimator ran, not_run. Where has_values is true
-// all values are finite. Delays are in the clock of `drift.reference`, the tagger's by default;
-// rates count the tagger's nanoseconds. The velocity is the same in either clock, as it is a ratio
-// of two rates that the same tagger has counted.
-struct Estimate {
   FrameStatus status = FrameStatus::not_run;
-  bool has_values = false;       // false: of the values below only background_per_ns holds
   double delay_ns = 0;           // round trip at mid-frame, in [0, unambiguous delay)
   double delay_start_ns = 0;     // round trip at the frame's start, as [P] gives it
   double velocity_mps = 0;       // radial, positive away from the lidar
-  double acceleration_mps2 = 0;  // holds where its deviation is above 0
   double signal_per_pulse = 0;   // S, counts for each pulse of amplitude 1
-  double background_per_ns = 0;  // b, counts
-  double std_delay_ns = 0;       // std_*: one standard deviation, from the observed information
+  double std_delay_ns = 0;
   double std_velocity_mps = 0;
-  double std_acceleration_mps2 = 0;  // 0: the path was taken as straight
   double std_signal_per_pulse = 0;
+  double significance_nats = 0;  // log-likelihood gained over no target
+  double range_odds_nats = 0;    // how sure this range is against all others; see RangeOdds
+  FoundList findings;            // the surest first
+};
+
+// What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
+// no_target, ambiguous, no_sync and, before the estimator ran, not_run.
+struct Estimate : TargetEstimate {
+  bool has_values = false;       // false: of the values only background_per_ns holds
+  double acceleration_mps2 = 0;  // holds where its deviation is above 0
+  double background_per_ns = 0;  // b, counts
+  double std_acceleration_mps2 = 0;  // 0: the path was taken as straight
   double std_background_per_ns = 0;
   double pulse_sigma_ns = 0;      // of the detected pulse, tagger's clock; holds where its
   double std_pulse_sigma_ns = 0;  // deviation is above 0, which it is where the width was fitted
-  double significance_nats = 0;   // log-likelihood gained over no target
   double threshold_nats = 0;      // the significance that false_alarm_rate asks for
-  double range_odds_nats = 0;     // how sure this range is against all others; see RangeOdds
-  FoundList findings;             // the surest first
   FoundList recent_findings;      // of the last 50 to 100 frames together
   // Whether the dead time does not bias the values: it is modelled, or too short to matter. False
   // where it is not known, not to be modelled, or contradicted by detections that follow each other
@@ -87,24 +78,12 @@ struct Estimate {
   Stop stop = Stop::not_run;
   std::size_t photons = 0;
   // The targets, in descending order of their signal, where the frame shows more than one target;
-  // the values above are those of the first target.
+  // the values above are those of the first target. Of each the deviations are those with the other
+  // targets unknown too, and the significance is what it adds to the others.
   std::array<TargetEstimate, most_targets> targets;
   std::size_t target_count = 0;  // 0 where there is one target at most
 
-  // The values above as those of a target.
-  [[nodiscard]] TargetEstimate first_target() const {
-    return {status,
-            delay_ns,
-            std_delay_ns,
-            delay_start_ns,
-            velocity_mps,
-            std_velocity_mps,
-            signal_per_pulse,
-            std_signal_per_pulse,
-            significance_nats,
-            range_odds_nats,
-            findings};
-  }
+  [[nodiscard]] const TargetEstimate& first_target() const { return *this; }
 };
 
 // Where a target was when it was last seen, so that the next frame can look there first. A target

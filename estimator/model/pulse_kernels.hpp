@@ -7,7 +7,7 @@ namespace splid {
 
 // The loop that the likelihoods spend their time in, compiled once for each vector level (see
 // vector_level.hpp). All arrays belong to the caller, and no two of them overlap. Every level gives
-// the same bits. Threads: any. Errors: none.
+// the same bits.
 struct PulseKernels {
   // A gaussian's density h = peak exp(-x^2 / 2) at x = inverse_sigma offsets[i], and its first two
   // derivatives, to 1e-15 of what they are made of. h is 0 beyond 37.4 standard deviations, where

@@ -20,7 +20,7 @@ struct ShapeValues {
 // The detected pulse: the density h of a photon's arrival about its pulse's time, of integral 1
 // ([P] Eq. 1).
 //
-// Threads: const, any. Errors: none; h is 0 and log_h -infinity outside the support of a table.
+// Errors: none; h is 0 and log_h -infinity outside the support of a table.
 class PulseShape {
  public:
   virtual ~PulseShape() = default;

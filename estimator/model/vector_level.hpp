@@ -18,7 +18,7 @@ enum class VectorLevel {
 // "generic", "x86_64_v3", ...
 const char* vector_level_name(VectorLevel level);
 
-// The widest level that this processor runs and this build holds, within the limit. Threads: any.
+// The widest level that this processor runs and this build holds, within the limit.
 VectorLevel best_vector_level();
 
 // From now on no wider level than this is used, in the whole process: to compare one level with
@@ -29,7 +29,7 @@ void limit_vector_level(VectorLevel widest);
 // All levels that this processor runs, generic first.
 std::vector<VectorLevel> runnable_vector_levels();
 
-// The pulse's kernels of a level, which must be one that this processor runs. Threads: any.
+// The pulse's kernels of a level, which must be one that this processor runs.
 const PulseKernels& pulse_kernels(VectorLevel level);
 
 }  // namespace splid

@@ -15,8 +15,7 @@ struct AlternationResult {
 // neither pair moves. tau stays within ten pulse widths of the start. moving: false keeps the
 // start's v.
 //
-// Frames without photons stop with not_run. Throws nothing but std::bad_alloc. Threads: as the
-// likelihood.
+// Frames without photons stop with not_run. Throws nothing but std::bad_alloc.
 AlternationResult alternate(PaperLikelihood& likelihood, const PaperParameters& start, bool moving);
 
 }  // namespace splid::paper

@@ -13,7 +13,7 @@ struct Cluster {
   double middle_ns = 0;  // their mean, in [0, period)
 };
 
-// points_ns: in [0, period_ns), with one weight each. Threads: any.
+// points_ns: in [0, period_ns), with one weight each.
 Cluster find_largest_cluster(const std::vector<double>& points_ns,
                              const std::vector<double>& weights, double period_ns, double width_ns);
 
@@ -22,7 +22,7 @@ Cluster find_largest_cluster(const std::vector<double>& points_ns,
 // and its own photons at one place. width_ns: has to hold the target's motion.
 //
 // The number of photons counted stays as it is, since the background is that of the whole period.
-// Source: [P], initialisation of the interleaved mode. Threads: any.
+// Source: [P], initialisation of the interleaved mode.
 void keep_largest_cluster(TrainPhotons& photons, double width_ns);
 
 }  // namespace splid::paper

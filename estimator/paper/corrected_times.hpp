@@ -24,7 +24,7 @@ struct CorrectedTimes {
   double seen_ns = 0;            // sum of the spans' lengths
   double scale = 1;              // measured over calibrated period
 
-  // view: locked to its syncs. period_ns: that of the calibrated pattern. Errors: none. Allocates.
+  // view: locked to its syncs. period_ns: that of the calibrated pattern.
   CorrectedTimes(const FrameView& view, double period_ns);
 };
 

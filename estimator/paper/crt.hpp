@@ -30,7 +30,6 @@ struct CrtSolution {
 //
 // Errors: not found for fewer than two remainders, for values that are not finite, or for more than
 // 1e8 breakpoints (10 s). Cost: K times the number of breakpoints, which is the sum of limit / t_k.
-// Threads: any.
 CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limit_ns);
 
 // The robust Chinese remainder theorem of Wang, Li, Wang and Xia, "Maximum likelihood estimation
@@ -46,7 +45,7 @@ CrtSolution crt_mixed_integer(std::span<const Remainder> remainders, double limi
 // ns) on. [P] Fig. 5 shows it.
 //
 // Errors: not found for fewer than two remainders, for ratios that are not pairwise coprime, or for
-// a least common multiple above 2^53 units. Threads: any.
+// a least common multiple above 2^53 units.
 CrtSolution crt_wang(std::span<const Remainder> remainders, double unit_ns);
 
 }  // namespace splid::paper

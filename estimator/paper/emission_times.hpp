@@ -11,8 +11,6 @@ namespace splid::paper {
 //
 // Design note: the times are not listed. An MRR pattern with 25 ms of each rate has half a million
 // pulses, and the pulses near a given time are found by a division.
-//
-// Threads: const, any.
 class EmissionTimes {
  public:
   // pattern: valid.

@@ -18,8 +18,8 @@ struct FoldedPeak {
 // and background, outside of it background alone. The delay is the mean of the photons in the
 // window.
 //
-// Not found where there are no photons, or where the period is not above twice the window. Threads:
-// any. Source: [P], censoring with a short window.
+// Not found where there are no photons, or where the period is not above twice the window. Source:
+// [P], censoring with a short window.
 FoldedPeak find_folded_peak(const TrainPhotons& photons, double velocity_mps,
                             const PulseShape& shape);
 

@@ -25,8 +25,8 @@ namespace splid::paper {
 // in 50 ms) has 2, and is found in one frame of three.
 //
 // Cost: 2 max |g| span / width steps over the photons and period / width bins (2^18 at most), of
-// which few are computed in full where they are many (rate_scan.hpp). Threads: any. Source: [P],
-// section on the initialisation of periodic patterns.
+// which few are computed in full where they are many (rate_scan.hpp). Source: [P], section on the
+// initialisation of periodic patterns.
 double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double max_speed_mps);
 
 }  // namespace splid::paper

@@ -14,8 +14,6 @@ namespace splid::paper {
 // pulse's own.
 //
 // Each photon is shared between the two bins beside it, so that the power is continuous in g.
-//
-// Threads: one thread for each object. Errors: none. photons must outlive it.
 class HarmonicPower {
  public:
   // bins: 4 at least, of about a pulse width.

@@ -17,7 +17,7 @@ namespace splid::paper {
 //
 // The sum is the correlation of two functions on the circle of the pattern period: the photons, and
 // log(1 + S~ / b~ sum_p a_p h). It is done by FFT, in a time of B log B for B delays, however many
-// photons and pulses there are. Threads: const, any. Errors: none.
+// photons and pulses there are.
 class MatchedFilter {
  public:
   MatchedFilter(const EmissionTimes& emission, const PulseShape& shape);

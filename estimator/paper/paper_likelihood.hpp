@@ -27,8 +27,6 @@ struct PaperParameters {
 // Design note: this is written from [P]'s formula in (tau, v), apart from Likelihood, which works
 // on delay lines about mid-frame, so that the two check each other. Pulses in a loss count by their
 // mean rate.
-//
-// Threads: one thread for each object. Errors: none. frame, emission and shape must outlive it.
 class PaperLikelihood {
  public:
   PaperLikelihood(const CorrectedTimes& frame, const EmissionTimes& emission,

@@ -74,7 +74,7 @@ struct PaperResult {
 // all came at one time. Allocates, as it is for comparison and not for every frame.
 class PaperMethod {
  public:
-  // pattern: valid. shape: outlives the object.
+  // pattern: valid.
   PaperMethod(const Pattern& pattern, const PulseShape& shape, const SceneOptions& scene,
               RemainderTheorem theorem = RemainderTheorem::mixed_integer);
   // No copies, as start_ refers to emission_.

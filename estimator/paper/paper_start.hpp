@@ -16,10 +16,9 @@ namespace splid::paper {
 
 // The initialisers of [P], which find where the refinement starts. Which of them is used depends on
 // the mode. The result is absent where the photons show no peak. max_speed_mps is 0 for a target at
-// rest. Threads: const, any. Errors: none. Allocates.
+// rest.
 class PaperStart {
  public:
-  // emission and shape outlive this.
   PaperStart(const Pattern& pattern, const EmissionTimes& emission, const PulseShape& shape,
              double max_speed_mps, RemainderTheorem theorem = RemainderTheorem::mixed_integer);
 

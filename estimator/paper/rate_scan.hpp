@@ -15,8 +15,6 @@ namespace splid::paper {
 // one rate where there is a target, and 1.5 % of all where there is none. The answer is then the
 // one of all rates, except in a frame in hundreds without a target, which has another peak of the
 // noise.
-//
-// Threads: as the power. Errors: none. Allocates.
 double best_rate(HarmonicPower& power, double step, int steps);
 
 }  // namespace splid::paper

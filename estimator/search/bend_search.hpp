@@ -33,17 +33,14 @@ struct BentFit {
 //
 // Design note: cost grows with the bends that are possible, a t_a^2 / c. At 100 m/s^2 and bins of
 // ten widths of 0.1 ns a frame of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class BendSearch {
  public:
   // How far beyond the largest bend is looked, in pulse widths, for the threshold: what a zoom and
   // the maximum may add.
   static constexpr double least_reach_widths = 20;
 
-  // search, train: outlive this. max_acceleration_mps2: >= 0, towards and away.
-  // straight_blind: room for the blind time of a straightened frame; empty: frames come without.
+  // max_acceleration_mps2: >= 0, towards and away. straight_blind: room for the blind time of a
+  // straightened frame; empty: frames come without.
   BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
              double max_acceleration_mps2, std::size_t max_photons,
              std::optional<BlindTime> straight_blind = std::nullopt);

@@ -33,9 +33,6 @@ struct SearchGrid {
 // period of the part long; copies of that row side by side make the whole row. With other combs a
 // photon is counted once for each pulse, or rows of photons are shifted and added pulse by pulse,
 // whichever is less work.
-//
-// Threads: one thread for each object, which holds scratch. Errors: none. No allocation after
-// construction.
 class CombRows {
  public:
   CombRows(const PulseTrain& train, std::size_t max_photons, const SearchKernels& kernels);

@@ -36,13 +36,12 @@ struct DelayCell {
 // its periods (PartLines).
 //
 // Cost: that of CombRows, and 2 bins * slices * log2(slices) additions, where bins are those of the
-// circle, or of the parts' periods. Threads: one thread for each object. Errors: none. No
-// allocation in run() and best_delays().
+// circle, or of the parts' periods.
 class DelayVelocitySearch {
  public:
   static constexpr std::size_t max_cells = 16;
 
-  // train: outlives this. grids: all grids that run() and best_delays() will be given.
+  // grids: all grids that run() and best_delays() will be given.
   DelayVelocitySearch(const PulseTrain& train, std::size_t max_photons,
                       std::span<const SearchGrid> grids, VectorLevel level = best_vector_level());
   // What a search of these grids allocates, but for what grows with max_photons.

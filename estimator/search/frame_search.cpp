@@ -40,6 +40,11 @@ double FrameSearch::max_walk_ns(const SceneOptions& scene, double length_ns) {
   return moves ? walk_ns_at(scene.max_speed_mps, length_ns) : 0;
 }
 
+double FrameSearch::reach_ns(const SceneOptions& scene, const PulseShape& shape, double length_ns) {
+  return max_walk_ns(scene, length_ns) / 2 +
+         std::max(std::abs(shape.first_ns()), std::abs(shape.last_ns()));
+}
+
 FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
                          const SceneOptions& scene, const EstimatorOptions& options,
                          double length_ns, std::size_t max_photons,

@@ -28,12 +28,10 @@ struct Start {
 
 // Finds the target of a frame by the look that is asked for.
 //
-// Threads: one thread for each object. Errors: Error(Fault::usage) from the constructor, where
-// paths may bend in too many ways. No allocation in the calls for frames of up to max_photons.
+// Errors: Error(Fault::usage) from the constructor, where paths may bend in too many ways.
 class FrameSearch {
  public:
-  // pattern, train, shape: outlive this. blind: of the detector whose dead time is
-  // modelled.
+  // blind: of the detector whose dead time is modelled.
   FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
               const SceneOptions& scene, const EstimatorOptions& options, double length_ns,
               std::size_t max_photons, std::optional<BlindTime> blind);
@@ -54,6 +52,8 @@ class FrameSearch {
 
   // The largest range walk over a frame of nominal length.
   static double max_walk_ns(const SceneOptions& scene, double length_ns);
+  // How far a photon of a target may then lie from its place at mid-frame; see FoldedFrame.
+  static double reach_ns(const SceneOptions& scene, const PulseShape& shape, double length_ns);
   [[nodiscard]] bool moves() const { return max_walk_ns_ > 0; }
   [[nodiscard]] bool may_bend() const { return bends_ != nullptr; }
   // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then

@@ -16,8 +16,6 @@ namespace splid {
 // part. So the slices of each part are added up over one of its periods, which is a twentieth of
 // the circle for [P]'s pattern. A line of the circle is only looked at where the largest sums of
 // the other parts would let it hold enough.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction.
 class PartLines {
  public:
   // grids: all that add_up() will be given. copies: how many periods of each part the circle has.

@@ -28,8 +28,6 @@ namespace splid {
 // Design note: chance is taken at its mean, and not as this frame has it. The mean comes from rare
 // high places, and a frame with such a place has it among its peaks too, so that it counts twice.
 // The odds are too low by some 1 to 2 nats for that, but need no sum over the plane.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction.
 class RangeOdds {
  public:
   // volume: all delays and range walks that are possible. Its period is the circle that delays are

@@ -13,7 +13,7 @@ struct SearchVolume {
 
 // The threshold of the significance: the log-likelihood gain over no target, in nats, that a frame
 // without a target exceeds somewhere in the volume with the probability false_alarm_rate (above 0,
-// to 0.5). Threads: any. Errors: none.
+// to 0.5).
 //
 // Source: sqrt(2 gain) of a known pulse at an unknown place is a smooth random field of unit
 // variance. The number of its excursions above u has the mean sum_d R_d rho_d(u) (Adler and Taylor

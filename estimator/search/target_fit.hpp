@@ -22,9 +22,6 @@ struct FittedTarget {
 
 // Fits what a look has found: the path at rest, straight or bent as the scene says (motion `auto`:
 // as the photons say), and the pulse's width where it is asked for.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class TargetFit {
  public:
   static constexpr double most_width = 4;  // widths are fitted up to 4 times the configured width
@@ -32,7 +29,6 @@ class TargetFit {
   // the acceleration.
   static constexpr double nats_for_richer_path = 4.5;
 
-  // search, shape, train: outlive this.
   TargetFit(FrameSearch& search, const PulseShape& shape, const PulseTrain& train, Motion motion,
             bool is_width_fitted, bool may_be_dead, std::size_t max_photons);
 

@@ -56,9 +56,6 @@ struct BentSpot {
 // Finds a frame's target. All delays and range walks are searched, with coarse cells at first and
 // with finer cells only while nothing significant shows. The search zooms into the best cells and
 // finds the maximum of the likelihood near each that may be the best.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls for frames of up to
-// max_photons.
 class TargetSearch {
  public:
   using Maximum = likelihood::Maximum;

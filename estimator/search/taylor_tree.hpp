@@ -25,8 +25,6 @@ namespace splid {
 // go around it often, each row holds the circle twice, and each sum is made once. A frame of 15 s
 // with 150 m/s has lines of 3,336 bins around a circle of 840: a row then takes a third of the
 // memory, and one of a periodic part of 42 bins a thirtieth.
-//
-// Threads: one thread for each object. Errors: none. No allocation after construction.
 class TaylorTree {
  public:
   // grids: all that add_up() will be given.

@@ -21,8 +21,6 @@ struct ZoomResult {
 // The set is cut into 32 slices of time, with a histogram each, and for every range walk the
 // histograms are added along its line. So each stage passes over the photons once, and its other
 // cost does not grow with their number.
-//
-// Threads: one thread for each object, which holds scratch. Errors: none. No allocation in find().
 class Zoom {
  public:
   // width_ns, peak_offset_ns: those of the PulseShape.

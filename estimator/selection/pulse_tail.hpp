@@ -16,14 +16,11 @@ namespace splid::selection {
 // How well pulses of other shapes explain the photons about a track: of another width, and with a
 // tail, which is a share of the light that is late by an exponential delay. The photons are counted
 // by how far from the track's pulses they are.
-//
-// Threads: one thread for each object. Errors: none. No allocation in the calls.
 class PulseTail {
  public:
   // How far from a pulse its light is looked at, in pulse widths.
   static constexpr double reach_widths = 32;
 
-  // shape, train: outlive this.
   PulseTail(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons);
 
   // False where pulses are too close to each other.

@@ -55,15 +55,12 @@ struct Selection {
 //
 // Light that fails the third test stays in the fit while further targets are looked for, so that
 // neither it nor its side lobes are taken for them. It is then left out.
-//
-// Threads: one thread for each object. Errors: none. No allocation in select() for frames of up to
-// max_photons.
 class TargetSelection {
  public:
   static constexpr double closest_widths = 2.5;
   static constexpr double tail_widths = 30;
 
-  // search, bends, train, shape: outlive this. bends: null where paths are straight.
+  // bends: null where paths are straight.
   TargetSelection(TargetSearch& search, BendSearch* bends, const PulseTrain& train,
                   const PulseShape& shape, const SelectionScope& scope, std::size_t max_photons);
 

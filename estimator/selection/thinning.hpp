@@ -17,12 +17,9 @@ namespace splid::selection {
 // were not there: the side lobes of their combs are gone too.
 //
 // A photon draws its lot by its place in the frame, so that the same frame gives the same rest.
-//
-// Threads: one thread for each object. Errors: none. No allocation in rest() for frames of up to
-// max_photons.
 class Thinning {
  public:
-  // shape, train: outlive this. most_width: how many times as wide as configured a pulse may be.
+  // most_width: how many times as wide as configured a pulse may be.
   Thinning(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,
            double most_width);
 

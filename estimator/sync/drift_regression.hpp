@@ -6,7 +6,7 @@
 
 // The measured pattern period, [P] Eq. 19, and with it the drift of the pattern's clock, from syncs
 // that are known to lie on one line (sync_lock.hpp finds them). All times are in ps from the fit's
-// origin. Threads: any. Errors: none. Nothing allocates.
+// origin.
 namespace splid::sync {
 
 inline constexpr double outlier_sigmas = 5;

@@ -11,7 +11,6 @@ namespace splid {
 // is for error messages and for the start of SyncSurvey; SyncClock then measures the period.
 //
 // Looks at the first 512 gaps. Absent where no T fits, or where there are fewer than 8 gaps.
-// Threads: any. Errors: none. Allocates nothing.
 std::optional<double> find_sync_period_ps(std::span<const std::int64_t> syncs_ps);
 
 }  // namespace splid

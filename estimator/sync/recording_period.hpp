@@ -20,7 +20,7 @@ struct MeasuredPeriod {
 // what the pattern did meanwhile is not known. A line of one frame has the slope that this frame's
 // syncs say.
 //
-// Threads: one. Errors: none. Grows by 56 bytes for each frame.
+// Grows by 56 bytes for each frame.
 class RecordingPeriod {
  public:
   // Frames that are not locked are passed over.

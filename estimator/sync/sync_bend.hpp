@@ -11,7 +11,6 @@
 // Whether the syncs of a frame bend away from a line, from a sample of them: 512 syncs tell it to a
 // fifth of the syncs' jitter, and cost next to nothing. Outliers are rejected about a line that
 // bends as the clock does, or else those syncs that bend away the most would pass for outliers.
-// Threads: any. Errors: none. Nothing allocates.
 namespace splid::sync {
 
 // Design note: while the line is still unknown, a sync may be off its place by a 16th of the

@@ -24,9 +24,9 @@ namespace splid {
 // not by number, so that missing, doubled and stray syncs do no harm, nor instruments that send
 // only the syncs beside photons.
 //
-// Threads: one thread for each object. Errors: none; a fit that fails is not locked. No allocation
-// after construction for frames of up to max_syncs; of more syncs an even subset is used. Remembers
-// the last period that it locked to, and nothing else.
+// Errors: none; a fit that fails is not locked. No allocation after construction for frames of up
+// to max_syncs; of more syncs an even subset is used. Remembers the last period that it locked to,
+// and nothing else.
 class SyncClock {
  public:
   // calibrated_period_ps: > 0, the pattern period of the calibration, or the nominal one, in the

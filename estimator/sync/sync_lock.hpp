@@ -25,7 +25,7 @@ struct Lock {
 // within the frame, the line is one that bends, if may_bend.
 //
 // syncs: at least least_syncs times in ps from the fit's origin, nearly sorted. scratch: room for
-// as many values as there are syncs. Threads: any, with a scratch each. Allocates nothing.
+// as many values as there are syncs.
 std::optional<Lock> lock(std::span<const double> syncs, double period_ps, double drift,
                          bool may_bend, std::vector<double>& scratch);
 

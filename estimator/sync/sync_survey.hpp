@@ -14,7 +14,7 @@ namespace splid {
 // frame by frame elsewhere, and RecordingPeriod joins the batches. Doubled, missing and stray syncs
 // do no harm, as in SyncClock.
 //
-// Threads: one. Errors: none. Allocates 56 bytes for each batch (50 ms, or 16,384 syncs).
+// Allocates 56 bytes for each batch (50 ms, or 16,384 syncs).
 class SyncSurvey {
  public:
   // In the stream's order.

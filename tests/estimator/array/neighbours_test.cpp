@@ -30,7 +30,6 @@ TEST(Neighbours, AreInRingsTheNearestFirst) {
   EXPECT_EQ(neighbours.around(5, 1).front(), 5U);
   EXPECT_EQ(neighbours.around(5, 2).size(), 12U);
   EXPECT_EQ(neighbours.around(0, 2).size(), 9U);
-  EXPECT_EQ(neighbours.most_around(1), 9U);
 }
 
 TEST(Neighbours, PixelsOfOneDirectionAreNeighbours) {
