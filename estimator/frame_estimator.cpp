@@ -79,8 +79,8 @@ struct FrameEstimator::Workspace {
     }
     if (scene.targets > 1) {
       several = std::make_unique<selection::TargetSelection>(
-          search.targets(), search.bends(), train, *shape,
-          selection::SelectionScope{search.bent_threshold_nats(),
+          search.targets(), search.acceleration(), train, *shape,
+          selection::SelectionScope{search.curved_threshold_nats(),
                                     static_cast<std::size_t>(scene.targets), is_width_fitted,
                                     dead_time.has_value()},
           max_photons);
@@ -169,14 +169,14 @@ std::optional<Found> FrameEstimator::Workspace::find(const FrameView& view, Targ
 
 std::optional<Found> FrameEstimator::Workspace::look_for(const FrameView& view, TargetTrack* track,
                                                          Effort most) {
-  Look look = track != nullptr && !by_paper       ? Look::follow
-              : search.must_bend(frame.length_ns) ? Look::bent
-                                                  : Look::straight;
+  Look look = track != nullptr && !by_paper             ? Look::follow
+              : search.must_accelerate(frame.length_ns) ? Look::curved
+                                                        : Look::straight;
   std::optional<Found> best;
   while (true) {
     std::optional<Found> found = find_by(look, view, track, most);
     const bool is_better =
-        found && (!best || !best->is_target || look != Look::bent ||
+        found && (!best || !best->is_target || look != Look::curved ||
                   (found->is_target && found->best.gain_nats >=
                                            best->best.gain_nats + TargetFit::nats_for_richer_path));
     if (is_better) best = found;
@@ -194,15 +194,15 @@ Look FrameEstimator::Workspace::look_after(Look look, const std::optional<Found>
                                            const TargetTrack* track) const {
   const bool is_target = found && found->is_target;
   if (look == Look::follow) {
-    const Look next = search.must_bend(frame.length_ns) ? Look::bent : Look::straight;
+    const Look next = search.must_accelerate(frame.length_ns) ? Look::curved : Look::straight;
     if (!is_target || found->has_findings()) return next;
     return FrameSearch::has_changed(*track, found->best) ? next : look;
   }
-  if (look == Look::bent || !search.may_bend()) return look;
-  if (search.bends_little(frame.length_ns)) {
-    return is_target && found->start.at.gain_nats > search.settled_nats() ? look : Look::bent;
+  if (look == Look::curved || !search.may_accelerate()) return look;
+  if (search.accelerates_little(frame.length_ns)) {
+    return is_target && found->start.at.gain_nats > search.settled_nats() ? look : Look::curved;
   }
-  return is_target && checks && !found->has_findings() ? look : Look::bent;
+  return is_target && checks && !found->has_findings() ? look : Look::curved;
 }
 
 std::optional<Found> FrameEstimator::Workspace::find_by(Look look, const FrameView& view,
@@ -221,7 +221,7 @@ std::optional<Start> FrameEstimator::Workspace::start_by(Look look, const FrameV
                                                          const TargetTrack* track, Effort most) {
   if (by_paper) return by_paper->start(view, frame, search);
   if (look == Look::follow) return search.follow(frame, *track, view.mid_ps(), to_reference());
-  return look == Look::bent ? search.bent(frame, most) : search.straight(frame, most);
+  return look == Look::curved ? search.curved(frame, most) : search.straight(frame, most);
 }
 
 // Fit.
@@ -239,8 +239,7 @@ void FrameEstimator::Workspace::select(Found& found, Effort most) {
   if (!several) return;
   // Beside a target at rest another one may move.
   const std::size_t terms = std::max<std::size_t>(found.track_terms, search.moves() ? 2 : 1);
-  const selection::Selection& selected =
-      several->select(frame, found.best, terms, most);
+  const selection::Selection& selected = several->select(frame, found.best, terms, most);
   if (selected.count < 2) return;
   found.track_terms = terms;
   if (!search.moves() && several->gain_by_moving_nats() > TargetSearch::nats_for_motion_at_rest) {

@@ -55,8 +55,7 @@ void fill_deviations(Estimate& estimate, const Maximum& at, std::size_t target,
                                                      sync.std_period_ps / sync.period_ps / 2)
                    : 0;
   const Eigen::Index q = d + likelihood::quadratic;
-  estimate.std_acceleration_mps2 =
-      std::sqrt(C(q, q)) * acceleration_of_bend(bend_per_quadratic, units.length_ns);
+  estimate.std_acceleration_mps2 = std::sqrt(C(q, q)) * acceleration_of(1, units.length_ns);
   const Eigen::Index s = d + likelihood::signal;
   estimate.std_signal_per_pulse =
       std::hypot(std::sqrt(C(s, s)), wider.off_signal * estimate.signal_per_pulse);
@@ -77,16 +76,15 @@ void fill_values(Estimate& estimate, const Maximum& at, std::size_t target,
   const double delay_ns = within_circle(own.track.at_mid_frame_ns(), units.circle_ns);
   const double start_ns = own.track.at(-0.5) - own.track.at_mid_frame_ns();  // from mid-frame
   estimate.has_values = true;
-  estimate.acceleration_mps2 =
-      acceleration_of_bend(bend_per_quadratic * own.track.quadratic_ns, units.length_ns);
+  estimate.acceleration_mps2 = acceleration_of(own.track.quadratic_ns, units.length_ns);
   // tau = D (1 + beta) in the pattern's clock; times `scale` it is in the clock that is right.
   estimate.delay_ns = within_circle(delay_ns * (1 + beta), units.circle_ns) * units.scale;
   // Light that comes back at mid-frame met the target half a delay before.
   estimate.velocity_mps =
       beta * speed_of_light_mps + estimate.acceleration_mps2 * estimate.delay_ns * 1e-9 / 2;
-  const double bent_ns = start_ns + own.track.walk_ns / 2;
+  const double curved_ns = start_ns + own.track.walk_ns / 2;
   estimate.delay_start_ns =
-      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + bent_ns, units.circle_ns) *
+      within_circle(delay_ns * (1 + beta) - beta * units.length_ns + curved_ns, units.circle_ns) *
       units.scale;
   estimate.signal_per_pulse = own.signal_per_pulse;
   estimate.background_per_ns = at.model.background_per_ns;

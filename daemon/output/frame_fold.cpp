@@ -107,35 +107,35 @@ PhotonFold FrameFold::fold(const FrameView& view, const Estimate& estimate) {
     pictures.period = period_of(frame_, {});
     return pictures;
   }
-  const Path path = path_of(estimate);
+  DelayTrack line = track_of(estimate);
   const FoldedFrame* frame = &frame_;
-  if (path.bend_ns != 0) {
-    straight_.straighten(frame_, path.bend_ns, train_);
+  if (line.quadratic_ns != 0) {
+    straight_.straighten(frame_, line.quadratic_ns, train_);
     frame = &straight_;
+    line.quadratic_ns = 0;
   }
   const double share = static_cast<double>(view.photons_ps.size()) /
                        static_cast<double>(std::max(estimate.photons, view.photons_ps.size()));
-  pictures.period = period_of(*frame, path.line);
+  pictures.period = period_of(*frame, line);
   pictures.period->moved_back = true;
-  pictures.stack = stack_of(*frame, path.line, estimate, share);
-  pictures.plane = plane_of(*frame, path.line, estimate, share);
+  pictures.stack = stack_of(*frame, line, estimate, share);
+  pictures.plane = plane_of(*frame, line, estimate, share);
   return pictures;
 }
 
-// What FrameEstimator makes of a line, solved for the line.
-FrameFold::Path FrameFold::path_of(const Estimate& estimate) const {
-  Path path;
+// What FrameEstimator makes of a track, solved for the track.
+DelayTrack FrameFold::track_of(const Estimate& estimate) const {
+  DelayTrack track;
   double velocity_mps = estimate.velocity_mps;
   if (estimate.std_acceleration_mps2 > 0) {
-    path.bend_ns = estimate.acceleration_mps2 * frame_.length_ns * frame_.length_ns /
-                   (speed_of_light_mps * 1e9);
+    track.quadratic_ns = estimate.acceleration_mps2 / acceleration_of(1, frame_.length_ns);
     velocity_mps -= estimate.acceleration_mps2 * estimate.delay_ns * 1e-9 / 2;
   }
   const double beta = velocity_mps / speed_of_light_mps;
   const double scale = reference_ == ClockReference::tagger ? frame_.scale : 1;
-  path.line.delay_ns = estimate.delay_ns / scale / (1 + beta) + path.bend_ns / 12;
-  path.line.walk_ns = 2 * beta / (1 + beta) * frame_.length_ns;
-  return path;
+  track.delay_ns = estimate.delay_ns / scale / (1 + beta) + track.quadratic_ns / 2;
+  track.walk_ns = 2 * beta / (1 + beta) * frame_.length_ns;
+  return track;
 }
 
 PhotonFold::Period FrameFold::period_of(const FoldedFrame& frame, DelayTrack line) const {

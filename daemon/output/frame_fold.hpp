@@ -39,12 +39,8 @@ class FrameFold {
   PhotonFold fold(const FrameView& view, const Estimate& estimate);
 
  private:
-  // The path of an estimate in the folded frame.
-  struct Path {
-    DelayTrack line;
-    double bend_ns = 0;  // what FoldedFrame::straighten() takes
-  };
-  [[nodiscard]] Path path_of(const Estimate& estimate) const;
+  // The track of an estimate in the folded frame.
+  [[nodiscard]] DelayTrack track_of(const Estimate& estimate) const;
   [[nodiscard]] PhotonFold::Period period_of(const FoldedFrame& frame, DelayTrack line) const;
   [[nodiscard]] PhotonFold::Stack stack_of(const FoldedFrame& frame, DelayTrack line,
                                            const Estimate& estimate, double share);

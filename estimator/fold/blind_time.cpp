@@ -145,12 +145,12 @@ void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
   begins.fold(edges, train);
 }
 
-void BlindTime::straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train) {
-  share = bent.share;
-  blind_ns = bent.blind_ns;
-  early = bent.early;
-  ends.straighten(bent.ends, bend_ns, train);
-  begins.straighten(bent.begins, bend_ns, train);
+void BlindTime::straighten(const BlindTime& curved, double quadratic_ns, const PulseTrain& train) {
+  share = curved.share;
+  blind_ns = curved.blind_ns;
+  early = curved.early;
+  ends.straighten(curved.ends, quadratic_ns, train);
+  begins.straighten(curved.begins, quadratic_ns, train);
 }
 
 // The blind time of the detections before the frame, as far as it reaches into the frame.

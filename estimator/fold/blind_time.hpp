@@ -41,8 +41,8 @@ struct BlindTime {
   // frame: locked to its syncs. Sets all members.
   void find(const FrameView& frame, const PulseTrain& train);
   // Becomes the blind time of the frame that FoldedFrame::straighten() makes: all ends and begins
-  // move back along the bend, as the photons do. bent: of the same detector.
-  void straighten(const BlindTime& bent, double bend_ns, const PulseTrain& train);
+  // move back, as the photons do. curved: of the same detector.
+  void straighten(const BlindTime& curved, double quadratic_ns, const PulseTrain& train);
 
  private:
   void share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps);

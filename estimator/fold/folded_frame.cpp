@@ -48,8 +48,8 @@ void FoldedFrame::fold(const FrameView& frame, const PulseTrain& train) {
   }
 }
 
-// [P] Eq. 20: a time in the tagger's clock, over `scale`, is the time in the clock of the calibrated
-// pattern. The line through the syncs gives the photon's phase, too.
+// [P] Eq. 20: a time in the tagger's clock, over `scale`, is the time in the clock of the
+// calibrated pattern. The line through the syncs gives the photon's phase, too.
 //
 // Design note: times are formed with whole picoseconds up to mid-frame, and are doubles from there
 // on, so that an epoch of 3.4e17 ps costs no picosecond: those of a frame of 50 ms are exact.
@@ -68,11 +68,11 @@ void FoldedFrame::correct_times(const FrameView& frame, double period_ns) {
   const double start_phase_ps =
       static_cast<double>(sync.origin_ps - mid_ps) + sync.phase_ps - sync.bend_ps * sync.bend_zero;
   const double turns_per_ps = 1 / sync.period_ps;
-  best_search_kernels().fold(
-      time_ns.data(), phase_ns.data(), phase_32.data(), frame.photons_ps.data(),
-      {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
-       sync.bend_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
-      count);
+  best_search_kernels().fold(time_ns.data(), phase_ns.data(), phase_32.data(),
+                             frame.photons_ps.data(),
+                             {mid_ps, to_ns, turns_per_ps, start_phase_ps * turns_per_ps,
+                              sync.bend_ps * turns_per_ps / (length_ps * length_ps / 4), period_ns},
+                             count);
 }
 
 void FoldedFrame::group_by_segment(const PulseTrain& train) {
@@ -107,24 +107,24 @@ void FoldedFrame::group_by_segment(const PulseTrain& train) {
   next.back() = size();
 }
 
-void FoldedFrame::straighten(const FoldedFrame& bent, double bend_ns, const PulseTrain& train) {
-  length_ns = bent.length_ns;
-  seen_ns = bent.seen_ns;
-  scale = bent.scale;
+void FoldedFrame::straighten(const FoldedFrame& curved, double quadratic_ns,
+                             const PulseTrain& train) {
+  length_ns = curved.length_ns;
+  seen_ns = curved.seen_ns;
+  scale = curved.scale;
   blind = nullptr;
-  group_end = bent.group_end;
-  time_ns = bent.time_ns;
-  phase_ns = bent.phase_ns;
-  phase_32 = bent.phase_32;
-  if (bend_ns == 0) return;
+  group_end = curved.group_end;
+  time_ns = curved.time_ns;
+  phase_ns = curved.phase_ns;
+  phase_32 = curved.phase_32;
+  if (quadratic_ns == 0) return;
   const double share = 1 / length_ns;
   for (std::size_t group = 0; group < group_end.size(); ++group) {
     // The photons of the last group of several are taken by their phase alone.
     const std::size_t segment = std::min(group, train.segments.size() - 1);
     const double to_turns = 1 / train.segments[segment].comb.period_ns;
     for (std::size_t i = group_begin(group); i < group_end[group]; ++i) {
-      const double s = time_ns[i] * share;
-      const double shift = bend_ns * (s * s - 1.0 / 12);
+      const double shift = quadratic_ns * DelayTrack::quadratic_at(time_ns[i] * share);
       const double phase = phase_ns[i] - shift;
       phase_ns[i] = phase - train.period_ns * std::floor(phase / train.period_ns);
       const double turns = shift * to_turns;

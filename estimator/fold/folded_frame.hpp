@@ -59,11 +59,10 @@ struct FoldedFrame {
   FoldedFrame(const PulseTrain& train, std::size_t max_photons, double reach_ns = 0);
   // frame: locked to its syncs. train: that of the constructor.
   void fold(const FrameView& frame, const PulseTrain& train);
-  // Becomes another frame, with its phases moved back along a path that bends by bend_ns: by
-  // bend_ns (s^2 - 1/12) at the share s of the frame, from -1/2 to 1/2. The path of a target that
-  // accelerates becomes a straight line. The frame is then without blind time, which
+  // Becomes another frame, with its phases moved back by a track's quadratic term. The path of a
+  // target that accelerates becomes a straight line. The frame is then without blind time, which
   // BlindTime::straighten() gives.
-  void straighten(const FoldedFrame& bent, double bend_ns, const PulseTrain& train);
+  void straighten(const FoldedFrame& curved, double quadratic_ns, const PulseTrain& train);
   // Becomes every step-th photon of another frame: a sample that shows the same target, with the
   // rates divided by step.
   void take_every(std::size_t step, const FoldedFrame& all);

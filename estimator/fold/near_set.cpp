@@ -109,9 +109,9 @@ void NearSet::collect(const FoldedFrame& frame, std::span<const CombWindow> wind
   first.push_back(static_cast<std::uint32_t>(residual_ns.size()));
 }
 
-void NearSet::straighten(double bend_ns) {
+void NearSet::straighten(double quadratic_ns) {
   for (std::size_t j = 0; j < entries(); ++j) {
-    residual_ns[j] -= bend_ns * (position[j] * position[j] - 1.0 / 12);
+    residual_ns[j] -= quadratic_ns * DelayTrack::quadratic_at(position[j]);
   }
 }
 

@@ -51,8 +51,8 @@ struct NearSet {
   static constexpr double cells_a_width = 8;
   static constexpr std::size_t gathered_from = 16384;
   static constexpr std::size_t gathered_roughly_from = 4096;
-  // Moves the photons back along a bend: by bend_ns (s^2 - 1/12), with s their position.
-  void straighten(double bend_ns);
+  // Moves the photons back by a track's quadratic term.
+  void straighten(double quadratic_ns);
   // What has passed at the photons, for BlindLight: sums over all photons of the frame that was
   // collected last.
   struct Passed {

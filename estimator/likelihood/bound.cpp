@@ -177,14 +177,12 @@ Bound bound_of(const SmallMatrix& C, const Model& at, std::size_t target, double
     const Eigen::Vector3d by(by_delay, by_walk, by_quadratic);
     return std::sqrt(by.dot(C.block(d, d, 3, 3) * by));
   };
-  const double ns_per_s = 1e9, bend_per_quadratic = 6;
   const Eigen::Index b = C.rows() - 1, q = place(target, likelihood::quadratic);
   Bound bound;
   bound.delay_ns = deviation(1 + beta, own.track.delay_ns * per_walk, -0.5);
   bound.delay_start_ns = deviation(1 + beta, (own.track.delay_ns - length_ns) * per_walk, 1);
   bound.velocity_mps = deviation(0, per_walk, 0) * speed_of_light_mps;
-  bound.acceleration_mps2 = bend_per_quadratic * std::sqrt(C(q, q)) * speed_of_light_mps *
-                            ns_per_s / (length_ns * length_ns);
+  bound.acceleration_mps2 = std::sqrt(C(q, q)) * acceleration_of(1, length_ns);
   bound.signal_per_pulse =
       std::sqrt(C(place(target, likelihood::signal), place(target, likelihood::signal)));
   bound.background_per_ns = std::sqrt(C(b, b));

@@ -14,13 +14,10 @@ constexpr double walk_ns_at(double velocity_mps, double length_ns) {
   return 2 * beta / (1 + beta) * length_ns;
 }
 
-// A path that bends by b over a frame has b (s^2 - 1/12) at the share s from -1/2 to 1/2, which is
-// b/6 times the Legendre polynomial P_2 of 2 s.
-inline constexpr double bend_per_quadratic = 6;
-
-// The acceleration of a path that bends by a t_a^2 / c over a frame of this length.
-constexpr double acceleration_of_bend(double bend_ns, double length_ns) {
-  return bend_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
+// The acceleration of a path with this quadratic term, a t_a^2 / (6 c), over a frame of this
+// length; see DelayTrack.
+constexpr double acceleration_of(double quadratic_ns, double length_ns) {
+  return 6 * quadratic_ns * speed_of_light_mps * 1e9 / (length_ns * length_ns);
 }
 
 }  // namespace splid

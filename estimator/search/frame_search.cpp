@@ -30,8 +30,8 @@ constexpr double changed_deviations = 4;
 constexpr double sure_odds_nats = 40;
 constexpr double longest_gap_ps = 1e12;
 
-// In a frame in which paths bend by less, not even a million photons show that they do.
-constexpr double least_bend_widths = 0.01;
+// Not even a million photons show a quadratic term that is less.
+constexpr double least_quadratic_widths = 0.0017;
 
 }  // namespace
 
@@ -47,34 +47,34 @@ double FrameSearch::reach_ns(const SceneOptions& scene, const PulseShape& shape,
 
 FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
                          const SceneOptions& scene, const EstimatorOptions& options,
-                         double length_ns, std::size_t max_photons,
-                         std::optional<BlindTime> blind)
+                         double length_ns, std::size_t max_photons, std::optional<BlindTime> blind)
     : train_(train),
       shape_(shape),
-      must_bend_(scene.motion == Motion::accelerating),
+      must_accelerate_(scene.motion == Motion::accelerating),
       is_periodic_(pattern.mode == Mode::ambiguous),
       told_apart_ns_(is_periodic_ ? pattern.unambiguous_delay_ps * ns_per_ps : train.circle_ns),
       max_walk_ns_(max_walk_ns(scene, length_ns)),
       threshold_nats_(threshold_of(0, options.false_alarm_rate)),
-      bent_threshold_nats_(threshold_nats_),
+      curved_threshold_nats_(threshold_nats_),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
       search_(train, shape, scope(options, length_ns, blind.has_value()), max_photons) {
   const bool accelerates =
       moves() && scene.max_acceleration_mps2 > 0 && options.method == Method::search &&
       (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
   if (accelerates) {
-    look_for_bends(scene, options.false_alarm_rate, length_ns, max_photons, std::move(blind));
+    look_for_acceleration(scene, options.false_alarm_rate, length_ns, max_photons,
+                          std::move(blind));
   }
 }
 
 // How far a delay that is looked at may range walk: fits are not held to the speeds that the search
 // starts from. In a frame so short that the fastest target walks a few pulse widths, much of the
 // plane that is looked at lies beyond the largest speed.
-double FrameSearch::threshold_of(double bend_ns, double false_alarm_rate) const {
+double FrameSearch::threshold_of(double quadratic_ns, double false_alarm_rate) const {
   const double width_ns = shape_.width_ns();
   const double walk_ns =
       moves() ? max_walk_ns_ + 2 * TargetSearch::least_reach_widths * width_ns : 0;
-  return significance_threshold_nats({train_.circle_ns, walk_ns, width_ns, bend_ns},
+  return significance_threshold_nats({train_.circle_ns, walk_ns, width_ns, quadratic_ns},
                                      false_alarm_rate);
 }
 
@@ -86,22 +86,24 @@ SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns
           !is_periodic_,    may_be_dead};
 }
 
-void FrameSearch::look_for_bends(const SceneOptions& scene, double false_alarm_rate,
-                                 double length_ns, std::size_t max_photons,
-                                 std::optional<BlindTime> blind) {
-  bends_ = std::make_unique<BendSearch>(search_, train_, shape_.width_ns(),
-                                        scene.max_acceleration_mps2, max_photons, std::move(blind));
-  const double bend_ns = bends_->max_bend_ns(length_ns);
-  const bool too_many = bends_->looks(length_ns) > BendSearch::most_looks;
-  if (too_many && must_bend_) {
-    throw Error(Fault::usage, bends_->too_many_looks_text(length_ns));
+void FrameSearch::look_for_acceleration(const SceneOptions& scene, double false_alarm_rate,
+                                        double length_ns, std::size_t max_photons,
+                                        std::optional<BlindTime> blind) {
+  acceleration_ = std::make_unique<AccelerationSearch>(search_, train_, shape_.width_ns(),
+                                                       scene.max_acceleration_mps2, max_photons,
+                                                       std::move(blind));
+  const double quadratic_ns = acceleration_->max_quadratic_ns(length_ns);
+  const bool too_many = acceleration_->looks(length_ns) > AccelerationSearch::most_looks;
+  if (too_many && must_accelerate_) {
+    throw Error(Fault::usage, acceleration_->too_many_looks_text(length_ns));
   }
-  if (too_many || (!must_bend_ && bend_ns < least_bend_widths * shape_.width_ns())) {
-    bends_.reset();
+  if (too_many ||
+      (!must_accelerate_ && quadratic_ns < least_quadratic_widths * shape_.width_ns())) {
+    acceleration_.reset();
     return;
   }
-  bent_threshold_nats_ =
-      threshold_of(bend_ns + BendSearch::least_reach_widths * shape_.width_ns(), false_alarm_rate);
+  curved_threshold_nats_ = threshold_of(
+      quadratic_ns + AccelerationSearch::least_reach_widths * shape_.width_ns(), false_alarm_rate);
 }
 
 std::optional<Start> FrameSearch::straight(const FoldedFrame& frame, Effort most) {
@@ -119,8 +121,8 @@ double FrameSearch::odds_of(const Maximum& fit) const {
   return fit.has_covariance ? search_.range_odds_nats(fit) : 0;
 }
 
-std::optional<Start> FrameSearch::bent(const FoldedFrame& frame, Effort most) {
-  const std::optional<BentFit> found = bends_->find(frame, most);
+std::optional<Start> FrameSearch::curved(const FoldedFrame& frame, Effort most) {
+  const std::optional<AcceleratedFit> found = acceleration_->find(frame, most);
   if (!found) return std::nullopt;
   return Start{found->best, odds_of(found->straight), false};
 }
@@ -134,10 +136,11 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const double gained_mps = track.acceleration_mps2 * gap_ps * 1e-12;
   const double beta = (track.velocity_mps + gained_mps / 2) / speed_of_light_mps;  // over the gap
   const double delay_ns = track.delay_ns + 2 * beta * gap_ps * ns_per_ps;
-  const double bend_ns = track.acceleration_mps2 / acceleration_of_bend(1, frame.length_ns);
-  const FoldedFrame& photons = bends_ ? bends_->straightened(frame, bend_ns) : frame;
+  const double quadratic_ns = track.acceleration_mps2 / acceleration_of(1, frame.length_ns);
+  const FoldedFrame& photons =
+      acceleration_ ? acceleration_->straightened(frame, quadratic_ns) : frame;
   Maximum fit =
-      search_.find_near(photons, {delay_ns / scale / (1 + beta) + bend_ns / 12,
+      search_.find_near(photons, {delay_ns / scale / (1 + beta) + quadratic_ns / 2,
                                   walk_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
   const double least_nats = std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns,
                                      threshold_nats_ + followed_margin_nats);
@@ -146,8 +149,8 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   const bool is_sure = expected_nats >= sure_odds_nats;
   if (!is_sure) fit = search_.look_beside(photons, fit);
   const double odds_nats = search_.range_odds_nats(fit);
-  Start start = {fit, is_sure ? std::min(odds_nats, expected_nats) : odds_nats, !bends_};
-  start.at.model.targets[0].track.quadratic_ns = bends_ ? bend_ns / bend_per_quadratic : 0;
+  Start start = {fit, is_sure ? std::min(odds_nats, expected_nats) : odds_nats, !acceleration_};
+  start.at.model.targets[0].track.quadratic_ns = acceleration_ ? quadratic_ns : 0;
   return start;
 }
 
@@ -173,11 +176,11 @@ void FrameSearch::remember(const FoldedFrame& frame, std::int64_t mid_ps, const 
   track.odds_per_nat = estimate.range_odds_nats / estimate.significance_nats;
 }
 
-// Nobody would believe a bend beyond that.
 bool FrameSearch::is_possible(const DelayTrack& track, double length_ns) const {
-  if (!bends_) return track.quadratic_ns == 0;
-  return std::abs(bend_per_quadratic * track.quadratic_ns) <=
-         bends_->max_bend_ns(length_ns) + BendSearch::least_reach_widths * shape_.width_ns();
+  if (!acceleration_) return track.quadratic_ns == 0;
+  return std::abs(track.quadratic_ns) <=
+         acceleration_->max_quadratic_ns(length_ns) +
+             AccelerationSearch::least_reach_widths * shape_.width_ns();
 }
 
 }  // namespace splid

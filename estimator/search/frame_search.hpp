@@ -9,7 +9,7 @@
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/units.hpp"
-#include "estimator/search/bend_search.hpp"
+#include "estimator/search/acceleration_search.hpp"
 #include "estimator/search/target_search.hpp"
 #include "protocol/pattern.hpp"
 
@@ -17,7 +17,7 @@ namespace splid {
 
 // The ways to find a frame's target, the cheapest first: where the last frame had it, along all
 // straight lines, and along all paths that bend.
-enum class Look { follow, straight, bent };
+enum class Look { follow, straight, curved };
 
 // Where a look has found the target.
 struct Start {
@@ -37,7 +37,7 @@ class FrameSearch {
               std::size_t max_photons, std::optional<BlindTime> blind);
 
   std::optional<Start> straight(const FoldedFrame& frame, Effort most);
-  std::optional<Start> bent(const FoldedFrame& frame, Effort most);
+  std::optional<Start> curved(const FoldedFrame& frame, Effort most);
   // Looks where a track foretells the target. Empty where the track does not hold, or the target is
   // not there. scale: from the pattern's clock to that of the track.
   std::optional<Start> follow(const FoldedFrame& frame, const TargetTrack& track,
@@ -55,48 +55,52 @@ class FrameSearch {
   // How far a photon of a target may then lie from its place at mid-frame; see FoldedFrame.
   static double reach_ns(const SceneOptions& scene, const PulseShape& shape, double length_ns);
   [[nodiscard]] bool moves() const { return max_walk_ns_ > 0; }
-  [[nodiscard]] bool may_bend() const { return bends_ != nullptr; }
+  [[nodiscard]] bool may_accelerate() const { return acceleration_ != nullptr; }
   // Whether a straight line stays in a delay bin of the search wherever a path may bend to: it then
   // leads to the path too.
-  [[nodiscard]] bool bends_little(double length_ns) const { return bends_->looks(length_ns) == 1; }
+  [[nodiscard]] bool accelerates_little(double length_ns) const {
+    return acceleration_->looks(length_ns) == 1;
+  }
   // Whether bent paths are what is looked for, and straight lines do not lead to them.
-  [[nodiscard]] bool must_bend(double length_ns) const {
-    return must_bend_ && may_bend() && !bends_little(length_ns);
+  [[nodiscard]] bool must_accelerate(double length_ns) const {
+    return must_accelerate_ && may_accelerate() && !accelerates_little(length_ns);
   }
   // The largest quadratic term of a path that is searched.
-  [[nodiscard]] double most_quadratic_ns(double length_ns) const {
-    return bends_->max_bend_ns(length_ns) / bend_per_quadratic;
+  [[nodiscard]] double max_quadratic_ns(double length_ns) const {
+    return acceleration_->max_quadratic_ns(length_ns);
   }
   [[nodiscard]] bool is_possible(const DelayTrack& track, double length_ns) const;
   [[nodiscard]] bool is_periodic() const { return is_periodic_; }
   // The circle that delays are told apart on: equal delays modulo this are the same.
   [[nodiscard]] double told_apart_ns() const { return told_apart_ns_; }
   [[nodiscard]] double threshold_nats() const { return threshold_nats_; }
-  [[nodiscard]] double bent_threshold_nats() const { return bent_threshold_nats_; }
+  [[nodiscard]] double curved_threshold_nats() const { return curved_threshold_nats_; }
   [[nodiscard]] double least_odds_nats() const { return least_odds_nats_; }
   // A gain that the search takes for a target without looking any closer.
   [[nodiscard]] double settled_nats() const { return search_.settled_nats(); }
   [[nodiscard]] TargetSearch& targets() { return search_; }
-  [[nodiscard]] BendSearch* bends() { return bends_.get(); }  // null: paths are straight
+  [[nodiscard]] AccelerationSearch* acceleration() {
+    return acceleration_.get();
+  }  // null: paths are straight
 
  private:
   [[nodiscard]] SearchScope scope(const EstimatorOptions& options, double length_ns,
                                   bool may_be_dead) const;
-  void look_for_bends(const SceneOptions& scene, double false_alarm_rate, double length_ns,
-                      std::size_t max_photons, std::optional<BlindTime> blind);
+  void look_for_acceleration(const SceneOptions& scene, double false_alarm_rate, double length_ns,
+                             std::size_t max_photons, std::optional<BlindTime> blind);
   [[nodiscard]] double odds_of(const likelihood::Maximum& fit) const;
-  [[nodiscard]] double threshold_of(double bend_ns, double false_alarm_rate) const;
+  [[nodiscard]] double threshold_of(double quadratic_ns, double false_alarm_rate) const;
 
   const PulseTrain& train_;
   const PulseShape& shape_;
-  bool must_bend_;    // motion `accelerating`
-  bool is_periodic_;  // mode `ambiguous`: delays are told apart within the unambiguous delay
+  bool must_accelerate_;  // motion `accelerating`
+  bool is_periodic_;      // mode `ambiguous`: delays are told apart within the unambiguous delay
   double told_apart_ns_;
   double max_walk_ns_;  // over a frame of nominal length
-  double threshold_nats_, bent_threshold_nats_;
+  double threshold_nats_, curved_threshold_nats_;
   double least_odds_nats_;  // that a range needs to be taken as known
   TargetSearch search_;
-  std::unique_ptr<BendSearch> bends_;  // null: paths are taken as straight
+  std::unique_ptr<AccelerationSearch> acceleration_;  // null: paths are taken as straight
 };
 
 }  // namespace splid

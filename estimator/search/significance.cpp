@@ -12,7 +12,7 @@ double excursions(const SearchVolume& volume, double u) {
   const double per_walk = per_delay / std::sqrt(12.0);
   const double circle = volume.period_ns * per_delay;
   const double height = 2 * volume.max_walk_ns * per_walk;
-  const double depth = 2 * volume.max_bend_ns * per_delay / std::sqrt(180.0);
+  const double depth = 2 * volume.max_quadratic_ns * per_delay / std::sqrt(5.0);
   const double two_pi = 2 * std::numbers::pi;
   const double fall = std::exp(-0.5 * u * u);
   // The second term is that of half the plane's edge: the edge is two circles, so half is one.

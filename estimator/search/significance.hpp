@@ -3,12 +3,12 @@
 namespace splid {
 
 // The part of the plane of delay and range walk that a target is looked for in; for a target that
-// may accelerate, of the space of delay, range walk and bend (see BentFit).
+// may accelerate, of the space of delay, range walk and quadratic term (DelayTrack).
 struct SearchVolume {
-  double period_ns = 0;    // delays: all of it, it is circular
-  double max_walk_ns = 0;  // range walks: -max to max; 0 for a target at rest
-  double width_ns = 0;     // of the pulse
-  double max_bend_ns = 0;  // bends: -max to max; 0 for a straight path
+  double period_ns = 0;         // delays: all of it, it is circular
+  double max_walk_ns = 0;       // range walks: -max to max; 0 for a target at rest
+  double width_ns = 0;          // of the pulse
+  double max_quadratic_ns = 0;  // quadratic terms: -max to max; 0 for a straight path
 };
 
 // The threshold of the significance: the log-likelihood gain over no target, in nats, that a frame
@@ -19,7 +19,7 @@ struct SearchVolume {
 // variance. The number of its excursions above u has the mean sum_d R_d rho_d(u) (Adler and Taylor
 // 2007, the expected Euler characteristic), which is the probability of an excursion where it is
 // small. The field of a gaussian matched filter has the gradient variance 1 / (2 width^2) in delay,
-// a twelfth of that in range walk, and a 180th in bend.
+// a twelfth of that in range walk, and a fifth in the quadratic term.
 double significance_threshold_nats(const SearchVolume& volume, double false_alarm_rate);
 
 }  // namespace splid

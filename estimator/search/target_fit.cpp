@@ -40,15 +40,15 @@ FittedTarget TargetFit::fit(Look look, const Start& start, const FoldedFrame& fr
   target.start = start;
   fit_path(look, target);
   target.threshold_nats =
-      target.track_terms == 3 ? search_.bent_threshold_nats() : search_.threshold_nats();
+      target.track_terms == 3 ? search_.curved_threshold_nats() : search_.threshold_nats();
   target.odds_nats = start.odds_nats;
   target.is_target = target.best.gain_nats >= target.threshold_nats && target.best.has_covariance;
   if (!target.is_target) return target;
   if (target.track_terms == 3) {
-    // The prior of a path that may bend is spread over all bends.
+    // The prior of a path is spread over all quadratic terms.
     const double variance = target.best.covariance(likelihood::quadratic, likelihood::quadratic);
     const double share =
-        std::sqrt(2 * std::numbers::pi * variance) / search_.most_quadratic_ns(frame.length_ns) / 2;
+        std::sqrt(2 * std::numbers::pi * variance) / search_.max_quadratic_ns(frame.length_ns) / 2;
     target.odds_nats += std::min(0.0, std::log(share));
   }
   if (!search_.moves() && moves_after_all(target)) target.is_target = false;
@@ -67,26 +67,26 @@ FittedTarget TargetFit::fit_anew(Look look, const FittedTarget& before, const Fo
 }
 
 void TargetFit::fit_path(Look look, FittedTarget& target) {
-  const bool is_bent = motion_ == Motion::accelerating && search_.may_bend();
-  target.track_terms = is_bent ? 3 : search_.moves() ? 2 : 1;
+  const bool is_curved = motion_ == Motion::accelerating && search_.may_accelerate();
+  target.track_terms = is_curved ? 3 : search_.moves() ? 2 : 1;
   const Start& start = target.start;
-  if (is_bent) {
+  if (is_curved) {
     target.best = maximum_with(start.at.model, target.track_terms);
-  } else if (look != Look::bent) {
+  } else if (look != Look::curved) {
     target.best = start.is_exact ? start.at : maximum_with(start.at.model, 2);
   }
   if (motion_ == Motion::automatic && search_.moves()) fit_richer_path(look, target);
 }
 
-// Motion `auto`: the path bends, or the target moves, where the photons say so at three deviations.
+// Motion `auto`: the target accelerates, or moves, where the photons say so at three deviations.
 void TargetFit::fit_richer_path(Look look, FittedTarget& target) {
-  const double straight_nats = look == Look::bent ? 0 : target.best.gain_nats;
-  if (search_.may_bend()) {
-    const likelihood::Maximum bent = maximum_with(target.start.at.model, 3);
+  const double straight_nats = look == Look::curved ? 0 : target.best.gain_nats;
+  if (search_.may_accelerate()) {
+    const likelihood::Maximum curved = maximum_with(target.start.at.model, 3);
     const double least_nats =
-        std::max(search_.bent_threshold_nats(), straight_nats + nats_for_richer_path);
-    if (look == Look::bent || (bent.has_covariance && bent.gain_nats >= least_nats)) {
-      target.best = bent;
+        std::max(search_.curved_threshold_nats(), straight_nats + nats_for_richer_path);
+    if (look == Look::curved || (curved.has_covariance && curved.gain_nats >= least_nats)) {
+      target.best = curved;
       target.track_terms = 3;
       return;
     }

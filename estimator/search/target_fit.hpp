@@ -20,8 +20,8 @@ struct FittedTarget {
   bool is_target = false;
 };
 
-// Fits what a look has found: the path at rest, straight or bent as the scene says (motion `auto`:
-// as the photons say), and the pulse's width where it is asked for.
+// Fits what a look has found: the path at rest, straight or curved as the scene says (motion
+// `auto`: as the photons say), and the pulse's width where it is asked for.
 class TargetFit {
  public:
   static constexpr double most_width = 4;  // widths are fitted up to 4 times the configured width

@@ -220,7 +220,8 @@ std::optional<Maximum> TargetSearch::find_by_sample(const FoldedFrame& frame) {
   return maximize(frame, found->track());
 }
 
-std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort most, Effort least) {
+std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort most,
+                                             Effort least) {
   std::optional<Maximum> best;
   const std::size_t end = levels(most);
   for (std::size_t n = std::min(levels_of(least), end) - 1; n < end; ++n) {
@@ -307,22 +308,22 @@ double TargetSearch::least_gain_nats(const Maximum& best) const {
 
 Maximum TargetSearch::maximize(const FoldedFrame& photons, DelayTrack line, double to_beat_nats) {
   maximizer_.begin(photons);
-  Maximum fit = maximizer_.maximize(likelihood::model_of(line),
-                                {free_, to_beat_nats, likelihood::Maximizer::exact_nats,
-                                 &photons == &sample_});
+  Maximum fit = maximizer_.maximize(
+      likelihood::model_of(line),
+      {free_, to_beat_nats, likelihood::Maximizer::exact_nats, &photons == &sample_});
   odds_.add(fit);
   return fit;
 }
 
 Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
-                           double to_beat_nats) {
+                               double to_beat_nats) {
   return maximize(photons, zoom_into(photons, level, line).line, to_beat_nats);
 }
 
 // Tries the side lobes: delays at which half of an interleaved comb's pulses fall on others, or all
-// pulses of a nearly even comb, but not quite. Where the best cell was at a side lobe, the peak has the same range walk and another delay, and a near copy may have a near
-// copy that is better again. Every delay that is no better counts against the range of the best
-// one.
+// pulses of a nearly even comb, but not quite. Where the best cell was at a side lobe, the peak has
+// the same range walk and another delay, and a near copy may have a near copy that is better again.
+// Every delay that is no better counts against the range of the best one.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best) {
   const DelayTrack found = best.track();
   tried_ns_.assign(1, found.delay_ns);
@@ -405,7 +406,8 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 
 // Whether a line may be a side lobe of the best peak, which has the range walk of the peak.
 // recheck_delay() looks at all of these delays at once.
-bool TargetSearch::is_side_lobe(DelayTrack line, const SearchGrid& grid, const Maximum& best) const {
+bool TargetSearch::is_side_lobe(DelayTrack line, const SearchGrid& grid,
+                                const Maximum& best) const {
   return best.gain_nats > threshold_nats_ + side_lobe_margin_nats &&
          std::abs(line.walk_ns - best.track().walk_ns) < 2.2 * grid.bin_ns;
 }
@@ -429,14 +431,14 @@ double TargetSearch::signal_photons(const FoldedFrame& photons, std::size_t leve
   return count - mean;
 }
 
-BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, DelayTrack line,
-                                 double step_ns, int steps, bool is_cell) {
+CurvedSpot TargetSearch::zoom_curved(const FoldedFrame& photons, std::size_t level, DelayTrack line,
+                                     double step_ns, int steps, bool is_cell) {
   if (is_cell) line.delay_ns -= shape_.peak_offset_ns();
   line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
   near_.collect(photons, levels_[level].windows, train_, line);
   near_.straighten(-steps * step_ns);
   ZoomResult best;
-  BentSpot spot = {line, 0, 0, 0};
+  CurvedSpot spot = {line, 0, 0, 0};
   for (int step = -steps; step <= steps; ++step) {
     const ZoomResult zoomed = zoom_.find(near_, levels_[level].reach_ns, moving_);
     near_.straighten(step_ns);
@@ -450,7 +452,8 @@ BentSpot TargetSearch::zoom_bent(const FoldedFrame& photons, std::size_t level, 
   return spot;
 }
 
-Maximum TargetSearch::fit(const FoldedFrame& frame, const DelayTrack& line, std::size_t track_terms) {
+Maximum TargetSearch::fit(const FoldedFrame& frame, const DelayTrack& line,
+                          std::size_t track_terms) {
   maximizer_.begin(frame);
   return maximizer_.maximize(likelihood::model_of(line), {likelihood::free_set(1, track_terms)});
 }
@@ -503,8 +506,7 @@ bool TargetSearch::is_where_combs_meet(const Maximum& fit) const {
     if (!place || place->gain_nats < least_nats) return false;
     seen.at(count) = place->line;
     for (std::size_t k = 1; k < count; ++k) {
-      if (meetings_.do_meet(place->line.delay_ns, seen.at(k).delay_ns,
-                            fit.track().delay_ns)) {
+      if (meetings_.do_meet(place->line.delay_ns, seen.at(k).delay_ns, fit.track().delay_ns)) {
         return true;
       }
     }

@@ -19,12 +19,12 @@
 
 // The room search/ finds the line that most photons of a frame lie on, among all delays and all
 // range walks. Open this file first. Its parts:
-//   frame_search.hpp    the looks at a frame: where the last target was, straight, bent
+//   frame_search.hpp    the looks at a frame: where the last target was, straight, curved
 //   target_fit.hpp      the fit of what a look has found
 //   significance.hpp    the gain over no target that noise does not reach
 //   range_odds.hpp      how sure a range is against all others
 //   target_search.hpp   the search of a frame: coarse cells, zoom, maximum, side lobes
-//   bend_search.hpp     the same for paths that bend, of targets that accelerate
+//   acceleration_search.hpp  the same for targets that accelerate
 //   delay_velocity_search.hpp  the best cells of the plane, by a Taylor tree over slices of a frame
 //   taylor_tree.hpp     the tree: sums along all straight lines of a block of delays
 //   part_lines.hpp      the same for each rate of a comb that has several
@@ -45,10 +45,10 @@ struct SearchScope {
   bool may_be_dead = false;  // whether frames may come with their dead time
 };
 
-// Where a zoom over bends has ended (see BendSearch).
-struct BentSpot {
+// Where a zoom over quadratic terms has ended (see AccelerationSearch).
+struct CurvedSpot {
   DelayTrack line;
-  double bend_ns = 0;  // beside that of the frame
+  double quadratic_ns = 0;  // beside that of the frame
   double box_gain_nats = 0;
   double signal_photons = 0;  // in the box, beyond the background's
 };
@@ -76,7 +76,7 @@ class TargetSearch {
   // The best maximum of a frame; empty where no cell held a photon. most: levels beyond this effort
   // are left out. least: the level to begin with, where nothing bright is there.
   std::optional<Maximum> find(const FoldedFrame& frame, Effort most = Effort::balanced,
-                          Effort least = Effort::fast);
+                              Effort least = Effort::fast);
   // The maximum within a coarse search cell about a line. Other delays are not looked at.
   Maximum find_near(const FoldedFrame& frame, DelayTrack line);
   // The look that find_near() leaves out: at all delays that can be taken for that of a fit. The
@@ -109,7 +109,8 @@ class TargetSearch {
     [[nodiscard]] std::optional<RangeOdds::Place> best_beside(
         std::span<const DelayTrack> lines) const;
     // How sure the range of a fit is against these peaks, less those of other targets.
-    [[nodiscard]] double range_odds_nats(const Maximum& fit, std::span<const DelayTrack> others) const;
+    [[nodiscard]] double range_odds_nats(const Maximum& fit,
+                                         std::span<const DelayTrack> others) const;
   };
   // How a target was found.
   struct Search {
@@ -125,7 +126,7 @@ class TargetSearch {
   // is better.
   std::optional<double> range_odds_in(const FoldedFrame& rest, const Maximum& fit);
 
-  // What BendSearch needs to look for paths that bend, level by level.
+  // What AccelerationSearch needs to look for targets that accelerate, level by level.
   static constexpr std::size_t sampled_photons = 65536;
   static constexpr std::size_t sampled_from = 3 * sampled_photons;
   static std::size_t cells_tried(std::size_t photons);
@@ -139,10 +140,10 @@ class TargetSearch {
                                       std::uint32_t count) const;
   // The best cells of a frame. Valid until the next call.
   std::span<const SearchCell> cells(const FoldedFrame& photons, std::size_t level);
-  // Zooms into a cell, and tries `steps` bends on either side of none. is_cell: the line is where
-  // the photons are, as a cell's is, and not where the target is.
-  BentSpot zoom_bent(const FoldedFrame& photons, std::size_t level, DelayTrack line, double step_ns,
-                     int steps, bool is_cell);
+  // Zooms into a cell, and tries `steps` quadratic terms on either side of none. is_cell: the line
+  // is where the photons are, as a cell's is, and not where the target is.
+  CurvedSpot zoom_curved(const FoldedFrame& photons, std::size_t level, DelayTrack line,
+                         double step_ns, int steps, bool is_cell);
 
  private:
   // One size of cells, and the windows that a zoom into such a cell needs.
@@ -166,7 +167,7 @@ class TargetSearch {
   std::optional<Maximum> find_in(const FoldedFrame& photons, Effort most, Effort least);
   std::optional<Maximum> find_at_level(const FoldedFrame& photons, const Level& level);
   Maximum fit_cell(const FoldedFrame& photons, const Level& level, DelayTrack line,
-               double to_beat_nats = -std::numeric_limits<double>::infinity());
+                   double to_beat_nats = -std::numeric_limits<double>::infinity());
   void recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best);
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double walk_ns);
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
@@ -175,7 +176,7 @@ class TargetSearch {
   void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayTrack from,
                  Maximum& best);
   Maximum maximize(const FoldedFrame& photons, DelayTrack line,
-               double to_beat_nats = -std::numeric_limits<double>::infinity());
+                   double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
   [[nodiscard]] bool is_where_combs_meet(const Maximum& fit) const;
   ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayTrack line);
@@ -185,7 +186,8 @@ class TargetSearch {
   [[nodiscard]] static double most_gain_nats(double box_gain_nats);
   [[nodiscard]] double best_possible_gain(const FoldedFrame& photons, const SearchCell& cell,
                                           const SearchGrid& grid, const Exposure& exposure) const;
-  [[nodiscard]] bool is_side_lobe(DelayTrack line, const SearchGrid& grid, const Maximum& best) const;
+  [[nodiscard]] bool is_side_lobe(DelayTrack line, const SearchGrid& grid,
+                                  const Maximum& best) const;
 
   const PulseTrain& train_;
   const PulseShape& shape_;
@@ -208,7 +210,7 @@ class TargetSearch {
   std::vector<RangeOdds::Place> weaker_;
   RangeOdds odds_;
   std::optional<double> sample_odds_nats_;  // where the sample settled the last find()
-  std::optional<Maximum> sample_best_;          // what the sample found then
+  std::optional<Maximum> sample_best_;      // what the sample found then
   std::vector<double> tried_ns_;            // delays that recheck_delay() has looked at
 };
 

@@ -182,12 +182,12 @@ double TargetSelection::range_odds_nats(std::size_t target) {
     odds_nats = odds_of_search * std::min(1.0, gain_nats / search->fit.gain_nats);
   } else {
     const FoldedFrame* rest = &thinning_.rest(*frame_, all_.model, target);
-    if (own.track.quadratic_ns != 0 && bends_ != nullptr) {
-      rest = &bends_->straightened(*rest, 6 * own.track.quadratic_ns);
+    if (own.track.quadratic_ns != 0 && acceleration_ != nullptr) {
+      rest = &acceleration_->straightened(*rest, own.track.quadratic_ns);
     }
-    const Maximum fit =
-        search_.judge(*rest, likelihood::model_of({own.track.delay_ns, own.track.walk_ns}, own.signal_per_pulse,
-                                                  all_.model.background_per_ns));
+    const Maximum fit = search_.judge(
+        *rest, likelihood::model_of({own.track.delay_ns, own.track.walk_ns}, own.signal_per_pulse,
+                                    all_.model.background_per_ns));
     odds_nats = search_.range_odds_in(*rest, fit).value_or(0);
   }
   return std::min(odds_nats, pair_odds_nats_[target].value_or(odds_nats));

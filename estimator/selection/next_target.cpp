@@ -62,12 +62,12 @@ bool TargetSelection::may_be_side_lobe(const RangeOdds::Place& place, std::size_
 // The best place of what is left, with its search among the members.
 std::optional<Target> TargetSelection::find_next(const FoldedFrame& rest, Effort most) {
   TargetSearch::Search& search = members_[all_.model.count].search;
-  if (bends_ != nullptr && terms_ == 3) {
-    const auto bent = bends_->find(rest, most);
-    if (!bent || !bent->best.has_covariance) return std::nullopt;
-    search.fit = bent->straight;
+  if (acceleration_ != nullptr && terms_ == 3) {
+    const auto curved = acceleration_->find(rest, most);
+    if (!curved || !curved->best.has_covariance) return std::nullopt;
+    search.fit = curved->straight;
     search_.keep_peaks(search.peaks);
-    return bent->best.model.targets.front();
+    return curved->best.model.targets.front();
   }
   const std::optional<Maximum> fit = search_.find(rest, most, Effort::balanced);
   if (!fit || !fit->has_covariance) return std::nullopt;

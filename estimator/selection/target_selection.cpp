@@ -27,11 +27,11 @@ void remove(Model& model, std::size_t target) {
 
 }  // namespace
 
-TargetSelection::TargetSelection(TargetSearch& search, BendSearch* bends, const PulseTrain& train,
-                                 const PulseShape& shape, const SelectionScope& scope,
-                                 std::size_t max_photons)
+TargetSelection::TargetSelection(TargetSearch& search, AccelerationSearch* acceleration,
+                                 const PulseTrain& train, const PulseShape& shape,
+                                 const SelectionScope& scope, std::size_t max_photons)
     : search_(search),
-      bends_(bends),
+      acceleration_(acceleration),
       train_(train),
       shape_(shape),
       scope_(scope),

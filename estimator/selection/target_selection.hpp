@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimator/likelihood/maximizer.hpp"
-#include "estimator/search/bend_search.hpp"
+#include "estimator/search/acceleration_search.hpp"
 #include "estimator/search/target_search.hpp"
 #include "estimator/selection/pulse_tail.hpp"
 #include "estimator/selection/thinning.hpp"
@@ -60,8 +60,8 @@ class TargetSelection {
   static constexpr double closest_widths = 2.5;
   static constexpr double tail_widths = 30;
 
-  // bends: null where paths are straight.
-  TargetSelection(TargetSearch& search, BendSearch* bends, const PulseTrain& train,
+  // acceleration: null where paths are straight.
+  TargetSelection(TargetSearch& search, AccelerationSearch* acceleration, const PulseTrain& train,
                   const PulseShape& shape, const SelectionScope& scope, std::size_t max_photons);
 
   // first: the frame's best target, which `search` has just found. track_terms: see
@@ -130,7 +130,7 @@ class TargetSelection {
   void finish();
 
   TargetSearch& search_;
-  BendSearch* bends_;
+  AccelerationSearch* acceleration_;
   const PulseTrain& train_;
   const PulseShape& shape_;
   SelectionScope scope_;

@@ -22,10 +22,10 @@ likelihood::Maximum fit_at(double delay_ns, double walk_ns) {
 }
 
 Estimate values_of(likelihood::Maximum at, const FrameUnits& units = {length_ns, circle_ns, 1},
-                   const SyncFit& sync = {}, double bend_ns = 0,
+                   const SyncFit& sync = {}, double quadratic_ns = 0,
                    const checks::Widening& wider = {}) {
   DelayTrack& track = at.model.targets[0].track;
-  track.quadratic_ns = bend_ns / bend_per_quadratic;
+  track.quadratic_ns = quadratic_ns;
   track.delay_ns += track.quadratic_ns / 2;  // the fit's delay is that at mid-frame
   Estimate estimate;
   fill_values(estimate, at, 0, wider, units, sync);
@@ -61,10 +61,10 @@ TEST(FrameValues, DelaysAreInTheClockThatIsRight) {
 // through its middle is.
 TEST(FrameValues, ABendMovesTheDelayAtTheStart) {
   const FrameUnits units{length_ns, circle_ns, 1};
-  const Estimate bent = values_of(fit_at(1000, 0), units, {}, 0.8);
+  const Estimate bent = values_of(fit_at(1000, 0), units, {}, 0.8 / 6);
   EXPECT_NEAR(bent.delay_ns, 1000, 1e-9);
   EXPECT_NEAR(bent.delay_start_ns, 1000.2, 1e-9);
-  EXPECT_NEAR(bent.acceleration_mps2, acceleration_of_bend(0.8, length_ns), 1e-9);
+  EXPECT_NEAR(bent.acceleration_mps2, acceleration_of(0.8 / 6, length_ns), 1e-9);
 }
 
 // Shifts add in quadrature; a larger deviation that the photons show takes the fit's place.

@@ -1,4 +1,4 @@
-#include "estimator/search/bend_search.hpp"
+#include "estimator/search/acceleration_search.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,15 +10,12 @@
 namespace splid {
 namespace {
 
-constexpr double ns_per_s = 1e9;
+// Half the distance, in delay bins, of the quadratic terms that are tried. A path whose term is off
+// by a third of a bin lies within half a bin about its best straight line.
+constexpr double half_step_bins = 1.0 / 3;
 
-// Half the distance, in delay bins, of the bends that are tried. A path whose bend is off by two
-// bins lies within half a bin about its best straight line.
-constexpr double half_step_bins = 2;
-
-// A zoom changes the bend in steps of eight pulse widths, which leave a path within 0.7 widths of
-// its best line.
-constexpr double zoom_step_widths = 8;
+// A zoom takes steps that leave a path within 0.7 pulse widths of its best line.
+constexpr double zoom_step_widths = 4.0 / 3;
 constexpr int most_zooms = 6;
 
 constexpr std::size_t most_best_cells = 16;
@@ -29,9 +26,10 @@ constexpr double least_signal_kept = 0.6;
 
 }  // namespace
 
-BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
-                       double max_acceleration_mps2, std::size_t max_photons,
-                       std::optional<BlindTime> straight_blind)
+AccelerationSearch::AccelerationSearch(TargetSearch& search, const PulseTrain& train,
+                                       double width_ns, double max_acceleration_mps2,
+                                       std::size_t max_photons,
+                                       std::optional<BlindTime> straight_blind)
     : search_(search),
       train_(train),
       width_ns_(width_ns),
@@ -42,33 +40,34 @@ BendSearch::BendSearch(TargetSearch& search, const PulseTrain& train, double wid
   best_.reserve(most_best_cells + 1);
 }
 
-double BendSearch::max_bend_ns(double length_ns) const {
-  return max_acceleration_mps2_ / speed_of_light_mps * length_ns * length_ns / ns_per_s;
+double AccelerationSearch::max_quadratic_ns(double length_ns) const {
+  return max_acceleration_mps2_ / acceleration_of(1, length_ns);
 }
 
-const FoldedFrame& BendSearch::straightened_photons(const FoldedFrame& photons, double bend_ns) {
-  straight_.straighten(photons, bend_ns, train_);
+const FoldedFrame& AccelerationSearch::straightened_photons(const FoldedFrame& photons,
+                                                            double quadratic_ns) {
+  straight_.straighten(photons, quadratic_ns, train_);
   return straight_;
 }
 
-const FoldedFrame& BendSearch::straightened(const FoldedFrame& frame, double bend_ns) {
-  straight_.straighten(frame, bend_ns, train_);
+const FoldedFrame& AccelerationSearch::straightened(const FoldedFrame& frame, double quadratic_ns) {
+  straight_.straighten(frame, quadratic_ns, train_);
   if (frame.blind != nullptr && straight_blind_) {
-    straight_blind_->straighten(*frame.blind, bend_ns, train_);
+    straight_blind_->straighten(*frame.blind, quadratic_ns, train_);
     straight_.blind = &*straight_blind_;
   }
   return straight_;
 }
 
-std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
+std::optional<AcceleratedFit> AccelerationSearch::find(const FoldedFrame& frame, Effort most) {
   const std::optional<Start> start = find_start(frame, most);
   if (!start) return std::nullopt;
-  BentFit found = {maximize(frame, start->line, start->bend_ns), {}};
+  AcceleratedFit found = {maximize(frame, start->line, start->quadratic_ns), {}};
   const DelayTrack track = found.best.track();
-  // The frame without this bend is searched as any other, since the delay may be one at which the
-  // comb falls on itself in part, and for the odds of the range.
-  const double bend_ns = bend_per_quadratic * track.quadratic_ns;
-  const std::optional<likelihood::Maximum> straight = search_.find(straightened(frame, bend_ns), most);
+  // The straightened frame is searched as any other, since the delay may be that of a side lobe,
+  // and for the odds of the range.
+  const std::optional<likelihood::Maximum> straight =
+      search_.find(straightened(frame, track.quadratic_ns), most);
   if (!straight) return std::nullopt;
   found.straight = *straight;
   const DelayTrack there = straight->track();
@@ -76,12 +75,13 @@ std::optional<BentFit> BendSearch::find(const FoldedFrame& frame, Effort most) {
       std::abs(std::remainder(there.delay_ns - track.delay_ns, train_.circle_ns)) +
       std::abs(there.walk_ns - track.walk_ns) / 2;
   if (straight->gain_nats > found.best.gain_nats && apart_ns > width_ns_) {
-    found.best = maximize(frame, there, bend_ns);
+    found.best = maximize(frame, there, track.quadratic_ns);
   }
   return found;
 }
 
-std::optional<BendSearch::Start> BendSearch::find_start(const FoldedFrame& frame, Effort most) {
+std::optional<AccelerationSearch::Start> AccelerationSearch::find_start(const FoldedFrame& frame,
+                                                                        Effort most) {
   if (frame.size() >= TargetSearch::sampled_from) {
     sample_.take_every(frame.size() / TargetSearch::sampled_photons, frame);
     const std::optional<Start> start = find_at_level(sample_, 0);
@@ -96,8 +96,8 @@ std::optional<BendSearch::Start> BendSearch::find_start(const FoldedFrame& frame
   return best;
 }
 
-std::optional<BendSearch::Start> BendSearch::find_at_level(const FoldedFrame& photons,
-                                                           std::size_t level) {
+std::optional<AccelerationSearch::Start> AccelerationSearch::find_at_level(
+    const FoldedFrame& photons, std::size_t level) {
   look(photons, level);
   std::optional<Start> best;
   const std::size_t tried = std::min(best_.size(), TargetSearch::cells_tried(photons.size()));
@@ -105,7 +105,7 @@ std::optional<BendSearch::Start> BendSearch::find_at_level(const FoldedFrame& ph
     const Start start = zoom_into(photons, level, best_[i]);
     if (!best || start.box_gain_nats > best->box_gain_nats) best = start;
     // The zoom has found the path where it keeps the cell's signal. It loses most of that where the
-    // cell has the wrong bend, and holds a part of the path alone.
+    // cell has the wrong quadratic term, and holds a part of the path alone.
     const double in_cell = search_.signal_photons(photons, level, best_[i].count);
     if (start.box_gain_nats > search_.settled_nats() &&
         start.signal_photons > least_signal_kept * in_cell) {
@@ -115,58 +115,59 @@ std::optional<BendSearch::Start> BendSearch::find_at_level(const FoldedFrame& ph
   return best;
 }
 
-// How many bends on either side of none are looked at.
-double BendSearch::steps(double length_ns, std::size_t level) const {
+// How many quadratic terms on either side of none are looked at.
+double AccelerationSearch::steps(double length_ns, std::size_t level) const {
   const double half_step_ns = half_step_bins * search_.bin_ns(level);
-  const double beyond_ns = max_bend_ns(length_ns) - half_step_ns;
+  const double beyond_ns = max_quadratic_ns(length_ns) - half_step_ns;
   return std::max(0.0, std::ceil(beyond_ns / (2 * half_step_ns)));
 }
 
-// Fills best_ with the cells of all bends that hold the most photons.
-void BendSearch::look(const FoldedFrame& photons, std::size_t level) {
+// Fills best_ with the cells of all quadratic terms that hold the most photons.
+void AccelerationSearch::look(const FoldedFrame& photons, std::size_t level) {
   const double step_ns = 2 * half_step_bins * search_.bin_ns(level);
   const int most = static_cast<int>(steps(photons.length_ns, level));
   best_.clear();
   for (int step = -most; step <= most; ++step) {
-    const double bend_ns = step * step_ns;
-    for (const SearchCell& cell : search_.cells(straightened_photons(photons, bend_ns), level)) {
-      keep({cell.line, bend_ns, cell.count});
+    const double quadratic_ns = step * step_ns;
+    for (const SearchCell& cell :
+         search_.cells(straightened_photons(photons, quadratic_ns), level)) {
+      keep({cell.line, quadratic_ns, cell.count});
     }
   }
 }
 
-void BendSearch::keep(const Cell& cell) {
+void AccelerationSearch::keep(const Cell& cell) {
   const auto place = std::find_if(best_.begin(), best_.end(),
                                   [&](const Cell& other) { return other.count < cell.count; });
   best_.insert(place, cell);
   if (best_.size() > most_best_cells) best_.pop_back();
 }
 
-BendSearch::Start BendSearch::zoom_into(const FoldedFrame& photons, std::size_t level,
-                                        const Cell& cell) {
+AccelerationSearch::Start AccelerationSearch::zoom_into(const FoldedFrame& photons,
+                                                        std::size_t level, const Cell& cell) {
   const double step_ns = zoom_step_widths * width_ns_;
   const double half_ns =
-      std::min(half_step_bins * search_.bin_ns(level), max_bend_ns(photons.length_ns));
+      std::min(half_step_bins * search_.bin_ns(level), max_quadratic_ns(photons.length_ns));
   const int steps = static_cast<int>(std::ceil(half_ns / step_ns));
-  Start at = {cell.line, cell.bend_ns, 0, 0};
+  Start at = {cell.line, cell.quadratic_ns, 0, 0};
   bool peaked = true;  // the line is where the photons are, and not where the target is
   for (int zoom = 0; zoom < most_zooms; ++zoom) {
-    const BentSpot spot = search_.zoom_bent(straightened_photons(photons, at.bend_ns), level,
-                                            at.line, step_ns, steps, peaked);
-    at = {spot.line, at.bend_ns + spot.bend_ns, spot.box_gain_nats, spot.signal_photons};
+    const CurvedSpot spot = search_.zoom_curved(straightened_photons(photons, at.quadratic_ns),
+                                                level, at.line, step_ns, steps, peaked);
+    at = {spot.line, at.quadratic_ns + spot.quadratic_ns, spot.box_gain_nats, spot.signal_photons};
     peaked = false;
-    if (std::abs(spot.bend_ns) < (steps - 0.5) * step_ns) break;
+    if (std::abs(spot.quadratic_ns) < (steps - 0.5) * step_ns) break;
   }
   return at;
 }
 
-likelihood::Maximum BendSearch::maximize(const FoldedFrame& frame, DelayTrack line,
-                                         double bend_ns) {
-  line.quadratic_ns = bend_ns / bend_per_quadratic;
+likelihood::Maximum AccelerationSearch::maximize(const FoldedFrame& frame, DelayTrack line,
+                                                 double quadratic_ns) {
+  line.quadratic_ns = quadratic_ns;
   return search_.fit(frame, line, 3);
 }
 
-std::string BendSearch::too_many_looks_text(double length_ns) const {
+std::string AccelerationSearch::too_many_looks_text(double length_ns) const {
   std::ostringstream text;
   text << "/scene/max_acceleration_mps2: with " << max_acceleration_mps2_
        << " the path may bend in " << looks(length_ns) << " ways in a frame of " << length_ns * 1e-6

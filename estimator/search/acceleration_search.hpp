@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/folded_frame.hpp"
+#include "estimator/likelihood/maximizer.hpp"
+#include "estimator/model/options.hpp"
+#include "estimator/search/target_search.hpp"
+
+namespace splid {
+
+// A maximum of the likelihood over paths of targets that accelerate, and what the search found.
+struct AcceleratedFit {
+  likelihood::Maximum best;
+  // The target's straight line in the straightened frame, as TargetSearch found it there: for the
+  // odds of the range.
+  likelihood::Maximum straight;
+};
+
+// Finds targets that accelerate. A quadratic term is tried by straightening the frame by it; what
+// is left is a straight line for TargetSearch. The terms that are tried lie so close that between
+// them a path stays in a delay bin of the search, and all photons count for each of them. The best
+// cells of all terms are then looked into with finer terms, and the likelihood is maximized in the
+// quadratic term too.
+//
+// Design note: cost grows with the terms that are possible, a t_a^2 / 6 c. At 100 m/s^2 and bins of
+// ten widths of 0.1 ns a frame of 50 ms takes one look, 200 ms take five, and 1 s takes 37 looks.
+class AccelerationSearch {
+ public:
+  // How far beyond the largest quadratic term is looked, in pulse widths, for the threshold: what a
+  // zoom and the maximum may add.
+  static constexpr double least_reach_widths = 10.0 / 3;
+
+  // max_acceleration_mps2: >= 0, towards and away. straight_blind: room for the blind time of a
+  // straightened frame; empty: frames come without.
+  AccelerationSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
+                     double max_acceleration_mps2, std::size_t max_photons,
+                     std::optional<BlindTime> straight_blind = std::nullopt);
+
+  // The largest quadratic term in a frame of this length.
+  [[nodiscard]] double max_quadratic_ns(double length_ns) const;
+
+  // How many quadratic terms the first look at a frame takes: one where any path stays within a
+  // delay bin of a straight line. They grow with the square of the frame's length.
+  [[nodiscard]] double looks(double length_ns) const { return 2 * steps(length_ns, 0) + 1; }
+  // More take seconds a frame.
+  static constexpr double most_looks = 400;
+  // What to say to people where there are more.
+  [[nodiscard]] std::string too_many_looks_text(double length_ns) const;
+
+  // The best maximum over all delays, range walks and quadratic terms; empty where no cell held a
+  // photon. The odds of `search` are then those of the range in the frame as it was straightened.
+  std::optional<AcceleratedFit> find(const FoldedFrame& frame, Effort most);
+
+  // The frame without a quadratic term, with its dead time where it has that. Valid until the next
+  // call.
+  const FoldedFrame& straightened(const FoldedFrame& frame, double quadratic_ns);
+
+ private:
+  struct Cell {
+    DelayTrack line;
+    double quadratic_ns;
+    std::uint32_t count;
+  };
+  struct Start {
+    DelayTrack line;
+    double quadratic_ns;
+    double box_gain_nats;
+    double signal_photons;  // in the box
+  };
+  [[nodiscard]] likelihood::Maximum maximize(const FoldedFrame& frame, DelayTrack line,
+                                             double quadratic_ns);
+  std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
+  std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
+  [[nodiscard]] double steps(double length_ns, std::size_t level) const;
+  // Without the blind time, which no look at cells needs.
+  const FoldedFrame& straightened_photons(const FoldedFrame& photons, double quadratic_ns);
+  void look(const FoldedFrame& photons, std::size_t level);
+  void keep(const Cell& cell);
+  Start zoom_into(const FoldedFrame& photons, std::size_t level, const Cell& cell);
+
+  TargetSearch& search_;
+  const PulseTrain& train_;
+  double width_ns_;
+  double max_acceleration_mps2_;
+  FoldedFrame straight_;
+  std::optional<BlindTime> straight_blind_;
+  FoldedFrame sample_;
+  std::vector<Cell> best_;
+};
+
+}  // namespace splid
