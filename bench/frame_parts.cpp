@@ -21,9 +21,9 @@
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/frame_estimator.hpp"
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/pulse_shape.hpp"
 #include "estimator/search/delay_velocity_search.hpp"
-#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/search/target_search.hpp"
 #include "estimator/search/zoom.hpp"
 #include "tests/support/frame_maker.hpp"
@@ -77,7 +77,7 @@ Limits measure_limits() {
   std::uint8_t* rows = moved.data();
   limits.add = 1e3 / (64.0 * row) * median_us([&] {
                  for (int n = 0; n < 64; ++n) {
-                   kernels.add_8(rows, rows + row + 64, rows + 2 * (row + 64), row);
+                   kernels.bytes.add(rows, rows + row + 64, rows + 2 * (row + 64), row);
                  }
                });
   limits.entry = 1e3 / count * median_us([&] {
@@ -281,8 +281,7 @@ class Parts {
     row("the maximum", static_cast<double>(near.entries()), limits_.entry,
         [&] { maximum_near(beside, maximizer); });
     checks::Findings findings(train_, *shape_, frame_.size());
-    row("findings", photons, limits_.increment,
-        [&] { findings.judge(frame_, at, 0, {}); });
+    row("findings", photons, limits_.increment, [&] { findings.judge(frame_, at, 0, {}); });
   }
 
   const Scene& scene_;

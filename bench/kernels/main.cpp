@@ -31,8 +31,6 @@ struct Arrays {
       in_16.push_back(static_cast<std::uint16_t>(random()));
       in_32.push_back(static_cast<std::uint32_t>(random()));
       rows.push_back(in_32.back() >> 8);
-      slices.push_back(in_32.back() >> 24);
-      cells.push_back(in_32.back() % 16);
       times.push_back(static_cast<double>(random() >> 11) * 0x1p-20);
       photons_ps.push_back(static_cast<std::int64_t>(random() >> 28));  // 69 ms
     }
@@ -48,7 +46,6 @@ struct Arrays {
   std::vector<std::uint8_t> in_8;
   std::vector<std::uint16_t> in_16;
   std::vector<std::uint32_t> in_32, rows;
-  std::vector<std::uint32_t> slices, cells;  // 256 slices, so that 16 lines of each are `count`
   // Numbers whose sums of two fit into their type. Only the last of them is the largest.
   std::vector<std::uint8_t> half_8;
   std::vector<std::uint16_t> half_16;
@@ -74,13 +71,17 @@ using Runs = std::map<std::string, Run>;
 
 Runs sums() {
   return {
-      {"add_8", [](const SearchKernels& by,
-                   Arrays& a) { by.add_8(a.out_8.data(), a.in_8.data(), a.in_8.data(), count); }},
-      {"add", [](const SearchKernels& by,
-                 Arrays& a) { by.add(a.out_16.data(), a.in_16.data(), a.in_16.data(), count); }},
+      {"add_8",
+       [](const SearchKernels& by, Arrays& a) {
+         by.bytes.add(a.out_8.data(), a.in_8.data(), a.in_8.data(), count);
+       }},
+      {"add",
+       [](const SearchKernels& by, Arrays& a) {
+         by.words.add(a.out_16.data(), a.in_16.data(), a.in_16.data(), count);
+       }},
       {"add_32",
        [](const SearchKernels& by, Arrays& a) {
-         by.add_32(a.out_32.data(), a.in_32.data(), a.in_32.data(), count);
+         by.longs.add(a.out_32.data(), a.in_32.data(), a.in_32.data(), count);
        }},
       {"add_8_to_16",
        [](const SearchKernels& by, Arrays& a) {
@@ -92,54 +93,58 @@ Runs sums() {
        }},
       {"add_four_8",
        [](const SearchKernels& by, Arrays& a) {
-         by.add_four_8(a.four_8.data(), count, a.in_8.data(), a.in_8.data(), a.in_8.data(),
-                       a.in_8.data(), count - 3);
+         by.bytes.add_four(a.four_8.data(), count, a.in_8.data(), a.in_8.data(), a.in_8.data(),
+                           a.in_8.data(), count - 3);
        }},
       {"add_four",
        [](const SearchKernels& by, Arrays& a) {
-         by.add_four(a.four_16.data(), count, a.in_16.data(), a.in_16.data(), a.in_16.data(),
-                     a.in_16.data(), count - 3);
+         by.words.add_four(a.four_16.data(), count, a.in_16.data(), a.in_16.data(), a.in_16.data(),
+                           a.in_16.data(), count - 3);
        }},
       {"add_four_32",
        [](const SearchKernels& by, Arrays& a) {
-         by.add_four_32(a.four_32.data(), count, a.in_32.data(), a.in_32.data(), a.in_32.data(),
-                        a.in_32.data(), count - 3);
+         by.longs.add_four(a.four_32.data(), count, a.in_32.data(), a.in_32.data(), a.in_32.data(),
+                           a.in_32.data(), count - 3);
        }},
-      {"accumulate_8", [](const SearchKernels& by,
-                          Arrays& a) { by.accumulate_8(a.out_8.data(), a.in_8.data(), count); }},
-      {"accumulate", [](const SearchKernels& by,
-                        Arrays& a) { by.accumulate(a.out_16.data(), a.in_16.data(), count); }},
+      {"accumulate_8",
+       [](const SearchKernels& by, Arrays& a) {
+         by.bytes.accumulate(a.out_8.data(), a.in_8.data(), count);
+       }},
+      {"accumulate",
+       [](const SearchKernels& by, Arrays& a) {
+         by.words.accumulate(a.out_16.data(), a.in_16.data(), count);
+       }},
       {"accumulate_32",
        [](const SearchKernels& by, Arrays& a) {
-         by.accumulate_32(a.out_32.data(), a.in_32.data(), count);
+         by.longs.accumulate(a.out_32.data(), a.in_32.data(), count);
        }},
       {"largest_8",
-       [](const SearchKernels& by, Arrays& a) { a.out = by.largest_8(a.in_8.data(), count); }},
+       [](const SearchKernels& by, Arrays& a) { a.out = by.bytes.largest(a.in_8.data(), count); }},
       {"largest",
-       [](const SearchKernels& by, Arrays& a) { a.out = by.largest(a.in_16.data(), count); }},
+       [](const SearchKernels& by, Arrays& a) { a.out = by.words.largest(a.in_16.data(), count); }},
       {"first_above_8",
        [](const SearchKernels& by, Arrays& a) {
-         a.out = by.first_above_8(a.half_8.data(), a.half_8.data(), 1, count, 252);
+         a.out = by.bytes.first_above(a.half_8.data(), a.half_8.data(), 1, count, 252);
        }},
       {"first_above",
        [](const SearchKernels& by, Arrays& a) {
-         a.out = by.first_above(a.half_16.data(), a.half_16.data(), 1, count, 65533);
+         a.out = by.words.first_above(a.half_16.data(), a.half_16.data(), 1, count, 65533);
        }},
       {"first_above_32",
        [](const SearchKernels& by, Arrays& a) {
-         a.out = by.first_above_32(a.rows.data(), a.rows.data(), 1, count, 0x1fffffd);
+         a.out = by.longs.first_above(a.rows.data(), a.rows.data(), 1, count, 0x1fffffd);
        }},
       {"smooth_power_8",
        [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.smooth_power_8(a.in_8.data(), a.half_8.data(), count - 2));
+         a.set_out(by.bytes.smooth_power(a.in_8.data(), a.half_8.data(), count - 2));
        }},
       {"smooth_power",
        [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.smooth_power(a.in_16.data(), a.half_16.data(), count - 2));
+         a.set_out(by.words.smooth_power(a.in_16.data(), a.half_16.data(), count - 2));
        }},
       {"smooth_power_32",
        [](const SearchKernels& by, Arrays& a) {
-         a.set_out(by.smooth_power_32(a.rows.data(), a.rows.data(), count - 2));
+         a.set_out(by.longs.smooth_power(a.rows.data(), a.rows.data(), count - 2));
        }},
   };
 }
@@ -149,10 +154,6 @@ Runs photons() {
       {"delay_cells",
        [](const SearchKernels& by, Arrays& a) {
          by.delay_cells(a.out_32.data(), a.rows.data(), a.in_32.data(), 77, count, 3780);
-       }},
-      {"count_equal",
-       [](const SearchKernels& by, Arrays& a) {
-         by.count_equal(a.four_32.data(), a.cells.data(), a.slices.data(), a.cells.data(), count);
        }},
       {"line_phases",
        [](const SearchKernels& by, Arrays& a) {

@@ -12,11 +12,13 @@ namespace {
 constexpr Direction wider[] = {{Shape::width, 0, 0}};
 constexpr Direction tailed[] = {{Shape::tail, 0, 0}};
 constexpr Direction beside[] = {{Shape::early, 0, 0}, {Shape::late, 0, 0}};
-constexpr Direction bent[] = {{Shape::path, 2, 2}};
+constexpr Direction curved[] = {{Shape::path, 2, 2}};
 constexpr Direction turning[] = {{Shape::path, 3, 3}};
 constexpr Direction swinging[] = {{Shape::path, 4, 31}};
 constexpr Direction uneven[] = {{Shape::light, 1, 7}};
 constexpr Direction parting[] = {{Shape::width, 1, 2}};
+
+constexpr bool changes_sign = false;  // from frame to frame
 
 double itself(double amount, const FindingScale& /*scale*/) { return amount; }
 double grown(double amount, const FindingScale& /*scale*/) { return std::expm1(amount); }
@@ -34,54 +36,37 @@ double to_mm(double eps_ns, const FindingScale& /*scale*/) {
 }
 
 constexpr std::array table = {
-    FindingRow{FindingName::pulse_width, "", wider, grown, true,
-               "Calibrate the pulse, set pulse.sigma_ps, or fit pulse.width."},
-    FindingRow{
-        FindingName::pulse_tail, "", tailed, itself, true,
-        "Calibrate the pulse and set pulse.shape to tabulated, or allow more scene.targets."},
-    FindingRow{FindingName::unmodelled_light, "photons/s", beside, a_second, true,
-               "Allow more scene.targets, or keep foreign light and haze out of the beam."},
-    FindingRow{FindingName::acceleration, "m/s2", bent, to_mps2, false,
-               "Set scene.motion to accelerating or auto, or shorten frame.length_ms."},
-    FindingRow{FindingName::jerk, "m/s3", turning, to_mps3, false,
-               "Shorten frame.length_ms, so that the acceleration is constant over a frame."},
-    FindingRow{FindingName::vibration, "mm", swinging, to_mm, false,
-               "Shorten frame.length_ms to less than half a period of the vibration."},
-    FindingRow{FindingName::fading, "", uneven, itself, false,
-               "Shorten frame.length_ms, or look for what blocks or dims the beam."},
-    FindingRow{FindingName::pulse_width, "", parting, grown, true,
-               "Set scene.targets to 2: the light is that of two targets that part."},
-    FindingRow{FindingName::unmodelled_light,
-               "photons/s",
-               {},
-               a_second,
-               true,
+    FindingRow{FindingName::pulse_width, "", grown,
+               "Calibrate the pulse, set pulse.sigma_ps, or fit pulse.width.", wider},
+    FindingRow{FindingName::pulse_tail, "", itself,
+               "Calibrate the pulse and set pulse.shape to tabulated, or allow more scene.targets.",
+               tailed},
+    FindingRow{FindingName::unmodelled_light, "photons/s", a_second,
+               "Allow more scene.targets, or keep foreign light and haze out of the beam.", beside},
+    FindingRow{FindingName::acceleration, "m/s2", to_mps2,
+               "Set scene.motion to accelerating or auto, or shorten frame.length_ms.", curved,
+               changes_sign},
+    FindingRow{FindingName::jerk, "m/s3", to_mps3,
+               "Shorten frame.length_ms, so that the acceleration is constant over a frame.",
+               turning, changes_sign},
+    FindingRow{FindingName::vibration, "mm", to_mm,
+               "Shorten frame.length_ms to less than half a period of the vibration.", swinging,
+               changes_sign},
+    FindingRow{FindingName::fading, "", itself,
+               "Shorten frame.length_ms, or look for what blocks or dims the beam.", uneven,
+               changes_sign},
+    FindingRow{FindingName::pulse_width, "", grown,
+               "Set scene.targets to 2: the light is that of two targets that part.", parting},
+    FindingRow{FindingName::unmodelled_light, "photons/s", a_second,
                "Allow more scene.targets, or keep foreign light and pick-up out of the detector."},
-    FindingRow{FindingName::pulse_amplitudes,
-               "",
-               {},
-               itself,
-               true,
+    FindingRow{FindingName::pulse_amplitudes, "", itself,
                "Calibrate the pattern's amplitudes and set pattern.file to the result."},
-    FindingRow{FindingName::wrong_pattern,
-               "",
-               {},
-               itself,
-               true,
+    FindingRow{FindingName::wrong_pattern, "", itself,
                "Set pattern.file to the pattern that the generator plays."},
-    FindingRow{
-        FindingName::dead_time, "ns", {}, itself, true, "Set detector.dead_time_ns to this time."},
-    FindingRow{FindingName::afterpulsing,
-               "",
-               {},
-               itself,
-               true,
+    FindingRow{FindingName::dead_time, "ns", itself, "Set detector.dead_time_ns to this time."},
+    FindingRow{FindingName::afterpulsing, "", itself,
                "Lengthen the detector's hold-off, and set detector.dead_time_ns to it."},
-    FindingRow{FindingName::timing_walk,
-               "ps",
-               {},
-               itself,
-               true,
+    FindingRow{FindingName::timing_walk, "ps", itself,
                "Set detector.walk to the waits and delays of the detector."},
 };
 

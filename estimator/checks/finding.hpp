@@ -37,12 +37,12 @@ struct FindingScale {
 struct FindingRow {
   FindingName name;
   const char* unit;  // of the value; empty: a ratio
-  std::span<const Direction> directions;
   // The value from an amount: of one term with its sign, of several the root mean square over the
   // frame, of flat light the sum.
   double (*value)(double amount, const FindingScale& scale);
-  bool keeps_sign;  // over frames: their scores add up, otherwise their gains
   const char* advice;
+  std::span<const Direction> directions = {};
+  bool keeps_sign = true;  // over frames: their scores add up, otherwise their gains
 };
 
 // The rows: those with directions come first.

@@ -9,4 +9,16 @@ namespace splid {
 const SearchKernels& search_kernels(VectorLevel level);
 const SearchKernels& best_search_kernels();
 
+// Those of a type of counts.
+template <class Count>
+const SearchKernels::Of<Count>& of(const SearchKernels& kernels) {
+  if constexpr (sizeof(Count) == 1) {
+    return kernels.bytes;
+  } else if constexpr (sizeof(Count) == 2) {
+    return kernels.words;
+  } else {
+    return kernels.longs;
+  }
+}
+
 }  // namespace splid

@@ -112,29 +112,6 @@ void delay_cells(std::uint32_t* __restrict cells, const std::uint32_t* __restric
   }
 }
 
-// Design note: four vectors of four lines, which all processors have. As loops, compilers take
-// vectors of photons, whose cells they then gather one by one, which takes five times as long.
-void count_equal(std::uint32_t* __restrict counts, const std::uint32_t* __restrict cells,
-                 const std::uint32_t* __restrict slices, const std::uint32_t* __restrict of_photons,
-                 std::size_t count) {
-  constexpr std::size_t lines = 16, width = 4;
-  using Vector [[gnu::vector_size(width * sizeof(std::int32_t))]] = std::int32_t;
-  Vector sums[lines / width] = {};
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t* own = cells + slices[i] * lines;
-    const auto cell = static_cast<std::int32_t>(of_photons[i]);
-    for (Vector& sum : sums) {
-      Vector some;
-      __builtin_memcpy(&some, own, sizeof some);
-      sum -= some == cell;  // -1 where they are equal
-      own += width;
-    }
-  }
-  for (std::size_t n = 0; n < lines; ++n) {
-    counts[n] += static_cast<std::uint32_t>(sums[n / width][n % width]);
-  }
-}
-
 // Design note: adding 1.5 * 2^52 leaves the rounded sum in the low bits of the double. Its low 32
 // bits are then the phase modulo a period, without a conversion of doubles to 64-bit integers, for
 // which no processor before AVX-512 has a vector instruction.
@@ -206,30 +183,22 @@ std::size_t pick(std::uint32_t* __restrict indices, const std::uint32_t* __restr
 }  // namespace
 
 extern const SearchKernels search_kernels;
-const SearchKernels search_kernels = {add<std::uint8_t, std::uint8_t>,
-                                      add<std::uint16_t, std::uint16_t>,
-                                      add<std::uint32_t, std::uint32_t>,
-                                      add<std::uint8_t, std::uint16_t>,
-                                      add<std::uint16_t, std::uint32_t>,
-                                      add_four<std::uint8_t>,
-                                      add_four<std::uint16_t>,
-                                      add_four<std::uint32_t>,
-                                      accumulate<std::uint8_t>,
-                                      accumulate<std::uint16_t>,
-                                      accumulate<std::uint32_t>,
-                                      largest<std::uint8_t>,
-                                      largest<std::uint16_t>,
-                                      first_above<std::uint8_t>,
-                                      first_above<std::uint16_t>,
-                                      first_above<std::uint32_t>,
-                                      smooth_power<std::uint32_t, std::uint16_t, std::uint8_t>,
-                                      smooth_power<float, std::int32_t, std::uint16_t>,
-                                      smooth_power<float, std::int32_t, std::uint32_t>,
-                                      delay_cells,
-                                      count_equal,
-                                      line_phases,
-                                      curve_phases,
-                                      fold,
-                                      pick};
+const SearchKernels search_kernels = {
+    {add<std::uint8_t, std::uint8_t>, add_four<std::uint8_t>, accumulate<std::uint8_t>,
+     largest<std::uint8_t>, first_above<std::uint8_t>,
+     smooth_power<std::uint32_t, std::uint16_t, std::uint8_t>},
+    {add<std::uint16_t, std::uint16_t>, add_four<std::uint16_t>, accumulate<std::uint16_t>,
+     largest<std::uint16_t>, first_above<std::uint16_t>,
+     smooth_power<float, std::int32_t, std::uint16_t>},
+    {add<std::uint32_t, std::uint32_t>, add_four<std::uint32_t>, accumulate<std::uint32_t>,
+     largest<std::uint32_t>, first_above<std::uint32_t>,
+     smooth_power<float, std::int32_t, std::uint32_t>},
+    add<std::uint8_t, std::uint16_t>,
+    add<std::uint16_t, std::uint32_t>,
+    delay_cells,
+    line_phases,
+    curve_phases,
+    fold,
+    pick};
 
 }  // namespace splid::SPLID_KERNEL_LEVEL

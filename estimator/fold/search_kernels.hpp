@@ -10,58 +10,40 @@ namespace splid {
 // compiled once for each vector level (see kernel_choice.hpp). All arrays belong to the caller, and
 // no two of them overlap. Every level gives the same bits.
 struct SearchKernels {
-  // out[i] = a[i] + b[i], in numbers of 8, 16 or 32 bits
-  void (*add_8)(std::uint8_t* out, const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
-  void (*add)(std::uint16_t* out, const std::uint16_t* a, const std::uint16_t* b,
-              std::size_t count);
-  void (*add_32)(std::uint32_t* out, const std::uint32_t* a, const std::uint32_t* b,
-                 std::size_t count);
-  // The same, with sums that take twice the bits.
+  // Those of counts of 8, 16 or 32 bits.
+  template <class Count>
+  struct Of {
+    // out[i] = a[i] + b[i]
+    void (*add)(Count* out, const Count* a, const Count* b, std::size_t count);
+    // Four lines over four rows each, which end up to three elements further on (see TaylorTree):
+    // for n from 0 to 3, out[n * stride + i] = a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n],
+    // in whole numbers. b, c and d go on for as many elements more; stride >= count.
+    void (*add_four)(Count* out, std::size_t stride, const Count* a, const Count* b, const Count* c,
+                     const Count* d, std::size_t count);
+    // sums[i] += values[i]
+    void (*accumulate)(Count* sums, const Count* values, std::size_t count);
+    Count (*largest)(const Count* values, std::size_t count);
+    // The first i, not before `from`, with a[i] + b[i] > least; count where there is none. The sums
+    // fit into the type of the numbers.
+    std::size_t (*first_above)(const Count* a, const Count* b, std::size_t from, std::size_t count,
+                               Count least);
+    // How much stands out in a row of sums s[i] = a[i] + b[i]: the sum over i < count of
+    // (s[i] + 2 s[i + 1] + s[i + 2])^2, to seven digits. a and b have count + 2 numbers; the sums
+    // fit into their type, and four times a sum into 31 bits.
+    double (*smooth_power)(const Count* a, const Count* b, std::size_t count);
+  };
+  Of<std::uint8_t> bytes;
+  Of<std::uint16_t> words;
+  Of<std::uint32_t> longs;
+  // out[i] = a[i] + b[i], with sums that take twice the bits.
   void (*add_8_to_16)(std::uint16_t* out, const std::uint8_t* a, const std::uint8_t* b,
                       std::size_t count);
   void (*add_16_to_32)(std::uint32_t* out, const std::uint16_t* a, const std::uint16_t* b,
                        std::size_t count);
-  // Four lines over four rows each, which end up to three elements further on (see TaylorTree): for
-  // n from 0 to 3, out[n * stride + i] = a[i] + b[i + n / 2] + c[i + (n + 1) / 2] + d[i + n], in
-  // whole numbers. b, c and d go on for as many elements more; stride >= count.
-  void (*add_four_8)(std::uint8_t* out, std::size_t stride, const std::uint8_t* a,
-                     const std::uint8_t* b, const std::uint8_t* c, const std::uint8_t* d,
-                     std::size_t count);
-  void (*add_four)(std::uint16_t* out, std::size_t stride, const std::uint16_t* a,
-                   const std::uint16_t* b, const std::uint16_t* c, const std::uint16_t* d,
-                   std::size_t count);
-  void (*add_four_32)(std::uint32_t* out, std::size_t stride, const std::uint32_t* a,
-                      const std::uint32_t* b, const std::uint32_t* c, const std::uint32_t* d,
-                      std::size_t count);
-  // sums[i] += values[i]
-  void (*accumulate_8)(std::uint8_t* sums, const std::uint8_t* values, std::size_t count);
-  void (*accumulate)(std::uint16_t* sums, const std::uint16_t* values, std::size_t count);
-  void (*accumulate_32)(std::uint32_t* sums, const std::uint32_t* values, std::size_t count);
-  std::uint8_t (*largest_8)(const std::uint8_t* values, std::size_t count);
-  std::uint16_t (*largest)(const std::uint16_t* values, std::size_t count);
-  // The first i, not before `from`, with a[i] + b[i] > least; count where there is none. The sums
-  // fit into the type of the numbers.
-  std::size_t (*first_above_8)(const std::uint8_t* a, const std::uint8_t* b, std::size_t from,
-                               std::size_t count, std::uint8_t least);
-  std::size_t (*first_above)(const std::uint16_t* a, const std::uint16_t* b, std::size_t from,
-                             std::size_t count, std::uint16_t least);
-  std::size_t (*first_above_32)(const std::uint32_t* a, const std::uint32_t* b, std::size_t from,
-                                std::size_t count, std::uint32_t least);
-  // How much stands out in a row of sums s[i] = a[i] + b[i]: the sum over i < count of
-  // (s[i] + 2 s[i + 1] + s[i + 2])^2, to seven digits. a and b have count + 2 numbers; the sums fit
-  // into their type, and four times a sum into 31 bits.
-  double (*smooth_power_8)(const std::uint8_t* a, const std::uint8_t* b, std::size_t count);
-  double (*smooth_power)(const std::uint16_t* a, const std::uint16_t* b, std::size_t count);
-  double (*smooth_power_32)(const std::uint32_t* a, const std::uint32_t* b, std::size_t count);
   // cells[i] = rows[i] + the bin of the delay phases[i] - pulse, where the period has so many
   // `bins`. Phases and pulse are in 2^-32 of the period.
   void (*delay_cells)(std::uint32_t* cells, const std::uint32_t* rows, const std::uint32_t* phases,
                       std::uint32_t pulse, std::size_t count, std::uint32_t bins);
-  // For each of 16 lines, how many photons have the cell that is the line's in their slice:
-  // counts[n] += the number of i with cells[16 * slices[i] + n] == of_photons[i].
-  void (*count_equal)(std::uint32_t* counts, const std::uint32_t* cells,
-                      const std::uint32_t* slices, const std::uint32_t* of_photons,
-                      std::size_t count);
   // phases[i] = folded[i] - (delay + slope * times[i]), modulo the period. All phases are in 2^-32
   // of a period. |delay + slope * times[i]| < 2^51.
   void (*line_phases)(std::uint32_t* phases, const std::uint32_t* folded, const double* times,

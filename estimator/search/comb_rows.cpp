@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
-#include <type_traits>
+
+#include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
 namespace {
@@ -19,28 +20,6 @@ constexpr std::size_t chunk = 256;  // photons that are counted at a time
 
 constexpr std::uint64_t most_fitting_bins = 1U << 20;
 constexpr std::uint32_t most_slices = 1U << 16;
-
-template <class Count>
-void accumulate(const SearchKernels& kernels, Count* sums, const Count* values, std::size_t count) {
-  if constexpr (std::is_same_v<Count, std::uint8_t>) {
-    kernels.accumulate_8(sums, values, count);
-  } else if constexpr (std::is_same_v<Count, std::uint16_t>) {
-    kernels.accumulate(sums, values, count);
-  } else {
-    kernels.accumulate_32(sums, values, count);
-  }
-}
-
-template <class Count>
-std::uint32_t largest(const SearchKernels& kernels, const Count* values, std::size_t count) {
-  if constexpr (std::is_same_v<Count, std::uint8_t>) {
-    return kernels.largest_8(values, count);
-  } else if constexpr (std::is_same_v<Count, std::uint16_t>) {
-    return kernels.largest(values, count);
-  } else {
-    return count == 0 ? 0 : *std::max_element(values, values + count);
-  }
-}
 
 std::uint32_t to_32(double turns) {
   turns -= std::floor(turns);
@@ -198,7 +177,7 @@ std::uint32_t CombRows::fill(const SearchGrid& grid, Count* rows, Count* histogr
       const std::size_t cells = std::size_t{next.bins} * grid.slices;
       std::memset(parts + used, 0, cells * sizeof(Count));
       fill_part(grid, s, part, parts + used, histogram);
-      most += largest(kernels_, parts + used, cells);
+      most += of<Count>(kernels_).largest(parts + used, cells);
       beside_.push_back(next);
       used += cells;
       // A part with two or more periods in the circle takes half of the cells at most.
@@ -256,24 +235,7 @@ std::uint32_t CombRows::fill_part_period(const SearchGrid& grid, std::size_t par
   const std::size_t cells = std::size_t{grid.bins / parts_.front()[part].copies} * grid.slices;
   std::memset(rows, 0, cells * sizeof(Count));
   fill_part<Count>(grid, 0, parts_.front()[part], rows, nullptr);
-  return largest(kernels_, rows, cells);
-}
-
-void CombRows::count_twice(const SearchGrid& grid, std::span<const std::uint32_t> cells,
-                           std::span<std::uint32_t, lines_at_once> counts) const {
-  const Part& twice = parts_.front().back();
-  std::array<std::uint32_t, chunk> phases, row_begins, of_photons;
-  for (std::size_t begin = 0; begin < frame_->group_end[0]; begin += chunk) {
-    const std::size_t count = std::min(chunk, frame_->group_end[0] - begin);
-    const std::uint32_t* slices = slice_.data() + begin;
-    part_phases(twice, true, begin, std::span(phases).first(count));
-    for (std::size_t i = 0; i < count; ++i) row_begins[i] = slices[i] * grid.bins;
-    for (const std::uint32_t pulse : twice.pulses_32) {
-      kernels_.delay_cells(of_photons.data(), row_begins.data(), phases.data(), pulse, count,
-                           grid.bins);
-      kernels_.count_equal(counts.data(), cells.data(), slices, of_photons.data(), count);
-    }
-  }
+  return of<Count>(kernels_).largest(rows, cells);
 }
 
 template std::uint32_t CombRows::fill_part_period(const SearchGrid&, std::size_t, std::uint8_t*);
@@ -309,7 +271,7 @@ void CombRows::put_beside(const SearchGrid& grid, const Count* parts, bool is_wr
         if (writes) {
           std::copy_n(period, bins, row + bin);
         } else {
-          accumulate(kernels_, row + bin, period, bins);
+          of<Count>(kernels_).accumulate(row + bin, period, bins);
         }
       }
     }
@@ -384,8 +346,8 @@ void CombRows::add_shifted_rows(const SearchGrid& grid, std::size_t group, const
     Count* row = rows + slice * bins;
     for (const std::uint32_t pulse : pulses) {
       const std::size_t shift = ((std::uint64_t{pulse} * bins + 0x80000000U) >> 32) % bins;
-      accumulate(kernels_, row, from + shift, bins - shift);
-      accumulate(kernels_, row + (bins - shift), from, shift);
+      of<Count>(kernels_).accumulate(row, from + shift, bins - shift);
+      of<Count>(kernels_).accumulate(row + (bins - shift), from, shift);
     }
   }
 }

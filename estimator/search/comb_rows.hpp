@@ -64,11 +64,6 @@ class CombRows {
   // Fills grid.slices rows of one period of a part; returns a number that no cell exceeds.
   template <class Count>
   std::uint32_t fill_part_period(const SearchGrid& grid, std::size_t part, Count* rows);
-  // Adds to `counts` the photons at pulses that are in two parts, along so many lines. cells: where
-  // the lines are in rows of the circle, those of the first slice first.
-  static constexpr std::size_t lines_at_once = 16;
-  void count_twice(const SearchGrid& grid, std::span<const std::uint32_t> cells,
-                   std::span<std::uint32_t, lines_at_once> counts) const;
 
  private:
   struct Part {

@@ -1,7 +1,6 @@
 #include "estimator/search/delay_velocity_search.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -9,6 +8,21 @@
 #include "estimator/fold/kernel_choice.hpp"
 
 namespace splid {
+namespace {
+
+// Keeps so many cells with the most photons, of those that are the same the best. They are in
+// descending order.
+template <class Cell, class Same>
+void keep_among(std::vector<Cell>& cells, std::size_t most, const Cell& cell, const Same& is_same) {
+  const auto is_better = [&](const Cell& other) { return other.count >= cell.count; };
+  const auto stays = [&](const Cell& other) { return is_better(other) && is_same(other); };
+  if (std::any_of(cells.begin(), cells.end(), stays)) return;
+  std::erase_if(cells, is_same);
+  cells.insert(std::find_if_not(cells.begin(), cells.end(), is_better), cell);
+  if (cells.size() > most) cells.pop_back();
+}
+
+}  // namespace
 
 // A grid with a period of each part has rows of these alone, and no need of the tree of the circle.
 // A grid of one slice is also looked at as a whole, by best_delays().
@@ -25,7 +39,6 @@ DelayVelocitySearch::Room DelayVelocitySearch::room_for(CombRows& rows,
       room.buffer_cells = std::max(room.buffer_cells, grid.cells());
     }
     room.part_cells = std::max(room.part_cells, part_cells);
-    room.slices = std::max<std::size_t>(room.slices, grid.slices);
   }
   return room;
 }
@@ -39,9 +52,7 @@ DelayVelocitySearch::DelayVelocitySearch(const PulseTrain& train, std::size_t ma
       tree_(kernels_, room_.whole),
       part_lines_(kernels_, room_.in_parts, rows_.part_copies()) {
   memory_.resize(room_.cells());
-  best_.reserve(max_cells);
-  kept_.reserve(max_cells + 1);
-  cells_.reserve(room_.slices * max_cells);
+  best_.reserve(max_cells + 1);
   delays_.reserve(max_delays + 1);
   most_in_parts_.reserve(rows_.part_copies().size());
 }
@@ -49,8 +60,8 @@ DelayVelocitySearch::DelayVelocitySearch(const PulseTrain& train, std::size_t ma
 std::size_t DelayVelocitySearch::bytes(const PulseTrain& train, std::span<const SearchGrid> grids) {
   CombRows rows(train, 0, best_search_kernels());
   const Room room = room_for(rows, grids);
-  return (room.cells() + room.slices * max_cells) * sizeof(std::uint32_t) +
-         TaylorTree::bytes(room.whole) + PartLines::bytes(room.in_parts, rows.part_copies());
+  return room.cells() * sizeof(std::uint32_t) + TaylorTree::bytes(room.whole) +
+         PartLines::bytes(room.in_parts, rows.part_copies());
 }
 
 template <class Count>
@@ -63,7 +74,7 @@ Count* DelayVelocitySearch::buffer(std::size_t which) {
 std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame,
                                                      const SearchGrid& grid, double max_walk_ns,
                                                      double about_walk_ns) {
-  kept_.clear();
+  best_.clear();
   about_walk_ns_ = about_walk_ns;
   rows_.load(frame, about_walk_ns, grid.slices);
   const double most = rows_.most_in_slice(grid.bin_ns);
@@ -74,8 +85,6 @@ std::span<const SearchCell> DelayVelocitySearch::run(const FoldedFrame& frame,
   } else {
     search<std::uint32_t>(grid, max_walk_ns);
   }
-  best_.clear();
-  for (const Kept& kept : kept_) best_.push_back(kept.cell);
   return best_;
 }
 
@@ -135,34 +144,6 @@ void DelayVelocitySearch::search_parts(const SearchGrid& grid, std::size_t most)
           });
     }
   }
-  count_once(grid);
-}
-
-// Takes off what counts twice in the cells that have been kept, and puts them in order.
-//
-// Design note: one pulse in 41 of [P]'s pattern is in both rates, so that the choice of the cells
-// sees chance spread by a percent more. To know each cell's count when it is chosen would take rows
-// of the whole circle, which do not fit into the caches.
-void DelayVelocitySearch::count_once(const SearchGrid& grid) {
-  constexpr std::size_t lines = CombRows::lines_at_once;
-  static_assert(lines == max_cells);
-  std::array<std::uint32_t, lines> twice{};
-  cells_.assign(grid.slices * lines, std::numeric_limits<std::uint32_t>::max());
-  for (std::size_t n = 0; n < kept_.size(); ++n) {
-    const auto& [bin, walk, sign] = kept_[n].line;
-    for (std::size_t slice = 0; slice < grid.slices; ++slice) {
-      const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-      std::size_t here = bin + TaylorTree::travelled(walk, grid.slices, slice);
-      while (here >= grid.bins) here -= grid.bins;
-      cells_[row * lines + n] = static_cast<std::uint32_t>(row * grid.bins + here);
-    }
-  }
-  rows_.count_twice(grid, cells_, twice);
-  for (std::size_t n = 0; n < kept_.size(); ++n) kept_[n].cell.count -= twice[n];
-  std::sort(kept_.begin(), kept_.end(), [](const Kept& a, const Kept& b) {
-    return a.cell.count != b.cell.count ? a.cell.count > b.cell.count
-                                        : a.cell.line.delay_ns < b.cell.line.delay_ns;
-  });
 }
 
 void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons,
@@ -175,23 +156,15 @@ void DelayVelocitySearch::keep(const GridLine& line, std::uint32_t photons,
   const double beside_ns = line.sign * walk * per_gap * grid.bin_ns;
   const SearchCell cell = {{delay_ns - turn * train_.circle_ns, about_walk_ns_ + beside_ns},
                            photons};
-  const auto same_target = [&](const Kept& other) {
-    double apart = std::abs(cell.line.delay_ns - other.cell.line.delay_ns);
+  keep_among(best_, max_cells, cell, [&](const SearchCell& other) {
+    double apart = std::abs(cell.line.delay_ns - other.line.delay_ns);
     apart = std::min(apart, train_.circle_ns - apart);
     // A line with a wrong range walk still crosses a target's photons and counts some of them. In
     // the plane the target shows as a bow tie, which is as wide in delay as half the range walk's
     // error.
-    const double off = std::abs(cell.line.walk_ns - other.cell.line.walk_ns);
+    const double off = std::abs(cell.line.walk_ns - other.line.walk_ns);
     return off < 16.2 * grid.bin_ns && apart < 2.2 * grid.bin_ns + off / 2;
-  };
-  for (const Kept& other : kept_) {
-    if (other.cell.count >= cell.count && same_target(other)) return;
-  }
-  std::erase_if(kept_, same_target);
-  const auto place = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const Kept& other) { return other.cell.count < cell.count; });
-  kept_.insert(place, {cell, line});
-  if (kept_.size() > max_cells) kept_.pop_back();
+  });
 }
 
 std::span<const DelayCell> DelayVelocitySearch::best_delays(const FoldedFrame& frame,
@@ -222,18 +195,10 @@ void DelayVelocitySearch::look_at_delays(const SearchGrid& grid) {
 }
 
 void DelayVelocitySearch::keep_delay(const DelayCell& cell, const SearchGrid& grid) {
-  const auto same_pulse = [&](const DelayCell& other) {
+  keep_among(delays_, max_delays, cell, [&](const DelayCell& other) {
     const double apart = std::abs(cell.delay_ns - other.delay_ns);
     return std::min(apart, train_.circle_ns - apart) < 3.5 * grid.bin_ns;
-  };
-  for (const DelayCell& other : delays_) {
-    if (other.count >= cell.count && same_pulse(other)) return;
-  }
-  std::erase_if(delays_, same_pulse);
-  const auto place = std::find_if(delays_.begin(), delays_.end(),
-                                  [&](const DelayCell& other) { return other.count < cell.count; });
-  delays_.insert(place, cell);
-  if (delays_.size() > max_delays) delays_.pop_back();
+  });
 }
 
 }  // namespace splid

@@ -47,7 +47,8 @@ class DelayVelocitySearch {
   // What a search of these grids allocates, but for what grows with max_photons.
   static std::size_t bytes(const PulseTrain& train, std::span<const SearchGrid> grids);
 
-  // The best cells, those with the most photons first. Lines whose range walk is further than
+  // The best cells, those with the most photons first. Of a comb that is made of periodic parts, a
+  // photon at a pulse of two parts counts twice. Lines whose range walk is further than
   // max_walk_ns (and a bin) from about_walk_ns are left out, and so are cells in the bow tie
   // that the photons of a better cell make (see keep()). Valid until the next run.
   std::span<const SearchCell> run(const FoldedFrame& frame, const SearchGrid& grid,
@@ -68,16 +69,11 @@ class DelayVelocitySearch {
     std::size_t walk;  // bins on its way through all slices
     int sign;          // of the range walk
   };
-  struct Kept {
-    SearchCell cell;
-    GridLine line;
-  };
   // Which grids are searched by the periods of parts, and the cells of their rows.
   struct Room {
     std::vector<SearchGrid> whole, in_parts;
     std::size_t buffer_cells = 0;  // of each of three buffers
     std::size_t part_cells = 0;    // rows of all parts, one after the other
-    std::size_t slices = 0;
     [[nodiscard]] std::size_t cells() const { return std::max(3 * buffer_cells, part_cells); }
   };
   static Room room_for(CombRows& rows, std::span<const SearchGrid> grids);
@@ -86,9 +82,8 @@ class DelayVelocitySearch {
   void keep_best(const SearchGrid& grid, const TaylorTree::Block& block);
   template <class Count>
   void search_parts(const SearchGrid& grid, std::size_t most);
-  void count_once(const SearchGrid& grid);
   [[nodiscard]] std::uint32_t least_kept() const {
-    return kept_.size() < max_cells ? 0 : kept_.back().cell.count;
+    return best_.size() < max_cells ? 0 : best_.back().count;
   }
   void keep(const GridLine& line, std::uint32_t photons, const SearchGrid& grid);
   template <class Count>
@@ -105,8 +100,6 @@ class DelayVelocitySearch {
   PartLines part_lines_;
   std::vector<std::uint32_t> most_in_parts_;  // that a cell of each part's rows holds
   double about_walk_ns_ = 0;                  // range walks of lines are beside this one
-  std::vector<Kept> kept_;                    // the best cells so far
-  std::vector<std::uint32_t> cells_;          // scratch: where their lines are in each slice
   std::vector<std::uint32_t> memory_;         // three buffers of rows, or the rows of all parts
   std::vector<SearchCell> best_;
   std::vector<DelayCell> delays_;

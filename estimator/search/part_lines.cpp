@@ -2,18 +2,9 @@
 
 #include <algorithm>
 
+#include "estimator/fold/kernel_choice.hpp"
+
 namespace splid {
-namespace {
-
-std::uint32_t largest_of(const SearchKernels& kernels, const std::uint16_t* line,
-                         std::size_t count) {
-  return kernels.largest(line, count);
-}
-std::uint32_t largest_of(const SearchKernels&, const std::uint32_t* line, std::size_t count) {
-  return *std::max_element(line, line + count);
-}
-
-}  // namespace
 
 PartLines::PartLines(const SearchKernels& kernels, std::span<const SearchGrid> grids,
                      std::span<const std::uint32_t> copies)
@@ -85,23 +76,25 @@ void PartLines::look_at_as(std::size_t walk) {
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     auto* line = reinterpret_cast<Wide*>(parts_[k].line);
     trees_[k].write_line(walk, line);
-    parts_[k].largest = largest_of(kernels_, line, parts_[k].bins);
+    parts_[k].largest = of<Wide>(kernels_).largest(line, parts_[k].bins);
   }
 }
 
 // The first bin of the first part, not before `from`, whose lines in the circle may hold more than
 // `least`; the number of its bins where there is none.
+template <class Wide>
 std::size_t PartLines::next(std::size_t from, std::uint32_t least) const {
   const Part& first = parts_.front();
   std::uint32_t others = 0;
   for (const Part& part : std::span(parts_).subspan(1)) others += part.largest;
   if (first.largest + others <= least) return first.bins;
   if (others > least) return from;
-  const std::uint32_t* zeros = memory_.data() + trees_.size() * longest_;
-  if (is_wide_) return kernels_.first_above_32(first.line, zeros, from, first.bins, least - others);
-  return kernels_.first_above(line_of<std::uint16_t>(first),
-                              reinterpret_cast<const std::uint16_t*>(zeros), from, first.bins,
-                              static_cast<std::uint16_t>(least - others));
+  const auto* zeros = reinterpret_cast<const Wide*>(memory_.data() + trees_.size() * longest_);
+  return of<Wide>(kernels_).first_above(line_of<Wide>(first), zeros, from, first.bins,
+                                        static_cast<Wide>(least - others));
 }
+
+template std::size_t PartLines::next<std::uint16_t>(std::size_t, std::uint32_t) const;
+template std::size_t PartLines::next<std::uint32_t>(std::size_t, std::uint32_t) const;
 
 }  // namespace splid

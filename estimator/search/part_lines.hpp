@@ -64,6 +64,7 @@ class PartLines {
   [[nodiscard]] static const Wide* line_of(const Part& part) {
     return reinterpret_cast<const Wide*>(part.line);
   }
+  template <class Wide>
   [[nodiscard]] std::size_t next(std::size_t from, std::uint32_t least) const;
   // For each bin of the first part's period that may do, all its copies around the circle. Where
   // these are in the periods of the other parts is counted on, since a division takes longer than
@@ -72,7 +73,8 @@ class PartLines {
   void visit_above_as(std::size_t bins, const Least& least, const Keep& keep) const {
     const Part& first = parts_.front();
     const std::span<const Part> others = std::span(parts_).subspan(1);
-    for (std::size_t bin = next(0, least()); bin < first.bins; bin = next(bin + 1, least())) {
+    for (std::size_t bin = next<Wide>(0, least()); bin < first.bins;
+         bin = next<Wide>(bin + 1, least())) {
       for (std::size_t k = 0; k < others.size(); ++k) places_[k] = bin % others[k].bins;
       const std::uint32_t own = line_of<Wide>(first)[bin];
       for (std::size_t copy = bin; copy < bins; copy += first.bins) {

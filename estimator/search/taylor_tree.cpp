@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "estimator/fold/kernel_choice.hpp"
+
 namespace splid {
 namespace {
 
@@ -35,44 +37,14 @@ std::size_t cells_around(const SearchGrid& grid) {
 }
 
 template <class From, class To>
-struct Add;
-template <>
-struct Add<std::uint8_t, std::uint8_t> {
-  static auto of(const SearchKernels& k) { return k.add_8; }
-};
-template <>
-struct Add<std::uint8_t, std::uint16_t> {
-  static auto of(const SearchKernels& k) { return k.add_8_to_16; }
-};
-template <>
-struct Add<std::uint16_t, std::uint16_t> {
-  static auto of(const SearchKernels& k) { return k.add; }
-};
-template <>
-struct Add<std::uint16_t, std::uint32_t> {
-  static auto of(const SearchKernels& k) { return k.add_16_to_32; }
-};
-template <>
-struct Add<std::uint32_t, std::uint32_t> {
-  static auto of(const SearchKernels& k) { return k.add_32; }
-};
-
-template <class Count>
-auto add_four(const SearchKernels& k) {
-  if constexpr (sizeof(Count) == 1) {
-    return k.add_four_8;
-  } else if constexpr (sizeof(Count) == 2) {
-    return k.add_four;
+auto add_of(const SearchKernels& kernels) {
+  if constexpr (std::is_same_v<From, To>) {
+    return of<From>(kernels).add;
+  } else if constexpr (sizeof(From) == 1) {
+    return kernels.add_8_to_16;
   } else {
-    return k.add_four_32;
+    return kernels.add_16_to_32;
   }
-}
-
-std::uint8_t largest(const SearchKernels& k, const std::uint8_t* values, std::size_t count) {
-  return k.largest_8(values, count);
-}
-std::uint16_t largest(const SearchKernels& k, const std::uint16_t* values, std::size_t count) {
-  return k.largest(values, count);
 }
 
 // Goes on around the circle, from its first `bins` cells up to `width` of them.
@@ -106,15 +78,6 @@ std::size_t TaylorTree::block_bins(const SearchGrid& grid, std::size_t most) {
   const std::size_t wanted =
       std::max(least_block_bins, std::max(most, fit > most ? fit - most : 0));
   return std::min<std::size_t>(wanted, grid.bins);
-}
-
-std::size_t TaylorTree::travelled(std::size_t walk, std::size_t slices, std::size_t slice) {
-  std::size_t bins = 0;
-  for (std::size_t half = slices / 2; half > 0; half /= 2) {
-    if ((slice & half) != 0) bins += (walk + 1) / 2;
-    walk /= 2;
-  }
-  return bins;
 }
 
 TaylorTree::TaylorTree(const SearchKernels& kernels, std::span<const SearchGrid> grids)
@@ -235,7 +198,7 @@ std::size_t TaylorTree::add_next_as(std::size_t half) {
 // over the first n slices, and one over the last n slices that starts ceil(j/2) bins further on.
 template <class From, class To>
 void TaylorTree::add_pairs(std::size_t half) {
-  const auto add = Add<From, To>::of(kernels_);
+  const auto add = add_of<From, To>(kernels_);
   auto* out = reinterpret_cast<To*>(out_);
   const std::size_t all = lines(2 * half);
   for (std::size_t group = 0; group < slices_; group += 2 * half) {
@@ -253,7 +216,7 @@ void TaylorTree::add_pairs(std::size_t half) {
 // of those may not be asked for, and have room.
 template <class Count>
 void TaylorTree::add_fours(std::size_t half) {
-  const auto add = add_four<Count>(kernels_);
+  const auto add = of<Count>(kernels_).add_four;
   auto* out = reinterpret_cast<Count*>(out_);
   const std::size_t all = lines(4 * half);
   for (std::size_t group = 0; group < slices_; group += 4 * half) {
@@ -292,7 +255,7 @@ bool TaylorTree::sum_fits(std::uint32_t added, std::size_t half) {
     const std::size_t all = lines(half);
     for (std::size_t group = 0; group < slices_; group += half) {
       for (std::size_t j = 0; j < all; ++j) {
-        const std::uint32_t here = largest(kernels_, row<Count>(group + j), sums());
+        const std::uint32_t here = of<Count>(kernels_).largest(row<Count>(group + j), sums());
         most_in_cell_ = std::max(most_in_cell_, here);
       }
     }
@@ -312,7 +275,7 @@ void TaylorTree::make_room_for_last_sum() {
 
 template <class From, class To>
 void TaylorTree::widen() {
-  const auto add = Add<From, To>::of(kernels_);
+  const auto add = add_of<From, To>(kernels_);
   const auto* in = reinterpret_cast<const From*>(in_);
   auto* out = reinterpret_cast<To*>(out_);
   const auto* zeros = reinterpret_cast<const From*>(zeros_.data());
@@ -332,72 +295,47 @@ TaylorTree::Halves<Count> TaylorTree::halves(std::size_t walk) const {
           in + (slices_ / 2 + walk / 2) * stride_ + further((walk + 1) / 2)};
 }
 
+// Calls visit with the halves of lines, in the type of their cells.
+template <class Visit>
+auto TaylorTree::with_halves(std::size_t walk, const Visit& visit) const {
+  if (cell_bytes_ == 1) return visit(halves<std::uint8_t>(walk));
+  if (cell_bytes_ == 2) return visit(halves<std::uint16_t>(walk));
+  return visit(halves<std::uint32_t>(walk));
+}
+
 std::size_t TaylorTree::first_above(std::size_t walk, std::size_t from, std::uint32_t least) const {
-  if (cell_bytes_ == 1) {
-    if (least >= std::numeric_limits<std::uint8_t>::max()) return block_.bins;
-    const auto at = halves<std::uint8_t>(walk);
-    return kernels_.first_above_8(at.first, at.second, from, block_.bins,
-                                  static_cast<std::uint8_t>(least));
-  }
-  if (cell_bytes_ == 2) {
-    if (least >= std::numeric_limits<std::uint16_t>::max()) return block_.bins;
-    const auto at = halves<std::uint16_t>(walk);
-    return kernels_.first_above(at.first, at.second, from, block_.bins,
-                                static_cast<std::uint16_t>(least));
-  }
-  const auto at = halves<std::uint32_t>(walk);
-  return kernels_.first_above_32(at.first, at.second, from, block_.bins, least);
+  return with_halves(walk, [&]<class Count>(const Halves<Count>& at) {
+    if (least >= std::numeric_limits<Count>::max()) return block_.bins;
+    return of<Count>(kernels_).first_above(at.first, at.second, from, block_.bins,
+                                           static_cast<Count>(least));
+  });
 }
 
 std::uint32_t TaylorTree::photons(std::size_t walk, std::size_t bin) const {
-  const auto sum = [bin](auto at) { return std::uint32_t{at.first[bin]} + at.second[bin]; };
-  if (cell_bytes_ == 1) return sum(halves<std::uint8_t>(walk));
-  if (cell_bytes_ == 2) return sum(halves<std::uint16_t>(walk));
-  return sum(halves<std::uint32_t>(walk));
+  return with_halves(
+      walk, [bin](const auto& at) { return std::uint32_t{at.first[bin]} + at.second[bin]; });
 }
 
 template <class Wide>
 void TaylorTree::write_line(std::size_t walk, Wide* line) const {
-  const auto write = [&](auto at) {
-    for (std::size_t bin = 0; bin < block_.bins; ++bin) {
-      line[bin] = static_cast<Wide>(Wide{at.first[bin]} + at.second[bin]);
-    }
-  };
-  if (cell_bytes_ == 1) {
-    const auto at = halves<std::uint8_t>(walk);
-    if constexpr (sizeof(Wide) == 2) {
-      kernels_.add_8_to_16(line, at.first, at.second, block_.bins);
+  with_halves(walk, [&]<class Count>(const Halves<Count>& at) {
+    if constexpr (sizeof(Wide) == sizeof(Count) || sizeof(Wide) == 2 * sizeof(Count)) {
+      add_of<Count, Wide>(kernels_)(line, at.first, at.second, block_.bins);
     } else {
-      write(at);
+      for (std::size_t bin = 0; bin < block_.bins; ++bin) {
+        line[bin] = static_cast<Wide>(at.first[bin] + at.second[bin]);
+      }
     }
-  } else if (cell_bytes_ == 2) {
-    const auto at = halves<std::uint16_t>(walk);
-    if constexpr (sizeof(Wide) == 2) {
-      kernels_.add(line, at.first, at.second, block_.bins);
-    } else {
-      kernels_.add_16_to_32(line, at.first, at.second, block_.bins);
-    }
-  } else if constexpr (sizeof(Wide) == 4) {
-    const auto at = halves<std::uint32_t>(walk);
-    kernels_.add_32(line, at.first, at.second, block_.bins);
-  }
+  });
 }
 
 template void TaylorTree::write_line(std::size_t, std::uint16_t*) const;
 template void TaylorTree::write_line(std::size_t, std::uint32_t*) const;
 
 double TaylorTree::smooth_power(std::size_t walk) const {
-  const std::size_t count = block_.bins - 2;
-  if (cell_bytes_ == 1) {
-    const auto at = halves<std::uint8_t>(walk);
-    return kernels_.smooth_power_8(at.first, at.second, count);
-  }
-  if (cell_bytes_ == 2) {
-    const auto at = halves<std::uint16_t>(walk);
-    return kernels_.smooth_power(at.first, at.second, count);
-  }
-  const auto at = halves<std::uint32_t>(walk);
-  return kernels_.smooth_power_32(at.first, at.second, count);
+  return with_halves(walk, [&]<class Count>(const Halves<Count>& at) {
+    return of<Count>(kernels_).smooth_power(at.first, at.second, block_.bins - 2);
+  });
 }
 
 }  // namespace splid

@@ -35,10 +35,6 @@ class TaylorTree {
   // How many delay bins a block has, for lines of up to `most` bins of range walk.
   static std::size_t block_bins(const SearchGrid& grid, std::size_t most);
 
-  // How many bins a line has travelled where it comes to a slice. range walk: from the first of all
-  // slices to the last.
-  static std::size_t travelled(std::size_t walk, std::size_t slices, std::size_t slice);
-
   // Some bins of a circle, and how far the lines that start in them range walk.
   struct Block {
     std::size_t first_bin = 0;
@@ -77,6 +73,8 @@ class TaylorTree {
   };
   template <class Count>
   [[nodiscard]] Halves<Count> halves(std::size_t walk) const;
+  template <class Visit>
+  auto with_halves(std::size_t walk, const Visit& visit) const;
   // Cells of a row, and of a buffer.
   static std::size_t longest_row(const SearchGrid& grid);
   static std::size_t widest_row(std::span<const SearchGrid> grids);

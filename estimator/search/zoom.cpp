@@ -60,9 +60,9 @@ ZoomResult Zoom::best_of(const NearSet& near, DelayTrack about, double reach_ns,
     for (int slice = 0; slice < slices; ++slice) {
       const double s = (slice + 0.5) / slices - 0.5;
       const int shift = static_cast<int>(std::lround(2 * walk * s));
-      kernels_.accumulate_32(counts_.data(),
-                             rows_.data() + std::ptrdiff_t{slice} * bins + first + shift,
-                             static_cast<std::size_t>(count));
+      kernels_.longs.accumulate(counts_.data(),
+                                rows_.data() + std::ptrdiff_t{slice} * bins + first + shift,
+                                static_cast<std::size_t>(count));
     }
     std::uint32_t in_box = 0;
     for (int k = 0; k < count; ++k) {

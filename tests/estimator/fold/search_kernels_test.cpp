@@ -51,12 +51,12 @@ TEST(SearchKernels, BytesAreAddedAndTheLargestFound) {
       const auto a = numbers<std::uint8_t>(count, 255, 1);
       auto sums = numbers<std::uint8_t>(count, 255, 2);
       std::vector<std::uint8_t> out(count);
-      kernels.add_8(out.data(), a.data(), sums.data(), count);
-      kernels.accumulate_8(sums.data(), a.data(), count);
+      kernels.bytes.add(out.data(), a.data(), sums.data(), count);
+      kernels.bytes.accumulate(sums.data(), a.data(), count);
       EXPECT_EQ(out, sums) << vector_level_name(level);
       std::uint8_t most = 0;
       for (const std::uint8_t sum : sums) most = std::max(most, sum);
-      EXPECT_EQ(kernels.largest_8(sums.data(), count), most) << vector_level_name(level);
+      EXPECT_EQ(kernels.bytes.largest(sums.data(), count), most) << vector_level_name(level);
     }
   }
 }
@@ -86,29 +86,9 @@ TEST(SearchKernels, FourLinesAreSumsOfFourRows) {
   for (const VectorLevel level : runnable_vector_levels()) {
     const SearchKernels& kernels = search_kernels(level);
     for (const std::size_t count : lengths) {
-      expect_four_lines<std::uint8_t>(kernels.add_four_8, count, vector_level_name(level));
-      expect_four_lines<std::uint16_t>(kernels.add_four, count, vector_level_name(level));
-      expect_four_lines<std::uint32_t>(kernels.add_four_32, count, vector_level_name(level));
-    }
-  }
-}
-
-TEST(SearchKernels, PhotonsAreCountedInTheirLinesCells) {
-  constexpr std::size_t lines = 16, slices = 5;
-  const auto cells = numbers<std::uint32_t>(lines * slices, 7, 1);
-  for (const VectorLevel level : runnable_vector_levels()) {
-    for (const std::size_t count : lengths) {
-      const auto slice = numbers<std::uint32_t>(count, slices - 1, 2);
-      const auto of_photons = numbers<std::uint32_t>(count, 7, 3);
-      std::vector<std::uint32_t> counts(lines, 3), expected = counts;
-      for (std::size_t i = 0; i < count; ++i) {
-        for (std::size_t n = 0; n < lines; ++n) {
-          if (cells[slice[i] * lines + n] == of_photons[i]) ++expected[n];
-        }
-      }
-      search_kernels(level).count_equal(counts.data(), cells.data(), slice.data(),
-                                        of_photons.data(), count);
-      EXPECT_EQ(counts, expected) << vector_level_name(level) << ' ' << count;
+      expect_four_lines<std::uint8_t>(kernels.bytes.add_four, count, vector_level_name(level));
+      expect_four_lines<std::uint16_t>(kernels.words.add_four, count, vector_level_name(level));
+      expect_four_lines<std::uint32_t>(kernels.longs.add_four, count, vector_level_name(level));
     }
   }
 }
@@ -135,9 +115,9 @@ TEST(SearchKernels, TheFirstSumAboveALimitIsFound) {
     const SearchKernels& kernels = search_kernels(level);
     for (const std::size_t count : lengths) {
       const char* name = vector_level_name(level);
-      expect_first_above<std::uint8_t>(kernels.first_above_8, count, name);
-      expect_first_above<std::uint16_t>(kernels.first_above, count, name);
-      expect_first_above<std::uint32_t>(kernels.first_above_32, count, name);
+      expect_first_above<std::uint8_t>(kernels.bytes.first_above, count, name);
+      expect_first_above<std::uint16_t>(kernels.words.first_above, count, name);
+      expect_first_above<std::uint32_t>(kernels.longs.first_above, count, name);
     }
   }
 }
@@ -164,15 +144,15 @@ double expect_power(Power power, std::size_t count, const char* level) {
 TEST(SearchKernels, ThePowerIsTheSumOfSmoothedSquares) {
   for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 1023U, 1024U, 1025U, 1040U, 5003U}) {
     const SearchKernels& generic = search_kernels(VectorLevel::generic);
-    const double bytes = expect_power<std::uint8_t>(generic.smooth_power_8, count, "generic");
-    const double words = expect_power<std::uint16_t>(generic.smooth_power, count, "generic");
-    const double longs = expect_power<std::uint32_t>(generic.smooth_power_32, count, "generic");
+    const double bytes = expect_power<std::uint8_t>(generic.bytes.smooth_power, count, "generic");
+    const double words = expect_power<std::uint16_t>(generic.words.smooth_power, count, "generic");
+    const double longs = expect_power<std::uint32_t>(generic.longs.smooth_power, count, "generic");
     for (const VectorLevel level : runnable_vector_levels()) {
       const SearchKernels& kernels = search_kernels(level);
       const char* name = vector_level_name(level);
-      EXPECT_EQ(expect_power<std::uint8_t>(kernels.smooth_power_8, count, name), bytes);
-      EXPECT_EQ(expect_power<std::uint16_t>(kernels.smooth_power, count, name), words);
-      EXPECT_EQ(expect_power<std::uint32_t>(kernels.smooth_power_32, count, name), longs);
+      EXPECT_EQ(expect_power<std::uint8_t>(kernels.bytes.smooth_power, count, name), bytes);
+      EXPECT_EQ(expect_power<std::uint16_t>(kernels.words.smooth_power, count, name), words);
+      EXPECT_EQ(expect_power<std::uint32_t>(kernels.longs.smooth_power, count, name), longs);
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/search/taylor_tree.hpp"
+#include "tests/estimator/search/walked.hpp"
 
 namespace splid {
 namespace {
@@ -35,7 +36,7 @@ struct PartsOfAComb {
     for (std::size_t k = 0; k < bins.size(); ++k) {
       for (std::size_t slice = 0; slice < grid.slices; ++slice) {
         const std::size_t row = sign > 0 ? slice : grid.slices - 1 - slice;
-        const std::size_t here = bin + TaylorTree::travelled(walk, grid.slices, slice);
+        const std::size_t here = bin + test::walked(walk, grid.slices, slice);
         all += rows[k][row * bins[k] + here % bins[k]];
       }
     }
