@@ -65,8 +65,8 @@ struct FrameEstimator::Workspace {
         frame(train, max_photons, FrameSearch::reach_ns(scene, *shape, frame_length_ms * 1e6)),
         dead_time(dead_time_of(detector, options, inputs, max_photons)),
         search(pattern, train, *shape, scene, options, frame_length_ms * 1e6, max_photons,
-               dead_time ? std::optional<BlindTime>(std::in_place, train, detector.dead_time_ns,
-                                                    inputs, max_photons, frame.reach_ns())
+               dead_time ? std::optional<DeadIntervals>(std::in_place, train, detector.dead_time_ns,
+                                                        inputs, max_photons, frame.reach_ns())
                          : std::nullopt),
         target_fit(search, *shape, train, scene.motion, is_width_fitted, dead_time.has_value(),
                    max_photons) {
@@ -145,7 +145,7 @@ bool FrameEstimator::Workspace::fold(const FrameView& view, Estimate& estimate) 
   estimate.status = view.sync.locked ? FrameStatus::no_target : FrameStatus::no_sync;
   if (!view.sync.locked || estimate.photons == 0 || seen_ns <= 0) return false;
   frame.fold(view, train);
-  frame.blind = nullptr;
+  frame.dead = nullptr;
   if (dead_time) dead_time->look(view, frame);
   return true;
 }
@@ -154,8 +154,8 @@ bool FrameEstimator::Workspace::fold(const FrameView& view, Estimate& estimate) 
 std::optional<Found> FrameEstimator::Workspace::find(const FrameView& view, TargetTrack* track,
                                                      Effort most) {
   std::optional<Found> found = look_for(view, track, most);
-  if (!found || !found->verdicts[0].is_wrong_pattern) return found;
-  if (frame.blind != nullptr || found->best.model.count > 1) return found;
+  if (!found || !found->verdicts[0].is_foreign) return found;
+  if (frame.dead != nullptr || found->best.model.count > 1) return found;
   const auto stray = checks->take_stray_light(frame, found->best.track());
   if (!stray) return found;
   std::optional<Found> beside = look_for(view, nullptr, most);
@@ -266,9 +266,9 @@ void FrameEstimator::Workspace::report(const FrameView& view, const Found& found
     if (count > 1) estimate.targets.at(k) = estimate.first_target();
   }
   if (is_width_fitted) fill_width(estimate, found.best, shape->width_ns());
-  if (frame.blind != nullptr) {
+  if (frame.dead != nullptr) {
     estimate.low_by_split = low_by_split(view, estimate, train);
-    widen_by_flicker(view, train, frame.blind->share, estimate);
+    widen_by_flicker(view, train, frame.dead->share, estimate);
   }
 }
 

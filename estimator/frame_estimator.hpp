@@ -31,9 +31,9 @@
 //   paper/        PaperMethod does what search/ does as [P] does it, for comparison.
 //   calibration/  is not on this way: it finds the pulses in a recording of a target at rest.
 //
-// Unless a header says otherwise, in all rooms: an object serves one thread, and its const calls and
-// free functions any; what a constructor takes by reference outlives the object; nothing fails; and
-// nothing allocates after construction, for frames of up to max_photons, but in paper/ and
+// Unless a header says otherwise, in all rooms: an object serves one thread, and its const calls
+// and free functions any; what a constructor takes by reference outlives the object; nothing fails;
+// and nothing allocates after construction, for frames of up to max_photons, but in paper/ and
 // calibration/.
 //
 // [P] is TR2026-050, "Unambiguous Range Extension for Doppler Single-Photon Lidar" (Optics Express
@@ -53,7 +53,7 @@ namespace splid {
 class FrameEstimator {
  public:
   // frame_length_ms: nominal, > 0. max_photons: that a frame may have. reference: whose clock the
-  // estimate's delays are in. detector, inputs: the detector, and over how many inputs, each blind
+  // estimate's delays are in. detector, inputs: the detector, and over how many inputs, each dead
   // on its own, the light is split, by the shares that FrameView's counts of each input tell;
   // method paper knows no dead time.
   // Errors: Error(Fault::usage) where the pattern and the options do not fit together.

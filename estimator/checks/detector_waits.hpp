@@ -20,7 +20,7 @@ namespace splid::checks {
 // - dead_time: the first waits are empty and those of the control are not.
 // - afterpulsing: after the dead time the next detection comes sooner than in the control, at first
 //   more so than later. Both are hazards: detections over the instants after which none came yet,
-//   so that in both the detector is alive.
+//   so that in both the detector is live.
 // - timing_walk: returns soon after a detection are late on average, against returns after waits of
 //   more than 2 us.
 //

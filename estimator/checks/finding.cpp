@@ -74,6 +74,10 @@ constexpr std::array table = {
 
 std::span<const FindingRow> finding_table() { return table; }
 
+Finding FindingRow::found(double in_unit, double gain_nats) const {
+  return {name, in_unit, std::abs(in_unit) / std::sqrt(2 * gain_nats), gain_nats};
+}
+
 const FindingRow& row_of(FindingName name) {
   return *std::find_if(table.begin(), table.end(), [&](const auto& r) { return r.name == name; });
 }

@@ -43,6 +43,13 @@ struct FindingRow {
   const char* advice;
   std::span<const Direction> directions = {};
   bool keeps_sign = true;  // over frames: their scores add up, otherwise their gains
+
+  // Flat light is none below 0.
+  [[nodiscard]] bool is_flat_light() const {
+    return !directions.empty() && directions.front().shape == Shape::early;
+  }
+  // A finding of this row, whose deviation is what such a gain says.
+  [[nodiscard]] Finding found(double in_unit, double gain_nats) const;
 };
 
 // The rows: those with directions come first.
@@ -50,6 +57,8 @@ std::span<const FindingRow> finding_table();
 inline constexpr std::size_t rows_with_directions = 8;
 // Where the pulse is wider all along the frame, and at its ends.
 inline constexpr std::size_t width_row = 0, parting_row = 7;
+// By phase, by pulse, and of light that is none of the pattern's.
+inline constexpr std::size_t phase_row = 8, pulse_row = 9, pattern_row = 10;
 const FindingRow& row_of(FindingName name);  // the first of that name
 const char* to_string(FindingName name);
 

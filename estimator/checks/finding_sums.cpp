@@ -41,8 +41,7 @@ void FindingSums::add(const FoldedFrame& frame) {
 void FindingSums::add(FoundList& all, const FindingRow& row, double amount, double gain_nats,
                       const FindingScale& scale) {
   if (2 * gain_nats < sure_squares) return;
-  const double value = row.value(amount, scale);
-  all.add({row.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
+  all.add(row.found(row.value(amount, scale), gain_nats));
 }
 
 // A sum of chi squared has the tail that SquareSum has. Its measure of the size is the mean square
@@ -59,7 +58,7 @@ void FindingSums::add_sum(FoundList& all, std::size_t row) const {
     squares += sum.score[t] * sum.score[t] / sum.information[t];
   }
   if (named.keeps_sign) {
-    if (named.name == FindingName::unmodelled_light && amount < 0) return;
+    if (named.is_flat_light() && amount < 0) return;
     return add(all, named, amount, squares / 2, scale);
   }
   const SquareSum chi = {sum.squares - sum.degrees, 2 * sum.degrees, 8 * sum.degrees, 0};
@@ -84,8 +83,8 @@ FoundList FindingSums::found() const {
     if (is_free[k] != 0) phases.add(by_phase_[k], photons * seen_phase_[k] / seen);
   }
   const double amount = std::sqrt(std::max(0.0, phases.excess) * bins) / frames_;
-  add(all, row_of(FindingName::unmodelled_light), amount, phases.gain_nats(), scale);
-  add(all, row_of(FindingName::pulse_amplitudes), pulses.relative(), pulses.gain_nats(), scale);
+  add(all, finding_table()[phase_row], amount, phases.gain_nats(), scale);
+  add(all, finding_table()[pulse_row], pulses.relative(), pulses.gain_nats(), scale);
   return all;
 }
 

@@ -159,7 +159,7 @@ void Findings::score_row(std::size_t row) {
     said.score[static_cast<std::size_t>(t)] = score[t];
     said.information[static_cast<std::size_t>(t)] = information(t, t);
   }
-  const bool is_flat = terms_[first_term_[row]].shape == Shape::early;
+  const bool is_flat = finding_table()[row].is_flat_light();
   const double photons = std::max(fewest_photons, photons_a_term * said.degrees);
   if (!is_flat && fit_.signal() < photons) return;
   const double limit = k == 1 ? screen_squares : chi_squared_of(screen_deviations, said.degrees);
@@ -275,9 +275,8 @@ void Findings::say(std::size_t row, double gain_nats, const Member& member,
     amount += terms.size() > 2 ? of_term * of_term * MapBasis::mean_square(term.order) : of_term;
   }
   if (terms.size() > 2) amount = std::sqrt(amount);
-  if (named.name == FindingName::unmodelled_light && amount <= 0) return;
-  const double value = named.value(amount, {frame.length_ns, frame.seen_ns});
-  verdict_.found.add({named.name, value, std::abs(value) / std::sqrt(2 * gain_nats), gain_nats});
+  if (named.is_flat_light() && amount <= 0) return;
+  verdict_.found.add(named.found(named.value(amount, {frame.length_ns, frame.seen_ns}), gain_nats));
 }
 
 // Where the richer model has the target at mid-frame, and how fast it moves there.
@@ -387,13 +386,12 @@ void Findings::judge_pulses() {
   const double gain = sum.gain_nats(), misfit = sum.relative();
   if (2 * gain > sure_squares_of_sums && sum.excess > least_dark * sum.scale &&
       sum.excess > most_uneven * sum.scale + deviations_of_dark * chance) {
-    verdict_.is_wrong_pattern = true;
+    verdict_.is_foreign = true;
     // The share of the pulses' amplitude without light, if the others are lit alike.
     const double dark_share = misfit * misfit / (1 + misfit * misfit);
-    verdict_.found.add(
-        {FindingName::wrong_pattern, dark_share, dark_share / std::sqrt(2 * gain), gain});
+    verdict_.found.add(finding_table()[pattern_row].found(dark_share, gain));
   } else if (counts.size() >= fewest_for_amplitudes && 2 * gain > sure_squares_of_sums) {
-    verdict_.found.add({FindingName::pulse_amplitudes, misfit, misfit / std::sqrt(2 * gain), gain});
+    verdict_.found.add(finding_table()[pulse_row].found(misfit, gain));
   }
 }
 
@@ -447,13 +445,15 @@ void Findings::judge_phases(const FoldedFrame& frame) {
   const bool has_strangers = fine.excess > most_elsewhere * scores_.by_pulse.scale +
                                                deviations_of_stray * std::sqrt(fine.variance);
   if (has_strangers && map_.by_pulse().size() < fewest_for_strangers) {
-    verdict_.is_wrong_pattern = true;
-    verdict_.found.add({FindingName::wrong_pattern, 1, 1 / std::sqrt(2 * gain), gain});
+    verdict_.is_foreign = true;
+    verdict_.found.add(finding_table()[pattern_row].found(1, gain));
   }
   if (2 * gain < sure_squares_of_sums) return;
   const double cells = &surer == &coarse ? bins / coarse_phases : bins;
-  const double amount = std::sqrt(surer.excess * cells) / frame.seen_ns * 1e9;
-  verdict_.found.add({FindingName::unmodelled_light, amount, amount / std::sqrt(2 * gain), gain});
+  const FindingRow& row = finding_table()[phase_row];
+  const double photons_per_s =
+      row.value(std::sqrt(surer.excess * cells), {frame.length_ns, frame.seen_ns});
+  verdict_.found.add(row.found(photons_per_s, gain));
   const SquareSum& own = scores_.by_pulse;
   const bool is_even =
       map_.by_pulse().size() >= fewest_for_strangers &&

@@ -60,10 +60,10 @@ struct Verdict {
   // chance has in one frame of a hundred; to be judged by the frame's threshold.
   std::optional<double> gain_beside_nats;
   bool is_doubtful = false;  // other light takes part in what was taken for the target: ambiguous
-  bool is_wrong_pattern = false;  // no target: the light is not that of the pattern's pulses
+  bool is_foreign = false;   // no target: the light is not that of the pattern's pulses
 
   [[nodiscard]] bool is_no_target(double threshold_nats) const {
-    return is_wrong_pattern || (gain_beside_nats && *gain_beside_nats < threshold_nats);
+    return is_foreign || (gain_beside_nats && *gain_beside_nats < threshold_nats);
   }
 };
 

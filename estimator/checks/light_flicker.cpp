@@ -73,11 +73,11 @@ PartCounts count(const FrameView& frame) {
 
 void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double share,
                       Estimate& estimate) {
-  const double blind = estimate.blind_fraction;
+  const double dead = estimate.blind_fraction;
   const double pulses = train.pulses_per_ns * frame.seen_ns();
   const auto photons = static_cast<double>(estimate.photons);
   const double in_a_pulse = estimate.signal_per_pulse * train.mean_amplitude();
-  const double dark = estimate.background_per_ns * frame.seen_ns() * (1 - blind);
+  const double dark = estimate.background_per_ns * frame.seen_ns() * (1 - dead);
   const double of_signal = std::clamp(1 - dark / photons, 0.0, 1.0);
   if (!(photons > 0) || !(in_a_pulse > 0)) return;
 
@@ -85,10 +85,10 @@ void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double sh
   // with the light h shows (1 - exp(-h)) / h of it.
   const double half = std::max(in_a_pulse * share / 2, 1e-9);
   const double of_pulse = std::exp(-half) * std::sinh(half) / half;
-  const double alive = std::min(1.0, of_signal * photons / (pulses * in_a_pulse * of_pulse));
+  const double live = std::min(1.0, of_signal * photons / (pulses * in_a_pulse * of_pulse));
   const double signal_seen =
-      (1 - (1 - alive) * of_signal) * std::exp(-half) * half / std::sinh(half);
-  const double background_seen = 1 - blind * (1 - of_signal);
+      (1 - (1 - live) * of_signal) * std::exp(-half) * half / std::sinh(half);
+  const double background_seen = 1 - dead * (1 - of_signal);
 
   const SwingingLight signal = {of_signal, signal_seen, estimate.signal_per_pulse,
                                 estimate.std_signal_per_pulse};
@@ -98,7 +98,8 @@ void widen_by_flicker(const FrameView& frame, const PulseTrain& train, double sh
   const PartCounts counts = count(frame);
   const double by_chance = counts.mean * (signal.rise() + background.rise());
   const double degrees = counts.parts - 1;
-  if (!(counts.variance > by_chance * chi_squared_of(million_deviations, degrees) / degrees)) return;
+  if (!(counts.variance > by_chance * chi_squared_of(million_deviations, degrees) / degrees))
+    return;
   const double excess = (counts.variance - by_chance) / (counts.mean * counts.mean);
   const auto widen = [&](const SwingingLight& light, double& deviation) {
     const double variance = excess / (light.rise() * light.rise());

@@ -61,15 +61,15 @@ const SeenLight& SeenLightFinder::look(const FoldedFrame& frame, const ResidualM
   seen_.elsewhere = 1;
   seen_.of_phase.clear();
   seen_.of_pulse.clear();
-  if (frame.blind == nullptr) return seen_;
+  if (frame.dead == nullptr) return seen_;
   see_cells(frame, map);
   if (!map.by_phase().empty()) see_phases(frame, map);
   return seen_;
 }
 
 void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map) {
-  const BlindTime& blind = *frame.blind;
-  const double dead_ns = blind.dead_time_ns / frame.scale;
+  const DeadIntervals& intervals = *frame.dead;
+  const double dead_ns = intervals.dead_time_ns / frame.scale;
   const double seen_ns = frame.seen_ns / frame.scale;
   const double pulses = train_.pulses_per_ns * seen_ns;
   const double share_of_map = std::min(0.999, train_.pulses_per_ns * 2 * map.reach_ns());
@@ -86,12 +86,12 @@ void SeenLightFinder::see_cells(const FoldedFrame& frame, const ResidualMap& map
   std::size_t first = 0;  // the first cell within the dead time
   for (std::size_t i = 0; i < map.cells(); ++i) {
     while (map.edge_ns(first + 1) < map.edge_ns(i) - dead_ns) within -= of_cell[first++];
-    const double dead = blind.share * (before + within + of_cell[i] / 2);
+    const double dead = intervals.share * (before + within + of_cell[i] / 2);
     seen_.of_cell[i] = std::max(least_seen, 1 - dead);
     mean += seen_.of_cell[i] * map.cell_ns(i) / (2 * map.reach_ns());
     within += of_cell[i];
   }
-  const double of_all = 1 - blind.blind_ns / frame.seen_ns;
+  const double of_all = 1 - intervals.dead_ns / frame.seen_ns;
   seen_.elsewhere = std::max(least_seen, (of_all - share_of_map * mean) / (1 - share_of_map));
 }
 
@@ -101,7 +101,7 @@ void SeenLightFinder::see_phases(const FoldedFrame& frame, const ResidualMap& ma
   const std::size_t bins = counts.size();
   const double bin_ns = comb.period_ns / static_cast<double>(bins);
   const double periods = frame.seen_ns / frame.scale / comb.period_ns;
-  const double reach = frame.blind->dead_time_ns / frame.scale / bin_ns;  // in bins
+  const double reach = frame.dead->dead_time_ns / frame.scale / bin_ns;  // in bins
   const auto whole = static_cast<std::size_t>(reach);
   // Detections in the dead time before the middle of bin 0: half of it, whole bins, and the rest.
   double before = 0;
@@ -110,7 +110,7 @@ void SeenLightFinder::see_phases(const FoldedFrame& frame, const ResidualMap& ma
   for (std::size_t k = 0; k < bins; ++k) {
     const double partly =
         (reach - static_cast<double>(whole)) * counts[(k + bins - (whole + 1) % bins) % bins];
-    const double dead = (before + partly) / periods * frame.blind->share;
+    const double dead = (before + partly) / periods * frame.dead->share;
     seen_.of_phase[k] = std::max(least_seen, 1 - dead);
     before += counts[k];
     before -= counts[(k + bins - whole % bins) % bins];

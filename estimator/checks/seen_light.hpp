@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "estimator/checks/residual_map.hpp"
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/pulse_train.hpp"
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/checks/finding.hpp"
+
 namespace splid::checks {
 namespace {
 
@@ -49,7 +51,7 @@ std::optional<Finding> StrayLight::look(const ResidualMap& map, const FoldedFram
     stays_[i] = is_stray ? 0 : 1;
   }
   const double per_s = 1e9 / frame.seen_ns;
-  return Finding{FindingName::unmodelled_light, photons * per_s,
+  return Finding{finding_table()[phase_row].name, photons * per_s,
                  std::sqrt(photons + 2 * usual) * per_s, gain_nats};
 }
 

@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/frame_view.hpp"
@@ -14,15 +14,15 @@ namespace splid {
 // value by more than 0.05 deviations, and detections do not contradict it.
 class DeadTimeModel {
  public:
-  // Arguments: as for BlindTime.
+  // Arguments: as for DeadIntervals.
   DeadTimeModel(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
                 std::size_t max_photons, double reach_ns);
 
-  // Before the search: a blind time that lowers b or S is part of everything that is fitted. The
-  // blind share of the time lowers both by as much of themselves. frame: the folded view, to which
-  // its blind time is given.
+  // Before the search: a dead time that lowers b or S is part of everything that is fitted. The
+  // dead share of the time lowers both by as much of themselves. frame: the folded view, to which
+  // its dead time is given.
   void look(const FrameView& view, FoldedFrame& frame);
-  // After the search: gives the frame its blind time where the search did without and the pulses
+  // After the search: gives the frame its dead time where the search did without and the pulses
   // turn out to be so bright that it matters. Returns whether it did, so that the fit is to be made
   // anew.
   bool look_at_pulses(const FrameView& view, FoldedFrame& frame, double signal_per_pulse);
@@ -34,7 +34,7 @@ class DeadTimeModel {
   void take(const FrameView& view, FoldedFrame& frame);
 
   const PulseTrain& train_;
-  BlindTime blind_;
+  DeadIntervals dead_;
   bool holds_ = true;  // of the last frame: it is modelled, or too short to matter
 };
 

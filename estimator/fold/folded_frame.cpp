@@ -112,7 +112,7 @@ void FoldedFrame::straighten(const FoldedFrame& curved, double quadratic_ns,
   length_ns = curved.length_ns;
   seen_ns = curved.seen_ns;
   scale = curved.scale;
-  blind = nullptr;
+  dead = nullptr;
   group_end = curved.group_end;
   time_ns = curved.time_ns;
   phase_ns = curved.phase_ns;

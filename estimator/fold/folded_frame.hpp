@@ -13,14 +13,14 @@
 // The room fold/ turns the photons' times into what search/ works on. Open this file first.
 // Its parts:
 //   folded_frame.hpp       times in the pattern's clock ([P] Eq. 20), and phases in its period
-//   blind_time.hpp         when the detector was blind
+//   dead_intervals.hpp         when the detector was dead
 //   near_set.hpp           the photons near one line, and how far from its pulses they are
 //   search_kernels.hpp     the inner loops of the search
 //   kernel_choice.hpp      those for this processor's vectors
 
 namespace splid {
 
-struct BlindTime;
+struct DeadIntervals;
 
 // A frame's photons in the pattern's own clock: their times from mid-frame, and their phases, which
 // are these times folded on the pattern period. All times are in ns of the calibrated pattern;
@@ -49,9 +49,9 @@ struct FoldedFrame {
   double length_ns = 0;                 // t_a
   double seen_ns = 0;                   // t_a less losses, in the tagger's clock
   double scale = 1;                     // measured over calibrated period
-  // When the detector was blind, where the likelihood is to know it; else null. Not owned. A sample
+  // When the detector was dead, where the likelihood is to know it; else null. Not owned. A sample
   // of the frame does not have it.
-  const BlindTime* blind = nullptr;
+  const DeadIntervals* dead = nullptr;
 
   // Makes room for frames of max_photons, whose fold() then allocates nothing. reach_ns: how far a
   // photon of a target may lie from its place at mid-frame: half the largest range walk, and the
@@ -60,8 +60,8 @@ struct FoldedFrame {
   // frame: locked to its syncs. train: that of the constructor.
   void fold(const FrameView& frame, const PulseTrain& train);
   // Becomes another frame, with its phases moved back by a track's quadratic term. The path of a
-  // target that accelerates becomes a straight line. The frame is then without blind time, which
-  // BlindTime::straighten() gives.
+  // target that accelerates becomes a straight line. The frame is then without dead time, which
+  // DeadIntervals::straighten() gives.
   void straighten(const FoldedFrame& curved, double quadratic_ns, const PulseTrain& train);
   // Becomes every step-th photon of another frame: a sample that shows the same target, with the
   // rates divided by step.

@@ -59,8 +59,8 @@ std::vector<Interval> lit_intervals(const PulseShape& shape, const Comb& comb,
 // width, with the targets' combs so much apart.
 SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
                                std::span<const CombLight> lights, const Model& at,
-                               double steps_a_width, const BlindDetector& detector) {
-  const AliveFraction alive(shape, comb, lights, at.background_per_ns, detector);
+                               double steps_a_width, const DeadDetector& detector) {
+  const LiveFraction live(shape, comb, lights, at.background_per_ns, detector);
   std::vector<CombWindow> windows;
   for (const CombLight& light : lights) {
     windows.emplace_back(comb, shape.first_ns() / light.dilation, shape.last_ns() / light.dilation);
@@ -69,7 +69,7 @@ SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
   const double to_32 = 0x1p32 / comb.period_ns;
   SmallMatrix J = SmallMatrix::Zero(size, size);
   SmallVector by(size);
-  double dark_ns = comb.period_ns * alive.mean();
+  double dark_ns = comb.period_ns * live.mean();
   for (const Interval& lit : lit_intervals(shape, comb, lights)) {
     const double length = lit.end_ns - lit.begin_ns;
     // The sum over the middles of the steps converges exponentially, as the integrand is smooth and
@@ -79,7 +79,7 @@ SmallMatrix information_per_ns(const PulseShape& shape, const Comb& comb,
     const double step = length / static_cast<double>(steps);
     for (std::size_t n = 0; n < steps; ++n) {
       const double place_ns = lit.begin_ns + (static_cast<double>(n) + 0.5) * step;
-      const double seen = step * alive.at(turned(place_ns, comb.period_ns));
+      const double seen = step * live.at(turned(place_ns, comb.period_ns));
       dark_ns -= seen;
       double lambda = at.background_per_ns;
       by.setZero();
@@ -193,7 +193,7 @@ Bound bound_of(const SmallMatrix& C, const Model& at, std::size_t target, double
 
 SmallMatrix expected_information(const PulseShape& shape, const PulseTrain& train,
                                  const Exposure& exposure, const Model& at,
-                                 const BlindDetector& detector) {
+                                 const DeadDetector& detector) {
   const auto size = static_cast<Eigen::Index>(likelihood::parameters_of(at.count));
   SmallMatrix J = SmallMatrix::Zero(size, size);
   const DelayTrack& first = at.targets.front().track;

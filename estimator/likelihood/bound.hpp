@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "estimator/likelihood/alive_fraction.hpp"
 #include "estimator/likelihood/exposure.hpp"
+#include "estimator/likelihood/live_fraction.hpp"
 #include "estimator/likelihood/model.hpp"
 #include "estimator/likelihood/small_matrix.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -17,7 +17,7 @@ namespace splid {
 // seen. Its inverse bounds the covariance of any unbiased estimate (Cramer and Rao). Source: [P]
 // Eq. 12 and 13, generalised to unequal amplitudes, any number of pulses and of targets, any pulse
 // shape, overlapping pulses, several segments and the steady state, with the delay at mid-frame.
-// Of a detector with a dead time the integral is over the time that it is alive, by the chance of
+// Of a detector with a dead time the integral is over the time that it is live, by the chance of
 // being so at each phase.
 //
 // Accuracy: 1e-6 relative for gaussian pulses of targets that move alike, else 1e-4. Losses count
@@ -25,7 +25,7 @@ namespace splid {
 // integrates over all pulses of the period: it is for studies, not for every frame.
 SmallMatrix expected_information(const PulseShape& shape, const PulseTrain& train,
                                  const Exposure& exposure, const likelihood::Model& at,
-                                 const BlindDetector& detector = {});
+                                 const DeadDetector& detector = {});
 
 // A target, and a frame in which it is seen. All times are in ns.
 struct BoundScene {
@@ -37,7 +37,7 @@ struct BoundScene {
   double background_per_ns = 0;  // b
   bool moving = true;            // false: the velocity is known to be zero
   bool accelerating = false;     // true: the acceleration is unknown too, and near zero
-  BlindDetector detector = {};
+  DeadDetector detector = {};
   bool width_unknown = false;  // true: the width of the pulse is unknown too
 };
 

@@ -1,6 +1,6 @@
 #include "estimator/likelihood/exposure.hpp"
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 
 namespace splid {
 
@@ -9,7 +9,7 @@ Exposure::Exposure(const FoldedFrame& frame, const PulseTrain& train)
       seen_ns(frame.seen_ns),
       length_ns(frame.length_ns),
       scale(frame.scale) {
-  if (frame.blind != nullptr) seen_ns -= frame.blind->blind_ns;
+  if (frame.dead != nullptr) seen_ns -= frame.dead->dead_ns;
 }
 
 }  // namespace splid

@@ -39,14 +39,14 @@ void HiddenLight::take(const NearSet& near, double sign, Ends& ends) {
 //
 // Design note: ends are gathered as the photons of a single target are; see NearSet.
 void HiddenLight::collect(const FoldedFrame& frame, const NearPhotons& near, std::size_t targets) {
-  const BlindTime& dead = *frame.blind;
+  const DeadIntervals& dead = *frame.dead;
   share_ = dead.share;
   for (std::size_t k = 0; k < targets; ++k) {
     OfTarget& target = targets_[k];
     const NearSet& photons = near.near(k);
     const DelayTrack about = photons.track;
     target.last.collect(dead.ends, near.windows(), train_, about,
-                              near.gathers() ? near.width_ns() : 0);
+                        near.gathers() ? near.width_ns() : 0);
     target.other_begins.collect(dead.begins, near.windows(), train_, about);
     take(target.last, 1, target.ends[0]);
     take(photons, -1, target.ends[1]);
@@ -55,7 +55,7 @@ void HiddenLight::collect(const FoldedFrame& frame, const NearPhotons& near, std
     const double passing = 1 - about.walk_ns / frame.length_ns;
     const double dead_ns = dead.dead_time_ns / frame.scale;
     const double other_ns =
-        dead.blind_ns / dead.share / frame.scale - dead_ns * static_cast<double>(frame.size());
+        dead.dead_ns / dead.share / frame.scale - dead_ns * static_cast<double>(frame.size());
     target.covered =
         target.last.passed(dead.ends, near.windows(), train_).amplitude - at_photons.amplitude -
         target.other_begins.passed(dead.begins, near.windows(), train_).amplitude +

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/near_set.hpp"
 #include "estimator/likelihood/model.hpp"
 #include "estimator/likelihood/near_photons.hpp"
@@ -23,7 +23,7 @@ namespace splid::likelihood {
 // A pulse whose window holds neither end of an interval is covered as a whole or not at all. Such
 // pulses are counted once for each collect(), by how much light the comb has sent up to each end.
 // Only the ends near a pulse are integrated over, for each model anew. An interval begins at a
-// photon, or is one of those that FoldedFrame's `blind` lists beside them.
+// photon, or is one of those that FoldedFrame's `dead` lists beside them.
 class HiddenLight {
  public:
   HiddenLight(const PulseShape& shape, const PulseTrain& train, std::size_t max_photons,

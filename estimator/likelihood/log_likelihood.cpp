@@ -51,7 +51,7 @@ double LogLikelihood::no_target_nats() const {
 void LogLikelihood::collect(const Model& about, std::size_t gather_from) {
   near_.collect(*frame_, about, gather_from);
   loaded_.count = 0;
-  if (hidden_ && frame_->blind != nullptr) hidden_->collect(*frame_, near_, about.count);
+  if (hidden_ && frame_->dead != nullptr) hidden_->collect(*frame_, near_, about.count);
 }
 
 bool LogLikelihood::is_loaded(const Model& at) const {
@@ -149,7 +149,7 @@ void LogLikelihood::evaluate(const Model& at, const FreeSet& free, Point& point)
   }
   load(at);
   start(at, point);
-  if (hidden_ && frame_->blind != nullptr) give_back_hidden(at, point);
+  if (hidden_ && frame_->dead != nullptr) give_back_hidden(at, point);
   for (const NearPhotons::Group& group : near_.groups()) {
     for (std::size_t first = 0; first < group.photons; first += batch) {
       const Batch of = {group, first, std::min(batch, group.photons - first)};

@@ -32,7 +32,7 @@ struct Scope {
 
 // The log-likelihood of a frame's photons under a model (model.hpp), with its exact first and
 // second derivatives. It is that of an ideal detector, whose integral is over the time that the
-// detector was alive. A photon near no track adds log b, so b must be above 0 where there are such
+// detector was live. A photon near no track adds log b, so b must be above 0 where there are such
 // photons.
 //
 // Design note: how the pattern is stretched by the target's velocity is in the value, and not in

@@ -16,7 +16,7 @@
 //   maximizer.hpp       the maximum in the free parameters
 //   information.hpp     the covariance of the free parameters at a maximum
 //   bound.hpp           the bound of Cramer and Rao, for studies: [P] Eq. 12 and 13, with
-//                       alive_fraction.hpp
+//                       live_fraction.hpp
 //
 // Photons are folded on the pattern (see FoldedFrame). With u from -1 to 1 over the frame, and the
 // tracks x_k(u) of the targets, the intensity at the phase x is

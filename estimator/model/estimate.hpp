@@ -40,10 +40,10 @@ enum class Stop {
 // one standard deviation, from the observed information.
 struct TargetEstimate {
   FrameStatus status = FrameStatus::not_run;
-  double delay_ns = 0;           // round trip at mid-frame, in [0, unambiguous delay)
-  double delay_start_ns = 0;     // round trip at the frame's start, as [P] gives it
-  double velocity_mps = 0;       // radial, positive away from the lidar
-  double signal_per_pulse = 0;   // S, counts for each pulse of amplitude 1
+  double delay_ns = 0;          // round trip at mid-frame, in [0, unambiguous delay)
+  double delay_start_ns = 0;    // round trip at the frame's start, as [P] gives it
+  double velocity_mps = 0;      // radial, positive away from the lidar
+  double signal_per_pulse = 0;  // S, counts for each pulse of amplitude 1
   double std_delay_ns = 0;
   double std_velocity_mps = 0;
   double std_signal_per_pulse = 0;
@@ -55,9 +55,9 @@ struct TargetEstimate {
 // What the estimator found in a frame: the output of FrameEstimator. status is one of ok,
 // no_target, ambiguous, no_sync and, before the estimator ran, not_run.
 struct Estimate : TargetEstimate {
-  bool has_values = false;       // false: of the values only background_per_ns holds
-  double acceleration_mps2 = 0;  // holds where its deviation is above 0
-  double background_per_ns = 0;  // b, counts
+  bool has_values = false;           // false: of the values only background_per_ns holds
+  double acceleration_mps2 = 0;      // holds where its deviation is above 0
+  double background_per_ns = 0;      // b, counts
   double std_acceleration_mps2 = 0;  // 0: the path was taken as straight
   double std_background_per_ns = 0;
   double pulse_sigma_ns = 0;      // of the detected pulse, tagger's clock; holds where its
@@ -68,8 +68,8 @@ struct Estimate : TargetEstimate {
   // where it is not known, not to be modelled, or contradicted by detections that follow each other
   // sooner.
   bool dead_time_modelled = false;
-  // The share of the time seen in which the detector was blind (of several inputs that share
-  // the light, the share of the light that came on a blind one); 0 where dead_time_modelled is
+  // The share of the time seen in which the detector was dead (of several inputs that share
+  // the light, the share of the light that came on a dead one); 0 where dead_time_modelled is
   // false.
   double blind_fraction = 0;
   // By how much of itself the signal is too low, as inputs share the light unevenly and pulses are

@@ -18,7 +18,7 @@ struct FrameView {
   std::span<const Loss> losses;  // clipped to the frame, sorted, not overlapping: the time that
                                  // the frame did not see
   SyncFit sync;                  // the pattern's clock; without a lock there is no estimate
-  // The last photons before start_ps, any order: a detector may still be blind from them.
+  // The last photons before start_ps, any order: a detector may still be dead from them.
   std::span<const std::int64_t> before_ps = {};
   // How many of the photons came on each input, where several inputs share the light; empty: not
   // known, the light is then taken to be shared evenly.

@@ -71,7 +71,7 @@ struct PulseOptions {
 };
 
 // What becomes of the detector's dead time. modelled: the likelihood knows when the detector was
-// blind. flagged: frames in which the dead time would bias the values are called saturated.
+// dead. flagged: frames in which the dead time would bias the values are called saturated.
 enum class DeadTime { modelled, flagged };
 
 // The detector. JSON: `detector`.

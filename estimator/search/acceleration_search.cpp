@@ -29,13 +29,13 @@ constexpr double least_signal_kept = 0.6;
 AccelerationSearch::AccelerationSearch(TargetSearch& search, const PulseTrain& train,
                                        double width_ns, double max_acceleration_mps2,
                                        std::size_t max_photons,
-                                       std::optional<BlindTime> straight_blind)
+                                       std::optional<DeadIntervals> straight_dead)
     : search_(search),
       train_(train),
       width_ns_(width_ns),
       max_acceleration_mps2_(max_acceleration_mps2),
       straight_(train, max_photons),
-      straight_blind_(std::move(straight_blind)),
+      straight_dead_(std::move(straight_dead)),
       sample_(train, std::min(max_photons, TargetSearch::sampled_from)) {
   best_.reserve(most_best_cells + 1);
 }
@@ -52,9 +52,9 @@ const FoldedFrame& AccelerationSearch::straightened_photons(const FoldedFrame& p
 
 const FoldedFrame& AccelerationSearch::straightened(const FoldedFrame& frame, double quadratic_ns) {
   straight_.straighten(frame, quadratic_ns, train_);
-  if (frame.blind != nullptr && straight_blind_) {
-    straight_blind_->straighten(*frame.blind, quadratic_ns, train_);
-    straight_.blind = &*straight_blind_;
+  if (frame.dead != nullptr && straight_dead_) {
+    straight_dead_->straighten(*frame.dead, quadratic_ns, train_);
+    straight_.dead = &*straight_dead_;
   }
   return straight_;
 }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/options.hpp"
@@ -36,11 +36,11 @@ class AccelerationSearch {
   // zoom and the maximum may add.
   static constexpr double least_reach_widths = 10.0 / 3;
 
-  // max_acceleration_mps2: >= 0, towards and away. straight_blind: room for the blind time of a
+  // max_acceleration_mps2: >= 0, towards and away. straight_dead: room for the dead time of a
   // straightened frame; empty: frames come without.
   AccelerationSearch(TargetSearch& search, const PulseTrain& train, double width_ns,
                      double max_acceleration_mps2, std::size_t max_photons,
-                     std::optional<BlindTime> straight_blind = std::nullopt);
+                     std::optional<DeadIntervals> straight_dead = std::nullopt);
 
   // The largest quadratic term in a frame of this length.
   [[nodiscard]] double max_quadratic_ns(double length_ns) const;
@@ -78,7 +78,7 @@ class AccelerationSearch {
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);
   std::optional<Start> find_at_level(const FoldedFrame& photons, std::size_t level);
   [[nodiscard]] double steps(double length_ns, std::size_t level) const;
-  // Without the blind time, which no look at cells needs.
+  // Without the dead time, which no look at cells needs.
   const FoldedFrame& straightened_photons(const FoldedFrame& photons, double quadratic_ns);
   void look(const FoldedFrame& photons, std::size_t level);
   void keep(const Cell& cell);
@@ -89,7 +89,7 @@ class AccelerationSearch {
   double width_ns_;
   double max_acceleration_mps2_;
   FoldedFrame straight_;
-  std::optional<BlindTime> straight_blind_;
+  std::optional<DeadIntervals> straight_dead_;
   FoldedFrame sample_;
   std::vector<Cell> best_;
 };

@@ -47,7 +47,8 @@ double FrameSearch::reach_ns(const SceneOptions& scene, const PulseShape& shape,
 
 FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
                          const SceneOptions& scene, const EstimatorOptions& options,
-                         double length_ns, std::size_t max_photons, std::optional<BlindTime> blind)
+                         double length_ns, std::size_t max_photons,
+                         std::optional<DeadIntervals> dead)
     : train_(train),
       shape_(shape),
       must_accelerate_(scene.motion == Motion::accelerating),
@@ -57,13 +58,12 @@ FrameSearch::FrameSearch(const Pattern& pattern, const PulseTrain& train, const 
       threshold_nats_(threshold_of(0, options.false_alarm_rate)),
       curved_threshold_nats_(threshold_nats_),
       least_odds_nats_(odds_at_risk_nats(options.range_risk)),
-      search_(train, shape, scope(options, length_ns, blind.has_value()), max_photons) {
+      search_(train, shape, scope(options, length_ns, dead.has_value()), max_photons) {
   const bool accelerates =
       moves() && scene.max_acceleration_mps2 > 0 && options.method == Method::search &&
       (scene.motion == Motion::automatic || scene.motion == Motion::accelerating);
   if (accelerates) {
-    look_for_acceleration(scene, options.false_alarm_rate, length_ns, max_photons,
-                          std::move(blind));
+    look_for_acceleration(scene, options.false_alarm_rate, length_ns, max_photons, std::move(dead));
   }
 }
 
@@ -88,10 +88,10 @@ SearchScope FrameSearch::scope(const EstimatorOptions& options, double length_ns
 
 void FrameSearch::look_for_acceleration(const SceneOptions& scene, double false_alarm_rate,
                                         double length_ns, std::size_t max_photons,
-                                        std::optional<BlindTime> blind) {
+                                        std::optional<DeadIntervals> dead) {
   acceleration_ = std::make_unique<AccelerationSearch>(search_, train_, shape_.width_ns(),
                                                        scene.max_acceleration_mps2, max_photons,
-                                                       std::move(blind));
+                                                       std::move(dead));
   const double quadratic_ns = acceleration_->max_quadratic_ns(length_ns);
   const bool too_many = acceleration_->looks(length_ns) > AccelerationSearch::most_looks;
   if (too_many && must_accelerate_) {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/likelihood/maximizer.hpp"
 #include "estimator/model/estimate.hpp"
 #include "estimator/model/units.hpp"
@@ -31,10 +31,10 @@ struct Start {
 // Errors: Error(Fault::usage) from the constructor, where paths may bend in too many ways.
 class FrameSearch {
  public:
-  // blind: of the detector whose dead time is modelled.
+  // dead: of the detector whose dead time is modelled.
   FrameSearch(const Pattern& pattern, const PulseTrain& train, const PulseShape& shape,
               const SceneOptions& scene, const EstimatorOptions& options, double length_ns,
-              std::size_t max_photons, std::optional<BlindTime> blind);
+              std::size_t max_photons, std::optional<DeadIntervals> dead);
 
   std::optional<Start> straight(const FoldedFrame& frame, Effort most);
   std::optional<Start> curved(const FoldedFrame& frame, Effort most);
@@ -87,7 +87,7 @@ class FrameSearch {
   [[nodiscard]] SearchScope scope(const EstimatorOptions& options, double length_ns,
                                   bool may_be_dead) const;
   void look_for_acceleration(const SceneOptions& scene, double false_alarm_rate, double length_ns,
-                             std::size_t max_photons, std::optional<BlindTime> blind);
+                             std::size_t max_photons, std::optional<DeadIntervals> dead);
   [[nodiscard]] double odds_of(const likelihood::Maximum& fit) const;
   [[nodiscard]] double threshold_of(double quadratic_ns, double false_alarm_rate) const;
 

@@ -58,16 +58,16 @@ const Selection& TargetSelection::select(const FoldedFrame& frame, const Maximum
   is_refined_ = !scope_.is_width_free;
   pair_odds_nats_ = {};
   members_[0].search.fit = first;
-  members_[0].is_claimed = true;
+  members_[0].is_detected = true;
   search_.keep_peaks(members_[0].search.peaks);
-  // What is not claimed stays, and leaves room for as many more.
+  // What is not detected stays, and leaves room for as many more.
   std::size_t wanted = scope_.targets;
   for (bool is_more = true; is_more && all_.model.count < std::min(wanted, most_targets);) {
     while (is_more && all_.model.count < std::min(wanted, most_targets)) is_more = add_next(most);
-    judge_claims();
-    wanted = scope_.targets + all_.model.count - claimed();
+    judge_targets();
+    wanted = scope_.targets + all_.model.count - detected();
   }
-  keep_claimed();
+  keep_detected();
   selection_.count = 1;
   if (all_.model.count > 1) finish();
   return selection_;
@@ -130,9 +130,9 @@ Maximum TargetSelection::maximize(const Model& start, double enough_nats) {
                               -std::numeric_limits<double>::infinity(), enough_nats});
 }
 
-void TargetSelection::keep_claimed() {
+void TargetSelection::keep_detected() {
   for (std::size_t k = all_.model.count; k-- > 0;) {
-    if (!members_[k].is_claimed && all_.model.count > 1) drop(k);
+    if (!members_[k].is_detected && all_.model.count > 1) drop(k);
   }
 }
 
@@ -143,10 +143,10 @@ void TargetSelection::drop(std::size_t target) {
   is_refined_ = false;
 }
 
-std::size_t TargetSelection::claimed() const {
+std::size_t TargetSelection::detected() const {
   return static_cast<std::size_t>(std::count_if(
       members_.begin(), members_.begin() + static_cast<std::ptrdiff_t>(all_.model.count),
-      [](const Member& member) { return member.is_claimed; }));
+      [](const Member& member) { return member.is_detected; }));
 }
 
 // The gain in what is left from which on a target is fitted together with the others.

@@ -17,7 +17,7 @@
 //     target_selection.cpp  the rule
 //     next_target.cpp       where one more target may be
 //     pair_start.cpp        two that look like one
-//     target_claims.cpp     whether a target is one, and not what another's pulse leaves over
+//     target_detection.cpp  whether a target is one, and not what another's pulse leaves over
 //     last_fit.cpp          the last fit of all, gains and range odds
 //   thinning.hpp          a frame without the light of targets
 //   pulse_tail.hpp        what a tail of a pulse explains
@@ -88,7 +88,7 @@ class TargetSelection {
   // How a target was found: alone, with what had been found before it taken out.
   struct Member {
     TargetSearch::Search search;
-    bool is_claimed = false;
+    bool is_detected = false;
   };
   bool add_next(Effort most);
   std::optional<likelihood::Target> find_seen(const FoldedFrame& rest);
@@ -107,8 +107,8 @@ class TargetSelection {
   [[nodiscard]] std::optional<std::array<likelihood::Target, 2>> pair_about(
       std::size_t target, const likelihood::Target& last);
   [[nodiscard]] likelihood::Maximum maximize(const likelihood::Model& start, double enough_nats);
-  [[nodiscard]] std::size_t claimed() const;
-  void judge_claims();
+  [[nodiscard]] std::size_t detected() const;
+  void judge_targets();
   [[nodiscard]] bool stands(std::size_t target, std::span<const std::size_t> brighter);
   [[nodiscard]] bool beats_other_pulse(std::size_t target, std::size_t bright);
   [[nodiscard]] bool beats_shapes(const likelihood::Model& without);
@@ -119,7 +119,7 @@ class TargetSelection {
   [[nodiscard]] bool may_be_side_lobe(const likelihood::Target& target,
                                       const likelihood::Target& bright) const;
   [[nodiscard]] bool is_near(const likelihood::Target& next) const;
-  void keep_claimed();
+  void keep_detected();
   void sort_by_signal();
   void drop(std::size_t target);
   void try_other_places();

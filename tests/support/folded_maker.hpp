@@ -55,7 +55,7 @@ struct FoldedMaker {
     std::normal_distribution<double> normal(0, 1);
     frame.length_ns = frame.seen_ns = length_ns;
     frame.scale = 1;
-    frame.blind = nullptr;
+    frame.dead = nullptr;
     frame.phase_ns.clear(), frame.time_ns.clear(), frame.phase_32.clear();
     const auto add = [&](double phase_ns, double share) {
       const double turns = phase_ns / comb.period_ns;

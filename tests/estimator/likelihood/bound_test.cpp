@@ -22,7 +22,7 @@ Exposure exposure_of(const test::FrameMaker& made) {
 // Of a target at rest, about its delay, walk, signal and the background.
 Eigen::Matrix4d information(const PulseShape& shape, const PulseTrain& train,
                             const Exposure& exposure, double delay_ns, double S, double b,
-                            const BlindDetector& detector = {}) {
+                            const DeadDetector& detector = {}) {
   likelihood::Model at;
   at.add({{delay_ns, 0}, S});
   at.background_per_ns = b;
@@ -145,7 +145,7 @@ TEST(Bound, ADeadTimeOfSeveralPeriodsHidesPulses) {
   for (const double S : {0.1, 1.0, 3.0}) {
     const Comb comb(pattern.segments.front());
     const CombLight light = {0, S};
-    const AliveFraction alive(*make_gaussian(0.1), comb, {&light, 1}, 0, {.dead_time_ns = 250});
+    const LiveFraction alive(*make_gaussian(0.1), comb, {&light, 1}, 0, {.dead_time_ns = 250});
     const double q = 1 - std::exp(-S);
     EXPECT_NEAR(alive.at(90), 1 / (1 + 2 * q), 2e-3) << S;
     EXPECT_NEAR(alive.at(10), (1 - q) / (1 + 2 * q), 2e-3) << S;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/folded_frame.hpp"
 #include "estimator/likelihood/model.hpp"
 #include "estimator/model/pulse_shape.hpp"
@@ -21,7 +21,7 @@ struct ModelScene {
   FrameMaker::Frame frame;
   PulseTrain train;
   FoldedFrame folded;
-  BlindTime dead;
+  DeadIntervals dead;
   std::unique_ptr<PulseShape> shape;
   likelihood::Model model;
 
@@ -38,7 +38,7 @@ struct ModelScene {
     folded.fold(frame.view(), train);
     if (made.dead_time_ns > 0) {
       dead.find(frame.view(), train);
-      folded.blind = &dead;
+      folded.dead = &dead;
     }
     add(made);
     for (const FrameMaker& other : others) add(other);

@@ -23,15 +23,15 @@ constexpr double roughly_nats = 0.1;
 }  // namespace
 
 // The brighter ones first.
-void TargetSelection::judge_claims() {
+void TargetSelection::judge_targets() {
   std::array<std::size_t, most_targets> order{};
   const std::size_t count = all_.model.count;
-  for (std::size_t k = 0; k < count; ++k) order[k] = k, members_[k].is_claimed = false;
+  for (std::size_t k = 0; k < count; ++k) order[k] = k, members_[k].is_detected = false;
   std::sort(order.begin(), order.begin() + count, [&](std::size_t a, std::size_t b) {
     return all_.model.targets[a].signal_per_pulse > all_.model.targets[b].signal_per_pulse;
   });
   for (std::size_t n = 0; n < count; ++n) {
-    members_[order[n]].is_claimed = stands(order[n], std::span(order).first(n));
+    members_[order[n]].is_detected = stands(order[n], std::span(order).first(n));
   }
 }
 
@@ -74,12 +74,12 @@ bool TargetSelection::beats_other_pulse(std::size_t target, std::size_t bright) 
     without.background_per_ns = all.background_per_ns;
     without.add(other);
     for (std::size_t k = 0; k < all.count; ++k) {
-      const bool stays = k != target && k != bright && (with_unknown || members_[k].is_claimed);
+      const bool stays = k != target && k != bright && (with_unknown || members_[k].is_detected);
       if (stays) without.add(all.targets[k]);
     }
     return beats_shapes(without);
   };
-  return beats(true) && (claimed() + 1 >= all.count || beats(false));
+  return beats(true) && (detected() + 1 >= all.count || beats(false));
 }
 
 // The photons about the track show most targets apart. Where they do not, all is fitted.

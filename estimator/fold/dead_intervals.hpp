@@ -11,38 +11,38 @@
 
 namespace splid {
 
-// When a frame's detector was blind: from each detection on for the dead time, also from detections
+// When a frame's detector was dead: from each detection on for the dead time, also from detections
 // shortly before the frame. Each time of this kind ends at an instant that is folded as if it were
 // a photon; it begins at a photon of the frame, or at one of `begins`: at the frame's start, or at
 // the end of a loss that it reaches beyond.
 //
-// Blind time in a loss does not count, as a loss is not seen anyway. With a single detector input a
-// detection ends the blind time of the detection before it, where that comes too late for the dead
-// time by the jitter of the tagger, say. With several inputs each detection blinds one of them, and
-// counts by the share of the light that a detection blinds on average: if c_k photons came on input
+// Dead time in a loss does not count, as a loss is not seen anyway. With a single detector input a
+// detection ends the dead time of the detection before it, where that comes too late for the dead
+// time by the jitter of the tagger, say. With several inputs each detection hides one of them, and
+// counts by the share of the light that a detection hides on average: if c_k photons came on input
 // k, which gets the share s_k of the light, that is the sum of c_k s_k over the sum of c_k. The
 // light that an input got is c_k / (1 - c_k f), where f is the part of all light that comes within
 // a dead time of one detection. Which input a photon came on need not be known. Where the c_k are
 // not known, the light is shared evenly.
-struct BlindTime {
+struct DeadIntervals {
   FoldedFrame ends;
   FoldedFrame begins;     // those that are no photons of the frame
   double dead_time_ns;    // tagger's clock
-  double share;           // of the light, that a detection blinds
-  double blind_ns = 0;    // in all, by that share; tagger's clock
+  double share;           // of the light, that a detection hides
+  double dead_ns = 0;     // in all, by that share; tagger's clock
   std::size_t early = 0;  // detections that come within 0.9 dead times of another: of a single
                           // input, these contradict the dead time
 
   // train: as for FoldedFrame. inputs: >= 1.
-  BlindTime(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
-            std::size_t max_photons, double reach_ns);
+  DeadIntervals(const PulseTrain& train, double dead_time_ns, std::size_t inputs,
+                std::size_t max_photons, double reach_ns);
   // Sets `share` roughly, as if the light were spread evenly over the frame.
   void share_roughly(const FrameView& frame);
   // frame: locked to its syncs. Sets all members.
   void find(const FrameView& frame, const PulseTrain& train);
-  // Becomes the blind time of the frame that FoldedFrame::straighten() makes: all ends and begins
+  // Becomes the dead time of the frame that FoldedFrame::straighten() makes: all ends and begins
   // move back, as the photons do. curved: of the same detector.
-  void straighten(const BlindTime& curved, double quadratic_ns, const PulseTrain& train);
+  void straighten(const DeadIntervals& curved, double quadratic_ns, const PulseTrain& train);
 
  private:
   void share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps);

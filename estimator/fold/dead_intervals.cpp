@@ -1,4 +1,4 @@
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ Counts count_all(std::span<const std::uint64_t> of_input) {
   return all;
 }
 
-// The share of the light that a detection blinds on average. hidden: the part of all light that
+// The share of the light that a detection hides on average. hidden: the part of all light that
 // comes within a dead time of one detection.
 double blinded_share(std::span<const std::uint64_t> of_input, double photons, double hidden) {
   double light = 0, blinded = 0;
@@ -62,7 +62,7 @@ double blinded_share(std::span<const std::uint64_t> of_input, double photons, do
   return blinded / (photons * light);
 }
 
-// When a photon's blind time ends, losses aside. is_cut: with the next photon at the latest.
+// When a photon's dead time ends, losses aside. is_cut: with the next photon at the latest.
 std::int64_t end_of(Times times_ps, std::size_t photon, std::int64_t dead_time_ps,
                     std::int64_t frame_end_ps, bool is_cut) {
   const bool has_next = is_cut && photon + 1 < times_ps.size();
@@ -72,8 +72,8 @@ std::int64_t end_of(Times times_ps, std::size_t photon, std::int64_t dead_time_p
 
 }  // namespace
 
-BlindTime::BlindTime(const PulseTrain& train, double dead_time, std::size_t inputs,
-                     std::size_t max_photons, double reach_ns)
+DeadIntervals::DeadIntervals(const PulseTrain& train, double dead_time, std::size_t inputs,
+                             std::size_t max_photons, double reach_ns)
     : ends(train, max_photons + most_begins, reach_ns),
       begins(train, most_begins, reach_ns),
       dead_time_ns(dead_time),
@@ -85,14 +85,14 @@ BlindTime::BlindTime(const PulseTrain& train, double dead_time, std::size_t inpu
   begins_ps_.reserve(most_begins);
 }
 
-std::span<const std::int64_t> BlindTime::in_order(std::span<const std::int64_t> photons_ps) {
+std::span<const std::int64_t> DeadIntervals::in_order(std::span<const std::int64_t> photons_ps) {
   if (std::is_sorted(photons_ps.begin(), photons_ps.end())) return photons_ps;
   times_ps_.assign(photons_ps.begin(), photons_ps.end());
   std::sort(times_ps_.begin(), times_ps_.end());
   return times_ps_;
 }
 
-void BlindTime::share_roughly(const FrameView& frame) {
+void DeadIntervals::share_roughly(const FrameView& frame) {
   share = even_share_;
   const Counts all = count_all(frame.photons_of_input);
   if (even_share_ == 1 || !(all.photons > 0)) return;
@@ -105,7 +105,7 @@ void BlindTime::share_roughly(const FrameView& frame) {
 //
 // Design note: f = dead time / time seen would leave out that most light comes in pulses, of which
 // the first photon hides the others however short the dead time is.
-void BlindTime::share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps) {
+void DeadIntervals::share_by_pairs(const FrameView& frame, std::span<const std::int64_t> times_ps) {
   share = even_share_;
   const Counts all = count_all(frame.photons_of_input);
   if (even_share_ == 1 || !(all.photons > 0)) return;
@@ -113,7 +113,7 @@ void BlindTime::share_by_pairs(const FrameView& frame, std::span<const std::int6
   share = blinded_share(frame.photons_of_input, all.photons, hidden);
 }
 
-void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
+void DeadIntervals::find(const FrameView& frame, const PulseTrain& train) {
   const std::span<const std::int64_t> times_ps = in_order(frame.photons_ps);
   ends_ps_.clear();
   begins_ps_.clear();
@@ -137,7 +137,7 @@ void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
     }
   }
   sum_ps_ += sum_ps;
-  blind_ns = static_cast<double>(sum_ps_) * ns_per_ps * share;
+  dead_ns = static_cast<double>(sum_ps_) * ns_per_ps * share;
   FrameView edges = frame;
   edges.photons_ps = ends_ps_;
   ends.fold(edges, train);
@@ -145,16 +145,17 @@ void BlindTime::find(const FrameView& frame, const PulseTrain& train) {
   begins.fold(edges, train);
 }
 
-void BlindTime::straighten(const BlindTime& curved, double quadratic_ns, const PulseTrain& train) {
+void DeadIntervals::straighten(const DeadIntervals& curved, double quadratic_ns,
+                               const PulseTrain& train) {
   share = curved.share;
-  blind_ns = curved.blind_ns;
+  dead_ns = curved.dead_ns;
   early = curved.early;
   ends.straighten(curved.ends, quadratic_ns, train);
   begins.straighten(curved.begins, quadratic_ns, train);
 }
 
-// The blind time of the detections before the frame, as far as it reaches into the frame.
-void BlindTime::add_before(const FrameView& frame, std::int64_t first_ps) {
+// The dead time of the detections before the frame, as far as it reaches into the frame.
+void DeadIntervals::add_before(const FrameView& frame, std::int64_t first_ps) {
   const std::int64_t latest_ps = share == 1 ? first_ps : frame.end_ps;
   std::int64_t last_ps = frame.start_ps;
   for (const std::int64_t photon_ps : frame.before_ps) {
@@ -172,9 +173,9 @@ void BlindTime::add_before(const FrameView& frame, std::int64_t first_ps) {
   add(frame, frame.start_ps, last_ps);
 }
 
-// Adds the blind time [from, to) without its parts in losses; its begin has been noted. The begins
+// Adds the dead time [from, to) without its parts in losses; its begin has been noted. The begins
 // ascend from call to call.
-void BlindTime::add(const FrameView& frame, std::int64_t from_ps, std::int64_t to_ps) {
+void DeadIntervals::add(const FrameView& frame, std::int64_t from_ps, std::int64_t to_ps) {
   while (next_loss_ < frame.losses.size() && frame.losses[next_loss_].end_ps <= from_ps) {
     ++next_loss_;
   }

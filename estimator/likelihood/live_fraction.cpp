@@ -1,4 +1,4 @@
-#include "estimator/likelihood/alive_fraction.hpp"
+#include "estimator/likelihood/live_fraction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +14,9 @@ constexpr double alive_settled = 1e-7;
 
 }  // namespace
 
-AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb,
-                             std::span<const CombLight> lights, double b,
-                             const BlindDetector& detector) {
+LiveFraction::LiveFraction(const PulseShape& shape, const Comb& comb,
+                           std::span<const CombLight> lights, double b,
+                           const DeadDetector& detector) {
   const double dilation = lights.front().dilation;
   const double cells =
       std::ceil(comb.period_ns * dilation * shape_cells_a_width / shape.width_ns());
@@ -36,11 +36,11 @@ AliveFraction::AliveFraction(const PulseShape& shape, const Comb& comb,
   settle(chances(shape, comb, lights, b * dilation, detector.inputs), cells_dead);
 }
 
-// The chance of a detection in each cell, for a detector that is alive at its begin. b: by the
+// The chance of a detection in each cell, for a detector that is live at its begin. b: by the
 // comb's clock.
-std::vector<double> AliveFraction::chances(const PulseShape& shape, const Comb& comb,
-                                           std::span<const CombLight> lights, double b,
-                                           double inputs) const {
+std::vector<double> LiveFraction::chances(const PulseShape& shape, const Comb& comb,
+                                          std::span<const CombLight> lights, double b,
+                                          double inputs) const {
   const auto cells = static_cast<double>(alive_.size());
   std::vector<double> light(alive_.size(), b / inputs / cells_per_ns_);
   for (const CombLight& of : lights) {
@@ -66,7 +66,7 @@ std::vector<double> AliveFraction::chances(const PulseShape& shape, const Comb& 
   return light;
 }
 
-void AliveFraction::settle(const std::vector<double>& chances, double cells_dead) {
+void LiveFraction::settle(const std::vector<double>& chances, double cells_dead) {
   const std::size_t cells = alive_.size();
   // Detections of the last dead time, in a ring, and how far between two cells the dead time ends.
   const auto whole = static_cast<std::size_t>(cells_dead);
@@ -96,7 +96,7 @@ void AliveFraction::settle(const std::vector<double>& chances, double cells_dead
   }
 }
 
-double AliveFraction::at(double phase_ns) const {
+double LiveFraction::at(double phase_ns) const {
   const double place = phase_ns * cells_per_ns_;
   const auto k = std::min(static_cast<std::size_t>(place), alive_.size() - 1);
   const double part = std::clamp(place - static_cast<double>(k), 0.0, 1.0);

@@ -1,4 +1,4 @@
-#include "estimator/fold/blind_time.hpp"
+#include "estimator/fold/dead_intervals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,10 +25,10 @@ test::FrameMaker split_scene(double S, double background_per_ns, double dead_tim
   return made;
 }
 
-BlindTime blind_time_of(const test::FrameMaker& made, const test::FrameMaker::Frame& frame) {
+DeadIntervals blind_time_of(const test::FrameMaker& made, const test::FrameMaker::Frame& frame) {
   const PulseTrain train(made.pattern);
-  BlindTime blind(train, made.dead_time_ns, static_cast<std::size_t>(made.inputs),
-                  frame.photons_ps.size(), 3);
+  DeadIntervals blind(train, made.dead_time_ns, static_cast<std::size_t>(made.inputs),
+                      frame.photons_ps.size(), 3);
   blind.find(frame.view(), train);
   return blind;
 }
@@ -40,7 +40,7 @@ double true_share(const std::vector<std::uint64_t>& counts) {
   return (0.7 * first + 0.3 * second) / (first + second);
 }
 
-TEST(BlindTime, TheCountsOfEachInputTellWhichShareOfTheLightADetectionBlinds) {
+TEST(DeadIntervals, TheCountsOfEachInputTellWhichShareOfTheLightADetectionBlinds) {
   // Steady light of 0.1 and of 3 photons a dead time; weak and bright pulses, with a dead time as
   // long as a quarter and as a half of the time between two.
   for (const test::FrameMaker& made :
@@ -57,7 +57,7 @@ TEST(BlindTime, TheCountsOfEachInputTellWhichShareOfTheLightADetectionBlinds) {
   }
 }
 
-TEST(BlindTime, LightIsSharedEvenlyWhereTheCountsAreNotKnownOrSayNothing) {
+TEST(DeadIntervals, LightIsSharedEvenlyWhereTheCountsAreNotKnownOrSayNothing) {
   const test::FrameMaker made = split_scene(0.1, 0.002, 50);
   auto frame = made.make(7);
   frame.photons_of_input.clear();
@@ -68,21 +68,21 @@ TEST(BlindTime, LightIsSharedEvenlyWhereTheCountsAreNotKnownOrSayNothing) {
   EXPECT_EQ(blind_time_of(made, frame).share, 0.5);
 }
 
-TEST(BlindTime, OneInputThatGetsAllLightIsASingleInput) {
+TEST(DeadIntervals, OneInputThatGetsAllLightIsASingleInput) {
   test::FrameMaker made = split_scene(0.1, 0.002, 50);
   made.inputs = 1;
   made.first_share = 0;
   auto frame = made.make(7);
-  const BlindTime single = blind_time_of(made, frame);
+  const DeadIntervals single = blind_time_of(made, frame);
   EXPECT_EQ(single.share, 1);
   made.inputs = 2;
   frame.photons_of_input = {0, frame.photons_ps.size()};
-  const BlindTime of_two = blind_time_of(made, frame);
+  const DeadIntervals of_two = blind_time_of(made, frame);
   EXPECT_EQ(of_two.share, 1);
-  EXPECT_EQ(of_two.blind_ns, single.blind_ns);
+  EXPECT_EQ(of_two.dead_ns, single.dead_ns);
 }
 
-TEST(BlindTime, TheOrderOfPhotonsAndOfInputsMakesNoDifference) {
+TEST(DeadIntervals, TheOrderOfPhotonsAndOfInputsMakesNoDifference) {
   const test::FrameMaker made = split_scene(0.5, 0.002, 50);
   auto frame = made.make(7);
   const double share = blind_time_of(made, frame).share;

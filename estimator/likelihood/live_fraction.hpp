@@ -8,10 +8,10 @@
 
 namespace splid {
 
-// A detector that is blind for dead_time_ns after each detection, also where it is one of several
+// A detector that is dead for dead_time_ns after each detection, also where it is one of several
 // `inputs` that share the light evenly.
-struct BlindDetector {
-  double dead_time_ns = 0;  // 0: never blind
+struct DeadDetector {
+  double dead_time_ns = 0;  // 0: never dead
   double inputs = 1;
 };
 
@@ -22,19 +22,19 @@ struct CombLight {
   double dilation = 1;  // of the detected pulses, over phases by emission
 };
 
-// The chance that such a detector is alive, as a function of the phase in a comb, once it has
+// The chance that such a detector is live, as a function of the phase in a comb, once it has
 // forgotten its first state: alive(t) = 1 - integral over the last dead time of alive lambda. The
 // integral equation is stepped through the comb's period in cells of an eighth of the pulse's
 // width, in each of which a detection is exponential, until a period repeats the one before.
 //
 // Accuracy: 1e-3, but for dead times beyond half a million pulse widths, which are taken as if the
 // light were steady. For studies: a period of 4 us takes milliseconds.
-class AliveFraction {
+class LiveFraction {
  public:
   // lights: of one target or more. b: in the tagger's ns, of which the first one's dilation tells
   // how many a ns of the comb has.
-  AliveFraction(const PulseShape& shape, const Comb& comb, std::span<const CombLight> lights,
-                double b, const BlindDetector& detector);
+  LiveFraction(const PulseShape& shape, const Comb& comb, std::span<const CombLight> lights,
+               double b, const DeadDetector& detector);
 
   // phase_ns: in [0, period), by emission.
   [[nodiscard]] double at(double phase_ns) const;
