@@ -4,13 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/model/chance.hpp"
 #include "estimator/model/units.hpp"
 
 namespace splid::array {
 namespace {
 
-// A pixel's velocity agrees with another within so many deviations.
-constexpr double agreeing_deviations = 5;
 // A body that turns has three terms; more pixels than that must tell them.
 constexpr std::size_t least_turning = 6;
 
@@ -62,7 +61,8 @@ RigidScene::RigidScene(const Pattern& pattern, const PulseOptions& pulse, const 
       folded_(train_, max_photons, FrameSearch::reach_ns(scene, *shape_, frame_length_ms * 1e6)),
       search_(pattern, train_, *shape_, straight(scene), options, frame_length_ms * 1e6,
               max_photons, std::nullopt),
-      shared_fit_(train_, *shape_, max_photons, FrameSearch::reach_ns(scene, *shape_, frame_length_ms * 1e6)) {
+      shared_fit_(train_, *shape_, max_photons,
+                  FrameSearch::reach_ns(scene, *shape_, frame_length_ms * 1e6)) {
   votes_.reserve(rows_.size() * DelayVelocitySearch::max_cells);
   members_.reserve(rows_.size());
   cells_.reserve(DelayVelocitySearch::max_cells);
@@ -161,7 +161,7 @@ void RigidScene::take_members(const RigidFrame& frame, const Velocity& about) {
     const Estimate& own = frame.estimates[k];
     const bool agrees =
         has_value(own) && std::abs(own.velocity_mps - about.mps) <
-                              agreeing_deviations * std::hypot(own.std_velocity_mps, about.std_mps);
+                              sure_deviations * std::hypot(own.std_velocity_mps, about.std_mps);
     if (agrees) {
       add_member(frame, k, own, view);
       continue;

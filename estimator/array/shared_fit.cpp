@@ -28,7 +28,6 @@ std::optional<TermsMatrix> inverse_of(const TermsMatrix& information, Eigen::Ind
 SharedFit::SharedFit(const PulseTrain& train, const PulseShape& shape, std::size_t max_photons,
                      double reach_ns)
     : train_(train),
-      width_ns_(shape.width_ns()),
       frame_(train, max_photons, reach_ns),
       maximizer_(shape, train, max_photons, {}) {}
 

@@ -61,7 +61,6 @@ class SharedFit {
   void add(SharedPixel& pixel, const Terms& at, Sums& sums);
 
   const PulseTrain& train_;
-  double width_ns_;
   FoldedFrame frame_;
   likelihood::Maximizer maximizer_;
   likelihood::Point point_;

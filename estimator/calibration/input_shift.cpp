@@ -4,11 +4,12 @@
 #include <cstddef>
 #include <vector>
 
+#include "estimator/model/chance.hpp"
+
 namespace splid::calibration {
 namespace {
 
 constexpr double agreeing_widths = 0.2;
-constexpr double agreeing_deviations = 5;
 
 // The shift if pulse `lag` of the second input is pulse 0 of the first.
 InputShift shift_at(const Calibration& first, const Calibration& second, std::size_t lag) {
@@ -51,8 +52,7 @@ std::optional<InputShift> shift_between(const Calibration& first, const Calibrat
     }
   }
   const double noise_ps = best->std_ps * std::sqrt(static_cast<double>(pulses));
-  const double agreeing_ps =
-      std::max(agreeing_widths * first.width_ps, agreeing_deviations * noise_ps);
+  const double agreeing_ps = std::max(agreeing_widths * first.width_ps, sure_deviations * noise_ps);
   if (best->rms_ps > agreeing_ps) return std::nullopt;
   return best;
 }

@@ -13,8 +13,7 @@ namespace {
 constexpr std::size_t max_pulses = 2'000;
 constexpr std::size_t max_shifts = 4'096;
 constexpr double nats_to_tell = 20;
-constexpr double reach_widths = 6;  // from its time a pulse reaches so far
-constexpr double same_widths = 4;   // shifts that are no further apart count as the same
+constexpr double same_widths = 4;  // shifts that are no further apart count as the same
 constexpr double steps_a_width = 8;
 
 // A segment of the pattern, and its share of the pattern's light.
@@ -32,10 +31,10 @@ class PulseContrast {
       : shape_(shape),
         dark_per_ns_(dark_per_ns),
         step_ns_(shape.width_ns() / steps_a_width),
-        first_ns_(
-            std::max(shape.first_ns(), shape.peak_offset_ns() - reach_widths * shape.width_ns())),
+        first_ns_(std::max(shape.first_ns(),
+                           shape.peak_offset_ns() - pulse_reach_widths * shape.width_ns())),
         last_ns_(std::min(shape.last_ns(),
-                          shape.peak_offset_ns() + 4 * reach_widths * shape.width_ns())) {}
+                          shape.peak_offset_ns() + 4 * pulse_reach_widths * shape.width_ns())) {}
 
   [[nodiscard]] double of(double a, double b, double off_ns) const {
     const double from = std::min(first_ns_, first_ns_ + off_ns);
@@ -100,7 +99,7 @@ double mean_off_ps(const std::vector<Part>& parts, double shift_ps, double toler
 double segment_nats(const PatternSegment& segment, const std::vector<double>& std_ps,
                     double shift_ps, const PulseContrast& contrast, double width_ps) {
   const std::size_t pulses = segment.pulse_times_ps.size();
-  const double within_ps = 2 * reach_widths * width_ps;
+  const double within_ps = 2 * pulse_reach_widths * width_ps;
   std::vector<bool> is_met(pulses);
   // A pulse that falls on no other tells the same at every place, and so does a pulse that no other
   // falls on. So these values are kept by amplitude.

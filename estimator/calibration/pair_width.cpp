@@ -14,7 +14,7 @@ namespace {
 // sqrt(pi) erf(a) / a - (1 - exp(-a^2)) / a^2 is 1/2 at a = 2.85.
 constexpr double half_cell_sigmas = 5.7;
 
-constexpr double sure_deviations = 8;
+constexpr double deviations_of_pairs = 8;
 
 // Photons come at whole picoseconds. On a pattern period of a whole number of them, cells that are
 // shorter show these.
@@ -52,7 +52,7 @@ std::optional<double> width_by_pairs_ps(const PhaseHistogram& fold) {
     if (cell_ps < shortest_cell_ps) continue;
     const Pairs pairs = pairs_in(cells, photons);
     if (!(whole > 0)) {
-      if (pairs.excess < sure_deviations * pairs.deviation) continue;
+      if (pairs.excess < deviations_of_pairs * pairs.deviation) continue;
       whole = before = pairs.excess;
       continue;
     }

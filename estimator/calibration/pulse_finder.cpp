@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstddef>
 
+#include "estimator/model/pulse_shape.hpp"
+
 namespace splid::calibration {
 namespace {
 
 constexpr double half_window_widths = 1.5;
-constexpr double separation_widths = 6;
 // The highest place of the background, among the 10^5 places of a long pattern, stays below 5
 // deviations; 8 leaves room for a background that is not flat. The twentieth of the strongest pulse
 // keeps that pulse's own tail out.
@@ -121,7 +122,7 @@ std::vector<FoundPulse> Finder::find() {
   const auto taken = [&](double time_ps) {
     return std::any_of(found.begin(), found.end(), [&](const FoundPulse& other) {
       return std::abs(std::remainder(other.time_ps - time_ps, period_ps_)) <
-             separation_widths * width_ps_;
+             pulse_reach_widths * width_ps_;
     });
   };
   for (const std::size_t k : places()) {

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model/chi_squared.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid::calibration {
 namespace {
-
-constexpr double surely_deviations = 5;
 
 // Weighted sums over shifts.
 struct Sums {
@@ -18,10 +16,10 @@ struct Sums {
 }  // namespace
 
 bool RestReport::moves() const {
-  return std::abs(delay_rate_ps_per_s) > surely_deviations * std_delay_rate_ps_per_s;
+  return std::abs(delay_rate_ps_per_s) > sure_deviations * std_delay_rate_ps_per_s;
 }
 
-bool RestReport::wanders() const { return wander_deviations > surely_deviations; }
+bool RestReport::wanders() const { return wander_deviations > sure_deviations; }
 
 RestCheck::RestCheck(const PhaseHistogram& fold, const Calibration& calibration)
     : bins_(fold.bins()) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "estimator/model/chance.hpp"
 #include "estimator/model/pulse_shape.hpp"
 
 namespace splid::calibration {
@@ -14,10 +15,6 @@ using Window = FoldModel::Window;
 
 constexpr double reach_before_widths = 8;
 constexpr double reach_after_widths = 200;  // of a tail: 20 ns for a pulse of 100 ps
-constexpr double least_reach_widths = 6;
-// Design note: some 10^4 runs of values are looked at. At five deviations noise lets a run pass in
-// one of 300 calibrations. The table is then a little longer than it need be, which does no harm.
-constexpr double deviations_of_tail = 5;
 constexpr std::size_t longest_run = 64;
 constexpr int sharpening_rounds = 15;
 constexpr double deviations_that_agree = 2;
@@ -39,7 +36,7 @@ Stack wide_stack(const FoldModel& model) {
   const double width_ps = model.width_ps();
   const double gap_ps = model.median_gap_ps();
   const double after_ps =
-      std::max(least_reach_widths * width_ps,
+      std::max(pulse_reach_widths * width_ps,
                std::min(gap_ps - reach_before_widths * width_ps, reach_after_widths * width_ps));
   Stack stack;
   stack.step_ps = step_ps(model);
@@ -50,8 +47,10 @@ Stack wide_stack(const FoldModel& model) {
   return stack;
 }
 
-// Tells whether photons stand out in values [begin, end) of a stack. The deviation holds the noise
-// of the background too, which is known from the gaps between the pulses alone.
+// Tells whether photons stand out in values [begin, end) of a stack. Of some 10^4 runs noise lets
+// one pass in one of 300 calibrations; the table is then a little longer, which does no harm. The
+// deviation holds the noise of the background too, which is known from the gaps between the pulses
+// alone.
 class Significance {
  public:
   Significance(const FoldModel& model, const Stack& stack) : stack_(stack) {
@@ -68,7 +67,7 @@ class Significance {
       variance += stack_.variance[j];
     }
     const auto steps = static_cast<double>(end - begin);
-    return sum > deviations_of_tail * std::sqrt(variance + shared_ * steps * steps);
+    return sum > sure_deviations * std::sqrt(variance + shared_ * steps * steps);
   }
 
  private:

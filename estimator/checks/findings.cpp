@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/model/chi_squared.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid::checks {
 namespace {

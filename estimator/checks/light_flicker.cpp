@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "estimator/model/chi_squared.hpp"
+#include "estimator/model/chance.hpp"
 
 namespace splid {
 namespace {

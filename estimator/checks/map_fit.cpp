@@ -6,14 +6,14 @@
 #include <limits>
 #include <numbers>
 
+#include "estimator/likelihood/maximizer.hpp"
+
 namespace splid::checks {
 namespace {
 
 constexpr std::size_t most_paired_pulses = 512;  // whose differences are a quarter of a million
 constexpr int most_steps = 8;
 constexpr double most_log_step = 0.7;  // of a step of scoring: of a logarithm, a share, or a width
-// Further steps would change the gain by less than some hundredths of a nat.
-constexpr double small_gain_nats = 0.1;
 constexpr double uneven_background = 62;  // chi squared of 31 degrees: chance in one of a thousand
 constexpr double flat_from_widths = 4;
 constexpr double same_widths = 0.01;  // differences between pulses that are this close are one
@@ -390,7 +390,7 @@ double MapFit::maximize(Member& member, std::span<const Term> terms, Slopes& at)
     const Eigen::LLT<TermMatrix> cholesky(at.information);
     if (cholesky.info() != Eigen::Success) return at.value;
     TermVector step = cholesky.solve(at.gradient);
-    if (!(at.gradient.dot(step) > small_gain_nats)) return at.value;
+    if (!(at.gradient.dot(step) > likelihood::Maximizer::compared_nats)) return at.value;
     for (std::size_t t = 0; t < terms.size(); ++t) {
       const double most = limit_of(terms[t].shape);
       double& of_term = step[static_cast<Eigen::Index>(t)];

@@ -10,14 +10,13 @@ namespace splid::checks {
 namespace {
 
 constexpr std::size_t fewest_pulses = 8, most_stray = 4;
-constexpr double reach_widths = 6;
 // Over the median of the pulses' photons.
 constexpr double stray_ratio = 4, stray_deviations = 6;
 
 }  // namespace
 
 StrayLight::StrayLight(const PulseTrain& train, double width_ns, std::size_t max_photons)
-    : train_(train), reach_ns_(reach_widths * width_ns) {
+    : train_(train), reach_ns_(pulse_reach_widths * width_ns) {
   sorted_.reserve(train.single() ? train.segments.front().comb.times_ns.size() : 0);
   stays_.reserve(max_photons);
 }

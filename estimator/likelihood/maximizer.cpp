@@ -140,9 +140,6 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
   constexpr double short_step = 0.25;  // a longer one may lead to another hill
-  // The surface flattens on its way down into the background, so that a parabola promises rather
-  // too much than too little. The factor and the nats are for few photons.
-  constexpr double most_of_promised = 3, some_nats = 10;
   const double none_nats = likelihood_.no_target_nats();
   likelihood_.evaluate(best.model, aim.free, point_);
   double damping = 0;
@@ -162,8 +159,7 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
     }
     const double promised = slope.dot(*step) / 2;
     const double longest = longest_of(*step);
-    if (damping == 0 &&
-        point_.value + most_of_promised * promised + some_nats < aim.to_beat_nats + none_nats) {
+    if (damping == 0 && point_.value + most_nats(promised) < aim.to_beat_nats + none_nats) {
       best.stop = Stop::beaten;
       break;
     }

@@ -28,6 +28,12 @@ class Maximizer {
   // What is left to gain, in nats, at which a last step is taken. That step is a hundredth of a
   // deviation long, and ends some 1e-5 deviations from the maximum.
   static constexpr double exact_nats = 1e-4;
+  // The same where maxima are only compared.
+  static constexpr double compared_nats = 0.1;
+  // The most that a step gains of which a parabola promises so much. The surface flattens on its
+  // way down into the background, so that a parabola promises rather too much than too little. The
+  // factor and the nats are for few photons.
+  static constexpr double most_nats(double promised_nats) { return 3 * promised_nats + 10; }
   struct Aim {
     FreeSet free;
     // A maximum that surely has less gain than this is given up (Stop::beaten): its gain is then

@@ -15,12 +15,10 @@ std::size_t rounded_up(std::size_t photons) {
   return (photons + lanes - 1) / lanes * lanes;
 }
 
-// How far from a pulse's time its light is looked for, where the pulse may become wider: a gaussian
-// to six of its deviations, beyond which the background explains a photon better.
+// How far from a pulse's time its light is looked for, where the pulse may become wider.
 double reach_ns(double configured_ns, double width_ns, double most_width) {
-  constexpr double seen_widths = 6;
   if (most_width == 1) return configured_ns;
-  const double gaussian_ns = std::copysign(seen_widths * width_ns, configured_ns);
+  const double gaussian_ns = std::copysign(pulse_reach_widths * width_ns, configured_ns);
   return std::abs(configured_ns) > std::abs(gaussian_ns * most_width) ? configured_ns
                                                                       : gaussian_ns * most_width;
 }
@@ -74,8 +72,7 @@ void NearPhotons::collect(const FoldedFrame& frame, const Model& about, std::siz
     const bool is_held = k < before && apart_ns(near.track, track) <= margin_ns_ &&
                          (about.count == 1) == (before == 1);
     if (is_held && about.count > 1) continue;
-    near.collect(frame, windows_, train_, track, about.count == 1 ? width_ns_ : 0,
-                       gather_from);
+    near.collect(frame, windows_, train_, track, about.count == 1 ? width_ns_ : 0, gather_from);
     is_new = true;
   }
   if (is_new) sort(frame.size());

@@ -21,6 +21,7 @@
 //   pulse_shape.hpp    the detected pulse, and the one that the configuration asks for
 //   pulse_kernels.hpp  its inner loop, and vector_level.hpp, for which vectors that is compiled
 //   units.hpp          constants
+//   chance.hpp         what chance exceeds how rarely
 
 namespace splid {
 

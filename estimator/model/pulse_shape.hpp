@@ -17,6 +17,9 @@ struct ShapeValues {
   std::span<double> d2;  // 1/ns^3
 };
 
+// From so many widths on the background explains a photon better than a gaussian pulse does.
+inline constexpr double pulse_reach_widths = 6;
+
 // The detected pulse: the density h of a photon's arrival about its pulse's time, of integral 1
 // ([P] Eq. 1).
 //
@@ -32,7 +35,6 @@ class PulseShape {
   // The logarithm of h; it holds where h itself underflows (a gaussian beyond 38 sigma), too.
   [[nodiscard]] virtual double log_h(double offset_ns) const = 0;
   // Outside [first_ns, last_ns] h is zero, or below 1e-22 of its peak (a gaussian at 10 sigma).
-  // From about 6 sigma on the background explains a photon better than the pulse does.
   [[nodiscard]] virtual double first_ns() const = 0;  // < last
   [[nodiscard]] virtual double last_ns() const = 0;
   // The width that sets the steps of searches: the standard deviation of a gaussian whose peak is

@@ -18,7 +18,6 @@ using likelihood::Maximum;
 // leaves room for a target that fades or speeds up, and is more than a wrong delay gains at which
 // half of an interleaved comb falls on itself.
 constexpr double least_followed_gain = 0.5;
-constexpr double followed_margin_nats = 6;
 constexpr int most_followed = 20;
 // A followed target whose signal has changed by so many deviations is looked for anew.
 constexpr double changed_deviations = 4;
@@ -142,8 +141,8 @@ std::optional<Start> FrameSearch::follow(const FoldedFrame& frame, const TargetT
   Maximum fit =
       search_.find_near(photons, {delay_ns / scale / (1 + beta) + quadratic_ns / 2,
                                   walk_ns_at(track.velocity_mps + gained_mps, frame.length_ns)});
-  const double least_nats = std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns,
-                                     threshold_nats_ + followed_margin_nats);
+  const double least_nats =
+      std::max(least_followed_gain * track.nats_per_ns * frame.seen_ns, settled_nats());
   if (fit.gain_nats < least_nats || !fit.has_covariance) return std::nullopt;
   const double expected_nats = track.odds_per_nat * fit.gain_nats;
   const bool is_sure = expected_nats >= sure_odds_nats;

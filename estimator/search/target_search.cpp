@@ -29,11 +29,6 @@ constexpr std::size_t cheap_cells = std::size_t{1} << 16;  // take a tenth of a 
 // which it reaches the threshold.
 constexpr double settled_margin_nats = 6;
 
-// A gain this far above the threshold tells a target's peak from the side lobes of the comb's
-// autocorrelation, which gain two thirds of the peak's gain at most. In weaker frames every cell is
-// tried.
-constexpr double side_lobe_margin_nats = 60;
-
 // Peaks that are further below the best one than the least odds and this margin do not count
 // against its range.
 constexpr double rival_margin_nats = 3;
@@ -49,9 +44,6 @@ constexpr std::size_t most_tried = 256;
 
 // Where combs meet, the places that two targets make have so much of the best one's gain.
 constexpr double least_where_combs_meet = 0.7;
-
-// A maximum is given up that is surely so much below the best one.
-constexpr double left_behind_nats = 60;
 
 std::size_t levels_of(Effort effort) { return static_cast<std::size_t>(effort) + 1; }
 
@@ -377,7 +369,7 @@ void TargetSearch::try_delay(const FoldedFrame& photons, const Level& level, dou
   if (is_tried(from.delay_ns + shift_ns)) return;
   const double photons_at = from.delay_ns + shift_ns + shape_.peak_offset_ns();
   const Maximum fit =
-      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - left_behind_nats);
+      fit_cell(photons, level, {photons_at, from.walk_ns}, best.gain_nats - far_below_nats);
   if (fit.gain_nats > best.gain_nats) best = fit;
 }
 
@@ -408,7 +400,7 @@ double TargetSearch::best_possible_gain(const FoldedFrame& photons, const Search
 // recheck_delay() looks at all of these delays at once.
 bool TargetSearch::is_side_lobe(DelayTrack line, const SearchGrid& grid,
                                 const Maximum& best) const {
-  return best.gain_nats > threshold_nats_ + side_lobe_margin_nats &&
+  return best.gain_nats > threshold_nats_ + far_below_nats &&
          std::abs(line.walk_ns - best.track().walk_ns) < 2.2 * grid.bin_ns;
 }
 

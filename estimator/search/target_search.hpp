@@ -66,6 +66,11 @@ class TargetSearch {
   // are 4.5 standard deviations of velocity, which a target at rest shows in 7 frames of a million.
   static constexpr double nats_for_motion_at_rest = 10;
 
+  // So far below the best maximum another one is given up. A peak so far above the threshold is
+  // told from the side lobes of the comb's autocorrelation, which gain two thirds of it at most; in
+  // weaker frames every cell is tried.
+  static constexpr double far_below_nats = 60;
+
   TargetSearch(const PulseTrain& train, const PulseShape& shape, const SearchScope& scope,
                std::size_t max_photons);
   // The tables of such a search, bytes: what it allocates but for what grows with max_photons.

@@ -13,7 +13,7 @@ using likelihood::Model;
 using likelihood::Target;
 
 // Where combs meet.
-constexpr double same_walk_widths = 3, least_alike = 0.5, no_rival_nats = 60;
+constexpr double same_walk_widths = 3, least_alike = 0.5;
 constexpr double no_signal = 1e-30;
 
 // The first targets of a maximum, whose covariance stays that of all.
@@ -122,7 +122,7 @@ void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_
       other.targets[m] = at(delays_ns[i]);
       const Maximum there = maximizer_.maximize(
           other, {likelihood::free_set(other.count, terms_, scope_.is_width_free),
-                  found.gain_nats - no_rival_nats});
+                  found.gain_nats - TargetSearch::far_below_nats});
       if (!there.has_covariance && there.stop != Stop::beaten) continue;
       const double odds_nats = std::abs(there.gain_nats - found.gain_nats);
       for (auto* odds : {&pair_odds_nats_[k], &pair_odds_nats_[m]}) {
@@ -135,7 +135,6 @@ void TargetSelection::try_places(const Maximum& found, std::size_t k, std::size_
 
 // What a target adds: the others keep their tracks.
 double TargetSelection::gain_of(std::size_t target) {
-  constexpr double near_enough_nats = 0.1;
   const Exposure& exposure = maximizer_.likelihood().exposure();
   Model without = all_.model;
   likelihood::FreeSet rates;
@@ -155,7 +154,8 @@ double TargetSelection::gain_of(std::size_t target) {
   without.background_per_ns += left * exposure.amplitude / exposure.seen_ns;
   own.signal_per_pulse = no_signal;
   const Maximum rest = maximizer_.maximize(
-      without, {rates, -std::numeric_limits<double>::infinity(), near_enough_nats});
+      without,
+      {rates, -std::numeric_limits<double>::infinity(), likelihood::Maximizer::compared_nats});
   return all_.gain_nats - rest.gain_nats;
 }
 

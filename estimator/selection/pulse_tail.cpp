@@ -4,17 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/likelihood/maximizer.hpp"
 #include "estimator/likelihood/small_matrix.hpp"
 
 namespace splid::selection {
 namespace {
 
+using likelihood::Maximizer;
+
 constexpr std::array tail_lengths_widths = {1.0, 2.0, 3.0, 4.5};
 constexpr int most_steps = 12;
-constexpr double settled_nats = 0.1;
-constexpr double fewest_widths = 6;  // on both sides, for a tail to be seen
-// A parabola promises rather too much than too little; see Maximizer.
-constexpr double most_of_promised = 3, some_nats = 10;
 constexpr double first_share = 0.1;  // of the light, in the tail
 
 }  // namespace
@@ -26,7 +25,7 @@ PulseTail::PulseTail(const PulseShape& shape, const PulseTrain& train, std::size
       near_(max_photons, max_photons) {
   const double reach_ns = std::min(reach_widths * shape.width_ns(), 0.499 * train.closest_ns);
   first_ns_ = shape.peak_offset_ns() - reach_ns;
-  if (reach_ns < fewest_widths * shape.width_ns()) return;
+  if (reach_ns < pulse_reach_widths * shape.width_ns()) return;
   cells_ = std::min(most_cells, static_cast<std::size_t>(2 * reach_ns / cell_ns_));
   windows_ = comb_windows(train, first_ns_, first_ns_ + static_cast<double>(cells_) * cell_ns_);
 }
@@ -162,8 +161,8 @@ double PulseTail::maximize(Amounts& at, double tail_ns, double enough_nats) {
       information(tail, tail) = 1;
     }
     const auto step = solution_of_positive(information, slope);
-    if (!step || !(slope.dot(*step) > settled_nats)) return value;
-    const double most_nats = value + most_of_promised * slope.dot(*step) / 2 + some_nats;
+    if (!step || !(slope.dot(*step) > Maximizer::compared_nats)) return value;
+    const double most_nats = value + Maximizer::most_nats(slope.dot(*step) / 2);
     if (most_nats < enough_nats || value > enough_nats) return value;
     const Amounts from = at;
     double part = 1, next = value;
@@ -180,7 +179,7 @@ double PulseTail::maximize(Amounts& at, double tail_ns, double enough_nats) {
       at = from;
       return expect(at, tail_ns);
     }
-    if (next - value < settled_nats) return next;
+    if (next - value < Maximizer::compared_nats) return next;
     value = next;
   }
   return value;

@@ -18,7 +18,6 @@ constexpr double alike_widths = 30;
 constexpr double shape_margin_nats = 12;
 // So much more on the photons about a track alone leaves no doubt.
 constexpr double sure_nats = 15;
-constexpr double roughly_nats = 0.1;
 
 }  // namespace
 
@@ -93,9 +92,9 @@ bool TargetSelection::beats_shapes(const Model& without) {
     }
   }
   const std::size_t terms = terms_ > 1 ? 3 : 1;
-  const Maximum wide =
-      wide_.maximize(without, {likelihood::free_set(without.count, terms, true),
-                               -std::numeric_limits<double>::infinity(), roughly_nats});
+  const Maximum wide = wide_.maximize(
+      without, {likelihood::free_set(without.count, terms, true),
+                -std::numeric_limits<double>::infinity(), likelihood::Maximizer::compared_nats});
   const double more_nats = all_.gain_nats - wide.gain_nats - shape_margin_nats;
   if (more_nats <= 0 || !tail_.looks()) return more_nats > 0;
   tail_.count(*frame_, wide.model);

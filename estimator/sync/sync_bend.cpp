@@ -10,7 +10,7 @@ constexpr std::size_t most_in_block = 32;
 constexpr std::size_t least_blocks = BlockMedians::most / 2;
 
 constexpr double std_of_median = 1.2533;  // of gaussian values, over that of their mean
-constexpr double sure_deviations = 6;
+constexpr double bent_deviations = 6;
 
 double median(std::span<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -68,7 +68,7 @@ Bend bend_of(const BlockMedians& m) {
   }
   const double spread = fourth - square * square / n - cube * cube / square;
   const double c = (square_off - square * off / n - cube / square * x_off) / spread;
-  bend.sure = std::abs(c) * std::sqrt(spread) > sure_deviations * m.std_ps;
+  bend.sure = std::abs(c) * std::sqrt(spread) > bent_deviations * m.std_ps;
   if (bend.sure) bend.c = c;
   bend.b = (x_off - bend.c * cube) / square;
   bend.a = (off - bend.c * square) / n;
@@ -85,7 +85,7 @@ double BlockMedians::farthest_ps() const {
   for (std::size_t i = 0; i < count; ++i) {
     farthest = std::max(farthest, std::abs(off_ps[i] - mean_ps));
   }
-  return farthest > sure_deviations * std_ps ? farthest : 0;
+  return farthest > bent_deviations * std_ps ? farthest : 0;
 }
 
 std::optional<BlockMedians> block_medians(std::span<const double> syncs, const Line& line) {
@@ -141,7 +141,7 @@ double wander_ps(std::span<const double> syncs, const Line& line) {
     farthest = std::max(farthest, std::abs(m.off_ps[i] - at));
     off += m.off_ps[i], x_off += x * m.off_ps[i], square += x * x;
   }
-  if (farthest <= sure_deviations * m.std_ps) return 0;
+  if (farthest <= bent_deviations * m.std_ps) return 0;
   const auto n = static_cast<double>(m.count);
   double first = 0, last = 0;
   for (std::size_t i = 0; i < m.count; ++i) {

@@ -4,8 +4,10 @@
 
 namespace splid {
 
-// Above so many deviations chance has a normal number once in a million.
+// Chance exceeds so many deviations once in a million normal numbers.
 inline constexpr double million_deviations = 4.75;
+// What is further off is no chance: once in 1.7 million, to either side.
+inline constexpr double sure_deviations = 5;
 
 // Chi squared of so many degrees that is as rare as a normal number of so many deviations, and the
 // other way. The cube root of chi squared is nearly normal (Wilson and Hilferty 1931): good to 0.1
