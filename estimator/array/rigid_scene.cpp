@@ -116,7 +116,7 @@ void RigidScene::add_cells(const FrameView& view, std::size_t pixel) {
   constexpr auto W = static_cast<Eigen::Index>(likelihood::walk);
   TargetSearch& search = search_.targets();
   folded_.fold(view, train_);
-  const auto best = search.cells(folded_, search.levels(Effort::balanced) - 1);
+  const auto best = search.cells(folded_, search.level(search.levels(Effort::balanced) - 1));
   cells_.assign(best.begin(), best.end());
   for (const SearchCell& cell : cells_) {
     const likelihood::Maximum fit = search.find_near(

@@ -106,7 +106,8 @@ std::optional<AccelerationSearch::Start> AccelerationSearch::find_at_level(
     if (!best || start.box_gain_nats > best->box_gain_nats) best = start;
     // The zoom has found the path where it keeps the cell's signal. It loses most of that where the
     // cell has the wrong quadratic term, and holds a part of the path alone.
-    const double in_cell = search_.signal_photons(photons, level, best_[i].count);
+    const double in_cell =
+        search_.signal_photons(photons, search_.level(level).grid.bin_ns, best_[i].count);
     if (start.box_gain_nats > search_.settled_nats() &&
         start.signal_photons > least_signal_kept * in_cell) {
       break;
@@ -117,20 +118,20 @@ std::optional<AccelerationSearch::Start> AccelerationSearch::find_at_level(
 
 // How many quadratic terms on either side of none are looked at.
 double AccelerationSearch::steps(double length_ns, std::size_t level) const {
-  const double half_step_ns = half_step_bins * search_.bin_ns(level);
+  const double half_step_ns = half_step_bins * search_.level(level).grid.bin_ns;
   const double beyond_ns = max_quadratic_ns(length_ns) - half_step_ns;
   return std::max(0.0, std::ceil(beyond_ns / (2 * half_step_ns)));
 }
 
 // Fills best_ with the cells of all quadratic terms that hold the most photons.
 void AccelerationSearch::look(const FoldedFrame& photons, std::size_t level) {
-  const double step_ns = 2 * half_step_bins * search_.bin_ns(level);
+  const double step_ns = 2 * half_step_bins * search_.level(level).grid.bin_ns;
   const int most = static_cast<int>(steps(photons.length_ns, level));
   best_.clear();
   for (int step = -most; step <= most; ++step) {
     const double quadratic_ns = step * step_ns;
     for (const SearchCell& cell :
-         search_.cells(straightened_photons(photons, quadratic_ns), level)) {
+         search_.cells(straightened_photons(photons, quadratic_ns), search_.level(level))) {
       keep({cell.line, quadratic_ns, cell.count});
     }
   }
@@ -146,16 +147,17 @@ void AccelerationSearch::keep(const Cell& cell) {
 AccelerationSearch::Start AccelerationSearch::zoom_into(const FoldedFrame& photons,
                                                         std::size_t level, const Cell& cell) {
   const double step_ns = zoom_step_widths * width_ns_;
-  const double half_ns =
-      std::min(half_step_bins * search_.bin_ns(level), max_quadratic_ns(photons.length_ns));
+  const double half_ns = std::min(half_step_bins * search_.level(level).grid.bin_ns,
+                                  max_quadratic_ns(photons.length_ns));
   const int steps = static_cast<int>(std::ceil(half_ns / step_ns));
   Start at = {cell.line, cell.quadratic_ns, 0, 0};
-  bool peaked = true;  // the line is where the photons are, and not where the target is
+  bool is_cell = true;  // the line is where the photons are, and not where the target is
   for (int zoom = 0; zoom < most_zooms; ++zoom) {
-    const CurvedSpot spot = search_.zoom_curved(straightened_photons(photons, at.quadratic_ns),
-                                                level, at.line, step_ns, steps, peaked);
+    const TargetSearch::Spot spot =
+        search_.zoom_into(straightened_photons(photons, at.quadratic_ns), search_.level(level),
+                          at.line, is_cell, step_ns, steps);
     at = {spot.line, at.quadratic_ns + spot.quadratic_ns, spot.box_gain_nats, spot.signal_photons};
-    peaked = false;
+    is_cell = false;
     if (std::abs(spot.quadratic_ns) < (steps - 0.5) * step_ns) break;
   }
   return at;

@@ -67,12 +67,7 @@ class AccelerationSearch {
     double quadratic_ns;
     std::uint32_t count;
   };
-  struct Start {
-    DelayTrack line;
-    double quadratic_ns;
-    double box_gain_nats;
-    double signal_photons;  // in the box
-  };
+  using Start = TargetSearch::Spot;
   [[nodiscard]] likelihood::Maximum maximize(const FoldedFrame& frame, DelayTrack line,
                                              double quadratic_ns);
   std::optional<Start> find_start(const FoldedFrame& frame, Effort most);

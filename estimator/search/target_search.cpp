@@ -227,7 +227,6 @@ std::optional<Maximum> TargetSearch::find_in(const FoldedFrame& photons, Effort 
 
 std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, const Level& level) {
   const Exposure exposure(photons, train_);
-  const double limit_ns = max_slope_ * photons.length_ns;
   std::optional<Maximum> best;
   const auto is_sure = [&](const Spot& spot) { return spot.box_gain_nats > settled_nats(); };
   const auto maximize_from = [&](const Spot& spot) {
@@ -241,15 +240,15 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
   };
   spots_.clear();
   weaker_.clear();
-  const auto cells = search_.run(photons, level.grid, limit_ns);
-  for (const SearchCell& cell : cells.first(std::min(cells.size(), cells_tried(photons.size())))) {
+  const auto best_cells = cells(photons, level);
+  const std::size_t tried = std::min(best_cells.size(), cells_tried(photons.size()));
+  for (const SearchCell& cell : best_cells.first(tried)) {
     if (best &&
         (best->gain_nats - rival_nats_ > best_possible_gain(photons, cell, level.grid, exposure) ||
          is_side_lobe(cell.line, level.grid, *best))) {
       continue;
     }
-    const ZoomResult zoomed = zoom_into(photons, level, cell.line);
-    const Spot spot = {zoomed.line, box_gain_nats(photons, zoomed.count, zoomed.box_ns)};
+    const Spot spot = zoom_into(photons, level, cell.line);
     // The maximum of a cell that surely holds a target comes first: it settles most of the others.
     if (is_sure(spot)) {
       maximize_from(spot);
@@ -266,14 +265,27 @@ std::optional<Maximum> TargetSearch::find_at_level(const FoldedFrame& photons, c
   return best;
 }
 
-ZoomResult TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level,
-                                   DelayTrack line) {
+TargetSearch::Spot TargetSearch::zoom_into(const FoldedFrame& photons, const Level& level,
+                                           DelayTrack line, bool is_cell, double step_ns,
+                                           int steps) {
   // The search sees where the photons are, and a pulse may have its peak beside its time. A delay
   // outside the circle is brought back, as it would put the photons into the wrong segment.
-  line.delay_ns -= shape_.peak_offset_ns();
+  if (is_cell) line.delay_ns -= shape_.peak_offset_ns();
   line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
   near_.collect(photons, level.windows, train_, line);
-  return zoom_.find(near_, level.reach_ns, moving_);
+  if (steps > 0) near_.straighten(-steps * step_ns);
+  ZoomResult best;
+  Spot spot = {line};
+  for (int step = -steps; step <= steps; ++step) {
+    const ZoomResult zoomed = zoom_.find(near_, level.reach_ns, moving_);
+    if (step < steps) near_.straighten(step_ns);
+    if (zoomed.count <= best.count) continue;
+    best = zoomed;
+    spot = {zoomed.line, step * step_ns};
+  }
+  spot.box_gain_nats = box_gain_nats(photons, best.count, best.box_ns);
+  spot.signal_photons = signal_photons(photons, best.box_ns, best.count);
+  return spot;
 }
 
 // The gain of a box pulse: the log-likelihood ratio for a box that holds `count` photons where the
@@ -412,36 +424,13 @@ double TargetSearch::settled_nats() const { return threshold_nats_ + settled_mar
 
 double TargetSearch::sure_in_sample_nats() const { return threshold_nats_ + sample_margin_nats; }
 
-std::span<const SearchCell> TargetSearch::cells(const FoldedFrame& photons, std::size_t level) {
-  return search_.run(photons, levels_[level].grid, max_slope_ * photons.length_ns);
+std::span<const SearchCell> TargetSearch::cells(const FoldedFrame& photons, const Level& level) {
+  return search_.run(photons, level.grid, max_slope_ * photons.length_ns);
 }
 
-double TargetSearch::signal_photons(const FoldedFrame& photons, std::size_t level,
+double TargetSearch::signal_photons(const FoldedFrame& photons, double bin_ns,
                                     std::uint32_t count) const {
-  const double mean =
-      static_cast<double>(photons.size()) * train_.pulses_per_ns * levels_[level].grid.bin_ns;
-  return count - mean;
-}
-
-CurvedSpot TargetSearch::zoom_curved(const FoldedFrame& photons, std::size_t level, DelayTrack line,
-                                     double step_ns, int steps, bool is_cell) {
-  if (is_cell) line.delay_ns -= shape_.peak_offset_ns();
-  line.delay_ns -= train_.circle_ns * std::floor(line.delay_ns / train_.circle_ns);
-  near_.collect(photons, levels_[level].windows, train_, line);
-  near_.straighten(-steps * step_ns);
-  ZoomResult best;
-  CurvedSpot spot = {line, 0, 0, 0};
-  for (int step = -steps; step <= steps; ++step) {
-    const ZoomResult zoomed = zoom_.find(near_, levels_[level].reach_ns, moving_);
-    near_.straighten(step_ns);
-    if (zoomed.count <= best.count) continue;
-    best = zoomed;
-    spot = {zoomed.line, step * step_ns, 0, 0};
-  }
-  spot.box_gain_nats = box_gain_nats(photons, best.count, best.box_ns);
-  spot.signal_photons =
-      best.count - static_cast<double>(photons.size()) * train_.pulses_per_ns * best.box_ns;
-  return spot;
+  return count - static_cast<double>(photons.size()) * train_.pulses_per_ns * bin_ns;
 }
 
 Maximum TargetSearch::fit(const FoldedFrame& frame, const DelayTrack& line,

@@ -45,14 +45,6 @@ struct SearchScope {
   bool may_be_dead = false;  // whether frames may come with their dead time
 };
 
-// Where a zoom over quadratic terms has ended (see AccelerationSearch).
-struct CurvedSpot {
-  DelayTrack line;
-  double quadratic_ns = 0;  // beside that of the frame
-  double box_gain_nats = 0;
-  double signal_photons = 0;  // in the box, beyond the background's
-};
-
 // Finds a frame's target. All delays and range walks are searched, with coarse cells at first and
 // with finer cells only while nothing significant shows. The search zooms into the best cells and
 // finds the maximum of the likelihood near each that may be the best.
@@ -132,37 +124,38 @@ class TargetSearch {
   std::optional<double> range_odds_in(const FoldedFrame& rest, const Maximum& fit);
 
   // What AccelerationSearch needs to look for targets that accelerate, level by level.
-  static constexpr std::size_t sampled_photons = 65536;
-  static constexpr std::size_t sampled_from = 3 * sampled_photons;
-  static std::size_t cells_tried(std::size_t photons);
-  [[nodiscard]] std::size_t levels(Effort most) const;
-  [[nodiscard]] double bin_ns(std::size_t level) const { return levels_[level].grid.bin_ns; }
-  // A gain that settles the search, in a frame and in a sample of it.
-  [[nodiscard]] double settled_nats() const;
-  [[nodiscard]] double sure_in_sample_nats() const;
-  // The photons of a cell that are beyond its mean background.
-  [[nodiscard]] double signal_photons(const FoldedFrame& photons, std::size_t level,
-                                      std::uint32_t count) const;
-  // The best cells of a frame. Valid until the next call.
-  std::span<const SearchCell> cells(const FoldedFrame& photons, std::size_t level);
-  // Zooms into a cell, and tries `steps` quadratic terms on either side of none. is_cell: the line
-  // is where the photons are, as a cell's is, and not where the target is.
-  CurvedSpot zoom_curved(const FoldedFrame& photons, std::size_t level, DelayTrack line,
-                         double step_ns, int steps, bool is_cell);
-
- private:
   // One size of cells, and the windows that a zoom into such a cell needs.
   struct Level {
     SearchGrid grid;
     double reach_ns;
     std::vector<CombWindow> windows;  // one for each segment
   };
-  // Where a zoom into a cell has ended.
+  // Where a zoom has ended.
   struct Spot {
     DelayTrack line;
-    double box_gain_nats;
+    double quadratic_ns = 0;  // beside that of the frame
+    double box_gain_nats = 0;
+    double signal_photons = 0;  // in the box, beyond the background's
   };
+  static constexpr std::size_t sampled_photons = 65536;
+  static constexpr std::size_t sampled_from = 3 * sampled_photons;
+  static std::size_t cells_tried(std::size_t photons);
+  [[nodiscard]] std::size_t levels(Effort most) const;
+  [[nodiscard]] const Level& level(std::size_t number) const { return levels_[number]; }
+  // A gain that settles the search, in a frame and in a sample of it.
+  [[nodiscard]] double settled_nats() const;
+  [[nodiscard]] double sure_in_sample_nats() const;
+  // The photons of so many in bins of such a width that are beyond their mean background.
+  [[nodiscard]] double signal_photons(const FoldedFrame& photons, double bin_ns,
+                                      std::uint32_t count) const;
+  // The best cells of a frame. Valid until the next call.
+  std::span<const SearchCell> cells(const FoldedFrame& photons, const Level& level);
+  // Zooms into a cell, and tries `steps` quadratic terms on either side of none. is_cell: the line
+  // is where the photons are, as a cell's is, and not where the target is.
+  Spot zoom_into(const FoldedFrame& photons, const Level& level, DelayTrack line,
+                 bool is_cell = true, double step_ns = 0, int steps = 0);
 
+ private:
   [[nodiscard]] std::vector<Level> make_levels(const SearchScope& scope) const;
   [[nodiscard]] std::vector<SearchGrid> grids() const;
   [[nodiscard]] std::size_t widest_level_overlap() const;
@@ -184,7 +177,6 @@ class TargetSearch {
                    double to_beat_nats = -std::numeric_limits<double>::infinity());
   bool is_tried(double delay_ns);
   [[nodiscard]] bool is_where_combs_meet(const Maximum& fit) const;
-  ZoomResult zoom_into(const FoldedFrame& photons, const Level& level, DelayTrack line);
   [[nodiscard]] double box_gain_nats(const FoldedFrame& photons, std::uint32_t count,
                                      double box_ns) const;
   [[nodiscard]] double least_gain_nats(const Maximum& best) const;

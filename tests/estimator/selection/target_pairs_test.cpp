@@ -70,7 +70,7 @@ test::FrameMaker::Frame frame_of(const std::vector<test::FrameMaker>& targets, d
   test::FrameMaker detector = targets.front();
   detector.dead_time_ns = dead_time_ns;
   std::mt19937_64 random(seed);
-  detector.dead(frame, random);
+  detector.blind(frame, random);
   return frame;
 }
 
