@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/fold/dead_intervals.hpp"
 #include "estimator/fold/kernel_choice.hpp"
 #include "estimator/model/units.hpp"
 
@@ -133,6 +134,8 @@ void FoldedFrame::straighten(const FoldedFrame& curved, double quadratic_ns,
     }
   }
 }
+
+double FoldedFrame::dead_ns() const { return dead != nullptr ? dead->dead_ns : 0; }
 
 void FoldedFrame::take_every(std::size_t step, const FoldedFrame& all) {
   begin_like(all, *this);

@@ -71,6 +71,8 @@ struct FoldedFrame {
   void take_some(std::span<const std::uint8_t> stays, unsigned bit, const FoldedFrame& all);
   [[nodiscard]] std::size_t size() const { return phase_ns.size(); }
   [[nodiscard]] double reach_ns() const { return reach_ns_; }
+  // How much of the time seen the detector was dead, where that is known; tagger's clock.
+  [[nodiscard]] double dead_ns() const;
   [[nodiscard]] std::size_t group_begin(std::size_t group) const {
     return group == 0 ? 0 : group_end[group - 1];
   }

@@ -18,7 +18,11 @@ struct Exposure {
   double scale = 1;      // tagger's clock over pattern's clock
 
   Exposure() = default;
-  Exposure(const FoldedFrame& frame, const PulseTrain& train);
+  Exposure(const FoldedFrame& frame, const PulseTrain& train)
+      : amplitude(train.amplitude_per_ns / frame.scale * frame.seen_ns),
+        seen_ns(frame.seen_ns - frame.dead_ns()),
+        length_ns(frame.length_ns),
+        scale(frame.scale) {}
 };
 
 }  // namespace splid

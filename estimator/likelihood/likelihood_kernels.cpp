@@ -32,29 +32,17 @@ void offsets(double* __restrict out, const double* __restrict residuals,
   }
 }
 
-void set_light(const LikelihoodKernels::Light& light, const LikelihoodKernels::Pulse& pulse,
+template <bool adds>
+void put_light(const LikelihoodKernels::Light& light, const LikelihoodKernels::Pulse& pulse,
                const double* scale, std::size_t count) {
   double* __restrict h = light.h, * __restrict d1 = light.d1, * __restrict d2 = light.d2;
   const LikelihoodKernels::Pulse of = pulse;
   const double by_h = scale[0], by_d1 = scale[1], by_d2 = scale[2];
   for (std::size_t i = 0; i < count; ++i) {
     const double a = of.amplitude[i];
-    h[i] = by_h * (a * of.h[i]);
-    d1[i] = by_d1 * (a * of.d1[i]);
-    d2[i] = by_d2 * (a * of.d2[i]);
-  }
-}
-
-void add_light(const LikelihoodKernels::Light& light, const LikelihoodKernels::Pulse& pulse,
-               const double* scale, std::size_t count) {
-  double* __restrict h = light.h, * __restrict d1 = light.d1, * __restrict d2 = light.d2;
-  const LikelihoodKernels::Pulse of = pulse;
-  const double by_h = scale[0], by_d1 = scale[1], by_d2 = scale[2];
-  for (std::size_t i = 0; i < count; ++i) {
-    const double a = of.amplitude[i];
-    h[i] += by_h * (a * of.h[i]);
-    d1[i] += by_d1 * (a * of.d1[i]);
-    d2[i] += by_d2 * (a * of.d2[i]);
+    h[i] = (adds ? h[i] : 0) + by_h * (a * of.h[i]);
+    d1[i] = (adds ? d1[i] : 0) + by_d1 * (a * of.d1[i]);
+    d2[i] = (adds ? d2[i] : 0) + by_d2 * (a * of.d2[i]);
   }
 }
 
@@ -159,8 +147,9 @@ void products(double* __restrict out, const double* __restrict intensity, std::s
 }  // namespace
 
 extern const LikelihoodKernels likelihood_kernels;
-const LikelihoodKernels likelihood_kernels = {offsets,    set_light, add_light, add_by_width,
-                                              add_scaled, product,   invert,    weigh,
-                                              divide,     dots,      products};
+const LikelihoodKernels likelihood_kernels = {
+    offsets, put_light<false>, put_light<true>, add_by_width, add_scaled,
+    product, invert,           weigh,           divide,       dots,
+    products};
 
 }  // namespace splid::SPLID_KERNEL_LEVEL

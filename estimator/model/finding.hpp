@@ -37,9 +37,16 @@ struct Finding {
 class FoundList {
  public:
   [[nodiscard]] std::span<const Finding> all() const { return std::span(found_).first(count_); }
-  [[nodiscard]] bool has(FindingName name) const;
+  [[nodiscard]] bool has(FindingName name) const {
+    for (const Finding& finding : all()) {
+      if (finding.name == name) return true;
+    }
+    return false;
+  }
   // Leaves out a finding whose name is there.
-  void add(const Finding& finding);
+  void add(const Finding& finding) {
+    if (!has(finding.name)) found_.at(count_++) = finding;
+  }
 
  private:
   std::array<Finding, finding_names> found_;
