@@ -9,7 +9,7 @@
 #include "daemon/commands/commands.hpp"
 #include "daemon/commands/number_check.hpp"
 #include "daemon/commands/output_check.hpp"
-#include "daemon/study/calibration/look_alike_report.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "protocol/pattern_json.hpp"
 #include "protocol/pattern_make.hpp"
 #include "protocol/pattern_side_lobes.hpp"
@@ -51,7 +51,7 @@ int write_pattern(const Pattern& pattern, const std::string& file) {
                  side_lobe_window_ps, lobe->shift_ps / ps_per_ns);
   }
   const std::string hardest =
-      calibration::describe_look_alike(pattern, *calibration::shape_of(pattern, {}), 0);
+      calibration::describe_side_lobe(pattern, *calibration::shape_of(pattern, {}), 0);
   if (!hardest.empty()) {
     std::fprintf(stderr, "%s: %s (pulses of 100 ps, background as in the default scene)\n",
                  name.c_str(), hardest.c_str());

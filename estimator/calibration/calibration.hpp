@@ -21,7 +21,7 @@
 //   rest_check.hpp        whether the target was at rest, to less than a pulse width
 //   target_motion.hpp     where its photons went, if it was not
 //   input_shift.hpp       how one input of a detector sees the pulses of another
-//   look_alike.hpp        the delays that a pattern's photons can take for the right one
+//   side_lobes.hpp        the delays that a pattern's photons can take for the right one
 
 namespace splid::calibration {
 

@@ -47,34 +47,6 @@ Stack wide_stack(const FoldModel& model) {
   return stack;
 }
 
-// Tells whether photons stand out in values [begin, end) of a stack. Of some 10^4 runs noise lets
-// one pass in one of 300 calibrations; the table is then a little longer, which does no harm. The
-// deviation holds the noise of the background too, which is known from the gaps between the pulses
-// alone.
-class Significance {
- public:
-  Significance(const FoldModel& model, const Stack& stack) : stack_(stack) {
-    const auto pulses = static_cast<double>(model.pulses());
-    const double covered_ps = pulses * static_cast<double>(stack.net.size()) * stack.step_ps;
-    const double free_ps = std::max(model.period_ps() - covered_ps, 0.1 * model.period_ps());
-    shared_ = pulses * pulses * stack.step_ps * stack.step_ps * model.background_per_ps / free_ps;
-  }
-
-  [[nodiscard]] bool operator()(std::size_t begin, std::size_t end) const {
-    double sum = 0, variance = 1;
-    for (std::size_t j = begin; j < end; ++j) {
-      sum += stack_.net[j];
-      variance += stack_.variance[j];
-    }
-    const auto steps = static_cast<double>(end - begin);
-    return sum > sure_deviations * std::sqrt(variance + shared_ * steps * steps);
-  }
-
- private:
-  const Stack& stack_;
-  double shared_;  // variance of the background in one step; the error is the same in all steps
-};
-
 // The values [begin, end) that a pulse reaches: as far as photons stand out in single values, and
 // beyond these in any run of 2, 4, and so on, since a tail fades out over ever longer runs.
 struct Extent {
@@ -82,8 +54,24 @@ struct Extent {
 };
 
 Extent significant_extent(const FoldModel& model, const Stack& stack) {
-  const Significance stands_out(model, stack);
   const std::size_t size = stack.net.size();
+  // The deviation holds the noise of the background too, which is known from the gaps between the
+  // pulses alone. Of some 10^4 runs noise lets one pass in one of 300 calibrations; the table is
+  // then a little longer, which does no harm.
+  const auto pulses = static_cast<double>(model.pulses());
+  const double covered_ps = pulses * static_cast<double>(size) * stack.step_ps;
+  const double free_ps = std::max(model.period_ps() - covered_ps, 0.1 * model.period_ps());
+  const double in_a_step = pulses * stack.step_ps;
+  const double shared = in_a_step * in_a_step * model.background_per_ps / free_ps;
+  const auto stands_out = [&](std::size_t begin, std::size_t end) {
+    double sum = 0, variance = 1;
+    for (std::size_t j = begin; j < end; ++j) {
+      sum += stack.net[j];
+      variance += stack.variance[j];
+    }
+    const auto steps = static_cast<double>(end - begin);
+    return sum > sure_deviations * std::sqrt(variance + shared * steps * steps);
+  };
   const auto peak = static_cast<std::size_t>(std::max_element(stack.net.begin(), stack.net.end()) -
                                              stack.net.begin());
   // At least two values on either side of the peak, which a spline needs to fall off.

@@ -139,7 +139,7 @@ void Maximizer::maximize_within(const Aim& aim, Maximum& best) {
   constexpr double most_damping = 1e8;
   constexpr double step_small = 1e-6;  // in the units of units_of()
   constexpr double gain_small = 1e-10;
-  constexpr double short_step = 0.25;  // a longer one may lead to another hill
+  constexpr double short_step = 0.25;  // a longer one may lead to another maximum
   const double none_nats = likelihood_.no_target_nats();
   likelihood_.evaluate(best.model, aim.free, point_);
   double damping = 0;

@@ -52,7 +52,7 @@ Comb::Comb(const PatternSegment& segment) : period_ns(segment.period_ps * ns_per
   }
 }
 
-std::vector<double> near_copies_ns(const Comb& comb, double tolerance_ns) {
+std::vector<double> strong_side_lobes_ns(const Comb& comb, double tolerance_ns) {
   constexpr double least_fraction = 0.7;
   // Design note: where 70 % of the pulses land on others, one of the first four does so too, except
   // in 1 of 120 combs. Combs of more than 4096 pulses are random, or would take a second to try.

@@ -25,7 +25,7 @@
 
 namespace splid {
 
-// Why the refinement stopped, as a condition on its last step from l(k) to l(k+1).
+// Why a maximization stopped, as a condition on its last step from l(k) to l(k+1).
 enum class Stop {
   not_run,
   step_small,    // |d tau| < 1e-6 sigma and |d v| < 1e-6 sigma c / t_a

@@ -46,8 +46,8 @@ std::size_t PulseTrain::segment_at(double time_ns) const {
   return s;
 }
 
-std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns) {
-  if (train.single()) return near_copies_ns(train.segments.front().comb, 3 * width_ns);
+std::vector<double> strong_side_lobes_ns(const PulseTrain& train, double width_ns) {
+  if (train.single()) return strong_side_lobes_ns(train.segments.front().comb, 3 * width_ns);
   constexpr std::size_t most_copies = 32;
   const double tolerance_ns = 8 * width_ns;
   const double first_period_ns = train.segments.front().comb.period_ns;

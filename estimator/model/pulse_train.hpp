@@ -23,7 +23,7 @@ struct PulseTrain {
   };
 
   std::vector<Segment> segments;  // ascending, without gaps, from 0 to period_ns
-  double period_ns = 0;            // of the pattern
+  double period_ns = 0;           // of the pattern
   double circle_ns = 0;  // delays are told apart modulo this: the pattern period, but for MRR the
                          // unambiguous delay, which is shorter than its pattern period
   double amplitude_per_ns = 0;  // mean over the period
@@ -38,12 +38,13 @@ struct PulseTrain {
   [[nodiscard]] double mean_amplitude() const { return amplitude_per_ns / pulses_per_ns; }
 };
 
-// A train's near copies: shifts in (0, circle), ns, ascending, by which the train nearly falls on
-// itself, so that a frame can take a delay that is off by such a shift for the right one. For a
-// single comb they are those of near_copies_ns(comb) to within three pulse widths. For several
-// combs they are taken to within eight widths, since a wrong velocity makes up for part of the
-// difference: with 99.9 and 104.1 ns, 124 periods of the first are 119 of the second less 0.3 ns.
-std::vector<double> near_copies_ns(const PulseTrain& train, double width_ns);
+// The strong side lobes of a train's autocorrelation: shifts in (0, circle), ns, ascending, by
+// which the train nearly falls on itself, so that a frame can take a delay that is off by such a
+// shift for the right one. For a single comb they are those of strong_side_lobes_ns(comb) to within
+// three pulse widths. For several combs they are taken to within eight widths, since a wrong
+// velocity makes up for part of the difference: with 99.9 and 104.1 ns, 124 periods of the first
+// are 119 of the second less 0.3 ns.
+std::vector<double> strong_side_lobes_ns(const PulseTrain& train, double width_ns);
 
 // The windows of each segment's comb, one for each segment.
 std::vector<CombWindow> comb_windows(const PulseTrain& train, double first_ns, double last_ns);

@@ -16,8 +16,9 @@ constexpr double most_photon_bins = 0x1p18;
 // experiment (1,000) and wider bins the search reaches as far, in seconds.
 constexpr double most_steps = 2e4;
 
-// The place of the largest value in [low, high], by golden section; the value has one hill there.
-double climb(HarmonicPower& power, double low, double high) {
+// The place of the largest value in [low, high], by golden section; the value has one maximum
+// there.
+double maximum_of(HarmonicPower& power, double low, double high) {
   const double golden = (std::sqrt(5.0) - 1) / 2;
   double left = high - golden * (high - low);
   double right = low + golden * (high - low);
@@ -57,7 +58,7 @@ double fourier_velocity_mps(const TrainPhotons& photons, double width_ns, double
   HarmonicPower power(photons, static_cast<std::size_t>(std::ceil(photons.period_ns / bin_ns)));
   const double step = bin_ns / span_ns;
   const double start = best_rate(power, step, static_cast<int>(std::ceil(max_rate / step)));
-  const double rate = climb(power, start - 1.5 * step, start + 1.5 * step);
+  const double rate = maximum_of(power, start - 1.5 * step, start + 1.5 * step);
   // This is c (f - f') / (f + f') with f' = (1 - g) f. Computed with f' itself it would lose the
   // digits of g.
   const double velocity_mps = speed_of_light_mps * rate / (2 - rate);

@@ -10,7 +10,8 @@ namespace splid::paper {
 namespace {
 
 // How far photons may move until the near ones are looked for again. A pulse's window is 20 widths
-// wide; this much on either side makes half as many photons more, and few climbs leave it.
+// wide; this much on either side makes half as many photons more, and few searches for the maximum
+// leave it.
 constexpr double margin_widths = 5;
 
 }  // namespace

@@ -59,8 +59,8 @@ std::optional<Start> PaperMethod::start(const FrameView& view, const FoldedFrame
   const double beta = found.velocity_mps / speed_of_light_mps;
   const DelayTrack line = {found.delay_ns / frame.scale / (1 + beta),
                            walk_ns_at(found.velocity_mps, frame.length_ns)};
-  return search.judged(
-      frame, likelihood::model_of(line, found.signal_per_pulse, found.background_per_ns));
+  return search.judged(frame,
+                       likelihood::model_of(line, found.signal_per_pulse, found.background_per_ns));
 }
 
 }  // namespace splid::paper

@@ -44,7 +44,8 @@ class RangeOdds {
 
   // The odds of a maximum that has a covariance, in nats. others: lines of other targets of the
   // frame, whose peaks do not speak against this one.
-  [[nodiscard]] double of(const likelihood::Maximum& best, std::span<const DelayTrack> others = {}) const;
+  [[nodiscard]] double of(const likelihood::Maximum& best,
+                          std::span<const DelayTrack> others = {}) const;
   // Whether a line has the range and the velocity of one of these.
   [[nodiscard]] bool is_one_of(DelayTrack line, std::span<const DelayTrack> lines) const;
   // The strongest place that is not at one of these lines, nor at `own`, or none.

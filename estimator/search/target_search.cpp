@@ -38,7 +38,7 @@ constexpr double rival_margin_nats = 3;
 // not mistaken for one of its own side lobes.
 constexpr double sample_margin_nats = 30;
 
-// Near copies of a comb have near copies of their own, which lead back to the same delays. Each
+// Side lobes have side lobes of their own, which lead back to the same delays. Each
 // delay is tried once, and so many at most.
 constexpr std::size_t most_tried = 256;
 
@@ -114,8 +114,8 @@ TargetSearch::TargetSearch(const PulseTrain& train, const PulseShape& shape,
       free_(likelihood::free_set(1, moving_ ? 2 : 1)),
       levels_(make_levels(scope)),
       recheck_(recheck_grid(train, shape.width_ns())),
-      copies_ns_(scope.near_copies ? near_copies_ns(train, shape.width_ns())
-                                   : std::vector<double>()),
+      side_lobes_ns_(scope.side_lobes ? strong_side_lobes_ns(train, shape.width_ns())
+                                      : std::vector<double>()),
       meetings_(train, shape.width_ns()),
       sample_(train, max_photons < sampled_from ? 0 : sampled_from),
       search_(train, max_photons, grids()),
@@ -326,7 +326,7 @@ Maximum TargetSearch::fit_cell(const FoldedFrame& photons, const Level& level, D
 
 // Tries the side lobes: delays at which half of an interleaved comb's pulses fall on others, or all
 // pulses of a nearly even comb, but not quite. Where the best cell was at a side lobe, the peak has
-// the same range walk and another delay, and a near copy may have a near copy that is better again.
+// the same range walk and another delay, and a side lobe may have one that is better again.
 // Every delay that is no better counts against the range of the best one.
 void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level, Maximum& best) {
   const DelayTrack found = best.track();
@@ -345,16 +345,16 @@ void TargetSearch::recheck_delay(const FoldedFrame& photons, const Level& level,
     }
     is_first = false;
   }
-  try_copies(photons, level, best);
+  try_side_lobes(photons, level, best);
 }
 
-// Tries the near copies of the best one's comb, and those of a copy that is better.
-void TargetSearch::try_copies(const FoldedFrame& photons, const Level& level, Maximum& best) {
+// Tries the strong side lobes of the best peak, and those of one that is better.
+void TargetSearch::try_side_lobes(const FoldedFrame& photons, const Level& level, Maximum& best) {
   constexpr int most_steps = 8;
   for (int step = 0; step < most_steps; ++step) {
     const double before = best.gain_nats;
     const DelayTrack from = best.track();
-    for (const double copy : copies_ns_) try_delay(photons, level, copy, from, best);
+    for (const double copy : side_lobes_ns_) try_delay(photons, level, copy, from, best);
     if (best.gain_nats == before) return;
   }
 }

@@ -41,7 +41,7 @@ struct SearchScope {
   SearchVolume volume;         // delays told apart and range walks possible, for the odds
   double least_odds_nats = 0;  // that a range needs: peaks that may lower the odds below are tried
   Effort effort = Effort::balanced;
-  bool near_copies = true;   // whether delays at which the comb nearly falls on itself are tried
+  bool side_lobes = true;    // whether delays at which the comb nearly falls on itself are tried
   bool may_be_dead = false;  // whether frames may come with their dead time
 };
 
@@ -170,7 +170,7 @@ class TargetSearch {
   std::span<const DelayCell> best_delays(const FoldedFrame& photons, double walk_ns);
   [[nodiscard]] double delay_gain_nats(const FoldedFrame& photons, const DelayCell& cell) const;
   void maximize_beside(const FoldedFrame& photons, Maximum& best);
-  void try_copies(const FoldedFrame& photons, const Level& level, Maximum& best);
+  void try_side_lobes(const FoldedFrame& photons, const Level& level, Maximum& best);
   void try_delay(const FoldedFrame& photons, const Level& level, double shift_ns, DelayTrack from,
                  Maximum& best);
   Maximum maximize(const FoldedFrame& photons, DelayTrack line,
@@ -195,8 +195,8 @@ class TargetSearch {
   bool moving_;
   likelihood::FreeSet free_;
   std::vector<Level> levels_;
-  SearchGrid recheck_;             // its bins are three widths, so that a pulse fills one or two
-  std::vector<double> copies_ns_;  // see near_copies_ns
+  SearchGrid recheck_;  // its bins are three widths, so that a pulse fills one or two
+  std::vector<double> side_lobes_ns_;  // see strong_side_lobes_ns
   CombMeetings meetings_;
   FoldedFrame sample_;  // of a frame with very many photons
   DelayVelocitySearch search_;

@@ -16,7 +16,8 @@ struct ZoomResult {
 };
 
 // Finds the line with the most entries of a near set, by ever finer steps: from a search cell down
-// to boxes of four pulse widths that move by one width, at which the likelihood has a single hill.
+// to boxes of four pulse widths that move by one width, at which the likelihood has a single
+// maximum.
 //
 // The set is cut into 32 slices of time, with a histogram each, and for every range walk the
 // histograms are added along its line. So each stage passes over the photons once, and its other

@@ -4,8 +4,8 @@
 #include <stop_token>
 
 #include "daemon/study/calibration/calibration_report.hpp"
-#include "daemon/study/calibration/look_alike_report.hpp"
 #include "daemon/study/calibration/pattern_calibration.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "estimator/calibration/shape_stack.hpp"
 #include "estimator/likelihood/bound.hpp"
 #include "estimator/model/units.hpp"

@@ -15,7 +15,7 @@
 #include "daemon/stream/framer.hpp"
 #include "daemon/stream/framer_sink.hpp"
 #include "daemon/stream/sync_diagnosis.hpp"
-#include "daemon/study/calibration/look_alike_report.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 #include "drivers/replay/replay.hpp"
 #include "estimator/calibration/input_shift.hpp"
 #include "estimator/calibration/pair_width.hpp"
@@ -269,7 +269,7 @@ void judge_range(const Config& config, const Calibration& found, Pattern& patter
   if (pattern.mode == Mode::ambiguous || found.pulses.size() < 2 || !(found.seconds > 0)) return;
   const auto shape = make_tabulated(found.shape);
   const auto delays =
-      look_alikes(pattern, *shape, light_of(pattern, found.background_per_ps * found.period_ps));
+      side_lobes(pattern, *shape, light_of(pattern, found.background_per_ps * found.period_ps));
   const double photons = found.signal_photons / found.seconds * config.frame.length_ms * 1e-3;
   const auto spacing_ps =
       even_spacing_ps(delays, pattern.unambiguous_delay_ps, photons, found.width_ps);

@@ -31,19 +31,21 @@ TEST(Comb, InterleavedPatternOfThePaperHasFortyPulsesNineNsApart) {
 TEST(Comb, NearlyEvenPulsesHaveNearCopies) {
   // The four pulses of a real source, 3128 ps apart to within 60 ps.
   const Comb even(PatternSegment{12512.6, {1415, 4530, 7692, 10764}, {1, 1, 1, 1}, 0});
-  const auto copies = near_copies_ns(even, 0.3);
+  const auto copies = strong_side_lobes_ns(even, 0.3);
   ASSERT_EQ(copies.size(), 3U);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(copies[k], 3.128 * (k + 1), 0.05);
-  EXPECT_TRUE(near_copies_ns(even, 0.005).empty());
+  EXPECT_TRUE(strong_side_lobes_ns(even, 0.005).empty());
 }
 
 TEST(Comb, InterleavedAndRandomPulsesHaveNoNearCopies) {
-  EXPECT_TRUE(near_copies_ns(
+  EXPECT_TRUE(strong_side_lobes_ns(
                   Comb(test::interleaved_pattern({180000, 189000}, 3780000).segments.front()), 0.3)
                   .empty());
-  EXPECT_TRUE(near_copies_ns(Comb(test::random_pattern(3780000, 40, 9000, 3).segments.front()), 0.3)
-                  .empty());
-  EXPECT_TRUE(near_copies_ns(Comb(test::periodic_pattern(3780000).segments.front()), 0.3).empty());
+  EXPECT_TRUE(
+      strong_side_lobes_ns(Comb(test::random_pattern(3780000, 40, 9000, 3).segments.front()), 0.3)
+          .empty());
+  EXPECT_TRUE(
+      strong_side_lobes_ns(Comb(test::periodic_pattern(3780000).segments.front()), 0.3).empty());
 }
 
 // Against looking at every pulse and every turn.

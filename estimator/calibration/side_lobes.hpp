@@ -10,7 +10,7 @@ namespace splid::calibration {
 
 // A delay that a pattern's photons can take for the right one: shifted by so much, the pattern
 // looks like itself.
-struct LookAlike {
+struct SideLobe {
   double shift_ps = 0;  // above 0, below the delay that the pattern is unambiguous to
   // The log-likelihood that each signal photon is expected to speak against this delay (the
   // divergence of Kullback and Leibler). At 0 nothing ever tells it from the right delay.
@@ -32,18 +32,18 @@ struct PatternLight {
 //
 // Segments of more than 2,000 pulses are not looked at, and the result is then empty. Allocates;
 // takes a second for 2,000 pulses.
-std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& shape,
-                                   const PatternLight& light = {}, std::size_t most = 64);
+std::vector<SideLobe> side_lobes(const Pattern& pattern, const PulseShape& shape,
+                                 const PatternLight& light = {}, std::size_t most = 64);
 
 // The number of signal photons that a frame needs to tell a delay from the right one, and be wrong
 // once in a thousand frames. The nats that photons tell have a variance of about twice their
 // number, so that 20 nats are needed. Infinity where no number of photons is enough.
-double photons_to_tell(const LookAlike& delay);
+double photons_to_tell(const SideLobe& delay);
 
 // The spacing of the delays that so many signal photons leave alike, where these delays divide the
 // unambiguous delay evenly: the range is then known modulo that spacing alone. Absent where all
 // delays are told apart, or where those that are not have no even spacing.
-std::optional<double> even_spacing_ps(const std::vector<LookAlike>& delays,
+std::optional<double> even_spacing_ps(const std::vector<SideLobe>& delays,
                                       double unambiguous_delay_ps, double signal_photons,
                                       double width_ps);
 

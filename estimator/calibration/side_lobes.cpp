@@ -1,4 +1,4 @@
-#include "estimator/calibration/look_alike.hpp"
+#include "estimator/calibration/side_lobes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -197,8 +197,8 @@ std::vector<Part> parts_of(const Pattern& pattern) {
 
 }  // namespace
 
-std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& shape,
-                                   const PatternLight& light, std::size_t most) {
+std::vector<SideLobe> side_lobes(const Pattern& pattern, const PulseShape& shape,
+                                 const PatternLight& light, std::size_t most) {
   for (const PatternSegment& segment : pattern.segments) {
     if (segment.pulse_times_ps.size() > max_pulses) return {};
   }
@@ -211,7 +211,7 @@ std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& sha
   const std::vector<double> std_ps = single && pattern.calibration
                                          ? pattern.calibration->std_pulse_times_ps
                                          : std::vector<double>();
-  std::vector<LookAlike> found;
+  std::vector<SideLobe> found;
   for (double shift_ps : single ? shifts_of(pattern.segments.front(), same_ps, most)
                                 : shifts_in_turn(pattern, same_ps, most)) {
     shift_ps += mean_off_ps(parts, shift_ps, 8 * width_ps);
@@ -219,12 +219,12 @@ std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& sha
     for (const Part& part : parts) {
       nats += part.share * segment_nats(part.segment, std_ps, shift_ps, contrast, width_ps);
     }
-    const bool is_known = std::any_of(found.begin(), found.end(), [&](const LookAlike& other) {
+    const bool is_known = std::any_of(found.begin(), found.end(), [&](const SideLobe& other) {
       return std::abs(other.shift_ps - shift_ps) < same_ps;
     });
     if (!is_known) found.push_back({shift_ps, nats});
   }
-  std::sort(found.begin(), found.end(), [](const LookAlike& a, const LookAlike& b) {
+  std::sort(found.begin(), found.end(), [](const SideLobe& a, const SideLobe& b) {
     return a.nats_per_photon != b.nats_per_photon ? a.nats_per_photon < b.nats_per_photon
                                                   : a.shift_ps < b.shift_ps;
   });
@@ -232,16 +232,16 @@ std::vector<LookAlike> look_alikes(const Pattern& pattern, const PulseShape& sha
   return found;
 }
 
-double photons_to_tell(const LookAlike& delay) {
+double photons_to_tell(const SideLobe& delay) {
   return delay.nats_per_photon > 0 ? nats_to_tell / delay.nats_per_photon
                                    : std::numeric_limits<double>::infinity();
 }
 
-std::optional<double> even_spacing_ps(const std::vector<LookAlike>& delays,
+std::optional<double> even_spacing_ps(const std::vector<SideLobe>& delays,
                                       double unambiguous_delay_ps, double signal_photons,
                                       double width_ps) {
   double least_ps = unambiguous_delay_ps;
-  for (const LookAlike& delay : delays) {
+  for (const SideLobe& delay : delays) {
     if (photons_to_tell(delay) <= signal_photons) continue;
     least_ps = std::min({least_ps, delay.shift_ps, unambiguous_delay_ps - delay.shift_ps});
   }

@@ -1,4 +1,4 @@
-#include "daemon/study/calibration/look_alike_report.hpp"
+#include "daemon/study/calibration/side_lobe_report.hpp"
 
 #include <fmt/core.h>
 
@@ -34,14 +34,14 @@ PatternLight light_of(const Pattern& pattern, double background_photons) {
   return {std::max(0.0, background_photons) / period_ns / a_pulse};
 }
 
-std::optional<LookAlike> hardest_delay(const Pattern& pattern, const PulseShape& shape,
-                                       const PatternLight& light) {
+std::optional<SideLobe> hardest_delay(const Pattern& pattern, const PulseShape& shape,
+                                      const PatternLight& light) {
   if (pattern.mode == Mode::ambiguous) return std::nullopt;
-  const auto delays = look_alikes(pattern, shape, light, 16);
+  const auto delays = side_lobes(pattern, shape, light, 16);
   return delays.empty() ? std::nullopt : std::optional(delays.front());
 }
 
-std::string describe_look_alike(const Pattern& pattern, const PulseShape& shape, double length_ms) {
+std::string describe_side_lobe(const Pattern& pattern, const PulseShape& shape, double length_ms) {
   PatternLight light;
   const CalibrationFacts* facts = pattern.calibration ? &*pattern.calibration : nullptr;
   if (facts != nullptr && facts->signal_photons > 0) {

@@ -1,4 +1,4 @@
-#include "estimator/calibration/look_alike.hpp"
+#include "estimator/calibration/side_lobes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -26,23 +26,23 @@ Pattern nearly_even(double period_ps, const std::array<double, 8>& off_ps) {
   return pattern;
 }
 
-TEST(LookAlike, CopiesOfAnEvenCombAreNeverTold) {
+TEST(SideLobe, CopiesOfAnEvenCombAreNeverTold) {
   const Pattern comb = nearly_even(100'000, {});
-  const auto delays = look_alikes(comb, *shape);
+  const auto delays = side_lobes(comb, *shape);
   ASSERT_EQ(delays.size(), 7u);
-  for (const LookAlike& delay : delays) EXPECT_GT(photons_to_tell(delay), 1e9);
+  for (const SideLobe& delay : delays) EXPECT_GT(photons_to_tell(delay), 1e9);
   const auto spacing_ps = even_spacing_ps(delays, 100'000, 1e6, sigma_ps);
   ASSERT_TRUE(spacing_ps);
   EXPECT_EQ(*spacing_ps, 12'500);
 }
 
 // The pulses' deviations from those they fall on, in sigma, squared, times N / 2.
-TEST(LookAlike, OfANearlyEvenCombIsWhatItsDeviationsSay) {
+TEST(SideLobe, OfANearlyEvenCombIsWhatItsDeviationsSay) {
   const std::array<double, 8> off_ps{12, -7, 3, -15, 9, -2, -11, 11};
   const Pattern comb = nearly_even(100'000, off_ps);
-  const auto delays = look_alikes(comb, *shape, {1e-6});
+  const auto delays = side_lobes(comb, *shape, {1e-6});
   ASSERT_EQ(delays.size(), 7u);
-  for (const LookAlike& delay : delays) {
+  for (const SideLobe& delay : delays) {
     const auto lag = static_cast<std::size_t>(std::round(delay.shift_ps / 12'500));
     double mean = 0, squares = 0;
     for (std::size_t p = 0; p < 8; ++p) {
@@ -60,52 +60,52 @@ TEST(LookAlike, OfANearlyEvenCombIsWhatItsDeviationsSay) {
 }
 
 // Even at every second pulse: the light tells odd ones apart, and no light the even ones.
-TEST(LookAlike, OfPairsIsThePairsSpacing) {
+TEST(SideLobe, OfPairsIsThePairsSpacing) {
   const Pattern pairs = nearly_even(100'000, {0, 900, 1, 901, -1, 899, 0, 900});
-  const auto delays = look_alikes(pairs, *shape);
+  const auto delays = side_lobes(pairs, *shape);
   const auto spacing_ps = even_spacing_ps(delays, 100'000, 20'000, sigma_ps);
   ASSERT_TRUE(spacing_ps);
   EXPECT_EQ(*spacing_ps, 25'000);
 }
 
-TEST(LookAlike, TheCalibrationsOwnDeviationsTellNothing) {
+TEST(SideLobe, TheCalibrationsOwnDeviationsTellNothing) {
   Pattern comb = nearly_even(100'000, {3, -2, 2, -3, 3, -1, -3, 1});
-  const double sure = look_alikes(comb, *shape).front().nats_per_photon;
+  const double sure = side_lobes(comb, *shape).front().nats_per_photon;
   comb.calibration.emplace();
   comb.calibration->std_pulse_times_ps.assign(8, 3);
   EXPECT_GT(sure, 1e-4);
-  EXPECT_LT(look_alikes(comb, *shape).front().nats_per_photon, 0.1 * sure);
+  EXPECT_LT(side_lobes(comb, *shape).front().nats_per_photon, 0.1 * sure);
 }
 
-TEST(LookAlike, PatternsOfTheFieldTakeSomeTensOfPhotons) {
+TEST(SideLobe, PatternsOfTheFieldTakeSomeTensOfPhotons) {
   for (const Pattern& pattern :
        {make_interleaved(std::array{180e3, 189e3}), make_random({3'780'000, 40, 9'000, 1}),
         make_mrr(std::array{180e3, 189e3}, std::array<std::int64_t, 2>{2778, 2646})}) {
-    const auto delays = look_alikes(pattern, *shape);
+    const auto delays = side_lobes(pattern, *shape);
     ASSERT_FALSE(delays.empty());
     EXPECT_GT(photons_to_tell(delays.front()), 5) << to_string(pattern.mode);
     EXPECT_LT(photons_to_tell(delays.front()), 60) << to_string(pattern.mode);
   }
-  EXPECT_TRUE(look_alikes(make_periodic(Mode::baseline, 1e6, 1), *shape).empty());
+  EXPECT_TRUE(side_lobes(make_periodic(Mode::baseline, 1e6, 1), *shape).empty());
 }
 
 // 99.9 and 104.1 ns: 124 periods of one are 119 of the other less 0.3 ns.
-TEST(LookAlike, OfRatesInTurnIsWhereTheirPeriodsMeet) {
+TEST(SideLobe, OfRatesInTurnIsWhereTheirPeriodsMeet) {
   Pattern pattern = make_mrr(std::array{99.9e3, 104.1e3}, std::array<std::int64_t, 2>{100, 100});
-  const auto delays = look_alikes(pattern, *shape);
+  const auto delays = side_lobes(pattern, *shape);
   ASSERT_FALSE(delays.empty());
   EXPECT_NEAR(delays.front().shift_ps, 124 * 99.9e3, 400);
 }
 
 // What is said of the light is what frames do: with half of the photons it takes some are wrong,
 // with twice as many none of 300.
-TEST(LookAlike, FramesAreWrongAsOftenAsItSays) {
+TEST(SideLobe, FramesAreWrongAsOftenAsItSays) {
   test::FrameMaker made;
   made.pattern = nearly_even(100'000, {20, -12, 5, -25, 15, -3, -18, 18});
   made.length_ms = 1;
   made.background_per_ns = 1e-6;
   made.distance_m = 3;
-  const double needed = photons_to_tell(look_alikes(made.pattern, *shape).front());
+  const double needed = photons_to_tell(side_lobes(made.pattern, *shape).front());
   SceneOptions scene;
   scene.motion = Motion::static_target;
   int wrong[2] = {0, 0};
