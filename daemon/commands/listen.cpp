@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -59,6 +60,10 @@ std::optional<security::CurveClient> client_of(const ListenCommand& options) {
 bool is_among(const std::vector<std::string>& topics, const std::string& topic) {
   return std::any_of(topics.begin(), topics.end(),
                      [&](const std::string& prefix) { return topic.rfind(prefix, 0) == 0; });
+}
+
+bool is_of_frames(const std::string& topic) {
+  return topic == topic_frame || topic.starts_with(pixel_topic(""));
 }
 
 // A value in a column of the given width; a dash where there is no value.
@@ -135,7 +140,7 @@ class Listening {
   }
 
   void take(const sockets::Subscriber::Message& message) {
-    if (message.topic == topic_frame || message.topic.starts_with(pixel_topic(""))) {
+    if (is_of_frames(message.topic)) {
       take_frame(message);
     } else if (message.topic == topic_scene && !options_.json) {
       take_scene(message.json);
@@ -195,7 +200,8 @@ class Listening {
   void take_scene(const std::string& json) {
     if (!is_among(options_.topics, topic_scene)) return;
     try {
-      const std::vector<std::string> lines = view::field_lines(scene_from_json(json), characters_);
+      const std::vector<std::string> lines = view::field_lines(
+          scene_from_json(json), characters_, std::numeric_limits<std::size_t>::max());
       std::string text;
       for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
       const bool overwrites = isatty(STDOUT_FILENO) == 1 && shown_ > 0;
@@ -282,15 +288,25 @@ class Listening {
   bool done_ = false;
 };
 
-// Fills the terminal with what a daemon publishes, until a signal comes or --count frames did. A
-// daemon that stops is waited for.
+// The topic whose values a picture shows; empty: none.
+std::string topic_of_values(const std::vector<std::string>& topics) {
+  const auto is_more = std::count_if(topics.begin(), topics.end(), is_of_frames) > 1;
+  const auto found = std::find_if(topics.begin(), topics.end(), is_of_frames);
+  if (is_more || (found != topics.end() && *found == pixel_topic(""))) {
+    throw Error(Fault::usage, "--watch shows the values of one pixel: give one topic frame/NAME");
+  }
+  return found == topics.end() ? "" : *found;
+}
+
+// Fills the terminal with what a daemon publishes, until a signal comes or --count messages of the
+// first topic did. A daemon that stops is waited for.
 class Watching {
  public:
   explicit Watching(const ListenCommand& options)
       : options_(options),
         client_(client_of(options)),
-        subscriber_(options.endpoint, {topic_frame, topic_status, topic_version}, client_),
-        picture_(options.endpoint, view::terminal_characters()) {}
+        subscriber_(options.endpoint, subscriptions(options.topics), client_),
+        picture_(options.endpoint, view::terminal_characters(), topic_of_values(options.topics)) {}
 
   int run(const std::stop_token& stop) {
     heard_ns_ = host_clock().steady_ns();
@@ -300,7 +316,7 @@ class Watching {
       const auto message = subscriber_.receive(std::chrono::milliseconds{100});
       if (message) {
         heard_ns_ = host_clock().steady_ns();
-        frames_ += message->topic == topic_frame ? 1 : 0;
+        frames_ += counts(message->topic) ? 1 : 0;
         picture_.take(message->topic, message->json);
       }
       look_at_connection();
@@ -310,6 +326,22 @@ class Watching {
   }
 
  private:
+  // `frame` alone is what there is without a choice: a daemon of several pixels has scenes instead.
+  static std::vector<std::string> subscriptions(std::vector<std::string> topics) {
+    if (topics.front() == topic_frame && !is_among(topics, topic_scene)) {
+      topics.emplace_back(topic_scene);
+    }
+    for (const char* topic : {topic_status, topic_version}) {
+      if (!is_among(topics, topic)) topics.emplace_back(topic);
+    }
+    return topics;
+  }
+
+  [[nodiscard]] bool counts(const std::string& topic) const {
+    const std::string& first = options_.topics.front();
+    return topic == first || (first == topic_frame && topic == topic_scene);
+  }
+
   // Ten pictures a second are enough for eyes, and little for a line over ssh.
   bool is_due() const { return host_clock().steady_ns() - drawn_ns_ >= 100'000'000; }
 
@@ -395,8 +427,8 @@ void add_listen(CLI::App& app, Action& action) {
   CLI::Option* json = command->add_flag("--json", options->json, "Print the messages as they are");
   command
       ->add_flag("--watch,-w", options->watch,
-                 "Fill the terminal with state, values and their last seconds; plain lines where "
-                 "standard output is none")
+                 "Fill the terminal with state, pictures of several pixels, values and their last "
+                 "seconds; plain lines where standard output is none")
       ->excludes(json);
   command->add_option("--count,-n", options->count, "End after so many messages")
       ->check(whole_number_above_zero());

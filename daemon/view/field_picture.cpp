@@ -8,10 +8,9 @@
 #include <cstddef>
 #include <map>
 #include <optional>
-#include <set>
-#include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/view/pixel_grid.hpp"
 #include "protocol/shown_text.hpp"
 
 namespace splid::view {
@@ -24,34 +23,15 @@ constexpr std::size_t most_columns = 64;
 constexpr std::array<const char*, 8> field_blocks{"▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
 constexpr std::array<const char*, 8> field_letters{"_", ".", "-", "~", "=", "+", "*", "#"};
 
-// Directions that differ by less are the same column or row.
-long microdegrees(double direction_deg) { return std::lround(direction_deg * 1e6); }
-
 // The pixels by row, from the top, and column, from the left; null where there is none.
-using Grid = std::vector<std::vector<const Pixel*>>;
+using Rows = std::vector<std::vector<const Pixel*>>;
 
-std::size_t index_of(const std::set<long>& all, long one) {
-  return static_cast<std::size_t>(std::distance(all.begin(), all.find(one)));
-}
-
-std::optional<Grid> grid_of(const std::vector<Pixel>& pixels) {
-  std::set<long> columns;
-  std::set<long> rows;  // from the top
-  for (const Pixel& pixel : pixels) {
-    if (!pixel.azimuth_deg || !pixel.elevation_deg) return std::nullopt;
-    columns.insert(microdegrees(*pixel.azimuth_deg));
-    rows.insert(-microdegrees(*pixel.elevation_deg));
+Rows rows_of(const std::vector<Pixel>& pixels, const PixelGrid& grid) {
+  Rows rows(grid.rows, std::vector<const Pixel*>(grid.columns));
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    rows[grid.cells[i] / grid.columns][grid.cells[i] % grid.columns] = &pixels[i];
   }
-  if (columns.size() > most_columns || columns.size() * rows.size() > 2 * pixels.size()) {
-    return std::nullopt;
-  }
-  Grid grid(rows.size(), std::vector<const Pixel*>(columns.size()));
-  for (const Pixel& pixel : pixels) {
-    const Pixel*& cell = grid[index_of(rows, -microdegrees(*pixel.elevation_deg))]
-                             [index_of(columns, microdegrees(*pixel.azimuth_deg))];
-    if (std::exchange(cell, &pixel) != nullptr) return std::nullopt;
-  }
-  return grid;
+  return rows;
 }
 
 struct Scale {
@@ -71,17 +51,29 @@ Scale scale_of(const std::vector<Pixel>& pixels, Value value) {
   return scale;
 }
 
+// One character.
 std::string cell_of(const Pixel* pixel, Value value, const Scale& scale, Characters characters) {
-  if (pixel == nullptr) return "  ";
+  if (pixel == nullptr) return " ";
   const bool is_utf8 = characters == Characters::utf8;
   const std::optional<double>& one = pixel->frame.*value;
-  if (!one) return is_utf8 ? "· " : ". ";
+  if (!one) return is_utf8 ? "·" : ".";
   const auto& levels = is_utf8 ? field_blocks : field_letters;
   const double share = scale.high > scale.low ? (*one - scale.low) / (scale.high - scale.low) : 0.5;
   const auto last = levels.size() - 1;
   const auto level = static_cast<std::size_t>(std::lround(share * static_cast<double>(last)));
-  const std::string mark = levels.at(std::min(level, last));
-  return mark + mark;
+  return levels.at(std::min(level, last));
+}
+
+// A row of a picture, one or two characters a pixel; of these two a dot takes the first.
+std::string row_of(const std::vector<const Pixel*>& row, Value value, const Scale& scale,
+                   Characters characters, bool is_wide) {
+  std::string line;
+  for (const Pixel* pixel : row) {
+    const std::string cell = cell_of(pixel, value, scale, characters);
+    line += cell;
+    if (is_wide) line += pixel != nullptr && pixel->frame.*value ? cell : " ";
+  }
+  return line;
 }
 
 std::string scale_words(const char* name, const Scale& scale, const char* format_unit,
@@ -102,24 +94,21 @@ std::string counts_of(const std::vector<Pixel>& pixels) {
   return text;
 }
 
-std::vector<std::string> picture_lines(const SceneMessage& scene, const Grid& grid,
-                                       Characters characters) {
+// columns: of the terminal. Pixels are narrow where the pictures would be wider.
+std::vector<std::string> picture_lines(const SceneMessage& scene, const PixelGrid& grid,
+                                       Characters characters, std::size_t columns) {
   const Scale range = scale_of(scene.pixels, &FrameMessage::distance_m);
   const Scale velocity = scale_of(scene.pixels, &FrameMessage::velocity_mps);
   std::vector<std::string> lines{clock_time(scene.whole.timestamp_s) + "  " +
                                  counts_of(scene.pixels) + "; " +
                                  scale_words("range", range, "m", characters) + "; " +
                                  scale_words("velocity", velocity, "m/s", characters)};
-  for (const auto& row : grid) {
-    std::string line = "  ";
-    for (const Pixel* pixel : row) {
-      line += cell_of(pixel, &FrameMessage::distance_m, range, characters);
-    }
-    line += "    ";
-    for (const Pixel* pixel : row) {
-      line += cell_of(pixel, &FrameMessage::velocity_mps, velocity, characters);
-    }
-    lines.push_back(line);
+  constexpr std::size_t blanks = 6;
+  const bool is_wide = 4 * grid.columns + blanks <= columns;
+  for (const auto& row : rows_of(scene.pixels, grid)) {
+    lines.push_back("  " + row_of(row, &FrameMessage::distance_m, range, characters, is_wide) +
+                    "    " +
+                    row_of(row, &FrameMessage::velocity_mps, velocity, characters, is_wide));
   }
   return lines;
 }
@@ -148,9 +137,11 @@ std::vector<std::string> table_lines(const SceneMessage& scene) {
 
 }  // namespace
 
-std::vector<std::string> field_lines(const SceneMessage& scene, Characters characters) {
-  const std::optional<Grid> grid = grid_of(scene.pixels);
-  return grid ? picture_lines(scene, *grid, characters) : table_lines(scene);
+std::vector<std::string> field_lines(const SceneMessage& scene, Characters characters,
+                                     std::size_t columns) {
+  const std::optional<PixelGrid> grid = pixel_grid(scene.pixels);
+  return grid && grid->columns <= most_columns ? picture_lines(scene, *grid, characters, columns)
+                                               : table_lines(scene);
 }
 
 }  // namespace splid::view

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "daemon/base/text.hpp"
+#include "daemon/view/field_picture.hpp"
 #include "protocol/error.hpp"
 #include "protocol/status_json.hpp"
 
@@ -112,11 +113,12 @@ Characters terminal_characters() {
   return Characters::ascii;
 }
 
-WatchPicture::WatchPicture(std::string endpoint, Characters characters)
-    : endpoint_(std::move(endpoint)), characters_(characters) {}
+WatchPicture::WatchPicture(std::string endpoint, Characters characters, std::string values)
+    : endpoint_(std::move(endpoint)), characters_(characters), values_(std::move(values)) {}
 
 void WatchPicture::take(const std::string& topic, const std::string& json) {
-  if (topic == topic_frame) take_frame(json);
+  if (topic == values_) take_frame(json);
+  if (topic == topic_scene) take_scene(json);
   if (topic == topic_status) take_status(json);
   if (topic == topic_version) take_version(json);
 }
@@ -158,6 +160,7 @@ void WatchPicture::take_frame(const std::string& json) {
     ++unread_;
     return;
   }
+  if (frame_->pixel.empty()) scene_.reset();  // another daemon, with one pixel
   const bool valid = frame_->valid();
   const auto if_valid = [&](const std::optional<double>& value) {
     return valid ? value : std::nullopt;
@@ -165,6 +168,16 @@ void WatchPicture::take_frame(const std::string& json) {
   distance_.add(frame_->timestamp_s, if_valid(frame_->distance_m));
   velocity_.add(frame_->timestamp_s, if_valid(frame_->velocity_mps));
   signal_.add(frame_->timestamp_s, if_valid(frame_->signal_per_pulse));
+}
+
+void WatchPicture::take_scene(const std::string& json) {
+  try {
+    scene_ = scene_from_json(json);
+  } catch (const Error&) {
+    ++unread_;
+    return;
+  }
+  if (frame_ && frame_->pixel.empty()) frame_.reset();
 }
 
 void WatchPicture::add_head(std::vector<std::string>& to, std::size_t columns, bool colour) const {
@@ -213,6 +226,14 @@ std::string WatchPicture::counts() const {
   return line;
 }
 
+// The line with the counts and the scales is long.
+void WatchPicture::add_field(std::vector<std::string>& to, std::size_t columns) const {
+  const std::vector<std::string> field = field_lines(*scene_, characters_, columns);
+  add_wrapped(to, field.front(), columns);
+  to.insert(to.end(), field.begin() + 1, field.end());
+  to.emplace_back();
+}
+
 void WatchPicture::add_values(std::vector<std::string>& to, std::size_t columns,
                               bool colour) const {
   if (!frame_) {
@@ -220,11 +241,12 @@ void WatchPicture::add_values(std::vector<std::string>& to, std::size_t columns,
     return;
   }
   const FrameMessage& f = *frame_;
-  to.push_back(
-      painted_and_cut(std::string{"frame "} + to_string(f.status), colour_of(f.status),
-                      fmt::format("{}   effort {}   {} photons", set_off(in_words(f.findings)),
-                                  f.effort.value_or("-"), f.photons ? grouped(*f.photons) : "-"),
-                      columns, colour));
+  to.push_back(painted_and_cut(
+      (f.pixel.empty() ? "frame " : "pixel " + f.pixel + ": ") + to_string(f.status),
+      colour_of(f.status),
+      fmt::format("{}   effort {}   {} photons", set_off(in_words(f.findings)),
+                  f.effort.value_or("-"), f.photons ? grouped(*f.photons) : "-"),
+      columns, colour));
   const auto row = [&](const char* name, const std::string& value, const std::string& deviation) {
     to.push_back(fmt::format("{:<11}{}  +- {}", name, value, deviation));
   };
@@ -286,12 +308,16 @@ std::vector<std::string> WatchPicture::lines(Size size, bool colour) const {
   std::vector<std::string> all;
   add_head(all, size.columns, colour);
   all.emplace_back();
-  const std::size_t status_line = all.size();
-  add_values(all, size.columns, colour);
-  add_further_targets(all);
-  all.emplace_back();
-  add_sparklines(all, size.columns);
-  all.emplace_back();
+  if (scene_) add_field(all, size.columns);
+  const bool has_values = frame_ || !scene_;
+  const std::size_t status_line = has_values ? all.size() : 0;
+  if (has_values) {
+    add_values(all, size.columns, colour);
+    add_further_targets(all);
+    all.emplace_back();
+    add_sparklines(all, size.columns);
+    all.emplace_back();
+  }
   all.push_back(ring_bar(size.columns));
   if (all.size() > size.rows) all.resize(size.rows);
   for (std::size_t i = 1; i < all.size(); ++i) {

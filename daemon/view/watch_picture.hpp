@@ -8,6 +8,7 @@
 
 #include "daemon/view/sparkline.hpp"
 #include "protocol/frame_json.hpp"
+#include "protocol/scene_json.hpp"
 
 namespace splid::view {
 
@@ -22,16 +23,20 @@ struct WatchedStatus {
   double recording_seconds = 0;
 };
 
-// The picture of `splid listen --watch`, made of what the daemon publishes: its state, the values
-// of the last frame with their deviations, sparklines of the last seconds, and the ring's fill.
+// The picture of `splid listen --watch`, made of what the daemon publishes: its state, the pictures
+// of the last scene, the values of the last frame with their deviations, sparklines of the last
+// seconds, and the ring's fill. A daemon of several pixels has no values of one before their topic
+// is watched.
 //
-// Threads: one. Errors: take() throws Error(Fault::data) for a frame that cannot be read.
+// Threads: one. Errors: none.
 class WatchPicture {
  public:
-  // endpoint: which daemon is watched, for the first line.
-  WatchPicture(std::string endpoint, Characters characters);
+  // endpoint: which daemon is watched, for the first line. values: the topic whose frames are
+  // shown, `frame` or that of a pixel.
+  WatchPicture(std::string endpoint, Characters characters, std::string values = topic_frame);
 
-  // Takes one message of the topics frame, status and version. Counts those that cannot be read.
+  // Takes one message of the topics frame, frame/NAME, scene, status and version. Counts those that
+  // cannot be read.
   void take(const std::string& topic, const std::string& json);
 
   // The daemon cannot be reached, in words; empty: it can. The values shown are then old, and the
@@ -49,7 +54,9 @@ class WatchPicture {
   void take_status(const std::string& json);
   void take_version(const std::string& json);
   void take_frame(const std::string& json);
+  void take_scene(const std::string& json);
   void add_head(std::vector<std::string>& to, std::size_t columns, bool colour) const;
+  void add_field(std::vector<std::string>& to, std::size_t columns) const;
   void add_values(std::vector<std::string>& to, std::size_t columns, bool colour) const;
   void add_further_targets(std::vector<std::string>& to) const;
   void add_sparklines(std::vector<std::string>& to, std::size_t columns) const;
@@ -59,11 +66,13 @@ class WatchPicture {
 
   std::string endpoint_;
   Characters characters_;
+  std::string values_;
   std::string trouble_;
   std::optional<WatchedStatus> status_;
   std::string release_, pattern_;
   std::optional<FrameMessage> frame_;
-  std::uint64_t unread_ = 0;  // frames that no message could be read of
+  std::optional<SceneMessage> scene_;
+  std::uint64_t unread_ = 0;  // messages of frames and scenes
   Sparkline distance_, velocity_, signal_;
 };
 

@@ -10,6 +10,8 @@ namespace {
 
 using ::testing::ElementsAre;
 
+constexpr std::size_t wide_terminal = 1000;  // columns
+
 SceneMessage::Pixel pixel_of(const std::string& name, double distance_m, double velocity_mps) {
   SceneMessage::Pixel pixel;
   pixel.name = name;
@@ -28,25 +30,36 @@ SceneMessage four_pixels() {
   return scene;
 }
 
-TEST(FieldPicture, IsAPictureWhereDirectionsFormAGrid) {
+// Not in the order of the grid: c and d are above a and b.
+SceneMessage four_in_a_grid() {
   SceneMessage scene = four_pixels();
-  for (int i = 0; i < 4; ++i) {
-    // In no order: c and d are above a and b.
-    scene.pixels[static_cast<std::size_t>(i)].azimuth_deg = i % 2 == 0 ? -0.1 : 0.1;
-    scene.pixels[static_cast<std::size_t>(i)].elevation_deg = i < 2 ? -0.1 : 0.1;
+  for (std::size_t i = 0; i < 4; ++i) {
+    scene.pixels[i].azimuth_deg = i % 2 == 0 ? -0.1 : 0.1;
+    scene.pixels[i].elevation_deg = i < 2 ? -0.1 : 0.1;
   }
-  EXPECT_THAT(field_lines(scene, Characters::ascii),
+  return scene;
+}
+
+TEST(FieldPicture, IsAPictureWhereDirectionsFormAGrid) {
+  const SceneMessage scene = four_in_a_grid();
+  EXPECT_THAT(field_lines(scene, Characters::ascii, wide_terminal),
               ElementsAre("01:02:05.250  3 ok, 1 no_target; range 20.0000 _ to 27.0000 # m; "
                           "velocity 0.0000 _ to 1.2000 # m/s",
                           "  ##.     __. ", "  __++    ##__"));
-  EXPECT_THAT(field_lines(scene, Characters::utf8)[2], "  ▁▁▆▆    ██▁▁");
+  EXPECT_THAT(field_lines(scene, Characters::utf8, wide_terminal)[2], "  ▁▁▆▆    ██▁▁");
+}
+
+TEST(FieldPicture, HasNarrowPixelsWhereTheTerminalIsNarrow) {
+  SceneMessage scene = four_in_a_grid();
+  EXPECT_EQ(field_lines(scene, Characters::ascii, 14)[1], "  ##.     __. ");
+  EXPECT_EQ(field_lines(scene, Characters::ascii, 13)[1], "  #.    _.");
 }
 
 TEST(FieldPicture, IsATableWhereThereIsNoGrid) {
   SceneMessage scene = four_pixels();
   scene.pixels[0].frame.std_distance_m = 0.0006;
   EXPECT_THAT(
-      field_lines(scene, Characters::utf8),
+      field_lines(scene, Characters::utf8, wide_terminal),
       ElementsAre("01:02:05.250  3 ok, 1 no_target",
                   "pixel       distance m  +- mm   velocity m/s +- cm/s   S/pulse  status",
                   "a             20.00000   0.60         1.2000       -         -  ok",
@@ -58,7 +71,7 @@ TEST(FieldPicture, IsATableWhereThereIsNoGrid) {
 TEST(FieldPicture, IsATableWhereTwoPixelsHaveOneDirection) {
   SceneMessage scene = four_pixels();
   for (auto& pixel : scene.pixels) pixel.azimuth_deg = pixel.elevation_deg = 0;
-  EXPECT_EQ(field_lines(scene, Characters::utf8).size(), 6U);
+  EXPECT_EQ(field_lines(scene, Characters::utf8, wide_terminal).size(), 6U);
 }
 
 }  // namespace

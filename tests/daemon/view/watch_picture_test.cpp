@@ -180,6 +180,51 @@ TEST(WatchPicture, KeepsToItsSizeAndLetsNoControlCodeThrough) {
   }
 }
 
+// Four pixels in a row, of which the last shows no target.
+SceneMessage scene_of_four() {
+  SceneMessage scene;
+  scene.whole.timestamp_s = 3725.25;
+  for (int i = 0; i < 4; ++i) {
+    FrameMessage frame = frame_at(3725.25, i < 3 ? FrameStatus::ok : FrameStatus::no_target);
+    frame.distance_m = frame.velocity_mps = std::nullopt;
+    if (i < 3) frame.distance_m = frame.velocity_mps = 20.0 + i;
+    scene.pixels.push_back({std::string(1, static_cast<char>('a' + i)), 0.1 * i, 0.0, frame});
+  }
+  return scene;
+}
+
+TEST(WatchPicture, ShowsThePicturesOfSeveralPixels) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::ascii);
+  picture.take("status", to_json(StatusMessage{}));
+  picture.take("scene", to_json(scene_of_four()));
+  EXPECT_THAT(
+      all_of(picture),
+      AllOf(HasSubstr("\n01:02:05.250  3 ok, 1 no_target; range 20.0000 _ to 22.0000 # m; "
+                      "velocity\n20.0000 _ to 22.0000 # m/s\n  __==##.     __==##. \n\nring"),
+            Not(HasSubstr("no frame yet")), Not(HasSubstr("signal"))));
+  EXPECT_THAT(all_of(picture, {20, 40}), HasSubstr("\n  _=#.    _=#.\n"));
+  picture.take("scene", "{");
+  EXPECT_THAT(all_of(picture), HasSubstr("messages that cannot be read 1"));
+  // The daemon comes back with one pixel, and with several again.
+  picture.take("frame", to_json(frame_at(100, FrameStatus::ok)));
+  EXPECT_THAT(all_of(picture), AllOf(HasSubstr("frame ok"), Not(HasSubstr("range "))));
+  picture.take("scene", to_json(scene_of_four()));
+  EXPECT_THAT(all_of(picture), AllOf(Not(HasSubstr("frame ok")), HasSubstr("range ")));
+}
+
+TEST(WatchPicture, ShowsTheValuesOfOnePixelBelowThePictures) {
+  WatchPicture picture("tcp://127.0.0.1:9872", Characters::ascii, "frame/b");
+  FrameMessage frame = frame_at(100, FrameStatus::ok);
+  frame.pixel = "b";
+  picture.take("frame/b", to_json(frame));
+  picture.take("scene", to_json(scene_of_four()));
+  frame.pixel = "ba";
+  frame.distance_m = 1;
+  picture.take("frame/ba", to_json(frame));
+  EXPECT_THAT(all_of(picture), AllOf(HasSubstr("__==##.     __==##. \n\npixel b: ok   effort"),
+                                     HasSubstr("284.50000 m"), HasSubstr("distance: 284.5 to")));
+}
+
 TEST(WatchPicture, PassesOverWhatIsNoStatus) {
   WatchPicture picture("tcp://127.0.0.1:9872", Characters::utf8);
   for (const char* json : {"", "[]", "{", R"({"state":3,"lost_tags":-1,"ring_fill_ratio":"full"})",

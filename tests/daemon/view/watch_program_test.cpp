@@ -166,6 +166,44 @@ TEST_F(Watch, AFrameThatIsOkSaysWhatItsLightHasAgainstThePulse) {
   EXPECT_THAT(heard.out, ContainsRegex("  ok  pulse width 0[.][0-9]+ [+]- 0[.][0-9]+\n"));
 }
 
+// Two pixels, of which the second counts nothing, as a picture of two columns.
+TEST_F(Watch, ShowsThePicturesOfAnArrayAndThePixelThatIsAskedFor) {
+  const std::string array = folder.write(
+      "array.json",
+      R"({"schema":"splid.config","v":[1,0],"source":{)" + std::string(test::light_source) +
+          R"(},"pixels":[{"name":"left","input":1,"azimuth_deg":-1,"elevation_deg":0},)"
+          R"({"name":"right","input":7,"azimuth_deg":1,"elevation_deg":0}],"pattern":{"file":")" SPLID_SOURCE_DIR
+          R"(/config/patterns/interleaved-180-189.json"},"publish":{"endpoint":")" +
+          endpoint + "\"}" + test::with_light_scene(test::small_ring) + "}");
+  Program daemon({"run", "--config", array});
+  TerminalProgram all(watch(), 100, 40, {"TERM=xterm", "LANG=C"});
+  ASSERT_TRUE(all.read_until([&] {
+    const auto lines = picture(all.written());
+    return shows(lines, "1 ok, 1 no_target; range ") && shows(lines, "  ==.     ==. ");
+  })) << all.written();
+  EXPECT_FALSE(shows(picture(all.written()), "distance   "));
+  auto one = watch();
+  one.insert(one.end(), {"scene", "frame/left", "--count", "30"});
+  TerminalProgram left(one, 100, 40, {"TERM=xterm", "LANG=C"});
+  EXPECT_TRUE(left.read_until([&] {
+    const auto lines = picture(left.written());
+    return shows(lines, "  ==.     ==. ") && shows(lines, "pixel left: ok") &&
+           shows(lines, "distance   ");
+  })) << left.written();
+  EXPECT_EQ(left.wait(), 0);
+}
+
+TEST_F(Watch, ShowsTheValuesOfOnePixelAlone) {
+  for (const std::vector<std::string>& topics :
+       {std::vector<std::string>{"frame/a", "frame/b"}, {"frame/"}}) {
+    auto words = watch();
+    words.insert(words.end(), topics.begin(), topics.end());
+    TerminalProgram refused(words, 80, 24, {"TERM=xterm"});
+    EXPECT_EQ(refused.wait(), 2);
+    EXPECT_THAT(refused.written(), HasSubstr("give one topic frame/NAME"));
+  }
+}
+
 TEST_F(Watch, DoesNotGoWithJson) {
   const test::ProgramResult refused = test::run_program({"listen", "--watch", "--json"});
   EXPECT_EQ(refused.exit_code, 2);
